@@ -14,7 +14,7 @@ from carom.cli.again import command_line
 from carom.declared import declared
 
 #: A text of each kind of option, by its word in `--help`; of choices the last one.
-TEXTS = {"NAME": "it's", "SECONDS": "1/240", "MEGABYTES": "900", "ANGLE": "2deg", "NUMBER": "0.5", "INTEGER": "7"}
+TEXTS = {"NAME": "it's", "SECONDS": "1/240", "MEGABYTES": "900", "ANGLE": "2deg", "NUMBER": "0.5", "INTEGER": "9"}
 TEXTS |= {"NAME=VALUE": "a=b c", "OLD=NEW": "pit=pic"}
 
 

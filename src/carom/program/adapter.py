@@ -102,6 +102,8 @@ class ProgramAdapter:
     """The adapter of the engine that a manifest describes. The program is started by the first world, and kept.
 
     Attributes:
+        manifest: What describes it.
+        folder: Where that lies.
         name: The name given to ``--engine``.
         engine: The engine.
         capabilities: What it can do.
@@ -110,7 +112,7 @@ class ProgramAdapter:
     """
 
     def __init__(self, manifest: Manifest, folder: Path) -> None:
-        self._manifest, self._folder = manifest, folder
+        self.manifest, self.folder = manifest, folder
         self._program: Program | None = None
         self.name = manifest.name
         self.engine = Engine(
@@ -122,15 +124,15 @@ class ProgramAdapter:
     @cached_property
     def profiles(self) -> Mapping[str, Profile]:
         """Profiles by name."""
-        return {name: _profile(profile) for name, profile in self._manifest.profiles.items()}
+        return {name: _profile(profile) for name, profile in self.manifest.profiles.items()}
 
     def unavailable(self) -> str:
         """Return why the program can't be started here, empty where it can."""
-        return self._manifest.missing(self._folder)
+        return self.manifest.missing(self.folder)
 
     def version(self) -> str:
         """Return the engine's version as the manifest or the npm package has it; may be empty."""
-        return self._manifest.version_from(self._folder)
+        return self.manifest.version_from(self.folder)
 
     def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> ProgramWorld:
         """Build the scene in the program, which is started where it does not run.
@@ -138,7 +140,7 @@ class ProgramAdapter:
         Raises:
             AdapterError: The scene is beyond what is declared, or the program refuses, fails or ends.
         """
-        known = {name: None for profile in self._manifest.profiles.values() for name in profile.settings}
+        known = {name: None for profile in self.manifest.profiles.values() for name in profile.settings}
         require_sound(self.engine.name, scene, settings, [*known, *self.knobs])
         for name, setting in settings.items():
             if isinstance(setting, float) and not math.isfinite(setting):
@@ -151,10 +153,10 @@ class ProgramAdapter:
 
     def _started(self) -> Program:
         try:
-            return Program(self.name, self._manifest.command_from(self._folder))
+            return Program(self.name, self.manifest.command_from(self.folder))
         except AdapterError as error:
-            relative = [word for word in self._manifest.command if not word.startswith((".", "/"))]
-            beside = next((word for word in relative if (self._folder / word).is_file()), "")
+            relative = [word for word in self.manifest.command if not word.startswith((".", "/"))]
+            beside = next((word for word in relative if (self.folder / word).is_file()), "")
             if not beside:
                 raise
             hint = f"it runs in an empty folder, and {beside} beside its manifest is to be written ./{beside}"

@@ -19,6 +19,7 @@ from carom.solvers.certified.options import CertifyOptions
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 from carom.studies.diff.options import DiffOptions
+from carom.studies.history.options import HistoryOptions
 from carom.studies.stress.options import StressOptions
 from carom.studies.tune.options import TuneOptions
 
@@ -32,6 +33,7 @@ STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     TuneOptions: ("tune", "pymunk"),
     CertifyOptions: ("certify", "paper/missed"),
     DiffOptions: ("diff", "tests/kept/results-2.jsonl", "tests/kept/results-2.jsonl"),
+    HistoryOptions: ("history", "pymunk"),
 }
 WRONG = [(study, name, value) for study in STUDIES for name, one in declared(study).items() for value in one.wrong]
 
@@ -96,6 +98,7 @@ def test_the_shells_defaults_are_pythons(study: type[DeclaredOptions]) -> None:
 OTHER: dict[str, Any] = {
     "engines": ["pit"],
     "profiles": ["tuned"],
+    "versions": ["1.0"],
     "profile": "located",
     "dts": [0.25],
     "sizes": [3],

@@ -1,0 +1,184 @@
+"""The ordinary clients of the registries: what they list of a package, and how they lay a release into a folder.
+
+No package of a release runs anything while it is laid there: pip takes wheels alone, and npm runs no package's scripts.
+A client is bounded in time and in what it prints, and ends with this process, however that ends.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from carom.errors import CaromError
+from carom.studies.history.releases import require_version
+from carom.text import last_words, shown
+
+__all__ = ["CLIENTS", "Client", "ClientError", "Npm", "Pip"]
+
+#: A list, or a plan of what is to be installed, comes in seconds; the largest release tried, 300 MB, in half a minute.
+LISTING_S, INSTALLING_S = 60.0, 600.0
+#: What a client may print that is read: npm's list of a package of a thousand releases takes a hundredth of it.
+MOST_PRINTED_BYTES = 2**22
+
+_NAME = re.compile(r"(@[a-z0-9][a-z0-9._-]*/)?[A-Za-z0-9][A-Za-z0-9._-]*")
+
+
+class ClientError(CaromError):
+    """A client is not there, has no answer, or can't install what was asked for; the message is its last words."""
+
+
+class Client(Protocol):
+    """A registry's client."""
+
+    def listed(self, package: str) -> tuple[str, ...]:
+        """Return the versions that the registry lists of a package, in no order.
+
+        Raises:
+            ClientError: It can't be reached, or has no such package.
+        """
+
+    def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
+        """Lay a release, with what it needs beside what is installed here, into an empty folder; return what that was.
+
+        Raises:
+            ClientError: It can't be reached, or there is no such release for this machine.
+        """
+
+
+class Pip:
+    """pip of this environment: releases as wheels in a folder that goes before all others on the path."""
+
+    def listed(self, package: str) -> tuple[str, ...]:
+        """Return the versions that the registry lists of a package."""
+        printed = _printed([*_PIP, "index", "versions", *_QUICK, _checked(package)], LISTING_S)
+        found = re.search(r"^Available versions: (.*)$", printed, re.MULTILINE)
+        if found is None:
+            raise ClientError(f"pip lists no versions of {package}: it printed {shown(printed)}")
+        return tuple(word.strip() for word in found[1].split(","))
+
+    def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
+        """Lay the wheels of a release, and of what it needs and this environment lacks, into an empty folder."""
+        asked = f"{_checked(package)}=={require_version(version)}"
+        words = [*_PIP, "install", "--dry-run", "--quiet", *_QUICK, *_WHEELS, "--report", "-", asked]
+        report = _read_json(_printed(words, LISTING_S), "pip")
+        try:
+            found = [(one["metadata"]["name"], one["metadata"]["version"]) for one in report["install"]]
+        except (KeyError, TypeError):
+            raise ClientError("pip's report is not what it was: no list of what is to be installed") from None
+        others = [f"{_checked(name)}=={require_version(one)}" for name, one in found]
+        needs = tuple(dict.fromkeys((asked, *(one for one in others if _canonical(one) != _canonical(asked)))))
+        # What it needs is in the list; what is installed here already is not laid over itself.
+        _printed(
+            [*_PIP, "install", "--quiet", *_QUICK, *_WHEELS, "--no-deps", "--target", str(folder), *needs], INSTALLING_S
+        )
+        return needs
+
+
+class Npm:
+    """npm: a release, with what it needs, in the `node_modules` of a folder."""
+
+    def listed(self, package: str) -> tuple[str, ...]:
+        """Return the versions that the registry lists of a package."""
+        found = _read_json(
+            _printed(["npm", "view", *_CALM, "--json", "--", _checked(package), "versions"], LISTING_S), "npm"
+        )
+        versions = [found] if isinstance(found, str) else found  # of one version npm makes no list
+        if not isinstance(versions, list) or not all(isinstance(one, str) for one in versions):
+            raise ClientError(f"npm lists no versions of {package}: it printed {shown(found)}")
+        return tuple(versions)
+
+    def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
+        """Lay a release into the `node_modules` of an empty folder; no package's scripts are run."""
+        needs = {_checked(package): require_version(version)}
+        (folder / "package.json").write_text(json.dumps({"private": True, "dependencies": needs}), encoding="utf-8")
+        words = ["npm", "install", *_CALM, "--ignore-scripts", "--no-package-lock", "--prefix", str(folder)]
+        _printed(words, INSTALLING_S, folder)
+        there = folder / "node_modules" / package / "package.json"
+        if not there.is_file():
+            raise ClientError(f"npm has installed no {package} {version}")
+        return (f"{package}@{version}",)
+
+
+#: By the name of the registry that a client asks.
+CLIENTS: dict[str, Client] = {"pip": Pip(), "npm": Npm()}
+
+_PIP = (sys.executable, "-m", "pip", "--no-input", "--disable-pip-version-check")
+#: One that is not reached is asked once more, not for minutes.
+_QUICK = ("--retries", "1", "--timeout", "15")
+_WHEELS = ("--only-binary", ":all:")
+_CALM = ("--no-audit", "--no-fund", "--no-update-notifier", "--fetch-retries", "1", "--fetch-timeout", "30000")
+
+
+def _checked(package: str) -> str:
+    """Return the name of a package as it may go to a client, which could take another word for an option or a path."""
+    if not _NAME.fullmatch(package):
+        raise ClientError(f"{shown(package)} is no name of a package")
+    return package
+
+
+def _canonical(requirement: str) -> str:
+    return re.sub(r"[-_.]+", "-", requirement.partition("==")[0]).lower()
+
+
+def _read_json(text: str, client: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        raise ClientError(f"{client} answered with what is no JSON: {shown(text)}") from None
+
+
+def _printed(words: Sequence[str], most_s: float, folder: Path | None = None) -> str:
+    """Return what a client prints on standard output.
+
+    Raises:
+        ClientError: It is not there, fails, or takes too long.
+    """
+    client = "pip" if words[0] == sys.executable else words[0]
+    program = shutil.which(words[0])
+    if program is None:
+        raise ClientError(f"{client} is not on the PATH")
+    with (
+        tempfile.TemporaryFile() as printed,
+        tempfile.TemporaryFile() as said,
+        tempfile.TemporaryDirectory(prefix="carom-client-") as elsewhere,
+    ):
+        process = subprocess.Popen(  # noqa: S603 - pip or npm, with a name and a version that were checked
+            [program, *words[1:]],
+            stdin=subprocess.DEVNULL,
+            stdout=printed,
+            stderr=said,
+            cwd=folder or elsewhere,  # a project's own .npmrc or package in the user's folder is none of ours
+            start_new_session=True,
+        )
+        try:
+            code = process.wait(most_s)
+        except subprocess.TimeoutExpired:
+            raise ClientError(f"{client} has given no answer within {most_s:g} s") from None
+        finally:
+            if process.poll() is None:  # too long, or Ctrl-C: what it has started ends with it
+                with suppress(ProcessLookupError):
+                    os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+        texts = []
+        for file in (printed, said):
+            file.seek(0)
+            texts.append(file.read(MOST_PRINTED_BYTES).decode(errors="replace"))
+    if code:
+        raise ClientError(f"{client}: {_reason(texts[1]) or _reason(texts[0]) or f'exit code {code}'}")
+    return texts[0]
+
+
+def _reason(text: str) -> str:
+    lines = [line for line in text.splitlines() if not re.match(r"\s*(WARNING|npm warn|\[notice\])", line)]
+    errors = [line for line in lines if line.startswith(("ERROR", "npm error"))]
+    return last_words("\n".join(errors or lines))

@@ -1,0 +1,259 @@
+"""The report of a history: a row a release, the cells that changed with their numbers, and errors over the releases."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from carom.comparator import Grade
+from carom.folders import write_files
+from carom.pages import wording
+from carom.pages.document import ON_PAPER, Column, Document, Lines, Section, Table, Text
+from carom.pages.grid import mark_of_grade
+from carom.pages.made import making
+from carom.pages.render.markdown import markdown
+from carom.pages.svg import alone, drawing, finish, framed, line_style, render
+from carom.studies.history.cells import CellChange, Moved
+from carom.studies.history.columns import Origin
+from carom.studies.history.run import PURPOSE, Bisection, History, Release, RunCell, Transition
+from carom.text import is_older, release_numbers
+
+__all__ = ["bisection_lines", "error_chart", "history_document", "listing_lines", "write_history"]
+
+_WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
+
+RULE = (
+    "A change counts as one of the engine's where the settings read back are equal and, over {phases} phases of the "
+    "step and the scene's own, the ranges of a number part by more than rounding, or a verdict holds at every phase of "
+    "the one release and at none of the other. Same bits: impacts and final states are equal to the bit, at the "
+    "scene's own phase."
+)
+
+
+#: What a table calls what became of a cell.
+_HEADS = {
+    Moved.WORSE: "worse",
+    Moved.BETTER: "better",
+    Moved.OTHERWISE: "otherwise",
+    Moved.ROUNDING: "rounding",
+    Moved.OVERLAP: "chance of phase",
+    Moved.ASKED: "asked otherwise",
+    Moved.UNSEEN: "half seen",
+}
+
+
+class _Row(NamedTuple):
+    """A release, and what became of the cells since the one before that ran; None of the first."""
+
+    release: Release
+    since: Transition | None
+
+
+class _Changed(NamedTuple):
+    """A cell that changed."""
+
+    step: Transition
+    cell: RunCell
+    change: CellChange
+
+
+def history_document(found: History) -> Document:
+    """Return the report of a history."""
+    since = {step.new.version: step for step in found.transitions}
+    rows = [_Row(release, since.get(release.version)) for release in reversed(found.releases)]
+    changed = [
+        _Changed(step, cell, change)
+        for step in reversed(found.transitions)
+        for cell, change in sorted(step.real.items(), key=lambda item: (item[1].moved.name, item[0]))
+    ]
+    return Document(
+        f"Carom: releases of {found.origin.engine}",
+        tuple(_lead(found)),
+        (
+            Section("Release by release", (Table(_release_columns(found), rows), *_notes(found))),
+            *((Section("What changed", (Table(_CHANGED, changed),)),) if changed else ()),
+            Section("How it is told", (Text(RULE.format(phases=found.options.phases)),), only=ON_PAPER),
+            *making(found.environment, found.command, found.elapsed_s),
+        ),
+    )
+
+
+def write_history(found: History, folder: Path) -> Path:
+    """Write ``history.md`` and ``history.svg`` into a folder and return the path of the first.
+
+    Raises:
+        InputError: The folder holds files of others.
+        OSError: They can't be written.
+    """
+    files = {"history.md": markdown(history_document(found)), "history.svg": error_chart(found)}
+    return write_files(folder, PURPOSE, files)
+
+
+def listing_lines(origin: Origin, versions: tuple[str, ...]) -> Iterator[str]:
+    """Yield a line for each release that a registry lists, the newest first, and what is known of it."""
+    for version in reversed(versions):
+        notes = []
+        if origin.oldest and is_older(version, origin.oldest):
+            notes.append(f"older than {origin.oldest}, the oldest that the adapter drives")
+        # "7.3" speaks of 7.3.1, too.
+        tried = release_numbers(origin.newest_tried)
+        if tried and release_numbers(version)[: len(tried)] > tried:
+            notes.append(f"newer than {origin.newest_tried}, the newest that the adapter was run on")
+        if version == origin.installed:
+            notes.append("installed here")
+        yield f"{version:16} {'; '.join(notes)}".rstrip()
+
+
+def bisection_lines(found: Bisection | None) -> Iterator[str]:
+    """Yield what a bisection came to."""
+    if found is None:
+        yield "The oldest and the newest release do the same in this cell, as far as phases tell."
+        return
+    yield (
+        f"{_cell_words(found.cell)}: {found.last} does as {found.asked[0]} does, and {found.first} does not "
+        f"({found.change.moved.value}: {found.change.why})."
+    )
+    yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
+
+
+def _cell_words(cell: RunCell) -> str:
+    return f"{cell.scene} with {cell.profile} at {wording.step(cell.dt_s)}"
+
+
+def _lead(found: History) -> Iterator[str]:
+    ran = found.ran
+    cells = wording.count(max((len(one.seen) for one in ran), default=0), "cell")
+    releases = wording.count(len(ran), "release")
+    yield f"{releases} of {found.origin.engine} ran, of {len(found.releases)} asked for, on {cells} each."
+    moved = [step for step in found.transitions if step.real]
+    if len(ran) < 2:
+        return
+    if not moved:
+        still = all(step.count(Moved.NOTHING) == step.compared for step in found.transitions)
+        nothing = "not one bit changed" if still else "nothing changed that is the engine's and no chance of phase"
+        yield f"From {ran[0].version} to {ran[-1].version} {nothing}."
+    for step in reversed(moved):
+        counts = Counter(change.moved for change in step.real.values())
+        said = [f"{counts[kind]} {kind.value}" for kind in (Moved.WORSE, Moved.BETTER, Moved.OTHERWISE) if counts[kind]]
+        yield f"{step.old.version} → {step.new.version}: {wording.listed(said)}."
+
+
+def _release_columns(found: History) -> tuple[Column, ...]:
+    grades = [one.grade for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]]
+    bits = {one.float_bits for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]}
+    marks = {grade: mark_of_grade(grade, max(bits, default=64)).word for grade in Grade if grade.name in grades}
+
+    def count(grade: Grade) -> Column:
+        return Column(marks[grade], lambda row: _blank(row, _graded(row.release)[grade.name]), number=True)
+
+    def since(kind: Moved) -> Column:
+        return Column(
+            _HEADS[kind], lambda row: "" if row.since is None else _number(row.since.count(kind)), number=True
+        )
+
+    kinds = [kind for kind in _HEADS if any(step.count(kind) for step in found.transitions)]
+    return (
+        Column("release", lambda row: row.release.version),
+        *(count(grade) for grade in marks),
+        Column("same bits", _same_bits, number=True),
+        *map(since, kinds),
+        *([Column("note", lambda row: _note(row.release))] if any(map(_note, found.releases)) else ()),
+    )
+
+
+def _number(n: int) -> str:
+    """Return a count, and nothing of none."""
+    return str(n) if n else ""
+
+
+def _blank(row: _Row, n: int) -> str:
+    return "" if row.release.not_run else _number(n)
+
+
+def _same_bits(row: _Row) -> str:
+    return "" if row.since is None else f"{row.since.count(Moved.NOTHING)} of {row.since.compared}"
+
+
+def _graded(release: Release) -> Counter[str]:
+    return Counter(seen.own.value.grade for seen in release.seen.values() if seen.own.value is not None)
+
+
+def _note(release: Release) -> str:
+    if release.unseen:
+        return "its adapter sees no contact of this release, which says nothing of the engine"
+    return release.not_run
+
+
+def _notes(found: History) -> Iterator[Lines]:
+    """Yield which settings differ between neighbours, once each, and what could not be run of a release that ran."""
+    asked: dict[str, None] = {}
+    for step in found.transitions:
+        for cell, change in step.changes.items():
+            if change.moved is Moved.ASKED:
+                asked.setdefault(f"{step.old.version} → {step.new.version}, {cell.profile}: {change.why}")
+    lacking: dict[tuple[str, str], dict[str, None]] = {}
+    for release in found.ran:
+        for cell, seen in release.seen.items():
+            if seen.own.value is None:
+                lacking.setdefault((cell.profile, seen.own.said), {})[release.version] = None
+    if asked:
+        yield Lines(tuple(f"Settings that differ: {one}" for one in asked))
+    if lacking:
+        lines = (
+            f"Not run in some scenes, {profile}: {said} ({', '.join(who)})" for (profile, said), who in lacking.items()
+        )
+        yield Lines(tuple(lines))
+
+
+_CHANGED = (
+    Column("from", lambda item: item.step.old.version),
+    Column("to", lambda item: item.step.new.version),
+    Column("scene", lambda item: item.cell.scene),
+    Column("profile", lambda item: item.cell.profile),
+    Column("step", lambda item: wording.step(item.cell.dt_s)),
+    Column("is", lambda item: item.change.moved.value),
+    Column("numbers over phases", lambda item: item.change.why),
+)
+
+
+def error_chart(found: History) -> str:
+    """Return the median and the largest velocity error over the releases, a pair of lines a profile, as SVG.
+
+    Over the cells in which every release that ran has one; a mark stands at each release in which a bit changed.
+    """
+    with drawing():
+        figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
+        ran = [release for release in found.ran if not release.unseen]
+        places = range(len(ran))
+        for number, profile in enumerate(found.options.profiles):
+            errors = _errors(ran, profile)
+            if not errors or not errors[0]:
+                continue
+            style = line_style(number, pit=False, hollow=False)
+            axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
+            axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | {"linestyle": ":"})
+        moved = [k for k, step in enumerate(found.transitions, 1) if step.count(Moved.NOTHING) < step.compared]
+        for k in moved:
+            axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
+        axes.set_yscale("symlog", linthresh=1e-9)
+        axes.set_xticks(list(places), [release.version for release in ran], rotation=45, ha="right")
+        axes.set_ylabel("velocity error over the scene's speed")
+        if axes.lines:
+            finish(axes)
+        return alone(render(figure, f"Velocity error of {found.origin.engine} by release"))
+
+
+def _errors(ran: list[Release], profile: str) -> list[list[float]]:
+    """Return of each release the velocity errors of the cells of a profile that every release has one in."""
+
+    def error(release: Release, cell: RunCell) -> float:
+        seen = release.seen.get(cell)
+        return math.nan if seen is None or seen.own.value is None else seen.own.value.velocity
+
+    cells = [cell for cell in (ran[0].seen if ran else ()) if cell.profile == profile]
+    shared = [cell for cell in cells if all(math.isfinite(error(release, cell)) for release in ran)]
+    return [[error(release, cell) for cell in shared] for release in ran]

@@ -1,0 +1,77 @@
+"""What may be asked of a history: see `carom.declared`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from carom.declared import flag, measure, name, option, step, whole
+from carom.limits import MOST_MB, MOST_PHASES
+from carom.runs.options import MOST_SEED, Limited, profile_names
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+__all__ = ["FEWEST_PHASES", "HistoryOptions"]
+
+#: Ranges over fewer phases say nothing of a change: one phase makes a step look lucky or unlucky.
+FEWEST_PHASES = 8
+
+
+@dataclass(frozen=True)
+class HistoryOptions(Limited):
+    """What is asked of a history beside its engine and its scenes.
+
+    Attributes:
+        versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0"; all by default.
+        most: How many at most, of those that meet the conditions the newest.
+        installed: Whether the engine that is installed here is run, too, after all releases.
+        profiles: Names of profiles.
+        dts: Steps, seconds; by default each scene's own frame.
+        phases: At how many sub-step phases a cell is run whose numbers changed, beside the scene's own.
+        seed: Where the quasi-random sequence of phases begins.
+        kept_mb: Megabytes of releases that are kept for the next time.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    versions: Sequence[str] | None = option(
+        None,
+        name(),
+        "Releases: versions and conditions, such as 5.7.0 or '>=6' or 3.0..4.0; repeatable, or with commas between.",
+        "--versions",
+        many=True,
+        said="all that the registry lists",
+    )
+    most: int = option(12, whole(1, 1000), "How many releases at most, the newest.", "--most")
+    installed: bool = option(
+        False, flag(), "Run the engine that is installed here, too, after all releases.", "--with-installed"
+    )
+    profiles: Sequence[str] = profile_names("default", "tuned")
+    dts: Sequence[float] | None = option(
+        None,
+        step(),
+        "Step in seconds, such as 1/240; repeatable.",
+        "--dt",
+        many=True,
+        said="each scene's own frame",
+    )
+    phases: int = option(
+        FEWEST_PHASES,
+        whole(FEWEST_PHASES, MOST_PHASES),
+        "At how many sub-step phases to run a cell that changed.",
+        "--phases",
+    )
+    seed: int = option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed")
+    kept_mb: float = option(
+        2000.0,
+        measure(f"a positive number of megabytes, {MOST_MB:g} at most", "MEGABYTES", 0.0, MOST_MB),
+        "Megabytes of releases to keep for the next time.",
+        "--keep",
+    )
+
+    def steps_of(self, scene: Scene) -> tuple[float, ...]:
+        """Return the steps at which a scene is run, from the coarsest on."""
+        return tuple(sorted(set(self.dts or (1.0 / scene.frame_rate_hz,)), reverse=True))

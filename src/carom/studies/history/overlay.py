@@ -1,0 +1,140 @@
+"""Releases in folders of their own, kept within a bound for the next time.
+
+A folder is made under another name and renamed once it is whole, so that one that was broken off is never taken for a
+release. While a history runs nothing is removed from under it: who removes holds the lock alone.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import sys
+import sysconfig
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from carom.studies.history.clients import Client
+
+__all__ = ["Kept", "Overlay", "kept_releases"]
+
+#: Beside the packages: what was installed, as a list of names and versions.
+_NOTE = "carom-release.json"
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """A release in a folder of its own.
+
+    Attributes:
+        folder: Where it lies: to be put before all others on the path, or with a `node_modules` in it.
+        holds: Names and versions of what was installed.
+    """
+
+    folder: Path
+    holds: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """The folders of releases on this machine, `root` among them the first."""
+
+    root: Path
+
+    def has(self, registry: str, package: str, version: str) -> Overlay | None:
+        """Return a release that is there; None where it is not."""
+        folder = self._place(registry, package, version)
+        try:
+            holds = json.loads((folder / _NOTE).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return None
+        with suppress(OSError):
+            os.utime(folder / _NOTE)  # used last
+        return Overlay(folder, tuple(map(str, holds)))
+
+    def made(self, client: Client, registry: str, package: str, version: str) -> Overlay:
+        """Return a release, which is installed where it is not there.
+
+        Raises:
+            ClientError: It can't be installed.
+        """
+        if (there := self.has(registry, package, version)) is not None:
+            return there
+        place = self._place(registry, package, version)
+        place.parent.mkdir(parents=True, exist_ok=True)
+        new = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
+        try:
+            holds = client.install(package, version, new)
+            (new / _NOTE).write_text(json.dumps(holds), encoding="utf-8")
+            shutil.rmtree(place, ignore_errors=True)  # without its note it is none
+            with suppress(OSError):  # somebody else has made it meanwhile
+                new.rename(place)
+        finally:
+            shutil.rmtree(new, ignore_errors=True)
+        return Overlay(place, tuple(holds))
+
+    def names(self, registry: str, package: str) -> tuple[str, ...]:
+        """Return the versions of a package that are there."""
+        parent = self._place(registry, package, "0").parent
+        tag = f"-{_tag(registry)}"
+        found = [path.parent.name for path in parent.glob(f"*{tag}/{_NOTE}")] if parent.is_dir() else []
+        return tuple(name.removesuffix(tag) for name in found)
+
+    def prune(self, most_bytes: float) -> None:
+        """Remove what was used longest ago, until no more than `most_bytes` are left; what was broken off, too."""
+        for broken in self.root.glob("*/*/.new-*"):
+            shutil.rmtree(broken, ignore_errors=True)
+        notes = sorted(self.root.glob(f"*/*/*/{_NOTE}"), key=lambda note: note.stat().st_mtime, reverse=True)
+        total = 0
+        for note in notes:
+            total += _size(note.parent)
+            if total > most_bytes:
+                shutil.rmtree(note.parent, ignore_errors=True)
+
+    def _place(self, registry: str, package: str, version: str) -> Path:
+        return self.root / registry / re.sub(r"[^A-Za-z0-9._-]+", "_", package) / f"{version}-{_tag(registry)}"
+
+
+def _tag(registry: str) -> str:
+    """Return what tells releases of one machine or interpreter from another's."""
+    machine = re.sub(r"[^A-Za-z0-9]+", "_", sysconfig.get_platform())
+    return f"cp{sys.version_info[0]}{sys.version_info[1]}-{machine}" if registry == "pip" else machine
+
+
+def _size(folder: Path) -> int:
+    return sum(path.lstat().st_size for path in folder.rglob("*") if not path.is_dir())
+
+
+@contextmanager
+def kept_releases(most_bytes: float, root: Path | None = None) -> Iterator[Kept]:
+    """Open the folder of releases, ``$XDG_CACHE_HOME/carom/history``; at the end it is brought below the bound.
+
+    Not while another history runs: what it uses is used.
+    """
+    cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    place = (root or cache / "carom" / "history").resolve()
+    place.mkdir(parents=True, exist_ok=True)
+    with (place / ".lock").open("w") as lock:
+        _lock(lock.fileno(), alone=False)
+        try:
+            yield Kept(place)
+        finally:
+            if _lock(lock.fileno(), alone=True):
+                Kept(place).prune(most_bytes)
+
+
+def _lock(file: int, *, alone: bool) -> bool:
+    """Take the lock, alone or with others; whether that went."""
+    try:
+        import fcntl
+    except ImportError:  # not a POSIX system: nobody can tell whether others are there
+        return not alone
+    try:
+        fcntl.flock(file, (fcntl.LOCK_EX | fcntl.LOCK_NB) if alone else fcntl.LOCK_SH)
+    except OSError:
+        return False
+    return True

@@ -1,0 +1,102 @@
+"""Which releases of an engine there are, in their order, and which of them are asked for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+
+from carom.errors import InputError, UnknownNameError
+from carom.text import near, release_numbers, shown
+
+__all__ = ["in_order", "is_final", "require_version", "selected"]
+
+#: What goes to a client as a version: nothing that it could take for an option, a path or a range.
+_VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
+#: Without a tag that marks it as not final, an alpha, a nightly; `post` mends the packaging of a final one.
+_FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
+
+#: The newest release, by this word.
+LATEST = "latest"
+
+_CONDITIONS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
+    ">=": lambda one, other: one >= other,
+    "<=": lambda one, other: one <= other,
+    ">": lambda one, other: one > other,
+    "<": lambda one, other: one < other,
+}
+
+
+def require_version(version: str) -> str:
+    """Return a version as it may go to a client.
+
+    Raises:
+        InputError: It is none.
+    """
+    if not _VERSION.fullmatch(version):
+        raise InputError(
+            f"a version must begin with a digit and hold letters, digits, . + ! _ - alone, got {shown(version)}"
+        )
+    return version
+
+
+def is_final(version: str) -> bool:
+    """Return whether a version is not marked as an alpha, a nightly or the like."""
+    return _FINAL.fullmatch(version) is not None
+
+
+def in_order(versions: Iterable[str]) -> tuple[str, ...]:
+    """Return versions from the oldest to the newest, by their numbers; one that is not final before the final one."""
+    return tuple(sorted(set(versions), key=lambda one: (release_numbers(one), is_final(one), _after(one), one)))
+
+
+def _after(version: str) -> int:
+    found = re.search(r"\.post([0-9]+)$", version)
+    return int(found[1]) if found else -1
+
+
+def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> tuple[str, ...]:
+    """Return the releases that are asked for, from the oldest to the newest.
+
+    Args:
+        listed: Those that there are.
+        asked: Versions, "latest", and conditions that must all be met; all by default. What is not final is taken by
+            its version alone.
+        most: How many of those that meet the conditions, the newest; those that are named are taken beside.
+
+    Raises:
+        UnknownNameError: A version is named that is not listed.
+        InputError: What is asked for is neither a version nor a condition.
+    """
+    words = [word.strip() for text in asked or () for word in text.split(",") if word.strip()]
+    if LATEST in words:
+        newest = in_order(filter(is_final, listed))[-1:]
+        words = [*(word for word in words if word != LATEST), *newest]
+    named = [word for word in words if _condition(word) is None]
+    for word in named:
+        if require_version(word) not in listed:
+            raise UnknownNameError(f"no release {word!r} is listed; {near(word, listed)}there are: {_shortly(listed)}")
+    conditions = [found for word in words if (found := _condition(word)) is not None]
+    able = [
+        one
+        for one in in_order(filter(is_final, listed))
+        if all(condition(release_numbers(one)) for condition in conditions)
+    ]
+    return in_order([*named, *(able[-most:] if conditions or not named else ())])
+
+
+def _shortly(listed: Sequence[str]) -> str:
+    ordered = in_order(listed)
+    return ", ".join(ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:]))
+
+
+def _condition(word: str) -> Callable[[tuple[int, ...]], bool] | None:
+    """Return what a word asks of a release's numbers; None where it names one."""
+    low, dots, high = word.partition("..")
+    if dots:
+        first, last = release_numbers(require_version(low)), release_numbers(require_version(high))
+        return lambda one: first <= one <= last
+    for sign, meets in _CONDITIONS.items():
+        if word.startswith(sign):
+            limit = release_numbers(require_version(word.removeprefix(sign).strip()))
+            return lambda one, meets=meets, limit=limit: meets(one, limit)  # type: ignore[misc]
+    return None

@@ -1,0 +1,467 @@
+"""The history of an engine, from its registry's list to what changed between neighbours, and the release that did."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+
+from carom.errors import AdapterError, CaromError, InputError, UnknownNameError
+from carom.runs.desk import Ask, answers
+from carom.runs.engines import described, methods_of
+from carom.runs.environment import Environment, environment
+from carom.runs.job import Answer, Job, Method, Progress, UnavailableError
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
+from carom.runs.phases import phase_values
+from carom.runs.pool import Pool
+from carom.runs.scoring import by_start, steps_of
+from carom.scene import Scene
+from carom.studies.history.cells import CellChange, HistoryTask, Moved, Ran, SeenCell, change_of, differs
+from carom.studies.history.clients import CLIENTS, Client, ClientError
+from carom.studies.history.columns import AskOrigin, AskServed, Origin, column_name, known_columns, laid
+from carom.studies.history.options import HistoryOptions
+from carom.studies.history.overlay import Kept
+from carom.studies.history.releases import in_order, selected
+from carom.text import is_older, near
+
+__all__ = [
+    "JOURNAL",
+    "PURPOSE",
+    "Bisection",
+    "History",
+    "Release",
+    "RunCell",
+    "Transition",
+    "bisected",
+    "history",
+    "listing",
+]
+
+#: What a folder of a history is for, and its journal there.
+PURPOSE, JOURNAL = "history", "journal.jsonl"
+
+
+@dataclass(frozen=True, order=True)
+class RunCell:
+    """A scene, by name, with a profile at a step."""
+
+    scene: str
+    profile: str
+    dt_s: float
+
+
+@dataclass(frozen=True)
+class Release:
+    """A release, and what came of each cell.
+
+    Attributes:
+        version: Its version.
+        reason: Why it was not run; empty where it was.
+        holds: Names and versions of what was installed for it.
+        seen: What came of each cell.
+    """
+
+    version: str
+    reason: str
+    holds: tuple[str, ...]
+    seen: Mapping[RunCell, SeenCell]
+
+    @property
+    def unseen(self) -> bool:
+        """Whether it ran, and the adapter saw no contact in any cell with an impact: of the engine it says nothing."""
+        ran = [one.own.value for one in self.seen.values() if one.own.value is not None and one.own.value.expected]
+        return bool(ran) and all(one.unseen for one in ran)
+
+    @property
+    def not_run(self) -> str:
+        """Why nothing of it ran, as most of its cells say; empty where something did."""
+        if self.reason or any(one.ran for one in self.seen.values()):
+            return self.reason
+        said = [one.own.said for one in self.seen.values()]
+        return max(dict.fromkeys(said), key=said.count, default="there is no cell")
+
+
+@dataclass(frozen=True)
+class Transition:
+    """From one release to the next that ran.
+
+    Attributes:
+        old: The release before.
+        new: The release.
+        changes: What became of each cell.
+    """
+
+    old: Release
+    new: Release
+    changes: Mapping[RunCell, CellChange]
+
+    @property
+    def real(self) -> dict[RunCell, CellChange]:
+        """What changed in the engine."""
+        return {cell: change for cell, change in self.changes.items() if change.moved.real}
+
+    @property
+    def compared(self) -> int:
+        """How many cells both ran."""
+        return len(self.changes) - self.count(Moved.NOT_RUN)
+
+    def count(self, moved: Moved) -> int:
+        """Return of how many cells that became."""
+        return sum(change.moved is moved for change in self.changes.values())
+
+
+@dataclass(frozen=True)
+class History:
+    """What came of a history.
+
+    Attributes:
+        engine: Name of the adapter.
+        origin: Where its releases come from.
+        options: What was asked for.
+        releases: From the oldest to the newest.
+        environment: Machine and versions.
+        command: The command that makes this again; empty where it was called from Python.
+        elapsed_s: Seconds that it took.
+    """
+
+    engine: str
+    origin: Origin
+    options: HistoryOptions
+    releases: tuple[Release, ...]
+    environment: Environment
+    command: str
+    elapsed_s: float
+
+    @property
+    def ran(self) -> tuple[Release, ...]:
+        """Releases of which anything was run."""
+        return tuple(one for one in self.releases if any(seen.ran for seen in one.seen.values()))
+
+    @cached_property
+    def transitions(self) -> tuple[Transition, ...]:
+        """From each release that ran to the next that did."""
+        return tuple(_transition(old, new) for old, new in pairwise(self.ran))
+
+    @property
+    def worse_now(self) -> bool:
+        """Whether the newest release is worse than the one before, in a cell that is no chance of phase."""
+        last = self.transitions[-1:] if self.ran and self.ran[-1] is self.releases[-1] else ()
+        return any(change.moved is Moved.WORSE for one in last for change in one.changes.values())
+
+
+def _transition(old: Release, new: Release) -> Transition:
+    cells = [cell for cell in old.seen if cell in new.seen]
+    return Transition(old, new, {cell: change_of(old.seen[cell], new.seen[cell]) for cell in cells})
+
+
+def listing(engine: str, options: HistoryOptions, kept: Kept) -> tuple[Origin, tuple[str, ...]]:
+    """Return where an engine comes from, and the releases that its registry lists, from the oldest to the newest.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+        InputError: No registry serves it.
+        UnavailableError: The registry's client is not there, or gives no list.
+    """
+    with options.pool(1) as pool:
+        origin = _origin(engine, pool)
+    return origin, in_order(_listed(origin, options, kept))
+
+
+def _origin(engine: str, pool: Pool) -> Origin:
+    described([engine], pool)  # there is one of this name
+    answer = pool.ask(AskOrigin(engine))
+    if answer.value is None:
+        raise AdapterError(f"{engine} was asked where it comes from: {answer.said}")
+    if not answer.value.registry:
+        raise InputError(
+            f"{engine} comes from no registry: its adapter names neither a distribution nor an npm package"
+        )
+    return answer.value
+
+
+def _listed(origin: Origin, options: HistoryOptions, kept: Kept) -> Sequence[str]:
+    """Return what the registry lists; where it is not reached, what is kept, if that is all that is asked for."""
+    try:
+        return CLIENTS[origin.registry].listed(origin.package)
+    except ClientError as error:
+        there = in_order(kept.names(origin.registry, origin.package))
+        asked = {word.strip() for text in options.versions or () for word in text.split(",")} - {""}
+        if asked and asked <= set(there):
+            return there
+        told = f"; kept from before, and run when named by --versions: {', '.join(there)}" if there else ""
+        raise UnavailableError(f"the releases of {origin.package} can't be listed: {error}{told}") from None
+
+
+class _Study:
+    """The releases of one engine on some scenes, as far as they are asked for."""
+
+    def __init__(
+        self,
+        engine: str,
+        scenes: Sequence[Scene],
+        options: HistoryOptions,
+        notes: Notes[JobKey, Ran] | None,
+        progress: Progress | None,
+    ) -> None:
+        self.engine, self.options = engine, options
+        self.scenes = {scene.name: scene for scene in scenes}
+        self.notes = Notes[JobKey, Ran]() if notes is None else notes
+        self._progress, self._done, self._total = progress, 0, 0
+
+    @property
+    def cells(self) -> list[RunCell]:
+        """All cells, in the order of scenes, steps, profiles."""
+        return [
+            RunCell(scene.name, profile, dt_s)
+            for scene in self.scenes.values()
+            for dt_s in self.options.steps_of(scene)
+            for profile in self.options.profiles
+        ]
+
+    def job(self, name: str, cell: RunCell, phase: float = 0.0) -> Job:
+        """Return the job of a cell by an engine of the run."""
+        return Job(self.scenes[cell.scene], Method(name, cell.profile), cell.dt_s, phase=phase)
+
+    def ask(self, jobs: Iterable[Job], pool: Pool) -> dict[Job, Answer[Ran]]:
+        """Return what came of jobs."""
+        todo = by_start(jobs)
+        infos = described(sorted({job.engine for job in todo}), pool)
+        methods = methods_of(infos, self.options.profiles, sorted({job.dt_s for job in todo}), pool)
+        asks = [Ask(job, job_key(job), HistoryTask(job), methods.refusal(job), steps_of(job)) for job in todo]
+        self._total += len(asks)
+        found = {}
+        for job, answer in answers(asks, pool, self.notes):
+            found[job] = answer
+            self.tell(f"{job.scene.name} on {job.engine}")
+        return found
+
+    def tell(self, what: str) -> None:
+        """Say how far this has come."""
+        self._done += 1
+        if self._progress is not None:
+            self._progress(self._done, max(self._total, self._done), what)
+
+    def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
+        """Return what each engine, in this order, came to in each cell, at all phases where neighbours differ."""
+        own = self.ask((self.job(name, cell) for name in names for cell in cells), pool)
+        seen = {name: {cell: SeenCell(own[self.job(name, cell)]) for cell in cells} for name in names}
+        todo = {
+            (name, cell)
+            for cell in cells
+            for pair in _neighbours([name for name in names if seen[name][cell].ran])
+            if _undecided(*(seen[name][cell] for name in pair))
+            for name in pair
+        }
+        phases = phase_values(self.options.phases, self.options.seed)
+        jobs = {place: [self.job(*place, phase) for phase in phases] for place in sorted(todo)}
+        found = self.ask((job for several in jobs.values() for job in several), pool)
+        for (name, cell), several in jobs.items():
+            seen[name][cell] = replace(seen[name][cell], phases=tuple(found[job] for job in several))
+        return seen
+
+
+def _neighbours(names: Sequence[str]) -> Iterator[tuple[str, str]]:
+    return pairwise(names)
+
+
+def _undecided(old: SeenCell, new: SeenCell) -> bool:
+    """Whether two releases differ in a cell by what phases decide on."""
+    a, b = old.own.value, new.own.value
+    return (
+        a is not None
+        and b is not None
+        and a.settings == b.settings
+        and not (a.half_seen or b.half_seen)
+        and differs(a, b)
+    )
+
+
+@dataclass(frozen=True)
+class _Laid:
+    """A release as an engine of a run.
+
+    Attributes:
+        version: Its version.
+        name: The engine's name; empty where there is none.
+        reason: Why there is none.
+        holds: What was installed for it.
+    """
+
+    version: str
+    name: str = ""
+    reason: str = ""
+    holds: tuple[str, ...] = ()
+
+
+def _here(engine: str, origin: Origin) -> _Laid:
+    """Return the engine that is installed here."""
+    if not origin.installed:
+        return _Laid("installed", reason="it is not installed")
+    return _Laid(f"{origin.installed} (installed)", engine)
+
+
+@contextmanager
+def _columns(
+    study: _Study, origin: Origin, versions: Sequence[str], kept: Kept, pool: Pool
+) -> Iterator[tuple[_Laid, ...]]:
+    """Lay releases, and yield them while they are known as engines."""
+    client: Client = CLIENTS[origin.registry]
+    with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
+        made: list[_Laid] = []
+        manifests: list[Path] = []
+        for version in versions:
+            study.tell(f"{origin.package} {version}")
+            if origin.oldest and is_older(version, origin.oldest):
+                reason = f"older than {origin.oldest}, the oldest release that its adapter drives"
+                made.append(_Laid(version, reason=reason))
+                continue
+            name = column_name(study.engine, version)
+            try:
+                overlay = kept.made(client, origin.registry, origin.package, version)
+            except ClientError as error:
+                made.append(_Laid(version, reason=f"not installed: {error}"))
+                continue
+            folder = Path(place) / name
+            folder.mkdir()
+            if origin.manifest:
+                path = laid(Path(origin.manifest), name, version, overlay, folder)
+            else:
+                answer = pool.ask(AskServed(study.engine, name, version, str(overlay.folder)))
+                if answer.value is None:
+                    raise AdapterError(f"{study.engine} was asked for its manifest: {answer.said}")
+                path = folder / "engine.toml"
+                path.write_text(answer.value, encoding="utf-8")
+            manifests.append(path)
+            made.append(_Laid(version, name, holds=overlay.holds))
+        with known_columns(manifests):
+            yield tuple(made)
+
+
+def history(
+    engine: str,
+    scenes: Sequence[Scene],
+    kept: Kept,
+    options: HistoryOptions | None = None,
+    *,
+    notes: Notes[JobKey, Ran] | None = None,
+    progress: Progress | None = None,
+    command: str = "",
+) -> History:
+    """Run releases of an engine on scenes, all with today's adapter, and return what changed between them.
+
+    Args:
+        engine: Name of an adapter.
+        scenes: What to run.
+        kept: The folders of releases; the releases that are asked for are installed there where they are not.
+        options: What is asked for.
+        notes: What is known already, and where more of it goes.
+        progress: Called with (done, all, what) as jobs finish.
+        command: The command that makes this again, for the result.
+
+    Raises:
+        UnknownNameError: There is no such engine, profile or release.
+        InputError: No registry serves the engine, or no release meets what is asked for.
+        UnavailableError: The registry's client is not there, or gives no list.
+    """
+    started, asked = time.perf_counter(), options or HistoryOptions()
+    study = _Study(engine, scenes, asked, notes, progress)
+    with asked.pool() as pool:
+        origin, versions = _asked_for(engine, asked, kept, pool)
+        with _columns(study, origin, versions, kept, pool) as made:
+            columns = (*made, *([_here(engine, origin)] if asked.installed else ()))
+            names = [one.name for one in columns if one.name]
+            seen = study.seen(names, study.cells, pool)
+    releases = tuple(Release(one.version, one.reason, one.holds, seen.get(one.name, {})) for one in columns)
+    return History(engine, origin, asked, releases, environment(), command, time.perf_counter() - started)
+
+
+def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> tuple[Origin, tuple[str, ...]]:
+    """Return where an engine comes from, and the releases to run.
+
+    Raises:
+        UnknownNameError, InputError, UnavailableError: As of `history`.
+    """
+    (info,) = described([engine], pool)
+    for profile in options.profiles:
+        if info.profiles and profile not in info.profiles:
+            meant, has = near(profile, info.profiles), ", ".join(info.profiles)
+            raise UnknownNameError(f"{engine} has no profile {profile!r}; {meant}it has: {has}")
+    origin = _origin(engine, pool)
+    versions = selected(_listed(origin, options, kept), options.versions, options.most)
+    if not versions:
+        raise InputError(f"no release of {origin.package} meets {', '.join(options.versions or ())}")
+    return origin, versions
+
+
+@dataclass(frozen=True)
+class Bisection:
+    """Where a cell changed.
+
+    Attributes:
+        cell: The cell.
+        last: The newest release that does as the oldest does, next to `first`.
+        first: The release after it, which does otherwise.
+        change: How.
+        asked: The releases that were run, in the order in which they were asked.
+    """
+
+    cell: RunCell
+    last: str
+    first: str
+    change: CellChange
+    asked: tuple[str, ...]
+
+
+def bisected(
+    engine: str,
+    scene: Scene,
+    profile: str,
+    dt_s: float,
+    kept: Kept,
+    options: HistoryOptions | None = None,
+    *,
+    notes: Notes[JobKey, Ran] | None = None,
+    progress: Progress | None = None,
+) -> Bisection | None:
+    """Return between which two releases a cell changed; None where the oldest and the newest do the same.
+
+    Of several changes one is found: each release asked either does as the oldest, or does not.
+
+    Raises:
+        CaromError: As of `history`, or a release can't be run in this cell.
+    """
+    asked = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
+    study, cell = _Study(engine, [scene], asked, notes, progress), RunCell(scene.name, profile, dt_s)
+    order: list[str] = []
+    with asked.pool() as pool:
+        origin, versions = _asked_for(engine, asked, kept, pool)
+        able = [one for one in versions if not (origin.oldest and is_older(one, origin.oldest))]
+
+        def change(version: str) -> CellChange:
+            """Return what a release does otherwise than the oldest."""
+            order.append(version)
+            with _columns(study, origin, (able[0], version), kept, pool) as columns:
+                if reason := next((one.reason for one in columns if not one.name), ""):
+                    raise UnavailableError(f"{origin.package} {version}: {reason}")
+                old, new = (study.seen([one.name for one in columns], [cell], pool)[one.name][cell] for one in columns)
+            found = change_of(old, new)
+            if found.moved is Moved.NOT_RUN:
+                raise CaromError(f"{origin.package} {version} can't be run in this cell: {found.why}")
+            return found
+
+        if len(able) < 2 or not (newest := change(able[-1])).moved.real:
+            return None
+        low, high, found = 0, len(able) - 1, newest
+        while high - low > 1:
+            middle = (low + high) // 2
+            if (one := change(able[middle])).moved.real:
+                high, found = middle, one
+            else:
+                low = middle
+    return Bisection(cell, able[low], able[high], found, (able[0], *order))

@@ -1,0 +1,177 @@
+"""The registries' clients are asked for what was named and nothing else, end with us, and run nothing of a package."""
+
+from __future__ import annotations
+
+import json
+import os
+import stat
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from carom.errors import InputError
+from carom.studies.history import clients
+from carom.studies.history.clients import ClientError, Npm, Pip
+from carom.studies.history.overlay import Kept, kept_releases
+
+
+def program(folder: Path, name: str, lines: str, patch: pytest.MonkeyPatch) -> None:
+    """Put a program of the shell first on the path."""
+    path = folder / name
+    path.write_text(f"#!/bin/sh\n{lines}\n")
+    path.chmod(path.stat().st_mode | stat.S_IXUSR)
+    patch.setenv("PATH", str(folder), prepend=os.pathsep)
+
+
+def test_npm_runs_no_scripts_and_is_given_one_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is told so by an option, and the package stands in a package.json of its own, with that version alone."""
+    made = "mkdir -p node_modules/toy; echo '{}' > node_modules/toy/package.json"
+    program(tmp_path, "npm", f'echo "$@" > {tmp_path}/asked; {made}', monkeypatch)
+    folder = tmp_path / "release"
+    folder.mkdir()
+    assert Npm().install("toy", "1.2.3", folder) == ("toy@1.2.3",)
+    assert "--ignore-scripts" in (tmp_path / "asked").read_text().split()
+    assert json.loads((folder / "package.json").read_text())["dependencies"] == {"toy": "1.2.3"}
+
+
+def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The program that it started is gone, too."""
+    program(tmp_path, "npm", f"sleep 600 & echo $! > {tmp_path}/child; wait", monkeypatch)
+    monkeypatch.setattr(clients, "LISTING_S", 1.0)
+    with pytest.raises(ClientError, match="npm has given no answer within 1 s"):
+        Npm().listed("toy")
+    child = int((tmp_path / "child").read_text())
+    status = Path(f"/proc/{child}/stat")
+    assert not status.exists() or status.read_text().split()[2] == "Z"
+
+
+@pytest.mark.parametrize(
+    ("lines", "told"),
+    [
+        ("echo 'npm error code E404' >&2; exit 1", "npm: npm error code E404"),
+        ("echo nonsense", "npm answered with what is no JSON"),
+        ("echo 7", "npm lists no versions of toy"),
+        ("exit 3", "npm: exit code 3"),
+    ],
+)
+def test_what_a_client_fails_at_is_said(lines: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its own last words, or that what it answers is none."""
+    program(tmp_path, "npm", lines, monkeypatch)
+    with pytest.raises(ClientError, match=told):
+        Npm().listed("toy")
+
+
+@pytest.mark.parametrize("name", ["--global", "-g", "../toy", "a b", "http://x/y.tgz", "", "a;b"])
+def test_what_is_no_name_goes_to_no_client(name: str) -> None:
+    """An option, a path or an address in place of a name is refused before anything is started."""
+    for client in (Pip(), Npm()):
+        with pytest.raises(ClientError, match="is no name of a package"):
+            client.listed(name)
+
+
+def test_what_is_no_version_goes_to_no_client(tmp_path: Path) -> None:
+    """Nor does a version that could be an address."""
+    for client in (Pip(), Npm()):
+        with pytest.raises(InputError, match="a version must begin with a digit"):
+            client.install("toy", "git+https://x", tmp_path)
+
+
+def wheel(folder: Path, name: str, version: str, needs: str = "") -> None:
+    """Write a wheel with one module."""
+    info = f"{name}-{version}.dist-info"
+    metadata = f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n" + (
+        f"Requires-Dist: {needs}\n" if needs else ""
+    )
+    with zipfile.ZipFile(folder / f"{name}-{version}-py3-none-any.whl", "w") as file:
+        file.writestr(f"{name}.py", f"VERSION = {version!r}\n")
+        file.writestr(f"{info}/METADATA", metadata)
+        file.writestr(f"{info}/WHEEL", "Wheel-Version: 1.0\nGenerator: x\nRoot-Is-Purelib: true\nTag: py3-none-any\n")
+        file.writestr(f"{info}/RECORD", "")
+
+
+@pytest.fixture
+def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder that pip takes for its registry."""
+    folder = tmp_path / "wheels"
+    folder.mkdir()
+    monkeypatch.setenv("PIP_NO_INDEX", "1")
+    monkeypatch.setenv("PIP_FIND_LINKS", str(folder))
+    monkeypatch.setenv("PIP_CONFIG_FILE", os.devnull)
+    return folder
+
+
+def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path) -> None:
+    """What the release needs comes with it; what is installed here already, numpy, is not laid over itself."""
+    wheel(wheels, "caromtoy", "1.0", "caromtoyneeds")
+    wheel(wheels, "caromtoy", "2.0", "numpy")
+    wheel(wheels, "caromtoyneeds", "5.0")
+    assert sorted(Pip().listed("caromtoy")) == ["1.0", "2.0"]
+    for version, holds in (("1.0", ("caromtoy==1.0", "caromtoyneeds==5.0")), ("2.0", ("caromtoy==2.0",))):
+        folder = tmp_path / version
+        folder.mkdir()
+        assert Pip().install("caromtoy", version, folder) == holds
+        assert {path.name for path in folder.glob("*.py")} == {f"{one.partition('==')[0]}.py" for one in holds}
+
+
+def test_pip_takes_no_source_distribution(wheels: Path, tmp_path: Path) -> None:
+    """One would run a program of its author's: there is no release, and nothing of it ran."""
+    source = tmp_path / "caromtoy-3.0"
+    source.mkdir()
+    (source / "setup.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n")
+    with tarfile.open(wheels / "caromtoy-3.0.tar.gz", "w:gz") as file:
+        file.add(source, "caromtoy-3.0")
+    folder = tmp_path / "release"
+    folder.mkdir()
+    with pytest.raises(ClientError, match="No matching distribution found"):
+        Pip().install("caromtoy", "3.0", folder)
+    assert not (tmp_path / "ran").exists()
+
+
+class Breaks:
+    """A client that is broken off in the middle."""
+
+    def listed(self, package: str) -> tuple[str, ...]:
+        raise NotImplementedError(package)
+
+    def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
+        (folder / "half").write_bytes(b"0" * 1000)
+        if version == "2":  # after half of it
+            raise KeyboardInterrupt
+        return (f"{package}=={version}",)
+
+
+def test_what_is_broken_off_is_no_release(tmp_path: Path) -> None:
+    """Ctrl-C while a release is installed leaves nothing behind that could be taken for one."""
+    kept = Kept(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        kept.made(Breaks(), "npm", "@a/toy", "2")
+    assert kept.has("npm", "@a/toy", "2") is None
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == []
+
+
+def test_what_is_used_last_is_kept_within_the_bound(tmp_path: Path) -> None:
+    """Of three releases of a kilobyte each two stay, and one that was made long ago but used last is one of them."""
+    with kept_releases(1e9, tmp_path) as kept:
+        for age, version in enumerate(("1", "3", "4")):
+            note = kept.made(Breaks(), "pip", "toy", version).folder / "carom-release.json"
+            os.utime(note, (age, age))
+        assert kept.has("pip", "toy", "1") is not None
+    with kept_releases(2.5e3, tmp_path):
+        pass
+    assert sorted(Kept(tmp_path).names("pip", "toy")) == ["1", "4"]
+
+
+def test_nothing_is_removed_while_another_uses_it(tmp_path: Path) -> None:
+    """Who ends first leaves all; who ends last brings it below the bound."""
+    with kept_releases(1e9, tmp_path) as kept:
+        kept.made(Breaks(), "pip", "toy", "1")
+        with kept_releases(1.0, tmp_path):
+            pass
+        assert kept.names("pip", "toy") == ("1",)
+    with kept_releases(1.0, tmp_path):
+        pass
+    assert Kept(tmp_path).names("pip", "toy") == ()

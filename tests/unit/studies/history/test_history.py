@@ -1,0 +1,160 @@
+"""A history tells which release changed a bounce, of an engine of which that is known by construction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.distribution import forget
+from tests.unit.studies.history.toy import Toys, toys
+from typer.testing import CliRunner
+
+from carom.cli import app
+from carom.errors import InputError, UnknownNameError
+from carom.pages.render.markdown import markdown
+from carom.registry import adapter_points
+from carom.runs.job import UnavailableError
+from carom.scene import Disc, Scene
+from carom.studies.history.cells import Moved, history_journal
+from carom.studies.history.document import history_document
+from carom.studies.history.options import HistoryOptions
+from carom.studies.history.overlay import Kept
+from carom.studies.history.run import bisected, history
+
+PAIR = Scene(
+    name="pair",
+    discs=[
+        Disc(position_m=(-1, 0), velocity_m_s=(1, 0), radius_m=0.25),
+        Disc(position_m=(1, 0), velocity_m_s=(-1, 0.125), radius_m=0.25),
+    ],
+    duration_s=2.0,
+    frame_rate_hz=20.0,
+)
+
+
+@pytest.fixture
+def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Toys]:
+    """The toy engine's registry."""
+    yield toys(tmp_path, monkeypatch)
+    monkeypatch.undo()
+    forget()
+
+
+def asked(*versions: str, **options: object) -> HistoryOptions:
+    return HistoryOptions(versions=versions or None, profiles=("default",), jobs=1, **options)  # type: ignore[arg-type]
+
+
+def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> None:
+    """Same bits, worse, better, asked otherwise, half seen, too old and not to be had: each by construction."""
+    found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked())
+    assert [release.version for release in found.releases] == [
+        *("0.9", "1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6", "2.0")
+    ]
+    reasons = {release.version: release.not_run for release in found.releases}
+    assert reasons["0.9"] == "older than 1.0, the oldest release that its adapter drives"
+    assert reasons["2.0"].startswith("not installed: pip: ERROR: No matching distribution")
+    assert [reason for version, reason in reasons.items() if version not in {"0.9", "2.0"}] == [""] * 7
+    moved = {step.new.version: next(iter(step.changes.values())) for step in found.transitions}
+    assert {version: change.moved for version, change in moved.items()} == {
+        "1.1": Moved.NOTHING,
+        "1.2": Moved.WORSE,
+        "1.3": Moved.NOTHING,
+        "1.4": Moved.BETTER,
+        "1.5": Moved.ASKED,
+        "1.6": Moved.UNSEEN,
+    }
+    assert moved["1.5"].why == "slop 0.0 → 0.1"
+    assert [release.version for release in found.releases if release.unseen] == ["1.6"]
+    assert registry.installed == ["1.0", "1.1", "1.2", "1.3", "1.4", "1.5", "1.6"]
+    text = markdown(history_document(found))
+    assert "its adapter sees no contact of this release" in text
+    assert "1.1 → 1.2: 1 worse." in text
+    assert not any(name.startswith("toy-") for name in adapter_points())
+
+
+def test_only_what_differs_is_run_at_phases(registry: Toys, tmp_path: Path) -> None:  # noqa: ARG001
+    """A cell of the same bits is run once, and one that changed at each phase besides."""
+    found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked("1.0", "1.1", "1.2", phases=9))
+    counts = [len(seen.ran) for release in found.releases for seen in release.seen.values()]
+    assert counts == [1, 10, 10]
+
+
+def test_a_history_that_was_ended_goes_on(registry: Toys, tmp_path: Path) -> None:
+    """What a journal holds is not run again, what is kept is not installed again, and the result is equal."""
+    kept, results = Kept(tmp_path / "kept"), []
+    for resume in (False, True):
+        with history_journal(tmp_path / "journal.jsonl", resume=resume) as notes:
+            results.append(history("toy", [PAIR], kept, asked("1.1", "1.2"), notes=notes))
+            lines = (tmp_path / "journal.jsonl").read_text().splitlines()
+    assert results[0].releases == results[1].releases
+    assert registry.installed == ["1.1", "1.2"]
+    assert len(lines) == 1 + 2 * 9  # a head, and of each release its own phase and eight more
+
+
+def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -> None:
+    """Releases that are kept and named are run; a list that is not to be had is said, with what is kept."""
+    kept = Kept(tmp_path / "kept")
+    first = history("toy", [PAIR], kept, asked("1.0", "1.2"))
+    registry.reached = False
+    assert history("toy", [PAIR], kept, asked("1.0,1.2")).releases == first.releases
+    with pytest.raises(UnavailableError, match=r"can't be listed: pip: no network; kept from before.*: 1\.0, 1\.2$"):
+        history("toy", [PAIR], kept, asked())
+
+
+@pytest.mark.parametrize(("versions", "last", "first"), [(["1.0..1.3"], "1.1", "1.2"), (["1.3..1.4"], "1.3", "1.4")])
+def test_the_release_that_changed_a_cell_is_found(
+    registry: Toys,  # noqa: ARG001
+    tmp_path: Path,
+    versions: list[str],
+    last: str,
+    first: str,
+) -> None:
+    """It is the first that does not as the oldest does."""
+    found = bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked(*versions))
+    assert found is not None
+    assert (found.last, found.first) == (last, first)
+
+
+def test_where_nothing_changed_no_release_is_found(registry: Toys, tmp_path: Path) -> None:
+    """Two releases are asked, and no more."""
+    assert bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked("1.2", "1.3")) is None
+    assert registry.installed == ["1.2", "1.3"]
+
+
+def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) -> None:
+    """An engine of no registry, a profile, a release: nothing is installed before it is refused."""
+    kept = Kept(tmp_path / "kept")
+    with pytest.raises(InputError, match="pit comes from no registry"):
+        history("pit", [PAIR], kept, HistoryOptions(profiles=("tuned",)))
+    with pytest.raises(UnknownNameError, match="toy has no profile 'best'"):
+        history("toy", [PAIR], kept, HistoryOptions(profiles=("best",)))
+    with pytest.raises(UnknownNameError, match=r"no release '1\.7' is listed"):
+        history("toy", [PAIR], kept, asked("1.7"))
+    assert registry.installed == []
+
+
+def test_the_command_writes_its_report_and_its_code_says_whether_the_newest_is_worse(
+    registry: Toys,  # noqa: ARG001
+    tmp_path: Path,
+) -> None:
+    """Exit code 1 where the newest release is worse than the one before, 0 where an older one was."""
+    scene = tmp_path / "pair.json"
+    scene.write_text(PAIR.model_dump_json())
+    common = ["history", "toy", str(scene), "-p", "default", "-j", "1"]
+    worse = CliRunner().invoke(app, [*common, "--versions", "1.1,1.2", "--out", str(tmp_path / "out")])
+    assert worse.exit_code == 1, worse.output
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        *(".carom", "history.md", "history.svg", "journal.jsonl")
+    ]
+    assert "| 1.1 | 1.2 | pair | default | 1/20 s | worse |" in (tmp_path / "out" / "history.md").read_text()
+    better = CliRunner().invoke(app, [*common, "--versions", "1.2..1.4"])
+    assert better.exit_code == 0, better.output
+    listed = CliRunner().invoke(app, ["history", "toy", "--list"])
+    assert listed.output.splitlines()[0] == "2.0"
+    assert listed.output.splitlines()[-1].split(maxsplit=1) == [
+        "0.9",
+        "older than 1.0, the oldest that the adapter drives",
+    ]
+    found = CliRunner().invoke(app, ["history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20"])
+    assert "1.1 does as 1.0 does, and 1.2 does not (worse: velocity error" in " ".join(found.output.split())

@@ -1,0 +1,113 @@
+"""An engine of which each release is known by construction, and a registry that serves it, without a network."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.distribution import forget, lay
+
+from carom.runs import engines
+from carom.studies.history.clients import CLIENTS, ClientError
+
+#: Discs that overlap and approach at the end of a step exchange what the release keeps of their velocities.
+ADAPTER = """
+import json, sys
+from importlib import metadata
+import numpy as np
+from carom.adapter import Capabilities, Contact, Engine, Observation, Profile
+
+class World:
+    def __init__(self, scene, settings):
+        import toyengine
+        self.engine, self.dt, self.steps, self.contacts = toyengine, settings["dt_s"], 0, ()
+        self.settings = {**settings, "slop": toyengine.SLOP}
+        self.x = np.array([d.position_m for d in scene.discs]); self.v = np.array([d.velocity_m_s for d in scene.discs])
+        self.reach = sum(d.radius_m for d in scene.discs)
+
+    def advance(self, steps):
+        for _ in range(steps):
+            self.x = self.x + self.v * self.dt
+            self.contacts = ()
+            d, u = self.x[1] - self.x[0], self.v[1] - self.v[0]
+            if d @ d < self.reach**2 and d @ u < 0:
+                n = d / np.hypot(*d)
+                push = (1 + self.engine.KEEPS) / 2 * (u @ n) * n
+                self.v = self.v + [push, -push]
+                if self.engine.TELLS:
+                    self.contacts = (Contact(0, 1, self.steps * self.dt, tuple(n)),)
+            self.steps += 1
+
+    def observe(self):
+        return Observation(self.x.copy(), self.v.copy(), self.contacts)
+
+    def close(self):
+        pass
+
+class Adapter:
+    name = "toy"
+    engine = Engine("Toy engine", module="toyengine", distribution="toyengine", oldest="1.0")
+    capabilities = Capabilities(walls=False, immovable_discs=False)
+    profiles = {name: Profile("A toy.", lambda dt_s: {"dt_s": dt_s}) for name in ("default", "tuned")}
+
+    def prepare(self, scene, settings):
+        return World(scene, settings)
+
+adapter = Adapter()
+"""
+
+#: What each release keeps of a velocity, its slop, and whether it tells its contacts.
+RELEASES = {
+    "0.9": (1.0, 0.0, True),
+    "1.0": (1.0, 0.0, True),
+    "1.1": (1.0, 0.0, True),
+    "1.2": (0.5, 0.0, True),
+    "1.3": (0.5, 0.0, True),
+    "1.4": (1.0, 0.0, True),
+    "1.5": (0.5, 0.1, True),
+    "1.6": (1.0, 0.1, False),
+}
+
+
+class Toys:
+    """A registry that serves the toy engine.
+
+    Attributes:
+        installed: What was installed, in order.
+        reached: Whether it can be reached.
+    """
+
+    def __init__(self) -> None:
+        self.installed: list[str] = []
+        self.reached = True
+
+    def listed(self, package: str) -> tuple[str, ...]:
+        """Return the releases of `RELEASES`, and one that can't be installed."""
+        assert package == "toyengine"
+        if not self.reached:
+            raise ClientError("pip: no network")
+        return (*reversed(RELEASES), "2.0")
+
+    def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
+        """Lay a release into a folder."""
+        if version not in RELEASES or not self.reached:
+            raise ClientError("pip: ERROR: No matching distribution found for toyengine==2.0")
+        keeps, slop, tells = RELEASES[version]
+        (folder / "toyengine.py").write_text(f"KEEPS, SLOP, TELLS = {json.dumps(keeps)}, {slop}, {tells}\n")
+        lay(folder, package, {}, version=version)
+        self.installed.append(version)
+        return (f"{package}=={version}",)
+
+
+def toys(site: Path, patch: pytest.MonkeyPatch) -> Toys:
+    """Have the toy's adapter known, and its registry served in place of pip's."""
+    lay(site, "carom-toy", {"toy": "carom_toy:adapter"})
+    (site / "carom_toy.py").write_text(ADAPTER)
+    patch.syspath_prepend(site)
+    patch.setattr(engines, "_KNOWN", {})
+    found = Toys()
+    patch.setitem(CLIENTS, "pip", found)
+    patch.setenv("XDG_CACHE_HOME", str(site / "cache"))
+    forget()
+    return found
