@@ -6,10 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
+
 if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
-__all__ = ["Rows"]
+    from carom.solvers.event_driven.kernel import Kernel
+    from carom.solvers.pit.frame_loop import FrameLoop
+
+__all__ = ["RecordedImpacts", "Rows"]
 
 
 class Rows:
@@ -39,3 +44,30 @@ class Rows:
         rows = self._room[: self._count]
         rows.flags.writeable = False
         return rows
+
+
+class RecordedImpacts:
+    """Impacts in their order, of `carom.solvers.run.RunImpacts`: the memory that compiled code wrote them into."""
+
+    def __init__(self, run: Kernel | FrameLoop, turns: bool) -> None:
+        self.ambiguous = run.ambiguous
+        self._run = run
+        self._taken = Rows(IMPACT_DTYPE)
+        self._spins = Rows(SPIN_DTYPE) if turns else None
+
+    def __len__(self) -> int:
+        return self._run.recorded
+
+    def array(self) -> NDArray[np.void]:
+        """Return the impacts so far: without a copy the first time; what comes later is joined to what was there."""
+        if len(self._taken) < self._run.recorded:
+            impacts, spins = self._run.take_impacts()
+            self._taken.add(np.frombuffer(memoryview(impacts), IMPACT_DTYPE))
+            if self._spins is not None and spins is not None:
+                self._spins.add(np.frombuffer(memoryview(spins), SPIN_DTYPE))
+        return self._taken.array()
+
+    def spins(self) -> NDArray[np.void] | None:
+        """Return the spins around the impacts so far; None where nothing turns."""
+        self.array()
+        return None if self._spins is None else self._spins.array()

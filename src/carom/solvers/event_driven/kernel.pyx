@@ -6,9 +6,8 @@ all solvers share, and here the loop. All of these are inlined here. No result d
 """
 
 from cython cimport unlikely
-from cython.view cimport array
 from libc.stdint cimport uintptr_t
-from libc.stdlib cimport free, realloc
+from libc.stdlib cimport free
 from libc.string cimport memcpy
 
 from carom.constants cimport EPOCH_IMPACTS
@@ -23,11 +22,9 @@ from carom.solvers.event_driven.obstacles cimport find_obstacles
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
 from carom.solvers.event_driven.scan cimport predict_impact
 from carom.solvers.impact.ambiguity cimport forget
-from carom.solvers.impact.record cimport has_room, is_recorded
+from carom.solvers.impact.record cimport ambiguous_rows, free_record, has_room, is_recorded, taken_rows
 
 import numpy as np
-
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 
 cdef enum:
     # Discs from which memory is fetched early, since their rows no longer fit into a cache: a run of 8,000 takes 1.01 of
@@ -204,14 +201,6 @@ cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
     return end - memory
 
 
-cdef array handed_out(void *memory, size_t size):
-    """Return a piece of memory, of which so many bytes are wanted, as an array that frees it."""
-    rows = array((size,), 1, "B", allocate_buffer=False)
-    rows.data = <char *>realloc(memory, size)
-    rows.callback_free_data = free
-    return rows
-
-
 cdef class Kernel:
     """A run of the event-driven method: discs and walls, what is predicted of them, and what has been recorded.
 
@@ -283,9 +272,7 @@ cdef class Kernel:
             raise MemoryError("no memory for what the cells know of the walls")
 
     def __dealloc__(self):
-        free(self.s.record.rows)
-        free(self.s.record.spins)
-        free(self.s.record.ambiguous)
+        free_record(&self.s.record)
         free(self.s.grid.lists)
 
     def run(self, double until, Index impacts, Index events):
@@ -308,22 +295,12 @@ cdef class Kernel:
         r.wanted, r.begin, r.end = True, begin, end
 
     def take_impacts(self):
-        """Return the impacts recorded since the last call, one or more, and their spins, None where nothing turns.
-
-        Both are in the memory that they were written into.
-        """
-        r = &self.s.record
-        impacts = np.frombuffer(handed_out(r.rows, r.count * sizeof(Impact)), IMPACT_DTYPE)
-        spins = np.frombuffer(handed_out(r.spins, r.count * sizeof(Spins)), SPIN_DTYPE) if r.turns else None
-        r.rows, r.spins = NULL, NULL
-        r.taken += r.count
-        r.count = r.room = 0
-        return impacts, spins
+        """Return what `taken_rows` does, see record.pxd."""
+        return taken_rows(&self.s.record)
 
     def ambiguous(self):
         """Return the numbers, from the first impact recorded on, of those that are ambiguous."""
-        cdef Index k
-        return tuple([self.s.record.ambiguous[k] for k in range(self.s.record.ambiguous_count)])
+        return ambiguous_rows(&self.s.record)
 
     @property
     def recorded(self):

@@ -14,8 +14,8 @@ from carom.errors import InputError
 from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.options import ALWAYS, RunOptions, require_compiled, require_goal
-from carom.solvers.rows import Rows
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
+from carom.solvers.rows import RecordedImpacts
+from carom.trace import Outcome
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -40,33 +40,6 @@ class RunState(NamedTuple):
     kernel: Mapping[str, Any]  # see `Kernel.state` in kernel.pyx
     time_s: float
     fixed: Mapping[str, Any]  # what no impact changes, by name, but for radii and masses, which the kernel's rows hold
-
-
-class RecordedImpacts:
-    """Impacts in their order, of `carom.solvers.run.RunImpacts`: the memory that the kernel wrote them into."""
-
-    def __init__(self, run: kernel.Kernel) -> None:
-        self.ambiguous = run.ambiguous
-        self._kernel = run
-        self._taken = Rows(IMPACT_DTYPE)
-        self._spins = None if run.spins is None else Rows(SPIN_DTYPE)
-
-    def __len__(self) -> int:
-        return self._kernel.recorded
-
-    def array(self) -> NDArray[np.void]:
-        """Return the impacts so far: without a copy the first time; what comes later is joined to what was there."""
-        if len(self._taken) < self._kernel.recorded:
-            impacts, spins = self._kernel.take_impacts()
-            self._taken.add(impacts)
-            if self._spins is not None and spins is not None:
-                self._spins.add(spins)
-        return self._taken.array()
-
-    def spins(self) -> NDArray[np.void] | None:
-        """Return the spins around the impacts so far; None where nothing turns."""
-        self.array()
-        return None if self._spins is None else self._spins.array()
 
 
 class EventDrivenRun:
@@ -118,7 +91,7 @@ class EventDrivenRun:
         self._fixed = _fixed_of(start, self.options.contact_duration_s)
         if self.options.record == "all":
             self._kernel.record(*self.options.window_s)
-        self.log = RecordedImpacts(self._kernel)
+        self.log = RecordedImpacts(self._kernel, self._kernel.spins is not None)
         if resume is not None:
             _require_same(resume, self._fixed, self._kernel.discs)
             self._kernel.resume(resume.kernel)

@@ -1,8 +1,9 @@
 """What is written down of impacts, row by row, and room for it."""
 
 from cython cimport unlikely
+from cython.view cimport array
 from libc.math cimport NAN
-from libc.stdlib cimport realloc
+from libc.stdlib cimport free, realloc
 
 from carom.solvers.impact.ambiguity cimport add_contact
 from carom.solvers.impact.structs cimport Before, Impact, Index, Record, Spins
@@ -87,3 +88,36 @@ cdef inline void record_impact(
         r.ambiguous[r.ambiguous_count] = r.taken + r.count
         r.ambiguous_count += 1
     r.count += 1
+
+
+cdef inline array handed_out(void *memory, size_t size):
+    """Return a piece of memory, of which so many bytes are wanted, as an array that frees it."""
+    rows = array((size,), 1, "B", allocate_buffer=False)
+    rows.data = <char *>realloc(memory, size)
+    rows.callback_free_data = free
+    return rows
+
+
+cdef inline tuple taken_rows(Record *r):
+    """Return the impacts recorded since the last call, one or more, and their spins, None where nothing turns, as bytes.
+
+    Both are in the memory that they were written into.
+    """
+    impacts = handed_out(r.rows, r.count * sizeof(Impact))
+    spins = handed_out(r.spins, r.count * sizeof(Spins)) if r.turns else None
+    r.rows, r.spins = NULL, NULL
+    r.taken += r.count
+    r.count = r.room = 0
+    return impacts, spins
+
+
+cdef inline tuple ambiguous_rows(const Record *r):
+    """Return the numbers, from the first impact recorded on, of those that are ambiguous."""
+    cdef Index k
+    return tuple([r.ambiguous[k] for k in range(r.ambiguous_count)])
+
+
+cdef inline void free_record(Record *r) noexcept:
+    free(r.rows)
+    free(r.spins)
+    free(r.ambiguous)

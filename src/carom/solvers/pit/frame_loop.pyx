@@ -5,16 +5,14 @@ is asked for or costs less.
 """
 
 from libc.stdlib cimport calloc, free
-from libc.string cimport memcpy
 
 import numpy as np
 
-from carom.trace import IMPACT_DTYPE as _IMPACT_DTYPE, SPIN_DTYPE as _SPIN_DTYPE
-
 from carom.constants cimport INF
 from carom.solvers.impact.ambiguity cimport forget
+from carom.solvers.impact.record cimport ambiguous_rows, free_record, taken_rows
 from carom.solvers.impact.structs cimport (
-    NOBODY, ContactFriction, Impact, Index, Law, Recent, Spins, Turning, Wall,
+    NOBODY, ContactFriction, Index, Law, Recent, Turning, Wall,
 )
 from carom.solvers.pit.bounds cimport MOST_FRAMES
 from carom.solvers.pit.grid cimport settle
@@ -35,7 +33,7 @@ cdef void run(State *s, Index until, Index most) noexcept nogil:
     while s.counts.frames < until and s.work > 0.0 and not s.no_memory:
         if s.row > 0:
             test_all(s)
-        elif s.record.count >= most:
+        elif s.record.taken + s.record.count >= most:
             return
         elif loops_plainly(s):
             test_all(s)
@@ -57,7 +55,7 @@ cdef void *memory(Index count, size_t size) except NULL:
 
 
 cdef class FrameLoop:
-    """PIT on discs and walls, and the log of its impacts.
+    """PIT on discs and walls, and the rows of its impacts: `carom.solvers.rows.RecordedImpacts` is their log.
 
     Args:
         start: The discs and walls, `carom.disc_arrays.DiscArrays`.
@@ -68,8 +66,6 @@ cdef class FrameLoop:
     """
 
     cdef State s
-    cdef object room  # for copies of impacts: twice what was last asked for, so that most are copied once
-    cdef Index copied
 
     def __cinit__(self, start, clock, bint skips, double patience):
         s = &self.s
@@ -107,7 +103,6 @@ cdef class FrameLoop:
             s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
         if skips and s.disc_count > _FEW_DISCS:
             self.lay_out(start)
-        self.room = np.empty(0, _IMPACT_DTYPE)
 
     cdef lay_out(self, start):
         """Choose levels of cells, and put every disc into its own."""
@@ -134,14 +129,12 @@ cdef class FrameLoop:
         free(self.s.discs)
         free(self.s.walls)
         free(self.s.turning)
-        free(self.s.record.spins)
         free(self.s.due)
         free(self.s.looking)
         free(self.s.grid.first)
         free(self.s.turns.heap)
         free(self.s.record.recent)
-        free(self.s.record.rows)
-        free(self.s.record.ambiguous)
+        free_record(&self.s.record)
 
     def run(self, Index until, Index most, double work):
         """Pass the frames before number `until`, or as many as take so much work.
@@ -155,7 +148,7 @@ cdef class FrameLoop:
         with nogil:
             loop(&self.s, until, most)
         if self.s.no_memory:
-            raise MemoryError(f"no memory for more than {self.s.record.count} recorded impacts")
+            raise MemoryError(f"no memory for more than {self.recorded} recorded impacts")
 
     @property
     def frames(self):
@@ -170,45 +163,17 @@ cdef class FrameLoop:
         return {"frames": c.frames, **looked_at, "pair_tests": c.pair_tests}
 
     @property
-    def log(self):
-        """The impacts so far, `carom.solvers.run.ImpactLog`."""
-        return self
+    def recorded(self):
+        """Number of impacts recorded so far."""
+        return self.s.record.taken + self.s.record.count
 
-    def __len__(self):
-        return self.s.record.count
-
-    def array(self):
-        """Return the impacts so far as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order of their tests."""
-        r = &self.s.record
-        cdef char[::1] bytes
-        if r.count > len(self.room):
-            old, self.room = self.room, np.empty(max(r.count, 2 * len(self.room)), _IMPACT_DTYPE)
-            self.room[: self.copied] = old[: self.copied]
-        if r.count > self.copied:
-            bytes = self.room[self.copied : r.count].view(np.int8)
-            memcpy(&bytes[0], &r.rows[self.copied], bytes.shape[0])
-            self.copied = r.count
-        impacts = self.room[: r.count]
-        impacts.flags.writeable = False
-        return impacts
-
-    def spins(self):
-        """Return the spins around the impacts so far as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
-        r = &self.s.record
-        if not r.turns:
-            return None
-        spins = np.empty(r.count, _SPIN_DTYPE)
-        cdef char[::1] bytes
-        if r.count > 0:
-            bytes = spins.view(np.int8)
-            memcpy(&bytes[0], r.spins, bytes.shape[0])
-        spins.flags.writeable = False
-        return spins
+    def take_impacts(self):
+        """Return what `taken_rows` does, see record.pxd."""
+        return taken_rows(&self.s.record)
 
     def ambiguous(self):
         """Return the rows that share a movable disc with an earlier impact of the same frame."""
-        cdef Index k
-        return tuple([self.s.record.ambiguous[k] for k in range(self.s.record.ambiguous_count)])
+        return ambiguous_rows(&self.s.record)
 
     def positions(self, double time):
         """Return where the discs are at a time not before the last frame passed, metres, shape ``(n, 2)``."""

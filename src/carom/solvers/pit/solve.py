@@ -10,7 +10,9 @@ from carom.extension import Patience, extension_available, extension_notes
 from carom.scene import Scene, as_scene
 from carom.solvers.options import require_goal
 from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.request import frames_of
+from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import trace_of
 from carom.solvers.units import run_in_ordinary_units
 from carom.trace import Outcome, Trace
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.solvers.pit import frame_loop
-    from carom.solvers.pit.frames import PlainFrameLoop
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits
 
@@ -49,7 +50,9 @@ class FrameRun:
         self, loop: frame_loop.FrameLoop | PlainFrameLoop, clock: FrameClock, notes: tuple[str, ...] = ()
     ) -> None:
         self.clock = clock
-        self.log = loop.log
+        self.log = (
+            loop.log if isinstance(loop, PlainFrameLoop) else RecordedImpacts(loop, loop.present_spins() is not None)
+        )
         self.time_s = 0.0
         self.notes = notes
         self._loop = loop
@@ -144,8 +147,6 @@ def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
         from carom.solvers.pit import frame_loop
 
         return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock)
-    from carom.solvers.pit.frames import PlainFrameLoop
-
     return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight else ())
 
 

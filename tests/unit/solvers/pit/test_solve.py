@@ -11,6 +11,7 @@ from carom.scene import Scene
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run, solve_pit
+from carom.solvers.rows import RecordedImpacts
 from carom.trace import Outcome
 
 CLOCK = FrameClock.at_rate(60.0)
@@ -23,11 +24,9 @@ def falling() -> Scene:
 @needs_extension
 def test_compiled_code_serves_scenes_without_gravity() -> None:
     """So it does whatever the number of discs, and for plain looping, too; there is nothing to note."""
-    from carom.solvers.pit.frame_loop import FrameLoop
-
     for skipping in (True, False):
         run = pit_run(line(0.0, velocities=(1.0,)), CLOCK, skipping=skipping)
-        assert isinstance(run.log, FrameLoop)
+        assert isinstance(run.log, RecordedImpacts)
         assert run.notes == ()
 
 
