@@ -11,8 +11,8 @@ from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
-    from carom.solvers.event_driven.kernel import Kernel
-    from carom.solvers.pit.frame_loop import FrameLoop
+    from carom.solvers.event_driven import kernel
+    from carom.solvers.pit import frame_loop
 
 __all__ = ["RecordedImpacts", "Rows"]
 
@@ -49,7 +49,7 @@ class Rows:
 class RecordedImpacts:
     """Impacts in their order, of `carom.solvers.run.RunImpacts`: the memory that compiled code wrote them into."""
 
-    def __init__(self, run: Kernel | FrameLoop, turns: bool) -> None:
+    def __init__(self, run: kernel.Kernel | frame_loop.FrameLoop, turns: bool) -> None:
         self.ambiguous = run.ambiguous
         self._run = run
         self._taken = Rows(IMPACT_DTYPE)
