@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from typing import Any
 
 import pytest
 from docs.figures.tutorial import NOTEBOOK, executed, read, texts
@@ -12,14 +13,21 @@ KEPT = read()
 CODE = [cell for cell in KEPT.cells if cell.cell_type == "code"]
 
 
+def replays(cell: Any) -> list[str]:
+    """The frames that a cell shows, whole: a replay has nothing in it of the machine that made it."""
+    shown = [output.get("data", {}).get("text/html", "") for output in cell.get("outputs", [])]
+    return [html for html in shown if html.startswith("<iframe")]
+
+
 @pytest.mark.long
 def test_every_cell_shows_what_is_kept_of_it() -> None:
-    """Run anew in an empty folder, no cell fails, and each shows the same text and the same kinds of picture."""
+    """Run anew in an empty folder, no cell fails; each shows the same text, replay and kinds of picture."""
     for kept, run in zip(KEPT.cells, executed().cells, strict=True):
         assert texts(run) == texts(kept), kept.source
         assert [sorted(out.get("data", ())) for out in run.get("outputs", [])] == [
             sorted(out.get("data", ())) for out in kept.get("outputs", [])
         ], kept.source
+        assert replays(run) == replays(kept), kept.source
 
 
 def test_it_reads_on_a_code_host() -> None:
