@@ -103,7 +103,10 @@ def test_the_blocks_of_a_page_run_as_printed(page: str, tmp_path: Path) -> None:
             if " # (" in command:
                 continue
             words = shlex.split(command, comments=True)
+            words, into = (words[:-2], words[-1]) if ">" in words else (words, "")
             done = run_of(words, tmp_path)
+            if into:
+                (tmp_path / into).write_text(done.stdout, encoding="utf-8")
             assert done.returncode in ({0, 1} if words[:2] in (["carom", "run"], ["carom", "diff"]) else {0}), (
                 f"{block}: {command}\n{done.stdout}{done.stderr}"
             )
