@@ -15,6 +15,7 @@ import numpy as np
 from carom.disc_arrays import DiscArrays
 from carom.limits import ORDINARY
 from carom.sizes import Sizes
+from carom.trace import SPIN_DTYPE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.run import Progress, RunImpacts, Start
+    from carom.solvers.run import Progress, Run, RunImpacts, Start
     from carom.trace import Outcome, Vector
 
     Array = NDArray[np.float64]
@@ -76,21 +77,16 @@ class Units(NamedTuple):
         """Return spins given in these units, in radians a second."""
         return np.ldexp(spins, -self.time)
 
-    def spins(self, spins: NDArray[np.void]) -> NDArray[np.void]:
-        """Return spins around impacts given in these units, in SI units."""
-        in_si = spins.copy()
-        for name in spins.dtype.names or ():
-            in_si[name] = self.radians_a_second(spins[name])
-        in_si.flags.writeable = False
-        return in_si
-
-    def impacts(self, impacts: NDArray[np.void]) -> NDArray[np.void]:
-        """Return impacts given in these units, in SI units."""
-        in_si = impacts.copy()
-        in_si["time_s"] = np.ldexp(impacts["time_s"], self.time)
-        for name in impacts.dtype.names or ():
-            if name.startswith("velocity"):
-                in_si[name] = self.metres_a_second(impacts[name])
+    def rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+        """Return impacts, or the spins around impacts, given in these units, in SI units."""
+        in_si = rows.copy()
+        for name in rows.dtype.names or ():
+            if rows.dtype == SPIN_DTYPE:
+                in_si[name] = self.radians_a_second(rows[name])
+            elif name.startswith("velocity"):
+                in_si[name] = self.metres_a_second(rows[name])
+            elif name == "time_s":
+                in_si[name] = np.ldexp(rows[name], self.time)
         in_si.flags.writeable = False
         return in_si
 
@@ -127,35 +123,32 @@ class RunInUnits:
 
     def __init__(self, run: Any, units: Units) -> None:
         self.log = LogInUnits(run.log, units)
-        self._run = run
+        self._run: Run = run
+        self._of_frames = run
         self._units = units
 
     @property
     def notes(self) -> tuple[str, ...]:
         """What a user should know of how the run was done."""
-        notes: tuple[str, ...] = self._run.notes
-        return notes
+        return self._run.notes
 
     @property
     def counts(self) -> dict[str, int]:
         """Work so far, by name."""
-        counts: dict[str, int] = self._run.counts
-        return counts
+        return self._run.counts
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        impacts: NDArray[np.int64] = self._run.impacts_per_disc()
-        return impacts
+        return self._run.impacts_per_disc()
 
     @property
     def frames(self) -> int:
         """Of a run of PIT: frames passed."""
-        frames: int = self._run.frames
-        return frames
+        return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
         """Of a run of PIT: pass so many frames, and go to the instant of the one that follows."""
-        self._run.advance_frames(frames)
+        self._of_frames.advance_frames(frames)
 
     @property
     def time_s(self) -> float:
@@ -165,8 +158,7 @@ class RunInUnits:
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all."""
         look = None if progress is None else lambda impacts, time: progress(impacts, self._units.seconds(time))
-        outcome: Outcome = self._run.advance_to(self._units.of_seconds(time_s), max_impacts, look)
-        return outcome
+        return self._run.advance_to(self._units.of_seconds(time_s), max_impacts, look)
 
     def positions(self) -> Array:
         """Return the centres now, metres, shape ``(n, 2)``."""
@@ -195,12 +187,12 @@ class LogInUnits:
 
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
-        return self._units.impacts(self._log.array())
+        return self._units.rows(self._log.array())
 
     def spins(self) -> NDArray[np.void] | None:
         """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
         spins = self._log.spins()
-        return None if spins is None else self._units.spins(spins)
+        return None if spins is None else self._units.rows(spins)
 
 
 def _is_ordinary(scene: Scene) -> bool:
