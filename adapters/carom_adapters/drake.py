@@ -206,7 +206,9 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="drake",
-    engine=Engine("Drake", module="pydrake", distribution="drake", install="pip install 'carom[drake]'"),
+    engine=Engine(
+        "Drake", module="pydrake", distribution="drake", install="pip install 'carom[drake]'", newest_tried="1.51"
+    ),
     capabilities=CAPABILITIES,
     knobs={
         "point_stiffness": Knob(1e5, 1e11, log=True),

@@ -324,7 +324,12 @@ adapter = EngineAdapter(
     name="pymunk",
     # 5.4.1 tells the adapter of no contact, though it bounces; 5.7.0 does.
     engine=Engine(
-        "pymunk", module="pymunk", distribution="pymunk", install="pip install 'carom[pymunk]'", oldest="5.7"
+        "pymunk",
+        module="pymunk",
+        distribution="pymunk",
+        install="pip install 'carom[pymunk]'",
+        oldest="5.7",
+        newest_tried="7.3",
     ),
     capabilities=CAPABILITIES,
     knobs={

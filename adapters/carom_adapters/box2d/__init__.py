@@ -52,7 +52,9 @@ def _located(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="box2d",
-    engine=Engine("Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'"),
+    engine=Engine(
+        "Box2D", module="Box2D", distribution="Box2D", install="pip install 'carom[box2d]'", newest_tried="2.3.10"
+    ),
     capabilities=CAPABILITIES,
     knobs={
         "velocityIterations": Knob(1, 100, log=True),

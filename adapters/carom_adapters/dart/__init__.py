@@ -32,7 +32,14 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 adapter = EngineAdapter(
     name="dart",
     # Before it a world has no setCollisionDetector.
-    engine=Engine("DART", module="dartpy", distribution="dartpy", install="pip install 'carom[dart]'", oldest="6.20"),
+    engine=Engine(
+        "DART",
+        module="dartpy",
+        distribution="dartpy",
+        install="pip install 'carom[dart]'",
+        oldest="6.20",
+        newest_tried="6.20",
+    ),
     capabilities=CAPABILITIES,
     knobs={
         "collision_detector": Knob(choices=DETECTORS),

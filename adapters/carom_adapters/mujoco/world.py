@@ -51,6 +51,21 @@ def _compiled(text: str) -> Any:
     return importlib.import_module("mujoco").MjModel.from_xml_string(text)
 
 
+#: Flags that came with a later release than the oldest: what they are called in MJCF, and their bits in MuJoCo.
+_LATER = {"speculative": ("mjtEnableBit", "mjENBL_SPECULATIVE"), "autoreset": ("mjtDisableBit", "mjDSBL_AUTORESET")}
+
+
+def _bit(mujoco: Any, flag: str) -> int:
+    """Return the bit of a flag; 0 where this release of MuJoCo has none, so that it reads as never set."""
+    kind, member = _LATER[flag]
+    return int(getattr(getattr(mujoco, kind), member, 0))
+
+
+def _there(mujoco: Any, settings: Mapping[str, Setting]) -> Mapping[str, Setting]:
+    """Return the settings without flags that this release lacks: what is read back says that they are as without."""
+    return {name: value for name, value in settings.items() if name not in _LATER or _bit(mujoco, name)}
+
+
 class MujocoWorld:
     """A compiled model with data of its own."""
 
@@ -61,7 +76,7 @@ class MujocoWorld:
         self._mujoco: Any = importlib.import_module("mujoco")  # untyped: its classes come from C++ without stubs
         self._mujoco.set_mju_user_warning(_ignore)
         try:
-            self._model = _compiled(mjcf(scene, settings))
+            self._model = _compiled(mjcf(scene, _there(self._mujoco, settings)))
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
@@ -104,6 +119,7 @@ class MujocoWorld:
         """The settings, read back from the compiled model."""
         model, mujoco = self._model, self._mujoco
         disabled, flag = model.opt.disableflags, mujoco.mjtDisableBit
+        ccd = "ccd" if hasattr(model.opt, "ccd_tolerance") else "mpr"  # by the algorithm of earlier releases
         read: dict[str, Setting] = {
             "dt_s": float(model.opt.timestep),
             "integrator": MJCF_INTEGRATORS[mujoco.mjtIntegrator(model.opt.integrator).name],
@@ -111,11 +127,11 @@ class MujocoWorld:
             "tolerance": float(model.opt.tolerance),
             "iterations": int(model.opt.iterations),
             "warmstart": not disabled & int(flag.mjDSBL_WARMSTART),
-            "speculative": bool(model.opt.enableflags & int(mujoco.mjtEnableBit.mjENBL_SPECULATIVE)),
-            "ccd_tolerance": float(model.opt.ccd_tolerance),
-            "ccd_iterations": int(model.opt.ccd_iterations),
+            "speculative": bool(model.opt.enableflags & _bit(mujoco, "speculative")),
+            "ccd_tolerance": float(getattr(model.opt, f"{ccd}_tolerance")),
+            "ccd_iterations": int(getattr(model.opt, f"{ccd}_iterations")),
             "shape": self._asked.get("shape", "sphere"),
-            "autoreset": not disabled & int(flag.mjDSBL_AUTORESET),
+            "autoreset": not disabled & _bit(mujoco, "autoreset"),
             "joints": self._asked["joints"],
             "listed_pairs": bool(model.npair),
             "in_turn": self._asked.get("in_turn", False),
@@ -195,7 +211,7 @@ class MujocoWorld:
         if not number.any():
             return "; ".join(told)
         # Without the reset, MuJoCo only counts such a value and goes on with it, which does no harm.
-        autoreset = not self._model.opt.disableflags & int(self._mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        autoreset = not self._model.opt.disableflags & _bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]
         if autoreset and bad.any():
             told.append(f"MuJoCo reset the state: a value was not finite or beyond {LARGEST_VALUE:g}")

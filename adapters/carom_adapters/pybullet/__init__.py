@@ -75,6 +75,7 @@ adapter = EngineAdapter(
         distribution="pybullet",
         install="pip install 'carom[pybullet]'",
         no_wheel_from=(3, 12),
+        newest_tried="3.2.7",
     ),
     capabilities=CAPABILITIES,
     knobs={

@@ -61,7 +61,13 @@ def _world(scene: Scene, settings: Mapping[str, Setting]) -> RapierWorld:
 
 adapter = EngineAdapter(
     name="rapier",
-    engine=Engine("Rapier", module="rapier3d", distribution="rapier3d", install="pip install 'carom[rapier]'"),
+    engine=Engine(
+        "Rapier",
+        module="rapier3d",
+        distribution="rapier3d",
+        install="pip install 'carom[rapier]'",
+        newest_tried="0.36",
+    ),
     capabilities=CAPABILITIES,
     knobs={
         "num_solver_iterations": Knob(1, 64, log=True),

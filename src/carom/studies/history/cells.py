@@ -211,10 +211,10 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     a, b = old.own.value, new.own.value
     if a is None or b is None:
         return CellChange(Moved.NOT_RUN, (new.own if a is not None else old.own).said)
-    if a.settings != b.settings:
-        return CellChange(Moved.ASKED, ", ".join(_differing(a.settings, b.settings)))
     if a.digest == b.digest:
         return CellChange(Moved.NOTHING)
+    if a.settings != b.settings:
+        return CellChange(Moved.ASKED, ", ".join(_differing(a.settings, b.settings)))
     if a.half_seen or b.half_seen:  # what it does not see it would be charged as the engine's
         return CellChange(Moved.UNSEEN)
     if not differs(a, b):

@@ -43,6 +43,7 @@ def over(low: float, high: float, **fields: Any) -> SeenCell:
     ("old", "new", "moved"),
     [
         (seen(RAN), seen(RAN), Moved.NOTHING),
+        (seen(RAN), seen(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), Moved.NOTHING),
         (seen(RAN), seen(replace(RAN, digest="b", velocity=0.25 + 1e-14)), Moved.ROUNDING),
         (over(0.1, 0.2), over(0.3, 0.4, digest="c"), Moved.WORSE),
         (over(0.3, 0.4), over(0.1, 0.2, digest="c"), Moved.BETTER),

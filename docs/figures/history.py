@@ -1,0 +1,111 @@
+"""`make history`: releases of engines, run and compared; the page `docs/history.md` is written of what came of them.
+
+It needs the registries, or what an earlier run has kept of them, and minutes. A journal an engine, in `reports/history`,
+lets it go on where it was ended.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from carom.pages.document import Document, Section
+from carom.pages.render.markdown import markdown
+from carom.runs.job import UnavailableError
+from carom.scenes import find_scenes
+from carom.studies.history.cells import history_journal
+from carom.studies.history.document import history_document
+from carom.studies.history.options import HistoryOptions
+from carom.studies.history.overlay import kept_releases
+from carom.studies.history.run import History, history
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE, JOURNALS = ROOT / "docs" / "history.md", ROOT / "reports" / "history"
+
+#: Short, and of each kind: two discs, a box, many at once, impacts in quick succession, coefficients from 0 to 1.
+SCENES = (
+    "paper",
+    *(
+        f"classics/{name}"
+        for name in ("head-on", "oblique-3-4-5", "perfectly-inelastic", "box", "bank-shot", "sorting")
+    ),
+    *(f"classics/{name}" for name in ("restitution-ladder", "cradle-gaps")),
+)
+
+#: Twice the releases of the page are kept, and no engine's is above 300 MB.
+KEPT_BYTES = 4e9
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An engine of the page.
+
+    Attributes:
+        engine: Name of the adapter.
+        versions: Which releases.
+        sentence: What they come to, by hand; a test holds the releases that it names to the table below it.
+    """
+
+    engine: str
+    versions: str
+    sentence: str = ""
+
+
+ENTRIES = (
+    Entry("pymunk", "5.7.0,6.3.0,6.6.0,6.9.0,6.11.1,7.0.0,7.2.0,7.3.1"),
+    Entry("planck", "1.0.5..1.5"),
+    Entry("matter", ">=0.12"),
+    Entry("rapier2d", ">=0.18"),
+    Entry("jolt", ">=0.20"),
+    Entry("mujoco", "3.0.0,3.1.0,3.2.0,3.3.0,3.5.0,3.10.0,3.17.0,4.0.0"),
+    Entry("dart", ">=6.20"),
+    Entry("pybullet", ">=3.2.6"),
+    Entry("rapier", ">=0.36"),
+)
+
+# ruff: noqa: E501 - lines of the page are as long as they are
+HEAD = """# Engines over their releases
+
+Written by `make history` with Carom's adapters of today: the releases come from the engines' registries, the scenes are {scenes}, each at
+its own frame rate with the profiles `default` and `tuned`. A change counts as one of the engine's where the settings read back are equal and,
+over eight phases of the step and the scene's own, the ranges of a number part by more than rounding, or a verdict holds at every phase
+of the one release and at none of the other. *Chance of phase*, *asked otherwise* and *half seen* (velocities change where the adapter is told
+of no impact) are counted, and said of nobody. The same for your engine: [regressions](regressions.md).
+"""
+
+
+def section(found: History, sentence: str) -> str:
+    """Return an engine's part of the page: its sentence, its tables, and nothing of the machine."""
+    whole = history_document(found)
+    parts = tuple(one for one in whole.sections if one.heading in {"Release by release", "What changed"})
+    body = markdown(Document("x", whole.lead, tuple(Section(one.heading, one.blocks, 3) for one in parts)))
+    return f"## {found.origin.engine}\n\n{sentence}\n\n{body.partition(chr(10))[2].strip()}\n"
+
+
+def main(names: list[str]) -> None:
+    """Run what is asked for, all by default, and write the page of all that came of it."""
+    scenes = [entry.scene for entry in find_scenes(SCENES)]
+    parts, lacking = [], []
+    for entry in ENTRIES:
+        if names and entry.engine not in names:
+            continue
+        folder = JOURNALS / entry.engine
+        folder.mkdir(parents=True, exist_ok=True)
+        options = HistoryOptions(versions=[entry.versions], most=8, jobs=1)
+        try:
+            with kept_releases(KEPT_BYTES) as kept, history_journal(folder / "journal.jsonl", resume=True) as notes:
+                found = history(entry.engine, scenes, kept, options, notes=notes)
+        except UnavailableError as error:
+            lacking.append(f"- {entry.engine}: {error}")
+            continue
+        parts.append(section(found, entry.sentence))
+        sys.stdout.write("\n".join(history_document(found).lead) + f"\n{found.elapsed_s:.0f} s\n")
+    missing = "## Not run here\n\n" + "\n".join(lacking) + "\n" if lacking else ""
+    PAGE.write_text(
+        "\n".join([HEAD.format(scenes=", ".join(f"`{name}`" for name in SCENES)), *parts, missing]).rstrip() + "\n"
+    )
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

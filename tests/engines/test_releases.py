@@ -1,0 +1,106 @@
+"""What releases of engines do, bare and by `carom history`: it needs the registries, or what was kept of them."""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from carom.scenes import find_scenes
+from carom.studies.history.cells import Moved
+from carom.studies.history.clients import CLIENTS, ClientError
+from carom.studies.history.options import HistoryOptions
+from carom.studies.history.overlay import Kept, kept_releases
+from carom.studies.history.run import history
+
+pytestmark = [pytest.mark.engines, pytest.mark.long]
+
+RAPIER = "@dimforge/rapier2d-compat"
+#: Given back of 0.2 and of 1 m/s, least and median over 32 phases: slow bounces were lost twice, and came back in 0.20.
+COLUMNS = {
+    "0.8.0": ((0.406, 0.906), (0.906, 1.0)),
+    "0.11.2": ((0.406, 0.906), (0.906, 1.0)),
+    "0.12.0": ((0.360, 0.839), (0.839, 1.0)),
+    "0.13.1": ((0.040, 0.625), (0.625, 1.0)),
+    "0.14.0": ((0.058, 0.625), (0.625, 1.0)),
+    "0.19.3": ((0.058, 0.625), (0.625, 1.0)),
+    "0.20.0": ((1.0, 1.0), (1.0, 1.0)),
+    "0.21.0": ((1.0, 1.0), (1.0, 1.0)),
+}
+
+
+@pytest.fixture(scope="module")
+def kept() -> Iterator[Kept]:
+    """Releases, kept where `carom history` keeps them."""
+    with kept_releases(4e9) as found:
+        yield found
+
+
+def release(kept: Kept, registry: str, package: str, version: str) -> Path:
+    try:
+        return kept.made(CLIENTS[registry], registry, package, version).folder
+    except ClientError as error:
+        pytest.skip(str(error))
+
+
+@pytest.mark.parametrize("version", COLUMNS)
+def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
+    """Bare, as shipped, over 32 phases: what is given back at 0.2 and 1 m/s is the column's; 5 and 20 m/s are whole."""
+    folder = release(kept, "npm", RAPIER, version)
+    script = Path(__file__).with_name("rapier_releases.mjs")
+    done = subprocess.run(["node", script, folder], capture_output=True, text=True, check=True, env=dict(os.environ))
+    told = {float(speed): values for speed, values in json.loads(done.stdout).items()}
+    for speed, column in zip((0.2, 1.0), COLUMNS[version], strict=True):
+        found = (min(told[speed]), statistics.median_high(told[speed]))
+        assert found == pytest.approx(column, abs=5e-4), speed  # as the columns are rounded
+    for speed in (5.0, 20.0):
+        assert told[speed] == pytest.approx([1.0] * 32, abs=1e-4)
+
+
+def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[Moved]]:
+    """Return what became of the cells of each release since the one before."""
+    plain = [entry.scene for entry in find_scenes(scenes)]
+    found = history(engine, plain, kept, HistoryOptions(versions=[versions], jobs=1))
+    if reasons := [one.not_run for one in found.releases if one.not_run]:
+        pytest.skip(reasons[0])
+    return {step.new.version: {change.moved for change in step.changes.values()} for step in found.transitions}
+
+
+@pytest.mark.parametrize(
+    ("engine", "versions"),
+    [
+        ("pymunk", "6.3.0,6.11.1,7.0.0,7.3.1"),
+        ("planck", "1.0.5,1.3.0,1.5.0"),
+        ("mujoco", "3.0.0,3.3.0"),
+    ],
+)
+def test_not_one_bit_has_moved(engine: str, versions: str, kept: Kept) -> None:
+    """From the first of these releases to the last, in every cell that runs, impacts and final states are equal."""
+    moved = told(engine, versions, kept, "paper", "classics/box", "classics/sorting")
+    assert set.union(*moved.values()) <= {Moved.NOTHING, Moved.NOT_RUN}
+
+
+def test_what_carom_asks_otherwise_is_not_mujocos(kept: Kept) -> None:
+    """Speculative contacts came with 4.0: `tuned` asks for them, and what that changes is laid to no release."""
+    moved = told("mujoco", "3.17.0,4.0.0", kept, "classics/bullet", "classics/box")
+    assert moved["4.0.0"] & {Moved.ASKED}
+    assert not any(one.real for one in moved["4.0.0"])
+
+
+def test_cradles_of_rapier_came_back_in_0_20(kept: Kept) -> None:
+    """`carom history` sees the mend that the bare columns show: impacts missed at every phase before are found."""
+    moved = told("rapier2d", "0.19.3,0.20.0", kept, "classics/cradle-gaps")
+    assert Moved.BETTER in moved["0.20.0"]
+
+
+def test_pymunk_before_5_7_is_refused_and_not_blamed(kept: Kept) -> None:
+    """Its arbiters tell the adapter of no contact, though it bounces: no row of it is run."""
+    plain = [entry.scene for entry in find_scenes(["classics/box"])]
+    found = history("pymunk", plain, kept, HistoryOptions(versions=["5.6.0", "5.7.0"], jobs=1))
+    assert found.releases[0].not_run == "older than 5.7, the oldest release that its adapter drives"
+    assert found.ran == found.releases[1:]
