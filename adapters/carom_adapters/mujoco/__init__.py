@@ -67,8 +67,8 @@ def _cylinder_plain(dt_s: float) -> dict[str, Setting]:
 
 adapter = EngineAdapter(
     name="mujoco",
-    # 2.3 fails on what the adapter sets of a pair. Speculative contacts came with 4.0: on a 3.x the profiles that ask for
-    # them run without, and the settings that are read back say so.
+    # 2.3 fails on what the adapter sets of a pair. Speculative contacts came with 4.0: on a 3.x the profiles that ask
+    # for them run without, and the settings that are read back say so.
     engine=Engine(
         "MuJoCo",
         module="mujoco",
