@@ -1,4 +1,4 @@
-"""What commands print, kept whole in tests/snapshots: a change of it is read as a diff.
+"""What commands print, and documents of fixed results, kept whole in tests/snapshots: a change is read as a diff.
 
 `make generated` writes them anew. Only methods of Carom's own are asked, so no engine's version is in them.
 """
@@ -10,9 +10,16 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.unit.pages.test_terminal import printed
+from tests.unit.studies.examples import advice, bench, campaign_results, growth
 from typer.testing import CliRunner
 
 from carom.cli import app
+from carom.pages.document import Document
+from carom.studies.advise.document import advice_document
+from carom.studies.bench.document import bench_document
+from carom.studies.bench.growth_document import growth_document
+from carom.studies.stress.document import stress_document
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "tests" / "snapshots"
@@ -35,13 +42,34 @@ def normal(text: str) -> str:
     return "".join(f"{line.rstrip()}\n" for line in text.splitlines())
 
 
+def assert_kept(name: str, text: str) -> None:
+    """CAROM_SNAPSHOTS=write keeps the text."""
+    path = FOLDER / f"{name}.txt"
+    if os.environ.get("CAROM_SNAPSHOTS") == "write":
+        path.write_text(text, encoding="utf-8")
+    assert path.read_text(encoding="utf-8") == text
+
+
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At 80 columns, to the letter but for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""
     monkeypatch.chdir(ROOT)
     result = CliRunner(env={"COLUMNS": "80", "TERM": "dumb"}).invoke(app, COMMANDS[name].split())
     text = f"$ carom {COMMANDS[name]}\n{normal(result.output)}exit code {result.exit_code}\n"
-    path = FOLDER / f"{name}.txt"
-    if os.environ.get("CAROM_SNAPSHOTS") == "write":
-        path.write_text(text, encoding="utf-8")
-    assert path.read_text(encoding="utf-8") == text
+    assert_kept(name, text)
+
+
+#: Documents of results that stand in the tests: whoever runs these studies asks engines, or a clock.
+DOCUMENTS = {
+    "advise-document": lambda: advice_document(advice()),
+    "bench-document": lambda: bench_document(bench("default", "tuned")),
+    "grow-document": lambda: growth_document(growth()),
+    "stress-document": lambda: stress_document(campaign_results()),
+}
+
+
+@pytest.mark.parametrize("name", DOCUMENTS)
+def test_a_document_is_printed_as_it_is_kept(name: str) -> None:
+    """At 80 columns and in full, to the letter."""
+    document: Document = DOCUMENTS[name]()
+    assert_kept(name, "".join(f"{line.rstrip()}\n" for line in printed(document, 80, full=True)))

@@ -220,10 +220,16 @@ def _unstable(bounces: float) -> list[Trial]:
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 
+_DIGITS = "brute force in 240 decimal digits from the scene as stored"
+_ELASTIC = "conservation: every impact is elastic"
+
+
 def crowd_attacks() -> list[Attack]:
     """Return the attacks with many discs or many impacts."""
-    digits = "brute force in 240 decimal digits from the scene as stored"
-    energy = "conservation: every impact is elastic"
+    return [*_many_discs(), *_many_impacts()]
+
+
+def _many_discs() -> list[Attack]:
     return [
         Attack(
             "cradle-gap",
@@ -231,7 +237,7 @@ def crowd_attacks() -> list[Attack]:
             0.1,
             1e-15,
             _cradle,
-            f"{digits}; touching: the limit of vanishing gaps, one pair at a time",
+            f"{_DIGITS}; touching: the limit of vanishing gaps, one pair at a time",
             f"{_VELOCITY}: only the last disc leaves",
             last=0.0,
         ),
@@ -241,7 +247,7 @@ def crowd_attacks() -> list[Attack]:
             1,
             64,
             _crowded_frame,
-            digits,
+            _DIGITS,
             f"{_VELOCITY}: only the last disc leaves",
             quick_absurd=32,
             whole=True,
@@ -263,11 +269,16 @@ def crowd_attacks() -> list[Attack]:
             1.0,
             1e-3,
             _packed,
-            energy,
+            _ELASTIC,
             _ENERGY,
             quick_absurd=1e-2,
         ),
-        Attack("duration", "impacts, about", 10, 1e4, _lasting, energy, _ENERGY, quick_absurd=300),
+    ]
+
+
+def _many_impacts() -> list[Attack]:
+    return [
+        Attack("duration", "impacts, about", 10, 1e4, _lasting, _ELASTIC, _ENERGY, quick_absurd=300),
         Attack(
             "gas-pressure",
             "speed x dt / radius in a hard-disc gas at packing 0.3",
@@ -285,7 +296,7 @@ def crowd_attacks() -> list[Attack]:
             0.9,
             0.01,
             _inelastic,
-            f"{digits} above 7 - 4 √3; below it the three end with their centre of mass (McNamara and Young, 1992)",
+            f"{_DIGITS} above 7 - 4 √3; below it the three end with their centre of mass (McNamara and Young, 1992)",
             _VELOCITY,
         ),
         Attack(
@@ -304,7 +315,7 @@ def crowd_attacks() -> list[Attack]:
             1,
             24,
             _unstable,
-            digits,
+            _DIGITS,
             f"{_VELOCITY}; an error across the axis grows 5.8 times a bounce, so 53 bits last for some twenty",
             whole=True,
             # Once off the axis the disc leaves in much the same direction, whoever runs it: the few bounces between are
