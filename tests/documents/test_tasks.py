@@ -23,7 +23,7 @@ SEARCHED = {
     "licence": "README.md",
 }
 TASKS = ("tunnelling", "which-step", "settings", "regressions", "lecture")
-#: A heading counts as much as this many words of text: the search of the site does so too.
+#: A heading counts as much as this many words of text; the site's search prefers headings, too.
 HEADING = 10
 
 
