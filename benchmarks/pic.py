@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.arguments import count, parser, run
+from benchmarks.baseline import Interpreter
 
 __all__ = ["main"]
 
@@ -23,35 +24,12 @@ _PACKINGS = (0.3, 0.6)
 _SMALL = ((2, 1, 2000), (3, 10, 400), (16, 100, 100), (16, 1000, 40), (128, 300, 40), (999, 1000, 10))
 
 
-class Worker:
-    """An interpreter that times what it is told to."""
+class Worker(Interpreter):
+    """An interpreter that times what it is told to, see `benchmarks.pic_worker`."""
 
     def __init__(self, python: str, *task: object) -> None:
-        source = Path(__file__).with_name("pic_worker.py").read_text(encoding="utf-8")
-        self._process = subprocess.Popen(  # noqa: S603 - an interpreter that the user names, and our own text
-            [python, "-c", source], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
-        self._say(" ".join(map(str, task)))
-
-    def __enter__(self) -> Worker:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._process.kill()
-        self._process.communicate()
-
-    def ask(self, question: object) -> float:
-        """Return the answer to a line, see `benchmarks.pic_worker`."""
-        return float(self._say(str(question)))
-
-    def _say(self, line: str) -> str:
-        assert self._process.stdin is not None  # noqa: S101 - both are pipes
-        assert self._process.stdout is not None  # noqa: S101
-        print(line, file=self._process.stdin, flush=True)
-        answer = self._process.stdout.readline()
-        if not answer:
-            raise OSError(f"the interpreter {self._process.args!r:.60} has ended: see its message above")
-        return answer
+        super().__init__(Path(__file__).with_name("pic_worker.py").read_text(encoding="utf-8"), python)
+        self.ask(" ".join(map(str, task)))
 
 
 def paired(one: Worker, other: Worker, size: int, repeats: int) -> tuple[float, str]:
@@ -59,9 +37,9 @@ def paired(one: Worker, other: Worker, size: int, repeats: int) -> tuple[float, 
     times, ratios = [], []
     for k in range(repeats):
         if k % 2:
-            there, here = other.ask(size), one.ask(size)
+            (there,), (here,) = other.ask(str(size)), one.ask(str(size))
         else:
-            here, there = one.ask(size), other.ask(size)
+            (here,), (there,) = one.ask(str(size)), other.ask(str(size))
         times.append(here)
         ratios.append(there / here)
     low, middle, high = statistics.quantiles(ratios, n=4)
@@ -80,7 +58,7 @@ def kernel_rows(sizes: Sequence[int], baseline: str, impacts: int, repeats: int)
                         _, beside = paired(ours, theirs, impacts, repeats)
                 with Worker(sys.executable, "gas", discs, packing, "recorded") as recording:
                     seconds, cost = paired(ours, recording, impacts, repeats)
-                memory = ours.ask("bytes")
+                (memory,) = ours.ask("bytes")
             rate = impacts / seconds
             print(f"{discs:9d} {packing:8.1f} {rate:10.3g} {beside:>18} {cost:>18} {memory:11.0f}", flush=True)
 

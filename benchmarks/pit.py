@@ -20,23 +20,16 @@ __all__ = ["main"]
 #: Answers the number of frames by the seconds that they took; written for this Carom and for older ones.
 _GAS = """
 import sys, time
-from carom.studies.bench.gas import gas_scene
-scene = gas_scene(int({discs!r}), 0.3)
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
 try:
-    from carom.solvers.pit.clock import FrameClock
-    from carom.solvers.pit.solve import pit_run
-    run = pit_run(scene, FrameClock(rate_hz=60.0), skipping={skipping!r})
-    advance = run.advance_frames
+    from carom.studies.bench.gas import gas_scene
 except ImportError:
-    from carom.solvers.pit import pit_run
-    run, frame = pit_run(scene, skipping={skipping!r}), 0
-    def advance(frames):
-        global frame
-        run.advance_frames([k / 60.0 for k in range(frame + 1, frame + frames + 1)])
-        frame += frames
+    from carom.bench.gas import gas_scene
+run = pit_run(gas_scene(int({discs!r}), 0.3), FrameClock(rate_hz=60.0), skipping={skipping!r})
 for line in sys.stdin:
     begin = time.process_time()
-    advance(int(line))
+    run.advance_frames(int(line))
     print(time.process_time() - begin, flush=True)
 """
 
