@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
 import typer
 
 from carom.cli.ascii_signs import ERRORS
-from carom.errors import AdapterError, CaromError, InputError
-from carom.limits import LARGEST, MOST_JOBS, SMALLEST
-from carom.text import shortened, visible
+from carom.declared import step
+from carom.errors import AdapterError, CaromError
+from carom.text import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -34,13 +34,8 @@ __all__ = [
     "EXIT_UNAVAILABLE",
     "EXIT_VIOLATION",
     "SCENE_NAMES",
-    "EngineNames",
-    "Jobs",
-    "MemoryLimit",
-    "ProfileNames",
     "Resume",
     "Retry",
-    "TimeLimit",
     "Verbose",
     "console",
     "drop_unwritten",
@@ -80,27 +75,6 @@ def engines_named(words: list[str] | None) -> list[str] | None:
         raise typer.BadParameter(str(error)) from None
 
 
-EngineNames = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--engine",
-        "-e",
-        callback=engines_named,
-        help="Engine, or the engine.toml of one that is a program; repeatable. All that are installed by "
-        "default. Its adapter runs with your permissions.",
-    ),
-]
-
-ProfileNames = Annotated[
-    list[str] | None,
-    typer.Option("--profile", "-p", help="Settings profile, repeatable. By default 'default' and 'tuned'."),
-]
-
-Jobs = Annotated[
-    int | None,
-    typer.Option("--jobs", "-j", min=1, max=MOST_JOBS, help="Runs at a time. As many as there are cores by default."),
-]
-
 Resume = Annotated[
     bool,
     typer.Option("--resume", help="Continue from the journal in the folder of results: run what is missing in it."),
@@ -110,21 +84,8 @@ Retry = Annotated[
     bool, typer.Option("--retry", help="As --resume, and run again what crashed, timed out or raised an error.")
 ]
 
-TimeLimit = Annotated[
-    float, typer.Option("--time-limit", help="Seconds after which a run that gives no answer is ended.")
-]
-
 Verbose = Annotated[
     bool, typer.Option("--verbose", "-v", help="Print the evidence: every table, not the answer alone.")
-]
-
-
-MemoryLimit = Annotated[
-    float | None,
-    typer.Option(
-        "--memory-limit",
-        help="Megabytes that an engine's process may take. The machine's by default, shared among --jobs and one more.",
-    ),
 ]
 
 
@@ -254,18 +215,13 @@ def print_document(document: Document, *, full: bool = False) -> None:
 
 
 def seconds(text: str) -> float:
-    """Read a step such as ``1/240`` or ``0.004``."""
-    whole, slash, parts = text.partition("/")
+    """Read a step such as ``1/240`` or ``0.004``, as what is declared takes it."""
+    kind = step()
     try:
-        value = float(whole) / (float(parts) if slash else 1.0)
-    except (ValueError, ZeroDivisionError):
-        raise InputError(
-            f"--dt must be a number of seconds such as 1/240 or 0.004, got {shortened(repr(text))}"
-        ) from None
-    if not SMALLEST <= value <= LARGEST:
-        limits = f"above 0: from {SMALLEST:.3g} to {LARGEST:.3g} s"
-        raise InputError(f"--dt must be {limits}, got {shortened(repr(text))}")
-    return value
+        found: float = kind.take(kind.read(text))
+    except (ValueError, OverflowError):
+        raise kind.refusal("--dt", text) from None
+    return found
 
 
 def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
