@@ -42,7 +42,6 @@ __all__ = [
     "SPAN",
     "beyond",
     "require_megabytes",
-    "require_seconds",
     "require_within",
     "values_in",
 ]
@@ -104,16 +103,6 @@ def require_within(name: str, array: NDArray[np.float64], least: float, most: fl
     if wrong.any():
         value = array[wrong].flat[0]
         raise InputError(f"{name} {beyond(least, most) if math.isfinite(value) else 'must be finite'}, got {value}")
-
-
-def require_seconds(name: str, value: float) -> None:
-    """Refuse what is no time limit: a number of seconds above 0, and not above `LONGEST_S`.
-
-    Raises:
-        InputError: The message names the option or argument, and the value.
-    """
-    if not (isinstance(value, int | float) and 0.0 < value <= LONGEST_S):
-        raise InputError(f"{name} must be a positive number of seconds, {LONGEST_S:g} at most, got {value!r}")
 
 
 def require_megabytes(name: str, value: float) -> None:

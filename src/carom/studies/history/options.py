@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.declared import flag, measure, name, option, step, whole
-from carom.limits import MOST_MB, MOST_PHASES
+from carom.declared import flag, megabytes, name, option, step, whole
+from carom.limits import MOST_PHASES
 from carom.runs.options import MOST_SEED, Limited, profile_names
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ class HistoryOptions(Limited):
     seed: int = option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed")
     kept_mb: float = option(
         2000.0,
-        measure(f"a positive number of megabytes, {MOST_MB:g} at most", "MEGABYTES", 0.0, MOST_MB),
+        megabytes(),
         "Megabytes of releases to keep for the next time.",
         "--keep",
     )
