@@ -71,7 +71,7 @@ ENTRIES = (
         ">=0.18",
         "0.20.0 changed nearly every cell: with the shipped settings cradles and sorting became right, with `tuned` sorting "
         "became wrong until 0.21.0. Bare, over 32 phases, slow bounces that 0.12 and 0.13 had lost are whole again from it on "
-        "(`tests/engines/test_releases.py`). Before 0.18 its contacts are gone when an adapter can read them.",
+        "(`tests/engines/test_engine_releases.py`). Before 0.18 its contacts are gone when an adapter can read them.",
     ),
     Entry("rapier", ">=0.36", "The registry serves two releases, which are equal to the bit."),
     Entry("dart", ">=6.20", "One release that the adapter drives; those before 6.20 have another interface."),

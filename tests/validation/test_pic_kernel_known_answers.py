@@ -13,7 +13,6 @@ from tests.validation.own import galperin
 from carom import Outcome
 from carom.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain import run as plain_run
 from carom.solvers.plain.run import AllPairsRun
 from carom.studies.bench.gas import hard_disc_gas
 
@@ -147,7 +146,7 @@ def test_the_contact_time_of_the_tc_model_is_counted_from_impacts_alone(monkeypa
     start = random_start(np.random.default_rng(4), 5, restitution=0.9)
     found = []
     for impacts_per_epoch in (1, 1000):
-        monkeypatch.setattr(plain_run, "EPOCH_IMPACTS", impacts_per_epoch)
+        monkeypatch.setattr(AllPairsRun, "epoch_impacts", impacts_per_epoch)
         run = AllPairsRun(scene_of(start, 1.0), contact_duration_s=0.3)
         run.advance_to(math.inf, 40)
         found.append((run.counts["epochs"], run.velocities()))

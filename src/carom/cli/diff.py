@@ -28,6 +28,7 @@ def diff(
         Path | None, typer.Option("--markdown", help="Write it as Markdown, for a comment; - prints that alone.")
     ] = None,
     page: Annotated[Path | None, typer.Option("--page", help="Write it as one HTML file.")] = None,
+    verbose: shared.Verbose = False,
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
 ) -> None:
     """Say what got better and worse between two cross-checks, cell by cell, and why.
@@ -48,12 +49,12 @@ def diff(
     from carom.pages.render.html import html
     from carom.pages.render.markdown import markdown as markdown_of
     from carom.studies.diff.document import diff_document
-    from carom.studies.diff.run import diff as held_against
+    from carom.studies.diff.run import diff as compared
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None:
             _require_own(option, path)
-    found = held_against(old, new, options.match)
+    found = compared(old, new, options.match)
     document = diff_document(found, str(old), str(new))
     if page is not None:
         write_file(page, html(document))
@@ -62,7 +63,7 @@ def diff(
     else:
         if markdown is not None:
             write_file(markdown, markdown_of(document))
-        shared.print_document(document)
+        shared.print_document(document, full=verbose)
     least = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
     if least is not None and any(change.violates(least) for change in found.changes):
         raise typer.Exit(shared.EXIT_VIOLATION)

@@ -18,6 +18,7 @@ __all__ = [
     "ON_PAPER",
     "PAGE",
     "TERMINAL",
+    "Answer",
     "Block",
     "Cell",
     "Code",
@@ -297,22 +298,51 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Answer:
+    """What a document says first: it answers the question that the study was asked.
+
+    Attributes:
+        sentence: The answer; a terminal prints it on the first line.
+        more: What else of it matters; a terminal prints it last, where it stays in sight.
+    """
+
+    sentence: str
+    more: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, sentences: Iterable[str]) -> Answer:
+        """Return an answer of sentences, of which the first is the answer; there must be one."""
+        first, *more = sentences
+        return cls(first, tuple(more))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """All of it, in order."""
+        return tuple(filter(None, (self.sentence, *self.more)))
+
+
+@dataclass(frozen=True)
 class Document:
     """A document.
 
     Attributes:
         title: Its title.
-        lead: The sentences that matter most.
+        answer: What it says first.
         sections: Its parts.
         about: What is compared, for who reads such a document for the first time; no terminal shows it.
         watch: The one replay to begin with, which a page leads to; None for none.
     """
 
     title: str
-    lead: tuple[str, ...]
+    answer: Answer
     sections: tuple[Section, ...]
     about: str = ""
     watch: Cell | None = None
+
+    @property
+    def lead(self) -> tuple[str, ...]:
+        """The sentences of the answer."""
+        return self.answer.sentences
 
     def shown(self, medium: Medium) -> Iterable[Section]:
         """Return the sections that a medium shows; one without anything to show is left out."""

@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from carom.adapter import Capabilities, ContactTimes, Knob, Stamp
-from carom.pages.document import EVERYWHERE, Block, Cell, Column, Document, Facts, Lines, Section, Table
+from carom.pages import wording
+from carom.pages.document import EVERYWHERE, Answer, Block, Cell, Column, Document, Facts, Lines, Section, Table
 from carom.registry import EngineInfo
 from carom.scenes import CatalogueScene, Complaint, all_scenes
 
@@ -80,7 +81,14 @@ def engine_page(info: EngineInfo) -> Document:
     if info.capabilities is not None:
         sections.append(_capabilities({"in general": info.capabilities, **info.own}))
     sections.append(_hazards(info))
-    return Document(f"Carom: {info.name}", (), tuple(sections))
+    able = (
+        f"is not available: {info.unavailable}"
+        if info.unavailable
+        else f"has {wording.count(len(info.profiles), 'profile')}"
+    )
+    return Document(
+        f"Carom: {info.name}", Answer(f"{' '.join(filter(None, (info.engine, info.version)))} {able}."), tuple(sections)
+    )
 
 
 def _facts(info: EngineInfo) -> Iterator[tuple[str, str]]:

@@ -106,7 +106,7 @@ OTHER: dict[str, Any] = {
     "error": "time",
     "certified": True,
     "miss_probability": 0.5,
-    "match": ("pit", "pic"),
+    "match": [("pit", "pic")],
     "fail_on": "close",
 }
 

@@ -23,7 +23,7 @@ _BAR = 14
 
 
 def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[RichTable | str]:
-    """Yield what is printed, in order: the sections, and last, where it stays in sight, what matters most.
+    """Yield what is printed, in order: the answer, the sections, and last, where it stays in sight, what else matters.
 
     Args:
         document: What is shown.
@@ -31,6 +31,8 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
         full: Whether to show the evidence as well as the answer.
     """
     medium = Medium.DETAIL if full else Medium.TERMINAL
+    if document.answer.sentence:
+        yield visible(document.answer.sentence)
     for section in document.shown(medium):
         below = list[str]()  # what the signs of a table mean stands below it
         for block in section.shown(medium):
@@ -50,7 +52,7 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
                     yield from (visible(f"{name}: {value}") for name, value in block.items)
                 case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
                     pass
-    yield from map(visible, document.lead)
+    yield from map(visible, document.answer.more)
 
 
 #: What stands between two columns: the padding of both, and the box's own sign.

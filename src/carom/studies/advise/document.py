@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 
 from carom.pages import wording
-from carom.pages.document import DETAIL, Block, Column, Document, Lines, Section, Table, Text
+from carom.pages.document import DETAIL, Answer, Block, Column, Document, Lines, Section, Table, Text
 from carom.runs.job import Method
 from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchEnding, StepRange, StepTrial
 from carom.studies.advise.step_search import CONFIRM
@@ -47,14 +47,15 @@ def advice_document(advice: Advice) -> Document:
         title=f"{advice.scene.name}, in steps a second:",
         note="a-b: every step tried between passes; between the steps there is no proof.",
     )
+    answer, *more = _answers(advice)
     blocks: tuple[Block, ...] = (
-        Lines(tuple(_answers(advice))),
+        Lines(tuple(more)),
         *([table] if rows else []),
         Lines(tuple(_limits(advice))),
         Text(_how(advice), DETAIL),
         *(_curve(answer) for answer in rows),
     )
-    return Document("Carom: advice", (), (Section("Advice", blocks),))
+    return Document("Carom: advice", Answer(answer), (Section("Advice", blocks),))
 
 
 def _answers(advice: Advice) -> Iterator[str]:

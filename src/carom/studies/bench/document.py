@@ -10,7 +10,19 @@ from pathlib import Path
 
 from carom.folders import file_name, write_files
 from carom.pages import wording
-from carom.pages.document import IN_FULL, ON_PAPER, TERMINAL, Block, Document, Figure, Figures, Lines, Section, Text
+from carom.pages.document import (
+    IN_FULL,
+    ON_PAPER,
+    TERMINAL,
+    Answer,
+    Block,
+    Document,
+    Figure,
+    Figures,
+    Lines,
+    Section,
+    Text,
+)
 from carom.pages.files import as_json, fields_of, require_report_extra
 from carom.pages.made import making, stamp_lines
 from carom.pages.render.html import html
@@ -53,7 +65,7 @@ def bench_document(bench: Bench, axes: Sequence[Diagram] = tuple(Diagram)) -> Do
     suite = (suite_table(bench, targets), Text(TABLE_SHORT, TERMINAL)) if len(bench.scenes) > 1 else ()
     return Document(
         "Carom bench",
-        (_scope(bench), *(_answers(bench, targets) if timed else ())),
+        Answer.of((*(_answers(bench, targets) if timed else ()), _scope(bench))),
         (
             Section("Every method", suite),
             *(section for scene in bench.scenes for section in _scene(bench, scene, axes, targets)),

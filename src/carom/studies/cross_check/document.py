@@ -11,7 +11,7 @@ from carom.comparator import Grade, Horizon
 from carom.comparator.thresholds import THRESHOLDS
 from carom.folders import write_files
 from carom.pages import wording
-from carom.pages.document import Document
+from carom.pages.document import Answer, Document
 from carom.pages.files import packed
 from carom.pages.grid import Grid, Mark, build_grid
 from carom.pages.made import making
@@ -22,6 +22,7 @@ from carom.runs.raised import raised
 from carom.runs.results import Results, Row
 from carom.studies.cross_check import tables
 from carom.studies.cross_check.divergences import pictures
+from carom.studies.cross_check.finding import finding
 from carom.studies.cross_check.overview import first_replay, overview
 from carom.studies.cross_check.price import price_section, prices
 from carom.studies.cross_check.reference import known_section, reference_section
@@ -47,7 +48,7 @@ def cross_check_document(results: Results) -> Document:
     found = prices(grid)
     return Document(
         "Carom cross-check",
-        (_reference(results), _counts(grid), *_lucky(grid)),
+        Answer(finding(grid), (_reference(results), _counts(grid), *_lucky(grid))),
         (
             *overview(results, grid, found),
             *tables.grid_sections(results, grid),

@@ -1,51 +1,122 @@
-"""A diff of two cross-checks as a document."""
+"""A diff of two cross-checks as a document: the count, what got worse, what is mixed, what got better."""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from carom.pages import wording
-from carom.pages.document import EVERYWHERE, PAGE, Cell, Column, Document, Section, Table, Text
+from carom.pages.document import (
+    DETAIL,
+    EVERYWHERE,
+    PAGE,
+    TERMINAL,
+    Answer,
+    Cell,
+    Column,
+    Document,
+    Section,
+    Table,
+    Text,
+)
 from carom.studies.diff.run import Change, Diff, Kind
 
-__all__ = ["diff_document"]
+__all__ = ["MOST_ROWS", "diff_document"]
 
-#: As many rows as a comment on a pull request holds, whose length is limited, and as somebody reads on a terminal.
+#: As many rows as a comment on a pull request holds, whose length is limited.
 MOST_ROWS = 50
+#: Groups of what got worse or is mixed, and of all else, that a terminal shows of 25 lines: each is up to two.
+MOST_WORSE, MOST_OTHERS = 4, 2
+#: Settings whose values are told on a terminal, and characters of each.
+MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (
     Column("cell", lambda change: Cell(change.scene, f"{change.method}, {wording.step(change.dt_s)}")),
-    Column("change", lambda change: Cell(change.kind.value, _marks(change), css=change.new.css)),
+    Column("change", lambda change: Cell(_kind(change), _marks(change), css=change.new.css)),
     Column("before → after", lambda change: Cell("; ".join(map(str, change.measures)), css="prose")),
     Column("cause", lambda change: Cell("; ".join(change.causes), css="prose")),
 )
 
 
+@dataclass(frozen=True)
+class _Group:
+    """Changes alike: of one kind and grade, after the same settings and versions; the worst stands for all."""
+
+    changes: tuple[Change, ...]
+
+    @property
+    def worst(self) -> Change:
+        """The first, as changes stand in order."""
+        return self.changes[0]
+
+
+_GROUPED = (
+    Column("cells", lambda group: str(len(group.changes)), number=True),
+    Column("change", lambda group: f"{_kind(group.worst)}: {_marks(group.worst)}"),
+    Column("the most changed of them", lambda group: _where(group.worst)),
+)
+
+
 def diff_document(found: Diff, old: str, new: str) -> Document:
-    """Return the document: a sentence that sums it up, the worst cell, and all that changed, the worst first.
+    """Return the document: how many cells got better and worse, and which; a terminal shows some of each in 25 lines.
 
     Args:
         found: What changed.
-        old: What was held against what, in the reader's words.
+        old: What was compared with what, in the reader's words.
         new: The other.
     """
     changes, left_out = found.changes, len(found.changes) - MOST_ROWS
     note = f"{left_out} more are not shown; --page FILE writes all of them" if left_out > 0 else ""
     tables = (
-        Table(_COLUMNS, changes, css="cells diff", only=PAGE),
-        Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=EVERYWHERE - PAGE),
+        Table(_COLUMNS, changes, css="cells diff", only=PAGE | DETAIL),
+        Table(_COLUMNS, changes[:MOST_ROWS], note=note, only=EVERYWHERE - PAGE - DETAIL - TERMINAL),
     )
-    around = Text(f"Not the same in both runs: {'; '.join(found.around)}.")
+    around = Text(f"Not the same in both runs: {'; '.join(found.around)}.", EVERYWHERE - TERMINAL)
+    in_few = tuple(_in_few(changes))
     sections = (
-        *((Section("What changed, the worst first", tables),) if changes else ()),
-        *((Section("Versions and machine", (around,)),) if found.around else ()),
+        *((Section("In few", in_few, only=TERMINAL),) if in_few else ()),
+        *((Section("What changed, the worst first", tables, only=EVERYWHERE - TERMINAL),) if changes else ()),
+        *((Section("Versions and machine", (around,), only=EVERYWHERE - TERMINAL),) if found.around else ()),
     )
-    return Document(f"Carom diff: {old} → {new}", tuple(_lead(found)), sections)
+    first, *rest = _lead(found)
+    return Document(f"Carom diff: {old} → {new}", Answer(first, (*rest, *_settings(changes))), sections)
+
+
+def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
+    """Yield what got worse or is mixed, what else changed, and what can't be judged, a row a group of cells alike."""
+    bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
+    ungraded = [change for change in changes if not change.graded]
+    others = [change for change in changes if change.graded and change not in bad]
+    parts = (
+        ("Regressions, the worst first", bad, MOST_WORSE),
+        ("Other changes", others, MOST_OTHERS),
+        ("Not graded in one of the runs, so neither better nor worse", ungraded, 1),
+    )
+    for title, some, most in parts:
+        if some:
+            groups = _groups(some)
+            shown = sum(len(group.changes) for group in groups[:most])
+            note = "" if shown == len(some) else f"{shown} of {len(some)} cells; -v for all"
+            yield Table(_GROUPED, groups[:most], title=title, note=note, only=TERMINAL)
+
+
+def _groups(changes: Sequence[Change]) -> list[_Group]:
+    """Return changes of the same kind, grades and changed settings together, in the order of the worst of each."""
+    found: dict[tuple[object, ...], list[Change]] = {}
+    for change in changes:
+        # An impact less or more found is another cause than an error that is larger.
+        counts = any(measure.counts for measure in change.measures)
+        key = (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
+        found.setdefault(key, []).append(change)
+    return [_Group(tuple(group)) for group in found.values()]
 
 
 def _lead(found: Diff) -> list[str]:
-    tally = Counter(change.kind for change in found.changes)
+    tally = Counter(change.kind for change in found.changes if change.graded)
     counted = [f"{tally[kind]} {kind.value}" for kind in Kind if tally[kind]]
+    apart = sum(not change.graded for change in found.changes)
+    counted += [f"{apart} not graded"] if apart else []
     same = wording.count(found.unchanged, "cell")
     lead = [f"{wording.capitalised(wording.listed(counted))}; {same} without a change." if counted else ""]
     if not counted:
@@ -56,6 +127,36 @@ def _lead(found: Diff) -> list[str]:
         where = f"{worst.scene} on {worst.method} at {wording.step(worst.dt_s)}"
         lead.append(f"Worst: {where}, {_marks(worst)}{numbers and f' ({numbers})'}.")
     return lead
+
+
+def _settings(changes: Sequence[Change]) -> Iterator[str]:
+    """Yield in a sentence what of settings and versions changed, said once: what varies from cell to cell says so."""
+    values: dict[str, dict[str, None]] = {}
+    cells = Counter[str]()
+    for change in changes:
+        for name, said in change.changed:
+            values.setdefault(name, {})[said] = None
+            cells[name] += 1
+    if not values:
+        return
+    told = []
+    for name, those in list(values.items())[:MOST_SETTINGS]:
+        value = next(iter(those)) if len(those) == 1 else f"{len(those)} values"
+        value = value if len(value) <= MOST_LETTERS else "changed"
+        where = "" if cells[name] == len(changes) else f" (in {cells[name]})"
+        told.append(f"{name.partition(': ')[2]} {value}{where}")
+    more = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
+    yield f"Also changed in {wording.count(len(changes), 'cell')}: {', '.join(told)}{more}."
+
+
+def _kind(change: Change) -> str:
+    return change.kind.value if change.graded else "not graded"
+
+
+def _where(change: Change) -> Cell:
+    number = str(change.measures[0]) if change.measures else ""
+    where = f"{change.scene}, {change.method}, {wording.step(change.dt_s)}"
+    return Cell(where, number or next(iter(change.verdicts), ""))
 
 
 def _marks(change: Change) -> str:

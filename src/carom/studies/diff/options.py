@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,15 +24,15 @@ class DiffOptions(DeclaredOptions):
     """What is asked of a comparison beside its two reports.
 
     Attributes:
-        match: Which engine ("pymunk") or method ("pymunk/tuned") of the old is compared with which of the new; all else
-            is left out. None for each with its own namesake, or where both have one method, these.
+        match: Which engines ("pymunk") or methods ("pymunk/tuned") of the old are compared with which of the new; all
+            else is left out. None for each with its own namesake, or where both have one method, these.
         fail_on: The best grade at which what got worse is a violation.
 
     Raises:
         InputError: A value makes no sense.
     """
 
-    match: tuple[str, str] | None = option(
+    match: Sequence[tuple[str, str]] | None = option(
         None,
         ValueKind(
             "OLD=NEW, such as pymunk=mujoco or pymunk/default=pymunk/tuned",
@@ -41,9 +42,10 @@ class DiffOptions(DeclaredOptions):
             (5, "x", ["x"], ["x", ""], ["x", 5], ["x", "y", "z"]),
         ),
         "Compare these alone, engines (pymunk=mujoco) or methods (pymunk/default=pymunk/tuned). By default each with "
-        "its namesake, or one with the other where both runs have one method.",
+        "its namesake, or one with the other where both runs have one method. Repeatable.",
         "--engine",
         "-e",
+        many=True,
     )
     fail_on: FailOn = option(
         FailOn.INACCURATE,

@@ -39,6 +39,7 @@ class Kind(Enum):
     """What became of a cell, the worst first."""
 
     WORSE = "worse"
+    MIXED = "mixed"
     VANISHED = "vanished"
     CHANGED = "neither better nor worse"
     APPEARED = "appeared"
@@ -108,7 +109,8 @@ class Change:
         old: Its mark before.
         new: Its mark after.
         measures: The numbers that changed.
-        causes: Verdicts that one run has and the other has not, and what of settings, versions and reference changed.
+        verdicts: Verdicts that one run has and the other has not.
+        changed: What of settings, versions and reference changed, by name, as before and after.
     """
 
     kind: Kind
@@ -118,20 +120,47 @@ class Change:
     old: Mark
     new: Mark
     measures: tuple[BeforeAfter, ...]
-    causes: tuple[str, ...]
+    verdicts: tuple[str, ...]
+    changed: tuple[tuple[str, str], ...]
+
+    @property
+    def causes(self) -> tuple[str, ...]:
+        """All that may have led to it, each as a phrase."""
+        kinds: dict[str, list[str]] = {}
+        for name, values in self.changed:
+            kind, _, what = name.partition(": ")
+            kinds.setdefault(kind, []).append(f"{what} {values}")
+        return (*self.verdicts, *(f"{kind}: {', '.join(them)}" for kind, them in kinds.items()))
+
+    @property
+    def graded(self) -> bool:
+        """Whether both have a grade, or one broke off: what can't be judged got neither better nor worse."""
+        return _graded(self.old, self.new)
 
     @property
     def badness(self) -> tuple[float, ...]:
-        """What puts the worst first: the kind; then grade, impacts missed and invented, and the largest growth."""
+        """What puts the worst first: whether it is graded, its kind and grade, impacts lost, the largest growth."""
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
         # Over the scene's own scales, so that they compare; not so seconds and degrees.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
-        return (-list(Kind).index(self.kind), _badness(self.new), -_badness(self.old), impacts, growth)
+        return (
+            float(self.graded),
+            -list(Kind).index(self.kind),
+            _badness(self.new),
+            -_badness(self.old),
+            impacts,
+            growth,
+        )
 
     def violates(self, fail_on: Grade) -> bool:
-        """Whether it is worse, and now of a grade or beyond it; a run that has no answer any more is beyond all."""
-        if self.kind is not Kind.WORSE or self.new not in GRADED:
-            return self.kind is Kind.WORSE
+        """Whether what is graded got worse, and is now of a grade or beyond it; a run without an answer is beyond all.
+
+        What is mixed got worse in something, too.
+        """
+        if self.kind not in (Kind.WORSE, Kind.MIXED) or not self.graded:
+            return False
+        if self.new not in GRADED:
+            return True
         return GRADED[self.new].is_at_least_as_bad_as(fail_on)
 
 
@@ -171,10 +200,11 @@ class _Cell:
     verdicts: tuple[str, ...]
     settings: Mapping[str, Any]
     reference: Mapping[str, Any]
+    pair: int = 0  # which of the pairs of names asked for it belongs to, from 1 on; 0 where none was
 
 
-def diff(old: Path, new: Path, match: tuple[str, str] | None = None) -> Diff:
-    """Hold the records of one cross-check against those of another.
+def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -> Diff:
+    """Compare the records of one cross-check with those of another.
 
     Args:
         old: A report's folder, or its `results.jsonl`.
@@ -182,20 +212,19 @@ def diff(old: Path, new: Path, match: tuple[str, str] | None = None) -> Diff:
         match: See `carom.studies.diff.options.DiffOptions`.
 
     Raises:
-        InputError: A file can't be read or is of another format, no cell is in both, or `match` is no two names.
+        InputError: A file can't be read or is of another format, no cell is in both, or `match` is no list of pairs.
     """
     match = DiffOptions(match).match
     (before, old_cells), (after, new_cells) = _read(old), _read(new)
-    if match is not None:
-        sides = ((old_cells, match[0], old), (new_cells, match[1], new))
-        old_cells, new_cells = (_of_method(cells, name, path) for cells, name, path in sides)
+    if match:
+        old_cells, new_cells = _matched(old_cells, match, 0, old), _matched(new_cells, match, 1, new)
     methods = {cell.method for cell in old_cells}, {cell.method for cell in new_cells}
 
     def key(cell: _Cell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # What is tried in place of a profile's settings is held against the profile, and named beside it.
-        return (cell.scene, cell.dt_s, cell.method.profile, "" if match else cell.method.engine)
+        # What is tried instead of a profile's settings is compared with the profile, and named beside it.
+        return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}
     pairs = [(olds.get(name), news.get(name)) for name in dict.fromkeys((*olds, *news))]
@@ -293,6 +322,15 @@ def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
     return found
 
 
+def _matched(cells: Sequence[_Cell], match: Sequence[tuple[str, str]], side: int, path: Path) -> list[_Cell]:
+    """Return the cells of one side of each pair of names, with the pair's number."""
+    return [
+        dataclasses.replace(cell, pair=number)
+        for number, names in enumerate(match, start=1)
+        for cell in _of_method(cells, names[side], path)
+    ]
+
+
 def _versions(old: Environment, new: Environment) -> dict[str, str]:
     """Return what differs of versions and machine, by name, as before and after."""
     olds, news = (
@@ -333,22 +371,25 @@ def _change(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -
     if kind is None:
         return None
     methods = dict.fromkeys(f"{cell.method.engine} {cell.method.profile_shown}" for cell in (old, new) if cell)
-    causes = tuple(_causes(old, new, versions))
-    return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, causes)
+    verdicts, changed = tuple(_verdicts(old, new)), tuple(_changed(old, new, versions))
+    return Change(kind, one.scene, " → ".join(methods), one.dt_s, was, now, measures, verdicts, changed)
 
 
 def _kind(was: Mark, now: Mark, measures: Sequence[BeforeAfter]) -> Kind | None:
-    graded = Mark.UNGRADED not in (was, now) or bool(BROKEN & {was, now})
-    if graded and _badness(was) != _badness(now):
-        return Kind.WORSE if _badness(now) > _badness(was) else Kind.BETTER
+    grew = _badness(now) - _badness(was) if _graded(was, now) else 0
     # Hit or miss first: errors of impacts that only one of the two runs has found say nothing of the other.
     impacts = sum(measure.growth for measure in measures if measure.counts)
     growths = [impacts] if impacts else [measure.growth for measure in measures]
-    if any(growth > 0 for growth in growths):
-        return Kind.WORSE
-    if any(growth < 0 for growth in growths):
-        return Kind.BETTER
+    rose, fell = any(growth > 0 for growth in growths), any(growth < 0 for growth in growths)
+    if grew:
+        return Kind.BETTER if grew < 0 else Kind.MIXED if fell and not rose else Kind.WORSE
+    if rose or fell:
+        return Kind.MIXED if rose and fell else Kind.WORSE if rose else Kind.BETTER
     return Kind.CHANGED if measures or was is not now else None
+
+
+def _graded(was: Mark, now: Mark) -> bool:
+    return Mark.UNGRADED not in (was, now) or bool(BROKEN & {was, now})
 
 
 def _badness(mark: Mark) -> int:
@@ -357,18 +398,24 @@ def _badness(mark: Mark) -> int:
     return len(grades) if mark in BROKEN else -1 if mark not in GRADED else grades.index(GRADED[mark])
 
 
-def _causes(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Iterator[str]:
+def _verdicts(old: _Cell | None, new: _Cell | None) -> Iterator[str]:
     said, unsaid = (cell.verdicts if cell else () for cell in (new, old))
     yield from (verdict for verdict in said if verdict not in unsaid)
+    if old is not None and new is not None and not old.mark.ran:
+        yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said)
+
+
+def _changed(old: _Cell | None, new: _Cell | None, versions: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     if old is None or new is None:
         return
-    if not new.mark.ran or not old.mark.ran:
-        yield from (f"before: {verdict}" for verdict in unsaid if verdict not in said and not old.mark.ran)
-    elif differing := _differing(old.reference, new.reference):
-        yield "another scene or reference: " + ", ".join(f"{name} {values}" for name, values in differing.items())
+    if new.mark.ran and old.mark.ran:
+        for name, values in _differing(old.reference, new.reference).items():
+            yield f"another scene or reference: {name}", values
     if old.method.engine == new.method.engine:
-        if old.settings and new.settings and (differing := _differing(old.settings, new.settings)):
-            yield "settings: " + ", ".join(f"{name} {values}" for name, values in differing.items())
+        if old.settings and new.settings:
+            for name, values in _differing(old.settings, new.settings).items():
+                yield f"settings: {name}", values
         # The head tells versions by the engines' own names, of which an adapter's is the lower case as a rule.
-        own = (name for name in versions if name.casefold() in (new.method.engine.casefold(), "carom"))
-        yield from (f"version: {name} {versions[name]}" for name in own)
+        for name in versions:
+            if name.casefold() in (new.method.engine.casefold(), "carom"):
+                yield f"version: {name}", versions[name]

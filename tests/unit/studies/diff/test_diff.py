@@ -178,6 +178,41 @@ def test_an_impact_missed_is_worse_before_any_error_is(write: Write) -> None:
     assert only(back).kind is Kind.BETTER
 
 
+def test_an_error_that_falls_while_another_grows_is_mixed_and_violates(write: Write) -> None:
+    """Off across the path in one run and in time in the other, it got better and worse at once; the exit code is 1."""
+    late = REFERENCE.impacts.copy()
+    late["time_s"][-1] += 3 * DT  # later than looking once a step is: inaccurate, as the other
+    old, new = write("old", {"mine": sideways(1e-2)}), write("new", {"mine": replayed(REFERENCE, late)})
+    change = only(diff(old, new))
+    assert change.kind is Kind.MIXED
+    signs = {measure.growth > 0 for measure in change.measures if measure.growth}
+    assert signs == {True, False}
+    assert CliRunner().invoke(app, ["diff", str(old), str(new)]).exit_code == 1
+
+
+def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_for(write: Write) -> None:
+    """Forty engines that got worse are grouped, the settings that changed are said once; -v has a row a cell."""
+    old = write("old", {f"engine-{k}": sideways(0.0, depth=1.0) for k in range(40)})
+    new = write("new", {f"engine-{k}": sideways(1e-3 * (1 + k % 7), depth=2.0) for k in range(40)})
+    lines = CliRunner().invoke(app, ["diff", str(old), str(new)], env={"COLUMNS": "80"}).output.splitlines()
+    assert lines[0].startswith("40 worse")
+    assert len(lines) <= 25
+    assert sum("depth" in line for line in lines) == 1
+    full = CliRunner().invoke(app, ["diff", str(old), str(new), "-v"], env={"COLUMNS": "80"}).output
+    assert all(f"engine-{k} " in full for k in range(40))
+
+
+def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:
+    """Each -e is a pair of its own, and what is in none is left out."""
+    old = write("old", {"a": sideways(0.0), "b": sideways(0.0), "c": sideways(0.0)})
+    new = write("new", {"d": sideways(0.0), "e": sideways(1e-3), "f": sideways(1e-3)})
+    found = diff(old, new, [("a", "d"), ("b", "e")])
+    assert only(found).method == "b tuned → e tuned"
+    assert found.unchanged == 1
+    done = CliRunner().invoke(app, ["diff", str(old), str(new), "-e", "a=d", "-e", "b=e"])
+    assert (done.exit_code, "1 worse; 1 cell without a change." in done.output) == (1, True), done.output
+
+
 def test_what_vanishes_appears_crashes_and_recovers_is_told(write: Write) -> None:
     """A cell without an answer any more is worse, and violates; one that was not there is neither better nor worse."""
     right = sideways(0.0)
@@ -210,10 +245,10 @@ def test_engines_of_other_names_are_matched(write: Write) -> None:
     right, wrong = sideways(0.0), sideways(1e-3)
     assert only(diff(write("old", {"a": right}), write("new", {"b": wrong}))).method == "a tuned → b tuned"
     old, new = write("old", {"a": right, "x": right}), write("new", {"b": wrong, "x": wrong})
-    assert only(diff(old, new, ("a", "b"))).method == "a tuned → b tuned"
-    assert only(diff(old, new, ("x/tuned", "b/tuned"))).method == "x tuned → b tuned"
+    assert only(diff(old, new, [("a", "b")])).method == "a tuned → b tuned"
+    assert only(diff(old, new, [("x/tuned", "b/tuned")])).method == "x tuned → b tuned"
     with pytest.raises(InputError, match="has no 'c'; it has a/tuned and x/tuned"):
-        diff(old, new, ("c", "b"))
+        diff(old, new, [("c", "b")])
 
 
 def test_runs_without_a_common_cell_are_refused(write: Write) -> None:

@@ -1,0 +1,102 @@
+"""The first line of a cross-check: what it found, in physical units."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from carom.comparator.thresholds import THRESHOLDS
+from carom.pages import wording
+from carom.pages.grid import BROKEN, GRADED, Grid, GridCell, GridColumn, Mark
+
+__all__ = ["RIGHT", "finding", "merit"]
+
+#: Grades that leave nothing to pay for looking once a step.
+RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
+#: What an engine as shipped is called among its profiles.
+SHIPPED = "default"
+#: Names in one sentence.
+MOST_NAMES = 3
+
+
+def finding(grid: Grid) -> str:
+    """Return what a cross-check found: of one scene what each method does there, of several who misses what."""
+    every = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
+    columns = [column for column in every if not column.own] or [c for c in every if c.engine != "pic"] or every
+    if not columns:
+        return "Nothing could be scored: no method that was asked ran any of these scenes."
+    return _of_one(grid, columns) if len(grid.rows) == 1 else _of_many(grid, columns)
+
+
+def merit(grid: Grid, column: GridColumn) -> tuple[int, int, int]:
+    """Return what puts the best method first: most scenes exact or close, fewest wrong, fewest worse than sampled."""
+    marks = [cell.mark for cell in grid.cells(column)]
+    right, wrong = sum(mark in RIGHT for mark in marks), sum(mark is Mark.WRONG or mark in BROKEN for mark in marks)
+    return (-right, wrong, sum(mark in GRADED and mark not in RIGHT and mark is not Mark.SAMPLED for mark in marks))
+
+
+def _of_one(grid: Grid, columns: Sequence[GridColumn]) -> str:
+    said: dict[str, list[str]] = {}
+    for column in sorted(columns, key=lambda column: merit(grid, column)):
+        (cell,) = grid.cells(column)
+        if cell.plays:
+            said.setdefault(_does(cell), []).append(column.name)
+    kinds = list(said.items())
+    shown = kinds if len(kinds) <= MOST_NAMES else [kinds[0], kinds[-1]]
+    parts = [f"{_names(names)}: {does}" for does, names in shown]
+    more = f"; {len(kinds) - len(shown)} other outcomes between" if len(shown) < len(kinds) else ""
+    steps = {cell.row.job.dt_s for cell in grid.rows[0].cells if cell.row is not None}
+    at = f" at {wording.step(steps.pop())}" if len(steps) == 1 else ""
+    return f"{grid.rows[0].scene.name}{at}: {'; '.join(parts)}{more}."
+
+
+def _does(cell: GridCell) -> str:
+    """Return what a run did, the gravest alone: impacts missed or invented, velocity error, or lateness."""
+    score = cell.row.score if cell.row else None
+    if score is None:
+        return cell.mark.word
+    lost = [f"{len(score.missed)} missed"] if score.missed else []
+    lost += [f"{len(score.spurious)} invented"] if score.spurious else []
+    if lost:
+        return f"{wording.listed(lost)} of {wording.count(score.expected, 'impact')}"
+    if not score.errors or cell.mark in (Mark.EXACT, Mark.EXACT_32):
+        return cell.mark.word
+    rounding = THRESHOLDS.rounding_of(score.float_bits)
+    if score.total.velocity > rounding:
+        return f"velocities off by {wording.percent(score.total.velocity)} of the greatest speed"
+    late = score.total.time_s
+    if cell.row is not None and abs(late) > THRESHOLDS.time_rounding_of(
+        score.float_bits, score.scales.time_s, cell.row.job.dt_s
+    ):
+        return f"{wording.number(abs(late) * 1e3, 3)} ms {'late' if late > 0 else 'early'}"
+    return cell.mark.word
+
+
+def _of_many(grid: Grid, columns: Sequence[GridColumn]) -> str:
+    """Return what every engine as shipped misses, and who is right most often."""
+    scenes = len(grid.rows)
+    shipped = [column for column in columns if column.profile == SHIPPED]
+    parts = []
+    if shipped:
+        engines = "every engine as shipped that ran" if len(shipped) > 1 else f"{shipped[0].label} as shipped"
+        missed = [row.scene.name for row in grid.rows if _all_miss([c for c in row.cells if c.column in shipped])]
+        which = f": {_names(missed)}" if missed else ""
+        parts.append(f"In {len(missed)} of {scenes} scenes {engines} misses an impact{which}.")
+    best = min(merit(grid, column) for column in columns)
+    names = [column.name for column in columns if merit(grid, column) == best]
+    if best[0] == 0:
+        parts.append(f"No {'engine' if not columns[0].own else 'method'} is exact or close in any of {scenes} scenes.")
+    else:
+        tie = " tie" if len(names) > 1 else ""
+        parts.append(f"Most exact or close: {_names(names)}{tie}, in {-best[0]}; wrong in {best[1]}.")
+    return " ".join(parts)
+
+
+def _all_miss(cells: Sequence[GridCell]) -> bool:
+    """Whether all that ran miss an impact; of none that is not so."""
+    scores = [cell.row.score for cell in cells if cell.row is not None and cell.row.score is not None]
+    return bool(scores) and all(score.missed for score in scores)
+
+
+def _names(names: Sequence[str]) -> str:
+    shown = names if len(names) <= MOST_NAMES else [*names[: MOST_NAMES - 1], f"{len(names) - MOST_NAMES + 1} more"]
+    return wording.listed(list(shown))
