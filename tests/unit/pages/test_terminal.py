@@ -56,7 +56,7 @@ def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full
 
 def test_another_alphabet_gets_marks_that_it_has(document: Document) -> None:
     """In ASCII each grade still has a sign of its own, and nothing raises."""
-    text = "\n".join(printed(document, 80))
+    text = "\n".join(printed(document, 80, full=True))
     plain = " ".join(text.encode("ascii", ERRORS).decode().split())
     assert "= exact ~ close s sampled i inaccurate / parted % parted inaccurate X wrong" in plain
     assert "?" not in plain

@@ -55,8 +55,8 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
     yield from map(visible, document.answer.more)
 
 
-#: What stands between two columns: the padding of both, and the box's own sign.
-_GAP = 3
+#: What stands between two columns: the padding of one, and the box's own sign.
+_GAP = 2
 
 
 def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
@@ -101,7 +101,7 @@ def _part(columns: Sequence[_Fitted], width: int) -> RichTable:
         if not able:
             break
         widths[max(able, key=widths.__getitem__)] -= 1
-    shown = RichTable(pad_edge=False, show_edge=False, box=box.SIMPLE_HEAD)
+    shown = RichTable(pad_edge=False, show_edge=False, collapse_padding=True, box=box.SIMPLE_HEAD)
     for column, wide in zip(columns, widths, strict=True):
         justify: JustifyMethod = "right" if column.number else "left"
         shown.add_column(column.head, justify=justify, no_wrap=column.whole, width=wide)

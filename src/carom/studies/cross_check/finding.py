@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from carom.comparator import Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.pages import wording
 from carom.pages.grid import BROKEN, GRADED, Grid, GridCell, GridColumn, Mark
@@ -14,6 +15,8 @@ __all__ = ["RIGHT", "finding", "merit"]
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 #: What an engine as shipped is called among its profiles.
 SHIPPED = "default"
+#: What says that bodies passed through each other; of a trajectory that parted, missed impacts alone do not.
+_MISSES = frozenset({Verdict.MISSED, Verdict.MULTIPLE_MISSED, Verdict.PASSED_THROUGH})
 #: Names in one sentence.
 MOST_NAMES = 3
 
@@ -54,6 +57,8 @@ def _does(cell: GridCell) -> str:
     score = cell.row.score if cell.row else None
     if score is None:
         return cell.mark.word
+    if Verdict.PARTED in score.verdicts and cell.mark is not Mark.WRONG:
+        return f"{cell.mark.word} from the exact trajectory" if cell.mark is Mark.PARTED else cell.mark.word
     lost = [f"{len(score.missed)} missed"] if score.missed else []
     lost += [f"{len(score.spurious)} invented"] if score.spurious else []
     if lost:
@@ -92,9 +97,9 @@ def _of_many(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 
 def _all_miss(cells: Sequence[GridCell]) -> bool:
-    """Whether all that ran miss an impact; of none that is not so."""
+    """Whether all that ran are said to miss an impact; of none that is not so."""
     scores = [cell.row.score for cell in cells if cell.row is not None and cell.row.score is not None]
-    return bool(scores) and all(score.missed for score in scores)
+    return bool(scores) and all(_MISSES & set(score.verdicts) for score in scores)
 
 
 def _names(names: Sequence[str]) -> str:

@@ -11,6 +11,9 @@ from typing import NamedTuple
 
 from carom.pages import wording
 from carom.pages.document import (
+    DETAIL,
+    EVERYWHERE,
+    IN_FULL,
     ON_PAPER,
     PAGE,
     TERMINAL,
@@ -20,6 +23,7 @@ from carom.pages.document import (
     Figure,
     Figures,
     Lines,
+    Media,
     Section,
     Share,
     Table,
@@ -28,6 +32,7 @@ from carom.pages.document import (
 from carom.pages.grid import GRADED, Grid, GridCell, GridColumn, GridRow, Mark
 from carom.pages.replay import impact_rows, replay_link
 from carom.runs.results import Results
+from carom.studies.cross_check.in_short import counts_table, run_tables, verdict_lines
 from carom.studies.cross_check.price import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
 from carom.studies.cross_check.steps import steps_section
 from carom.studies.cross_check.tables import legend, mark_cell
@@ -36,8 +41,9 @@ __all__ = ["first_replay", "overview"]
 
 #: From best to worst.
 _GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED)
-#: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods.
-MOST_IMPACTS, MOST_BESIDE, MOST_VERDICTS = 40, 4, 2
+#: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods, and
+#: beside so many methods a terminal has room for their times.
+MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 HEAT_NOTE = (
     "A cell tells a method's worst grade in a group, in how many of its scenes, and plays the worst of them; the bar "
@@ -56,7 +62,7 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
     methods = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
     if not methods:
         return
-    others = [method for method in methods if method.engine != "pic"]  # what PIC is worth, the known answers say
+    others = [method for method in methods if method.engine != "pic"] or methods  # known answers say what PIC is worth
     alone = grid.rows[0] if len(grid.rows) == 1 else None
     every = f"{alone.scene.name}: every" if alone else "Every"
     impacts = _impacts_of(results, alone) if alone else ()
@@ -68,20 +74,24 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
         legend(grid, PAGE),
         Text(HEAT_NOTE, PAGE),
         *((Figures((chart,), large=True),) if any(price.own for price in found) else ()),
-        _method_table(grid, others or methods, beside),
-        *((Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), TERMINAL),) if signs else ()),
-        Text(METHOD_SHORT.format(median="" if alone else "median, "), TERMINAL),
+        *(run_tables(results, grid, alone.scene.name) if alone else (counts_table(grid, others),)),
+        _method_table(grid, others, beside),
+        *((Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), DETAIL),) if signs else ()),
+        Text(METHOD_SHORT.format(median="" if alone else "median, "), DETAIL),
         Text(METHOD_NOTE, ON_PAPER),
     )
-    yield Section(f"{every} method against PIC, at {grid.step_phrase}", blocks, short="Every method")
+    phrase = grid.step_phrase
+    yield Section(f"{every} method against PIC, at {phrase}", blocks, short="Every method")
     if alone:
         yield steps_section(results, grid)
-        # The verdicts of one method, or of two, are for reading; those of many stand in full elsewhere.
-        said = [(cell.column.name, reason) for cell in alone.cells if cell.plays for reason in cell.reasons]
-        few = said if len(methods) <= MOST_VERDICTS else ()
-        verdicts = tuple(reason if len(methods) == 1 else f"{name}: {reason}" for name, reason in few)
-        table = () if beside else (_impact_table(alone, impacts),)
-        shown = (*table, *((Lines(verdicts, TERMINAL),) if verdicts else ()))
+        verdicts = verdict_lines(results, grid, alone.scene.name, full=len(others) == 1)
+        few = len(others) <= MOST_ACROSS
+        shown = (
+            *((_impact_table(alone, impacts, TERMINAL | DETAIL if few else DETAIL),) if beside else ()),
+            *(() if beside else (_impact_table(alone, impacts, EVERYWHERE if few else EVERYWHERE - TERMINAL),)),
+            *((Lines(verdicts, TERMINAL),) if verdicts else ()),
+            Lines(verdict_lines(results, grid, alone.scene.name, full=True), DETAIL),
+        )
         yield Section("Its impacts, every method beside the others", shown, level=3)
 
 
@@ -139,7 +149,7 @@ def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impa
         *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
         *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),
     )
-    return Table(columns, methods, css="methods")
+    return Table(columns, methods, css="methods", only=IN_FULL)
 
 
 def _grade(grid: Grid, method: GridColumn) -> Cell:
@@ -244,7 +254,7 @@ def _impacts_of(results: Results, row: GridRow) -> tuple[_Impact, ...]:
     return tuple(sorted(impacts, key=lambda one: one.time_s or 0.0))
 
 
-def _impact_table(row: GridRow, impacts: Sequence[_Impact]) -> Table:
+def _impact_table(row: GridRow, impacts: Sequence[_Impact], only: Media) -> Table:
     """Return the impacts of the one scene that was run, a column a method."""
     columns = [
         Column("bodies", lambda impact: impact.bodies),
@@ -253,7 +263,7 @@ def _impact_table(row: GridRow, impacts: Sequence[_Impact]) -> Table:
     columns += [Column(cell.column.label, partial(_became, cell.column), cell.column.profile) for cell in _held(row)]
     left_out = len(impacts) - MOST_IMPACTS
     note = f"{left_out} more impacts are not shown" if left_out > 0 else ""
-    return Table(columns, impacts[:MOST_IMPACTS], note=note)
+    return Table(columns, impacts[:MOST_IMPACTS], note=note, only=only)
 
 
 def _became(method: GridColumn, impact: _Impact) -> str:

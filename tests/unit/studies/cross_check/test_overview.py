@@ -32,7 +32,7 @@ def results() -> Results:
 def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[Cell]]]]:
     """Return headings and rows of the first section's tables."""
     grid = build_grid(results)
-    (section,) = overview(results, grid, prices(grid))
+    section, *_ = overview(results, grid, prices(grid))
     found = [block.shown(medium) for block in section.shown(medium) if isinstance(block, Table)]
     return [([column.line for column in columns], rows) for columns, rows in found]
 
@@ -58,8 +58,36 @@ def test_a_cell_tells_the_worst_grade_and_leads_to_the_worst_scene(results: Resu
 
 def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
     """Missed impacts are those of all its scores; PIC, which the others are held to, has no line among them."""
-    (heads, rows) = tables(results, Medium.TERMINAL)[0]
+    (heads, rows) = tables(results, Medium.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
     lines = {row[0].text: [cell.text for cell in row] for row in rows}
     assert lines["PIT tuned"][heads.index("impacts - +")] == f"-{missed}"
     assert list(lines) == ["PIT tuned"]
+
+
+def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
+    """The counts are those of the grid, a method a row, and each row's numbers add up to the scenes."""
+    (heads, rows) = tables(results, Medium.TERMINAL)[0]
+    ((name, *counts),) = [[cell.text for cell in row] for row in rows]
+    marks = [cell.mark.word for row in build_grid(results).rows for cell in row.cells if cell.column.engine == "pit"]
+    assert name == "PIT tuned"
+    assert counts[heads.index("wrong") - 1] == str(marks.count("wrong"))
+    assert sum(int(count or 0) for count in counts) == len(marks)
+
+
+def test_one_scene_is_told_in_physical_units() -> None:
+    """PIT finds paper/late .9 of a step of 1/24 s late, which is 37.5 ms, and .6 of one of 1/96 s, 6.25 ms."""
+    found = carom.cross_check(
+        find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96], timing=False, pool=InProcess()
+    )
+    coarse, fine, *_ = tables(found, Medium.TERMINAL)
+    (heads, ((*cells,),)) = coarse
+    shown = dict(zip(heads, (cell.text for cell in cells), strict=True))
+    assert (shown["method"], shown["impacts"], shown["time"], shown["energy"]) == (
+        "PIT tuned",
+        "1 of 1",
+        "+37.5 ms",
+        "0",
+    )
+    assert shown["grade"].startswith("sampled ")
+    assert fine[1][0][2].text == "+6.25 ms"

@@ -1,0 +1,160 @@
+"""What a terminal shows first: of one scene each run in physical units, of several how many have which grade."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+
+from carom.comparator import Score
+from carom.comparator.thresholds import THRESHOLDS
+from carom.pages import wording
+from carom.pages.document import DETAIL, TERMINAL, Column, Table
+from carom.pages.grid import Grid, GridColumn, Mark, mark_of
+from carom.runs.results import Results, Row
+from carom.studies.cross_check.finding import merit
+
+__all__ = ["counts_table", "run_tables", "verdict_lines"]
+
+#: Grades that share a column of counts, by its heading.
+_COUNTED = {
+    "exact": (Mark.EXACT, Mark.EXACT_32),
+    "close": (Mark.CLOSE,),
+    "sampled": (Mark.SAMPLED,),
+    "inaccurate": (Mark.INACCURATE,),
+    "parted": (Mark.PARTED, Mark.PARTED_INACCURATE),
+    "wrong": (Mark.WRONG,),
+}
+
+NOTE = "largest errors; time: + late; last: how many times what looking once a step costs"
+
+
+def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
+    """Return a table a step of one scene, the coarsest first: what each run did in physical units, the best first."""
+    by_step: dict[float, list[Row]] = {}
+    for row in _scored(results, scene):
+        by_step.setdefault(row.job.dt_s, []).append(row)
+    columns = (
+        Column("method", partial(_method, grid)),
+        Column("impacts", _impacts, number=True),
+        Column("time", _time, number=True),
+        Column("velocity", partial(_error, name="velocity"), number=True),
+        Column("angle", _direction, number=True),
+        Column("energy", _energy, number=True),
+        Column("grade", _grade),
+    )
+    titles = {dt_s: f"at {wording.step(dt_s)}" if len(by_step) > 1 else "" for dt_s in by_step}
+    return tuple(
+        Table(columns, rows, title=titles[dt_s], note=NOTE if dt_s == min(by_step) else "", only=TERMINAL | DETAIL)
+        for dt_s, rows in by_step.items()
+    )
+
+
+def verdict_lines(results: Results, grid: Grid, scene: str, *, full: bool) -> tuple[str, ...]:
+    """Return a line a run of one scene that is not exact, the best first: what is wrong, in full with the numbers.
+
+    Where there are several steps, those of the coarsest alone stand in few words.
+    """
+    rows = _scored(results, scene)
+    coarsest = max((row.job.dt_s for row in rows), default=0.0)
+    several = full and any(row.job.dt_s != coarsest for row in rows)
+    said = []
+    for row in rows:
+        score = row.score
+        if score is None or mark_of(row) in _COUNTED["exact"] or (row.job.dt_s != coarsest and not full):
+            continue
+        name = f"{_method(grid, row)}, {wording.step(row.job.dt_s)}" if several else _method(grid, row)
+        found = (f"{one.verdict.value} ({one.reason})" if full else one.verdict.value for one in score.findings)
+        said.append(f"{name}: {'; '.join(found)}")
+    return tuple(said)
+
+
+def counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
+    """Return a row a method, the best first: in how many scenes it has which grade."""
+    columns = (
+        Column("method", lambda method: method.name),
+        *(Column(name, partial(_count, grid, marks), number=True) for name, marks in _COUNTED.items()),
+        Column("n/a", partial(_not_graded, grid), number=True),
+    )
+    ranked = sorted(methods, key=lambda method: merit(grid, method))
+    return Table(columns, ranked, only=TERMINAL, note="n/a: not graded, or not run; -v says which and why")
+
+
+def _count(grid: Grid, marks: Sequence[Mark], method: GridColumn) -> str:
+    return str(sum(cell.mark in marks for cell in grid.cells(method)) or "")
+
+
+def _not_graded(grid: Grid, method: GridColumn) -> str:
+    graded = {mark for marks in _COUNTED.values() for mark in marks}
+    return str(sum(cell.mark not in graded for cell in grid.cells(method)) or "")
+
+
+def _method(grid: Grid, row: Row) -> str:
+    return grid.columns[row.job.method].name
+
+
+def _scored(results: Results, scene: str) -> list[Row]:
+    """Return the runs of a scene that have a score, PIC's only where there is nothing else; the best first."""
+    rows = [row for row in results.rows if row.job.scene.name == scene and row.score is not None]
+    rows = [row for row in rows if row.job.method.engine != "pic"] or rows
+    marks = list(Mark)
+    return sorted(rows, key=lambda row: (-row.job.dt_s, marks.index(mark_of(row)), _paid(row)))
+
+
+def _paid(row: Row) -> float:
+    paid = row.score.price_paid if row.score else math.nan
+    return 0.0 if math.isnan(paid) else paid
+
+
+def _score(row: Row) -> Score:
+    if row.score is None:
+        raise AssertionError("a row without a score is in no table of scores")
+    return row.score
+
+
+def _impacts(row: Row) -> str:
+    score = _score(row)
+    invented = f" +{len(score.spurious)}" if score.spurious else ""
+    return f"{len(score.errors)} of {score.expected}{invented}"
+
+
+def _time(row: Row) -> str:
+    score = _score(row)
+    error_s = score.total.time_s
+    if math.isnan(error_s):
+        return wording.ABSENT
+    if abs(error_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, row.job.dt_s):
+        return "0"
+    return f"{'+' if error_s > 0.0 else '-'}{wording.number(abs(error_s) * 1e3, 3)} ms"
+
+
+def _error(row: Row, name: str) -> str:
+    score = _score(row)
+    return _percent(score, getattr(score.total, name))
+
+
+def _energy(row: Row) -> str:
+    score = _score(row)
+    shown = _percent(score, score.total.energy)
+    return f"+{shown}" if score.total.energy > 0.0 and shown not in ("0", wording.ABSENT) else shown
+
+
+def _percent(score: Score, part: float) -> str:
+    return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else wording.percent(part)
+
+
+def _direction(row: Row) -> str:
+    score = _score(row)
+    turned = score.total.direction_rad
+    if math.isnan(turned):
+        return wording.ABSENT
+    return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else f"{wording.number(math.degrees(turned))}°"
+
+
+def _grade(row: Row) -> str:
+    """Return the grade, and how many times as much as looking once a step costs is paid."""
+    score, mark = _score(row), mark_of(row)
+    paid = score.price_paid
+    if mark in _COUNTED["exact"] or math.isnan(paid) or not score.errors:
+        return mark.word
+    return f"{mark.word} {wording.ratio(paid).replace(' ', '')}"
