@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from carom.pages import wording
 from carom.pages.document import (
@@ -26,8 +27,9 @@ __all__ = ["MOST_ROWS", "diff_document"]
 
 #: As many rows as a comment on a pull request holds, whose length is limited.
 MOST_ROWS = 50
-#: Groups of what got worse or is mixed, and of all else, that a terminal shows of 25 lines: each is up to two.
-MOST_WORSE, MOST_OTHERS = 4, 2
+#: Groups that a terminal shows in 25 lines of what got worse or is mixed, of all else, and of what is not graded: of
+#: one method a group takes two lines, of several three.
+MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
 #: Settings whose values are told on a terminal, and characters of each.
 MOST_SETTINGS, MOST_LETTERS = 4, 40
 
@@ -41,21 +43,14 @@ _COLUMNS = (
 
 @dataclass(frozen=True)
 class _Group:
-    """Changes alike: of one kind and grade, after the same settings and versions; the worst stands for all."""
+    """Changes alike: of one kind and grade, after the same settings and versions."""
 
     changes: tuple[Change, ...]
 
     @property
     def worst(self) -> Change:
-        """The first, as changes stand in order."""
+        """The one that grew most, or shrank least, as changes stand in order."""
         return self.changes[0]
-
-
-_GROUPED = (
-    Column("cells", lambda group: str(len(group.changes)), number=True),
-    Column("change", lambda group: f"{_kind(group.worst)}: {_marks(group.worst)}"),
-    Column("the most changed of them", lambda group: _where(group.worst)),
-)
 
 
 def diff_document(found: Diff, old: str, new: str) -> Document:
@@ -84,21 +79,24 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
 
 
 def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
-    """Yield what got worse or is mixed, what else changed, and what can't be judged, a row a group of cells alike."""
+    """Yield a row a group of cells alike: what got worse or is mixed, what else changed, what can't be judged."""
     bad = [change for change in changes if change.graded and change.kind in (Kind.WORSE, Kind.MIXED, Kind.VANISHED)]
     ungraded = [change for change in changes if not change.graded]
     others = [change for change in changes if change.graded and change not in bad]
-    parts = (
-        ("Regressions, the worst first", bad, MOST_WORSE),
-        ("Other changes", others, MOST_OTHERS),
-        ("Not graded in one of the runs, so neither better nor worse", ungraded, 1),
+    methods = {change.method for change in changes}
+    groups: list[_Group] = []
+    for some, most in zip((bad, others, ungraded), MOST_ALONE if len(methods) == 1 else MOST_OF_SEVERAL, strict=True):
+        groups += _groups(some)[:most]
+    shown = sum(len(group.changes) for group in groups)
+    note = "" if shown == len(changes) else f"{shown} of {len(changes)} cells; -v for all"
+    columns = (
+        Column("cells", lambda group: str(len(group.changes)), number=True),
+        Column("change", lambda group: Cell(_kind(group.worst), _marks(group.worst))),
+        Column("for example", partial(_example, several=len(methods) > 1)),
     )
-    for title, some, most in parts:
-        if some:
-            groups = _groups(some)
-            shown = sum(len(group.changes) for group in groups[:most])
-            note = "" if shown == len(some) else f"{shown} of {len(some)} cells; -v for all"
-            yield Table(_GROUPED, groups[:most], title=title, note=note, only=TERMINAL)
+    if groups:
+        title = "What changed, the worst first" if len(methods) > 1 else f"{methods.pop()}, the worst first"
+        yield Table(columns, groups, title=title, note=note, only=TERMINAL)
 
 
 def _groups(changes: Sequence[Change]) -> list[_Group]:
@@ -121,11 +119,11 @@ def _lead(found: Diff) -> list[str]:
     lead = [f"{wording.capitalised(wording.listed(counted))}; {same} without a change." if counted else ""]
     if not counted:
         lead = [f"No change: {same} compared, all as before to rounding."]
-    if tally[Kind.WORSE]:
+    if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
-        numbers = "; ".join(map(str, worst.measures[:3]))
+        number = f" ({worst.telling})" if worst.telling else ""
         where = f"{worst.scene} on {worst.method} at {wording.step(worst.dt_s)}"
-        lead.append(f"Worst: {where}, {_marks(worst)}{numbers and f' ({numbers})'}.")
+        lead.append(f"Worst: {where}, {_marks(worst)}{number}.")
     return lead
 
 
@@ -153,10 +151,11 @@ def _kind(change: Change) -> str:
     return change.kind.value if change.graded else "not graded"
 
 
-def _where(change: Change) -> Cell:
-    number = str(change.measures[0]) if change.measures else ""
-    where = f"{change.scene}, {change.method}, {wording.step(change.dt_s)}"
-    return Cell(where, number or next(iter(change.verdicts), ""))
+def _example(group: _Group, *, several: bool) -> Cell:
+    change = group.worst
+    number = str(change.telling) if change.telling else next(iter(change.verdicts), "").partition(" (")[0]
+    method = f"{change.method}: " if several else ""
+    return Cell(f"{method}{change.scene}, {wording.step(change.dt_s)}", number)
 
 
 def _marks(change: Change) -> str:

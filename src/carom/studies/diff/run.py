@@ -152,6 +152,20 @@ class Change:
             growth,
         )
 
+    @property
+    def telling(self) -> BeforeAfter | None:
+        """The number that says most of what became of it, None where none changed.
+
+        Of those that moved in the direction of the change: impacts lost, then errors over the scene's scales, then
+        errors with a unit, then what is there or not; among equals the first, as an impact's error leads to the end's.
+        """
+        way = -1.0 if self.kind is Kind.BETTER else 1.0
+
+        def order(one: BeforeAfter) -> tuple[bool, bool, bool, bool]:
+            return (way * one.growth > 0.0, one.counts, not isinstance(one.old, bool), not one.unit)
+
+        return max(self.measures, key=order, default=None)
+
     def violates(self, fail_on: Grade) -> bool:
         """Whether what is graded got worse, and is now of a grade or beyond it; a run without an answer is beyond all.
 

@@ -13,6 +13,7 @@ import jsonschema
 import numpy as np
 import pytest
 from tests.planted.faults import DT, ROW, SPEED, replayed
+from tests.unit.pages.test_terminal import printed
 from typer.testing import CliRunner
 
 from carom import solve_pic, solve_pit
@@ -35,6 +36,7 @@ from carom.trace import Trace
 Engines = dict[str, Trace | Status]
 Write = Callable[..., Path]
 
+SAMPLE = Path(__file__).resolve().parents[4] / "reports" / "sample" / "results.jsonl"
 REFERENCE = solve_pic(ROW)
 PIT = solve_pit(ROW, frame_rate_hz=1 / DT)
 
@@ -200,6 +202,29 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
     assert sum("depth" in line for line in lines) == 1
     full = CliRunner().invoke(app, ["diff", str(old), str(new), "-v"], env={"COLUMNS": "80"}).output
     assert all(f"engine-{k} " in full for k in range(40))
+
+
+@pytest.mark.skipif(not SAMPLE.exists(), reason="a source distribution has no reports")
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("mujoco/default", "mujoco/tuned"),
+        ("mujoco/tuned", "mujoco/default"),
+        ("pymunk/default", "mujoco/tuned"),
+        ("box2d/default", "pybullet/tuned"),
+    ],
+)
+def test_profiles_of_the_sample_compared_fit_25_lines_on_a_terminal(old: str, new: str) -> None:
+    """Of whole suites, too, 80 columns show the answer in 25 lines, and a row tells what moved its own way."""
+    found = diff(SAMPLE, SAMPLE, [(old, new)])
+    lines = printed(diff_document(found, "old", "new"), 80)
+    assert len(lines) <= 25, "\n".join(lines)
+    assert max(map(len, lines)) <= 80
+    for change in found.changes:
+        way = -1.0 if change.kind is Kind.BETTER else 1.0
+        if any(way * one.growth > 0 for one in change.measures):
+            assert change.telling is not None
+            assert way * change.telling.growth > 0, str(change.telling)
 
 
 def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:
