@@ -205,12 +205,14 @@ def _lost(k: int, score: Score) -> Json:
         return {"flag": "beyond", "became": "beyond the horizon"}
     if k in score.undecided:
         return {"flag": "undecided", "became": "not found before the end of the run"}
+    if k not in score.missed:
+        return {"flag": "undecided", "became": "shown, not reported"}
     return {"flag": "missed", "became": "missed"}
 
 
 def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
     """Say why an impact is missed: from the run's own states where they were looked at, else what PIT does with it."""
-    if k >= score.expected or k in score.undecided:
+    if k >= score.expected or k not in score.missed:
         return {"cause": ""}
     if trace.local_truth is None:
         pit = {True: "PIT misses it, too", False: "PIT finds it"}

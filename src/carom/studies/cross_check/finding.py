@@ -57,8 +57,8 @@ def _does(cell: GridCell) -> str:
     score = cell.row.score if cell.row else None
     if score is None:
         return cell.mark.word
-    if Verdict.PARTED in score.verdicts and cell.mark is not Mark.WRONG:
-        return f"{cell.mark.word} from the exact trajectory" if cell.mark is Mark.PARTED else cell.mark.word
+    if Verdict.PARTED in score.verdicts:
+        return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, and its trajectory has parted"
     lost = [f"{len(score.missed)} missed"] if score.missed else []
     lost += [f"{len(score.spurious)} invented"] if score.spurious else []
     if lost:
@@ -92,7 +92,9 @@ def _of_many(grid: Grid, columns: Sequence[GridColumn]) -> str:
         parts.append(f"No {'engine' if not columns[0].own else 'method'} is exact or close in any of {scenes} scenes.")
     else:
         tie = " tie" if len(names) > 1 else ""
-        parts.append(f"Most exact or close: {_names(names)}{tie}, in {-best[0]}; wrong in {best[1]}.")
+        firsts = [column for column in columns if merit(grid, column) == best]
+        wrong = max(sum(cell.mark is Mark.WRONG for cell in grid.cells(column)) for column in firsts)
+        parts.append(f"Most exact or close: {_names(names)}{tie}, in {-best[0]}; wrong in {wrong}.")
     return " ".join(parts)
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from functools import partial
 
-from carom.comparator import Score
+from carom.comparator import Score, Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.pages import wording
 from carom.pages.document import DETAIL, TERMINAL, Column, Table
@@ -26,7 +26,7 @@ _COUNTED = {
     "wrong": (Mark.WRONG,),
 }
 
-NOTE = "largest errors; time: + late; last: how many times what looking once a step costs"
+NOTE = "largest errors; time: + late; n/a: missed, or parted before; ×: times what looking once a step costs"  # noqa: RUF001 - the sign that stands in the table
 
 
 def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
@@ -58,15 +58,15 @@ def verdict_lines(results: Results, grid: Grid, scene: str, *, full: bool) -> tu
     rows = _scored(results, scene)
     coarsest = max((row.job.dt_s for row in rows), default=0.0)
     several = full and any(row.job.dt_s != coarsest for row in rows)
-    said = []
+    said: dict[str, str] = {}
     for row in rows:
         score = row.score
         if score is None or mark_of(row) in _COUNTED["exact"] or (row.job.dt_s != coarsest and not full):
             continue
-        name = f"{_method(grid, row)}, {wording.step(row.job.dt_s)}" if several else _method(grid, row)
         found = (f"{one.verdict.value} ({one.reason})" if full else one.verdict.value for one in score.findings)
-        said.append(f"{name}: {'; '.join(found)}")
-    return tuple(said)
+        name, step = _method(grid, row), f", {wording.step(row.job.dt_s)}" if several else ""
+        said.setdefault(f"{name}: {'; '.join(found)}", f"{name}{step}")  # the same at each step is said once
+    return tuple(line.replace(line.partition(":")[0], name, 1) for line, name in said.items())
 
 
 def counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
@@ -115,13 +115,18 @@ def _score(row: Row) -> Score:
 def _impacts(row: Row) -> str:
     score = _score(row)
     invented = f" +{len(score.spurious)}" if score.spurious else ""
-    return f"{len(score.errors)} of {score.expected}{invented}"
+    return f"{score.expected - len(score.missed) - len(score.undecided)} of {score.expected}{invented}"
+
+
+def _parted(score: Score) -> bool:
+    """Whether its trajectory left the reference's, from where on errors of impacts are chance."""
+    return Verdict.PARTED in score.verdicts
 
 
 def _time(row: Row) -> str:
     score = _score(row)
     error_s = score.total.time_s
-    if math.isnan(error_s):
+    if math.isnan(error_s) or _parted(score):
         return wording.ABSENT
     if abs(error_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, row.job.dt_s):
         return "0"
@@ -140,13 +145,15 @@ def _energy(row: Row) -> str:
 
 
 def _percent(score: Score, part: float) -> str:
+    if _parted(score):
+        return wording.ABSENT
     return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else wording.percent(part)
 
 
 def _direction(row: Row) -> str:
     score = _score(row)
     turned = score.total.direction_rad
-    if math.isnan(turned):
+    if math.isnan(turned) or _parted(score):
         return wording.ABSENT
     return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else f"{wording.number(math.degrees(turned))}°"
 

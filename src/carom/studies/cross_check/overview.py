@@ -12,7 +12,6 @@ from typing import NamedTuple
 from carom.pages import wording
 from carom.pages.document import (
     DETAIL,
-    EVERYWHERE,
     IN_FULL,
     ON_PAPER,
     PAGE,
@@ -85,10 +84,10 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
     if alone:
         yield steps_section(results, grid)
         verdicts = verdict_lines(results, grid, alone.scene.name, full=len(others) == 1)
-        few = len(others) <= MOST_ACROSS
+        # Beside the methods paper has these impacts already; a terminal has room for few methods' times.
+        media = (DETAIL if beside else IN_FULL) | (TERMINAL if len(others) <= MOST_ACROSS else DETAIL)
         shown = (
-            *((_impact_table(alone, impacts, TERMINAL | DETAIL if few else DETAIL),) if beside else ()),
-            *(() if beside else (_impact_table(alone, impacts, EVERYWHERE if few else EVERYWHERE - TERMINAL),)),
+            *((_impact_table(alone, impacts, media),) if impacts else ()),
             *((Lines(verdicts, TERMINAL),) if verdicts else ()),
             Lines(verdict_lines(results, grid, alone.scene.name, full=True), DETAIL),
         )
