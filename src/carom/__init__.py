@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from carom.solvers.pic import solve_pic as solve_pic
     from carom.solvers.pit.solve import solve_pit as solve_pit
     from carom.solvers.plain.framewise import solve_pic_framewise as solve_pic_framewise
+    from carom.studies.advise.ask import advise as advise
     from carom.studies.cross_check.demo import demo as demo
     from carom.studies.cross_check.playback import replay as replay
     from carom.studies.cross_check.run import cross_check as cross_check
@@ -52,6 +53,7 @@ _HOMES = {
     "carom.physics.impact_law": ("resolve_impact",),
     "carom.physics.time_of_impact": ("time_of_impact",),
     "carom.registry": ("EngineInfo",),
+    "carom.studies.advise.ask": ("advise",),
     "carom.studies.cross_check.demo": ("demo",),
     "carom.pages.notebook": ("plot_beside",),
     "carom.studies.cross_check.playback": ("replay",),

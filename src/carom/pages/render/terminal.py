@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from rich import box
 from rich.cells import cell_len
-from rich.console import JustifyMethod
+from rich.console import Console, JustifyMethod
 from rich.table import Table as RichTable
 from rich.text import Text as RichText
 
@@ -16,7 +17,7 @@ from carom.pages import document as blocks
 from carom.pages.document import Cell, Column, Document, Medium, Share, Table
 from carom.text import visible
 
-__all__ = ["terminal"]
+__all__ = ["plain_text", "terminal"]
 
 #: So many signs make a bar.
 _BAR = 14
@@ -53,6 +54,15 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
                 case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
                     pass
     yield from map(visible, document.answer.more)
+
+
+def plain_text(document: Document, width: int = 80) -> str:
+    """Return what a terminal of so many columns shows, without its colours."""
+    buffer = io.StringIO()
+    console = Console(file=buffer, width=width, highlight=False, markup=False)
+    for item in terminal(document, width):
+        console.print(item)
+    return buffer.getvalue().rstrip()
 
 
 #: What stands between two columns: the padding of one, and the box's own sign.

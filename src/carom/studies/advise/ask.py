@@ -1,0 +1,50 @@
+"""The adviser for who works in Python: `carom.advise`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from typing import Any
+
+from carom.registry import engine_named
+from carom.runs.job import Progress
+from carom.runs.pool import Pool
+from carom.scene import Scene, as_scene
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.advise.run import Advice
+from carom.studies.advise.run import advise as found_by
+
+__all__ = ["advise"]
+
+
+def advise(
+    scene: Scene | str,
+    engine_names: Sequence[str] | None = None,
+    *,
+    progress: Progress | None = None,
+    pool: Pool | None = None,
+    **options: Any,
+) -> Advice:
+    """Return from which step on each engine never misses an impact of a scene, and meets a demand.
+
+    It prints what `carom advise` prints, shows itself in a notebook, and `plot()` draws the error against the step.
+
+    Args:
+        scene: The scene, or its name in the catalogue.
+        engine_names: Names of adapters; every one that is installed by default.
+        progress: Called with (done, all, what).
+        pool: Where steps are tried; it stays open. By default processes of this machine, which are ended.
+        options: ``direction_error_rad``, ``profiles`` and the other fields of
+            `carom.studies.advise.options.AdviceOptions`.
+
+    Raises:
+        InputError: The scene has no reference or no impact, or an option makes no sense.
+        UnknownNameError: There is no such scene or engine.
+    """
+    scene = as_scene(scene)
+    asked = AdviceOptions(engines=engine_names, **options)
+    asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
+    own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
+    with own as opened:
+        return found_by(scene, asked, opened, progress=progress)

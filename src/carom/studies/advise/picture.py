@@ -1,0 +1,82 @@
+"""What the adviser found as a picture: the error against the step, engine by engine, with the demand as a line."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+from typing import TYPE_CHECKING
+
+from carom.errors import MissingExtraError
+from carom.pages.files import require_report_extra
+from carom.pages.render.terminal import plain_text
+from carom.pages.svg import drawing, line_style, new_figure, plain_number, render
+from carom.studies.advise.document import advice_document
+from carom.studies.advise.run import Advice
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["html_of_advice", "plot_advice", "text_of_advice"]
+
+_SIZE_IN = (7.0, 3.8)
+
+
+def text_of_advice(advice: Advice) -> str:
+    """Return what `carom advise` prints of it."""
+    return plain_text(advice_document(advice))
+
+
+def html_of_advice(advice: Advice) -> str | None:
+    """Return its lines and its picture as HTML; None where the extra `report` is missing."""
+    try:
+        require_report_extra()
+    except MissingExtraError:
+        return None
+    with drawing():
+        figure = new_figure(*_SIZE_IN)
+        figure.set_layout_engine("constrained")
+        _draw(advice, figure.add_subplot())
+        picture = render(figure, f"Direction error against steps a second: {advice.scene.name}")
+    return f'<div style="max-width:46em">{picture}</div><pre>{escape(text_of_advice(advice))}</pre>'
+
+
+def plot_advice(advice: Advice, axes: Axes | None = None) -> Axes:
+    """Draw it on axes, on new ones of pyplot's where none are given, and return the axes.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+    """
+    require_report_extra()
+    if axes is None:
+        from matplotlib import pyplot as plt
+
+        axes = plt.subplots(figsize=_SIZE_IN, layout="constrained")[1]
+    _draw(advice, axes)
+    return axes
+
+
+def _draw(advice: Advice, axes: Axes) -> None:
+    engines = list(dict.fromkeys(answer.method.engine for answer in advice.answers))
+    for answer in advice.answers:
+        found = [trial for trial in answer.trials if not trial.reason and not math.isnan(trial.direction_error_rad)]
+        style = line_style(
+            engines.index(answer.method.engine), pit=False, hollow=answer.method.profile_shown == "default"
+        )
+        rates = [1.0 / trial.dt_s for trial in found]
+        # A logarithm has no 0: what is exact lies on the lower edge.
+        degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]
+        axes.plot(rates, degrees, label=f"{answer.method.engine} {answer.method.profile_shown}", **style)
+        lost = [(rate, error) for rate, error, trial in zip(rates, degrees, found, strict=True) if trial.lost]
+        axes.plot(*zip(*lost, strict=True), "x", color=style["color"], markersize=9.0) if lost else None
+    demand = math.degrees(advice.demand.direction_error_rad)
+    axes.axhline(demand, color="black", linewidth=0.8, linestyle=":", label=f"demand: {plain_number(demand, 0.0)}°")
+    axes.set(xscale="log", yscale="log", xlabel="steps a second")
+    axes.set_ylabel("direction wrong by, degrees (x: impacts lost)")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(plain_number)
+    axes.grid(which="major", alpha=0.18, linewidth=0.6)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, fontsize=8)
+
+
+#: Rounding of a direction in 64 bits is some 1e-14 degrees; no demand is near this.
+_LEAST_DEG = 1e-9

@@ -1,0 +1,49 @@
+"""The adviser from Python: one call, and an answer that prints, shows and draws itself."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import InputError, UnknownNameError
+from carom.runs.pool import InProcess
+
+
+def test_a_call_gives_an_answer_that_prints_itself() -> None:
+    """The first line is the answer, as on the command line; the numbers are those of its fields."""
+    advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=2, pool=InProcess())
+    (answer,) = advice.answers
+    assert answer.never_misses.passes is not None
+    steps = f"{1.0 / answer.never_misses.passes.dt_s:.4g} a second"
+    assert repr(advice).splitlines()[0].startswith("Fewest steps that miss no impact: pymunk tuned, ")
+    assert steps in " ".join(repr(advice).split())
+
+
+def test_a_picture_has_a_line_a_method_and_the_demand() -> None:
+    """Each step at which a start found the impact is a point at its rate and error, and the demand is a level line."""
+    pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
+    advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=2, pool=InProcess())
+    from matplotlib.figure import Figure
+
+    axes = advice.plot(Figure().add_subplot())
+    found = {str(line.get_label()): line for line in axes.lines}
+    rates = [1.0 / trial.dt_s for trial in advice.answers[0].trials if not math.isnan(trial.direction_error_rad)]
+    assert np.asarray(found["pymunk tuned"].get_xdata()) == pytest.approx(rates)
+    assert np.asarray(found["demand: 1°"].get_ydata()) == pytest.approx([1.0, 1.0])
+    page = advice._repr_html_()
+    assert page is not None
+    assert "<svg" in page
+    assert "Fewest steps" in page
+
+
+def test_what_makes_no_sense_is_refused_by_name() -> None:
+    """An option, a scene and an engine that are none are refused as from the command line."""
+    with pytest.raises(InputError, match=r"^phases must be a whole number"):
+        carom.advise("paper/late", phases=0)
+    with pytest.raises(UnknownNameError, match="paper/late"):
+        carom.advise("paper/lat")
+    with pytest.raises(UnknownNameError, match="pymunk"):
+        carom.advise("paper/late", ["pymonk"])
