@@ -11,7 +11,7 @@ from tests.hazards.measures import GAS, GAS_STARTS, SPEEDS, STARTS, Figure
 from tests.hazards.spread import OFF, Spread
 
 from carom.adapter import Adapter
-from carom.pages.document import Answer, Column, Document, Section, Table
+from carom.pages.document import Column, Document, Headline, Section, Table
 from carom.pages.render.markdown import markdown
 from carom.pages.wording import number, percent
 from carom.scenes.catalogue import find_scenes
@@ -109,7 +109,7 @@ def lines_of(figures: Sequence[Figure]) -> list[str]:
     """Return the rows that figures are on the page, without the tables' heads."""
     found: list[str] = []
     for table in tables(figures).values():
-        lines = markdown(Document("", Answer(""), (Section("", (table,)),))).splitlines()
+        lines = markdown(Document("", Headline(""), (Section("", (table,)),))).splitlines()
         found += [line for line in lines if line.startswith("| ")][2:]
     return found
 
@@ -148,7 +148,7 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
     shown = tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
     changes = Section("What default changes", (replace(_changes(adapters), note=CHANGES),))
-    return markdown(Document("Hazards, over many starts", Answer.of(lead), (*sections, changes)))
+    return markdown(Document("Hazards, over many starts", Headline.of(lead), (*sections, changes)))
 
 
 CHANGES = (

@@ -210,8 +210,7 @@ def print_document(document: Document, *, full: bool = False) -> None:
 
     out = console()
     for item in terminal(document, out.width, full=full):
-        # A sentence that another program reads stays one line.
-        out.print(item, soft_wrap=isinstance(item, str) and not out.is_terminal)
+        out.print(item)
 
 
 def seconds(text: str) -> float:

@@ -18,7 +18,6 @@ __all__ = [
     "ON_PAPER",
     "PAGE",
     "TERMINAL",
-    "Answer",
     "Block",
     "Cell",
     "Code",
@@ -27,6 +26,7 @@ __all__ = [
     "Facts",
     "Figure",
     "Figures",
+    "Headline",
     "Legend",
     "Lines",
     "Medium",
@@ -298,7 +298,7 @@ class Section:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Headline:
     """What a document says first: it answers the question that the study was asked.
 
     Attributes:
@@ -310,7 +310,7 @@ class Answer:
     more: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, sentences: Iterable[str]) -> Answer:
+    def of(cls, sentences: Iterable[str]) -> Headline:
         """Return an answer of sentences, of which the first is the answer; there must be one."""
         first, *more = sentences
         return cls(first, tuple(more))
@@ -334,7 +334,7 @@ class Document:
     """
 
     title: str
-    answer: Answer
+    answer: Headline
     sections: tuple[Section, ...]
     about: str = ""
     watch: Cell | None = None

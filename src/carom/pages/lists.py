@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from carom.adapter import Capabilities, ContactTimes, Knob, Stamp
 from carom.pages import wording
-from carom.pages.document import EVERYWHERE, Answer, Block, Cell, Column, Document, Facts, Lines, Section, Table
+from carom.pages.document import EVERYWHERE, Block, Cell, Column, Document, Facts, Headline, Lines, Section, Table
 from carom.registry import EngineInfo
 from carom.scenes import CatalogueScene, Complaint, all_scenes
 
@@ -87,7 +87,9 @@ def engine_page(info: EngineInfo) -> Document:
         else f"has {wording.count(len(info.profiles), 'profile')}"
     )
     return Document(
-        f"Carom: {info.name}", Answer(f"{' '.join(filter(None, (info.engine, info.version)))} {able}."), tuple(sections)
+        f"Carom: {info.name}",
+        Headline(f"{' '.join(filter(None, (info.engine, info.version)))} {able}."),
+        tuple(sections),
     )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import tomli_w
 
 from carom.pages import wording
-from carom.pages.document import Answer, Column, Document, Section, Table
+from carom.pages.document import Column, Document, Headline, Section, Table
 from carom.scenes import CatalogueScene, Complaint
 from carom.trace import pair_name
 
@@ -51,7 +51,7 @@ def certified_document(certified: CertifiedTrace, most: int) -> Document:
         note=f"and {left_out} more" if left_out > 0 else "",
     )
     blocks = (table,) if most and len(certified) else ()
-    return Document("Carom: certified", Answer.of(_reach(certified)), (Section(table.title, blocks),))
+    return Document("Carom: certified", Headline.of(_reach(certified)), (Section(table.title, blocks),))
 
 
 def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:

@@ -25,7 +25,7 @@ from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
 from carom.folders import MARKER
 from carom.limits import MOST_BYTES, MOST_VALUES
-from carom.pages.document import Answer, Column, Document, Medium, Section, Table
+from carom.pages.document import Column, Document, Headline, Medium, Section, Table
 from carom.pages.records import junit, raw_records, read_records
 from carom.pages.records_line import text_of
 from carom.pages.render.html import html as html_of
@@ -341,7 +341,7 @@ def test_a_column_is_shown_wherever_its_table_is() -> None:
     """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
     table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
     wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))
-    document = Document("A report", Answer("It is a report."), (Section("Sizes", (wider,)),))
+    document = Document("A report", Headline("It is a report."), (Section("Sizes", (wider,)),))
     _answer, _heading, printed = terminal(document, 160)
     buffer = io.StringIO()
     Console(file=buffer, width=100).print(printed)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator
 
 from carom.pages import wording
-from carom.pages.document import DETAIL, Answer, Block, Column, Document, Lines, Section, Table, Text
+from carom.pages.document import DETAIL, Block, Column, Document, Headline, Lines, Section, Table, Text
 from carom.runs.job import Method
 from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchEnding, StepRange, StepTrial
 from carom.studies.advise.step_search import CONFIRM
@@ -55,7 +55,7 @@ def advice_document(advice: Advice) -> Document:
         Text(_how(advice), DETAIL),
         *(_curve(answer) for answer in rows),
     )
-    return Document("Carom: advice", Answer(answer), (Section("Advice", blocks),))
+    return Document("Carom: advice", Headline(answer), (Section("Advice", blocks),))
 
 
 def _answers(advice: Advice) -> Iterator[str]:

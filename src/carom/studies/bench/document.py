@@ -14,11 +14,11 @@ from carom.pages.document import (
     IN_FULL,
     ON_PAPER,
     TERMINAL,
-    Answer,
     Block,
     Document,
     Figure,
     Figures,
+    Headline,
     Lines,
     Section,
     Text,
@@ -65,7 +65,7 @@ def bench_document(bench: Bench, axes: Sequence[Diagram] = tuple(Diagram)) -> Do
     suite = (suite_table(bench, targets), Text(TABLE_SHORT, TERMINAL)) if len(bench.scenes) > 1 else ()
     return Document(
         "Carom bench",
-        Answer.of((*(_answers(bench, targets) if timed else ()), _scope(bench))),
+        Headline.of((*(_answers(bench, targets) if timed else ()), _scope(bench))),
         (
             Section("Every method", suite),
             *(section for scene in bench.scenes for section in _scene(bench, scene, axes, targets)),

@@ -11,7 +11,7 @@ from urllib.parse import quote
 
 from carom.folders import write_files
 from carom.pages import wording
-from carom.pages.document import IN_FULL, PAGE, Answer, Cell, Column, Document, Figure, Figures, Lines, Section, Table
+from carom.pages.document import IN_FULL, PAGE, Cell, Column, Document, Figure, Figures, Headline, Lines, Section, Table
 from carom.pages.files import as_json, require_report_extra
 from carom.pages.made import making, stamp_lines
 from carom.pages.render.html import html
@@ -42,7 +42,7 @@ def growth_document(growth: Growth) -> Document:
     )
     return Document(
         "Carom bench: growth",
-        Answer.of((*_fastest(growth), "Run time and memory against the number of discs.")),
+        Headline.of((*_fastest(growth), "Run time and memory against the number of discs.")),
         (
             Section("Cost as work grows", (Figures(figures, large=True), *_tables(growth))),
             Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3),

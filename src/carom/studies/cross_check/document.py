@@ -11,7 +11,7 @@ from carom.comparator import Grade, Horizon
 from carom.comparator.thresholds import THRESHOLDS
 from carom.folders import write_files
 from carom.pages import wording
-from carom.pages.document import Answer, Document
+from carom.pages.document import Document, Headline
 from carom.pages.files import packed
 from carom.pages.grid import Grid, Mark, build_grid
 from carom.pages.made import making
@@ -48,7 +48,7 @@ def cross_check_document(results: Results) -> Document:
     found = prices(grid)
     return Document(
         "Carom cross-check",
-        Answer(finding(grid), (_reference(results), _counts(grid), *_lucky(grid))),
+        Headline(finding(grid), (_reference(results), _counts(grid), *_lucky(grid))),
         (
             *overview(results, grid, found),
             *tables.grid_sections(results, grid),

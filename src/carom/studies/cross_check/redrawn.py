@@ -13,7 +13,7 @@ from functools import partial
 
 from carom.comparator import Errors
 from carom.pages import wording
-from carom.pages.document import IN_FULL, ON_PAPER, PAGE, Answer, Cell, Column, Document, Lines, Section, Table, Text
+from carom.pages.document import IN_FULL, ON_PAPER, PAGE, Cell, Column, Document, Headline, Lines, Section, Table, Text
 from carom.pages.grid import Mark, mark_read
 from carom.pages.made import making
 from carom.pages.records_line import RowLine, Summary
@@ -45,7 +45,7 @@ def redrawn_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
     )
     return Document(
         "Carom cross-check, from its records",
-        Answer(f"Of {of} at each scene's coarsest step: {counted}."),
+        Headline(f"Of {of} at each scene's coarsest step: {counted}."),
         (
             Section("Every method at each scene's coarsest step", (_methods(list(methods.items())),)),
             Section("Every scene on every engine", (_grid(coarse, list(methods)),), only=IN_FULL, short="Every scene"),

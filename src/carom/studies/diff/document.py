@@ -13,10 +13,10 @@ from carom.pages.document import (
     EVERYWHERE,
     PAGE,
     TERMINAL,
-    Answer,
     Cell,
     Column,
     Document,
+    Headline,
     Section,
     Table,
     Text,
@@ -75,7 +75,7 @@ def diff_document(found: Diff, old: str, new: str) -> Document:
         *((Section("Versions and machine", (around,), only=EVERYWHERE - TERMINAL),) if found.around else ()),
     )
     first, *rest = _lead(found)
-    return Document(f"Carom diff: {old} → {new}", Answer(first, (*rest, *_settings(changes))), sections)
+    return Document(f"Carom diff: {old} → {new}", Headline(first, (*rest, *_settings(changes))), sections)
 
 
 def _in_few(changes: Sequence[Change]) -> Iterator[Table]:

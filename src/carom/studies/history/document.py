@@ -12,7 +12,7 @@ from typing import NamedTuple
 from carom.comparator import Grade
 from carom.folders import write_files
 from carom.pages import wording
-from carom.pages.document import ON_PAPER, Answer, Column, Document, Lines, Section, Table, Text
+from carom.pages.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
 from carom.pages.grid import mark_of_grade
 from carom.pages.made import making
 from carom.pages.render.markdown import markdown
@@ -72,7 +72,7 @@ def history_document(found: History) -> Document:
     ]
     return Document(
         f"Carom: releases of {found.origin.engine}",
-        Answer.of(_lead(found)),
+        Headline.of(_lead(found)),
         (
             Section("Release by release", (Table(_release_columns(found), rows), *_notes(found))),
             *((Section("What changed", (Table(_CHANGED, changed),)),) if changed else ()),

@@ -17,11 +17,11 @@ from carom.pages.document import (
     ON_PAPER,
     PAGE,
     TERMINAL,
-    Answer,
     Block,
     Cell,
     Column,
     Document,
+    Headline,
     Legend,
     Lines,
     Section,
@@ -95,7 +95,7 @@ def stress_document(results: StressResults) -> Document:
     kinds = {kind: [line for line in results.lines if line.kind == kind] for kind in HEADINGS}
     return Document(
         "Carom: stress",
-        Answer.of(_summary(results, kinds)),
+        Headline.of(_summary(results, kinds)),
         (
             Section("What became of each method", tuple(_methods(results, kinds))),
             *(section for kind, lines in kinds.items() if lines for section in _group(results, kind, lines)),

@@ -13,7 +13,7 @@ import tomli_w
 
 from carom.folders import write_files
 from carom.pages import wording
-from carom.pages.document import Answer, Cell, Code, Column, Document, Lines, Section, Table, Text
+from carom.pages.document import Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
 from carom.pages.grid import mark_of_grade
 from carom.pages.made import making
 from carom.pages.render.markdown import markdown
@@ -61,7 +61,7 @@ def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
     left_out = tuple(f"{name} is left out: {reason}" for name, reason in found.left_out.items())
     return Document(
         f"Carom: settings of {found.engine}",
-        Answer.of(_lead(found)),
+        Headline.of(_lead(found)),
         (
             *((_settings(found),) if better else ()),
             Section("Scene by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),

@@ -14,7 +14,7 @@ from rich.console import Console
 
 from carom import cross_check
 from carom.comparator import Errors, compare
-from carom.pages.document import Answer, Column, Document, Medium, Section, Table
+from carom.pages.document import Column, Document, Headline, Medium, Section, Table
 from carom.pages.grid import build_grid
 from carom.pages.records import records
 from carom.pages.records_line import OF_SPINS
@@ -79,7 +79,7 @@ def of_toy(results: Results) -> dict[str, str]:
 
 def in_every_medium(section: Section) -> tuple[str, str, str]:
     """A section, alone, as a page, as Markdown and on a terminal."""
-    document, printed = Document("A section", Answer(""), (section,)), io.StringIO()
+    document, printed = Document("A section", Headline(""), (section,)), io.StringIO()
     console = Console(file=printed, width=300)
     for block in terminal(document, 160, full=True):
         console.print(block)
