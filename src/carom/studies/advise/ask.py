@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 from carom.registry import engine_named
@@ -12,7 +12,7 @@ from carom.runs.job import Progress
 from carom.runs.pool import Pool
 from carom.scene import Scene, as_scene
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.run import Advice
+from carom.studies.advise.picture import ShownAdvice
 from carom.studies.advise.run import advise as found_by
 
 __all__ = ["advise"]
@@ -25,7 +25,7 @@ def advise(
     progress: Progress | None = None,
     pool: Pool | None = None,
     **options: Any,
-) -> Advice:
+) -> ShownAdvice:
     """Return from which step on each engine never misses an impact of a scene, and meets a demand.
 
     It prints what `carom advise` prints, shows itself in a notebook, and `plot()` draws the error against the step.
@@ -47,4 +47,5 @@ def advise(
     asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
     own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
-        return found_by(scene, asked, opened, progress=progress)
+        found = found_by(scene, asked, opened, progress=progress)
+    return ShownAdvice(**{field.name: getattr(found, field.name) for field in fields(found)})

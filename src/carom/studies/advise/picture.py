@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -16,43 +17,44 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["html_of_advice", "plot_advice", "text_of_advice"]
+__all__ = ["ShownAdvice"]
 
 _SIZE_IN = (7.0, 3.8)
 
 
-def text_of_advice(advice: Advice) -> str:
-    """Return what `carom advise` prints of it."""
-    return plain_text(advice_document(advice))
+@dataclass(frozen=True, repr=False)
+class ShownAdvice(Advice):
+    """What the adviser says, and shows by itself."""
 
+    def __repr__(self) -> str:
+        return plain_text(advice_document(self))
 
-def html_of_advice(advice: Advice) -> str | None:
-    """Return its lines and its picture as HTML; None where the extra `report` is missing."""
-    try:
+    def _repr_html_(self) -> str | None:
+        """Return its lines and its picture as HTML; None where the extra `report` is missing."""
+        try:
+            require_report_extra()
+        except MissingExtraError:
+            return None
+        with drawing():
+            figure = new_figure(*_SIZE_IN)
+            figure.set_layout_engine("constrained")
+            _draw(self, figure.add_subplot())
+            picture = render(figure, f"Direction error against steps a second: {self.scene.name}")
+        return f'<div style="max-width:46em">{picture}</div><pre>{escape(repr(self))}</pre>'
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the direction error against the step, a line a method, the demand as a line, and return the axes.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
         require_report_extra()
-    except MissingExtraError:
-        return None
-    with drawing():
-        figure = new_figure(*_SIZE_IN)
-        figure.set_layout_engine("constrained")
-        _draw(advice, figure.add_subplot())
-        picture = render(figure, f"Direction error against steps a second: {advice.scene.name}")
-    return f'<div style="max-width:46em">{picture}</div><pre>{escape(text_of_advice(advice))}</pre>'
+        if ax is None:
+            from matplotlib import pyplot as plt
 
-
-def plot_advice(advice: Advice, axes: Axes | None = None) -> Axes:
-    """Draw it on axes, on new ones of pyplot's where none are given, and return the axes.
-
-    Raises:
-        MissingExtraError: The extra `report` is not installed.
-    """
-    require_report_extra()
-    if axes is None:
-        from matplotlib import pyplot as plt
-
-        axes = plt.subplots(figsize=_SIZE_IN, layout="constrained")[1]
-    _draw(advice, axes)
-    return axes
+            ax = plt.subplots(figsize=_SIZE_IN, layout="constrained")[1]
+        _draw(self, ax)
+        return ax
 
 
 def _draw(advice: Advice, axes: Axes) -> None:

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import partial
-from typing import TYPE_CHECKING
 
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
@@ -27,9 +26,6 @@ from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.studies.advise.step_trial import StepTrial, starts_of, try_starts
 from carom.trace import Trace
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 __all__ = [
     "Advice",
@@ -84,7 +80,7 @@ class ClosedForm:
     demand_s: float
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Advice:
     """What the adviser says.
 
@@ -113,26 +109,6 @@ class Advice:
     phases: int
     budget_steps: int
     cut: ReferenceCut | None = None
-
-    def __repr__(self) -> str:
-        from carom.studies.advise.picture import text_of_advice
-
-        return text_of_advice(self)
-
-    def _repr_html_(self) -> str | None:
-        from carom.studies.advise.picture import html_of_advice
-
-        return html_of_advice(self)
-
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the direction error against the step, a line a method, the demand as a line; return the axes.
-
-        Raises:
-            MissingExtraError: The extra `report` is not installed.
-        """
-        from carom.studies.advise.picture import plot_advice
-
-        return plot_advice(self, ax)
 
 
 def advise(scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress | None = None) -> Advice:
