@@ -1,0 +1,163 @@
+"""What a disc's rim meets of a finite wall: straight faces, vertices, and arcs from outside and from inside.
+
+A wall is a line of straight edges and arcs, and all points within a half width of it. A disc touches it where its
+centre is at half width plus radius from the line; the places of such centres are straight for a face, a circle seen
+from outside for a vertex and an arc's outer side, and one seen from inside for its inner side.
+
+Features are frozen, and hold everything that the times of impact need, precomputed from the numbers of the file. What
+these give exactly is a pair ``(high, low)`` of its nearest floats: see `carom.physics.double_double`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+from carom.physics.double_double import Pair, two_diff
+
+__all__ = ["Arc", "Circle", "Face", "Feature", "Point", "Sector", "Vertex", "circle_through", "pair_of", "root_of"]
+
+Point = tuple[float, float]
+
+#: Bits of a square root before it becomes a pair: more than a pair's 106, and some to round by.
+_ROOT_BITS = 160
+
+
+class Circle(NamedTuple):
+    """A circle whose centre and squared radius are rational: what an arc's end points and bulge make of it."""
+
+    x: Fraction
+    y: Fraction
+    radius2: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Face:
+    """One side of a straight edge from a to b: the side on the left of the way from a to b.
+
+    Attributes:
+        a: Where the edge begins, metres.
+        b: Where it ends.
+        half_width: The wall is all points within this of the edge, metres.
+        along: The two components of b - a, exactly.
+        length: Its length.
+        normal: Unit vector into the free side, to the nearest floats.
+    """
+
+    a: Point
+    b: Point
+    half_width: float
+    along: tuple[Pair, Pair]
+    length: Pair
+    normal: Point
+
+    @classmethod
+    def between(cls, a: Point, b: Point, half_width: float = 0.0) -> Face:
+        """Return the side on the left of an edge; its ends differ."""
+        along = two_diff(b[0], a[0]), two_diff(b[1], a[1])
+        ex, ey = (Fraction(high) + Fraction(low) for high, low in along)
+        length2 = ex * ex + ey * ey
+        normal = _nearest_root(-ey, length2), _nearest_root(ex, length2)
+        return cls(a, b, half_width, along, root_of(length2), normal)
+
+
+@dataclass(frozen=True, slots=True)
+class Vertex:
+    """An end of a line, or a joint at which it is not smooth, from all sides.
+
+    Attributes:
+        at: The point, metres.
+        half_width: The wall is all points within this of the point, metres.
+    """
+
+    at: Point
+    half_width: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Sector:
+    """The directions from an arc's centre to its points: counterclockwise from `first` to `last`.
+
+    Attributes:
+        first: The two components of the vector from the centre to where the arc begins, metres.
+        last: Those to where it ends.
+        reflex: Whether the arc is more than half of its circle.
+    """
+
+    first: tuple[Pair, Pair]
+    last: tuple[Pair, Pair]
+    reflex: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Arc:
+    """One side of an arc, or of a whole circle.
+
+    Attributes:
+        centre: The two coordinates of the circle's centre, metres.
+        radius: The circle's radius, metres.
+        half_width: The wall is all points within this of the arc, metres.
+        inside: Whether it is the side that the centre is on.
+        sector: The part of the circle that the arc is; None for all of it.
+    """
+
+    centre: tuple[Pair, Pair]
+    radius: Pair
+    half_width: float
+    inside: bool
+    sector: Sector | None
+
+    @classmethod
+    def of_circle(cls, centre: Point, radius: float, half_width: float = 0.0, *, inside: bool) -> Arc:
+        """Return one side of a whole circle."""
+        return cls(((centre[0], 0.0), (centre[1], 0.0)), (radius, 0.0), half_width, inside, None)
+
+    @classmethod
+    def on(
+        cls, circle: Circle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
+    ) -> Arc:
+        """Return one side of a circle's arc counterclockwise between two of its points, or of all of it."""
+        sector = None if ends is None else _sector(circle, *ends)
+        return cls((pair_of(circle.x), pair_of(circle.y)), root_of(circle.radius2), half_width, inside, sector)
+
+
+Feature = Face | Vertex | Arc
+
+
+def circle_through(a: Point, b: Point, bulge: float) -> Circle:
+    """Return the circle of the arc from a to b whose bulge, the tangent of a quarter of its angle, is not 0.
+
+    With a bulge above 0 the arc runs counterclockwise from a to b, below 0 clockwise.
+    """
+    (ax, ay), (bx, by), k = map(Fraction, a), map(Fraction, b), Fraction(bulge)
+    across = (1 - k * k) / (4 * k)
+    x, y = (ax + bx) / 2 - across * (by - ay), (ay + by) / 2 + across * (bx - ax)
+    return Circle(x, y, (ax - x) ** 2 + (ay - y) ** 2)
+
+
+def pair_of(number: Fraction) -> Pair:
+    """Return a rational number as the pair nearest to it, to 2^-106 of itself."""
+    high = float(number)
+    return high, float(number - Fraction(high))
+
+
+def root_of(square: Fraction) -> Pair:
+    """Return the square root of a rational number, 0 or more, as the pair nearest to it, to 2^-106 of itself."""
+    if square == 0:
+        return 0.0, 0.0
+    # The root of square 4^shift has some _ROOT_BITS bits before its point.
+    shift = _ROOT_BITS - (square.numerator.bit_length() - square.denominator.bit_length()) // 2
+    return pair_of(Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift)
+
+
+def _nearest_root(part: Fraction, square: Fraction) -> float:
+    """Return ``part / sqrt(square)`` to the nearest float."""
+    return math.copysign(root_of(part * part / square)[0], part)
+
+
+def _sector(circle: Circle, a: Point, b: Point) -> Sector:
+    first, last = ((Fraction(x) - circle.x, Fraction(y) - circle.y) for x, y in (a, b))
+    turn = first[0] * last[1] - first[1] * last[0]
+    return Sector((pair_of(first[0]), pair_of(first[1])), (pair_of(last[0]), pair_of(last[1])), turn < 0)
