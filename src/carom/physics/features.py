@@ -17,12 +17,48 @@ from typing import NamedTuple
 
 from carom.physics.double_double import Pair, two_diff
 
-__all__ = ["Arc", "Circle", "Face", "Feature", "Point", "Sector", "Vertex", "circle_through", "pair_of", "root_of"]
+__all__ = [
+    "Arc",
+    "Circle",
+    "Face",
+    "Feature",
+    "Mover",
+    "Point",
+    "Sector",
+    "Vertex",
+    "circle_through",
+    "pair_of",
+    "root_of",
+]
 
 Point = tuple[float, float]
 
 #: Bits of a square root before it becomes a pair: more than a pair's 106, and some to round by.
 _ROOT_BITS = 160
+
+
+class Mover(NamedTuple):
+    """A disc as seen from a wall: for a driven wall, in the frame that moves with it.
+
+    Attributes:
+        x: Coordinate of its centre, metres.
+        y: The other one.
+        ux: Component of its velocity less the wall's, metres a second.
+        uy: The other one.
+        radius: Its radius, metres.
+    """
+
+    x: Pair
+    y: Pair
+    ux: Pair
+    uy: Pair
+    radius: float
+
+    @classmethod
+    def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
+        """Return a disc as seen from a wall that is where the file has it, and moves at a velocity."""
+        ux, uy = two_diff(velocity[0], wall_velocity[0]), two_diff(velocity[1], wall_velocity[1])
+        return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
 
 class Circle(NamedTuple):

@@ -41,11 +41,18 @@ __all__ = [
     "approach",
     "discriminant",
     "discriminant_from_gap",
+    "discriminant_from_miss",
     "encounter",
+    "exact_discriminant",
     "exact_pair_time",
     "exact_root",
+    "excess",
+    "inner_product",
+    "meeting_time",
     "pair_time",
+    "product_factors",
     "separation",
+    "square_factors",
 ]
 
 #: 8 roundings: more than the terms of b (4), c (5) and, with a factor 2 beside it, of D gather before their last sum.
@@ -116,8 +123,24 @@ def pair_time(
     d, d_error = discriminant(dx, dy, ux, uy, reach)
     if d < -d_error:
         return math.inf
-    e = encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
-    c, _ = separation(dx, dy, reach)
+    return _time_of_doubt(b, d, encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2))
+
+
+def meeting_time(e: Encounter) -> float:
+    """Return the seconds until two circles meet whose place, velocity and reach are pairs; as `pair_time` does."""
+    dx, dy, ux, uy, reach = e.x[0], e.y[0], e.ux[0], e.uy[0], e.reach[0]
+    b, b_error = approach(dx, dy, ux, uy)
+    if b > b_error:
+        return math.inf
+    d, d_error = discriminant(dx, dy, ux, uy, reach)
+    if d < -d_error:
+        return math.inf
+    return _time_of_doubt(b, d, e)
+
+
+def _time_of_doubt(b: float, d: float, e: Encounter) -> float:
+    """Return the time where the plain form's `b` and `D` leave a hit possible: refined, or by the error-free form."""
+    c, _ = separation(e.x[0], e.y[0], e.reach[0])
     if b < 0.0 and c > 0.0 and d > 0.0:
         root = _refined(c / (math.sqrt(d) - b), e)
         if root is not None:
@@ -178,21 +201,21 @@ def exact_pair_time(e: Encounter) -> float:
     _, pace = math.frexp(fastest)
     x, y, reach = _scaled(x, -length), _scaled(y, -length), _scaled(reach, -length)
     ux, uy = _scaled(ux, -pace), _scaled(uy, -pace)
-    b = _closing(x, y, ux, uy)
+    b = inner_product(x, y, ux, uy)
     # A velocity below 2^-1022 of the other component is lost in scaling, but not its sign.
     if not b[0] < 0.0 and not (b[0] == 0.0 and x[0] * e.ux[0] + y[0] * e.uy[0] < 0.0):
         return math.inf
-    c = _gap(x, y, reach)
+    c = excess(x, y, reach)
     if c[0] <= 0.0:
         return 0.0
-    a = sum_of_products((*_square(ux), *_square(uy)))
+    a = sum_of_products((*square_factors(ux), *square_factors(uy)))
     largest, square = a[0] * (reach[0] * reach[0]), b[0] * b[0]
     if square < largest:
         d, terms = discriminant_from_gap(b, c, a), square
     else:
-        d, terms = _discriminant_from_miss(x, y, ux, uy, reach, a), largest
+        d, terms = discriminant_from_miss(x, y, ux, uy, reach, a), largest
     if abs(d[0]) <= _DOUBTFUL_DISCRIMINANT * terms:
-        d = _exact_discriminant(x, y, ux, uy, reach)
+        d = exact_discriminant(x, y, ux, uy, reach)
     if not d[0] > 0.0:
         return math.inf
     root = exact_root(b, c, d, math.sqrt(d[0]))
@@ -205,27 +228,27 @@ def _scaled(pair: Pair, exponent: int) -> Pair:
     return math.ldexp(pair[0], exponent), math.ldexp(pair[1], exponent)
 
 
-def _square(p: Pair, sign: float = 1.0) -> tuple[Pair, ...]:
+def square_factors(p: Pair, sign: float = 1.0) -> tuple[Pair, ...]:
     """Return the factors whose products add up to ``p^2``, or to its negative."""
     return (p[0], sign * p[0]), (2.0 * p[0], sign * p[1]), (p[1], sign * p[1])
 
 
-def _products(p: Pair, q: Pair) -> tuple[Pair, ...]:
+def product_factors(p: Pair, q: Pair) -> tuple[Pair, ...]:
     """Return the factors whose products add up to ``p q``."""
     return (p[0], q[0]), (p[0], q[1]), (p[1], q[0]), (p[1], q[1])
 
 
-def _closing(x: Pair, y: Pair, ux: Pair, uy: Pair) -> Pair:
+def inner_product(x: Pair, y: Pair, ux: Pair, uy: Pair) -> Pair:
     """Return ``b = d.u``."""
-    b = sum_of_products((*_products(x, ux), *_products(y, uy)))
+    b = sum_of_products((*product_factors(x, ux), *product_factors(y, uy)))
     if abs(b[0]) <= _DOUBTFUL_SUM * (abs(x[0] * ux[0]) + abs(y[0] * uy[0])):
         b = exact_sum([*exact_products(x, ux), *exact_products(y, uy)])
     return b
 
 
-def _gap(x: Pair, y: Pair, reach: Pair) -> Pair:
+def excess(x: Pair, y: Pair, reach: Pair) -> Pair:
     """Return ``c = d.d - R^2``."""
-    c = sum_of_products((*_square(x), *_square(y), *_square(reach, -1.0)))
+    c = sum_of_products((*square_factors(x), *square_factors(y), *square_factors(reach, -1.0)))
     if abs(c[0]) <= _DOUBTFUL_SUM * (reach[0] * reach[0]):
         c = exact_sum([*exact_products(x, x), *exact_products(y, y), *exact_products(reach, reach, -1.0)])
     return c
@@ -239,16 +262,16 @@ def discriminant_from_gap(b: Pair, c: Pair, a: Pair) -> Pair:
     return two_sum(high, low + ((rest - product_rest) + (2.0 * b[0] * b[1] - (a[0] * c[1] + a[1] * c[0]))))
 
 
-def _discriminant_from_miss(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair, a: Pair) -> Pair:
+def discriminant_from_miss(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair, a: Pair) -> Pair:
     """Return ``D = a R^2 - (d x u)^2`` as a pair: it loses nothing far away, where b^2 and a c nearly cancel."""
-    cross = sum_of_products((*_products(x, uy), *_products((-y[0], -y[1]), ux)))
+    cross = sum_of_products((*product_factors(x, uy), *product_factors((-y[0], -y[1]), ux)))
     square, rest = pair_product(cross, cross)
     largest, largest_rest = pair_product(a, pair_product(reach, reach))
     high, low = two_diff(largest, square)
     return two_sum(high, low + (largest_rest - rest))
 
 
-def _exact_discriminant(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> Pair:
+def exact_discriminant(x: Pair, y: Pair, ux: Pair, uy: Pair, reach: Pair) -> Pair:
     """Return ``D = a R^2 - (d x u)^2``, whose sign is exact."""
     a = [*exact_products(ux, ux), *exact_products(uy, uy)]
     cross = [*exact_products(x, uy), *exact_products(y, ux, -1.0)]

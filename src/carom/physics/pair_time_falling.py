@@ -2,7 +2,7 @@
 
 Seen from the immovable disc, the other moves on a parabola, and the squared distance less that of contact is a quartic
 in t. Its roots are found in integers, exactly: every float is a fraction whose denominator is a power of two. Sturm's
-theorem counts the roots in an interval; halving isolates the earliest at which the quartic turns negative, and goes on
+theorem counts the roots in an interval; halving isolates those at which the quartic turns negative, and goes on
 until floats can't tell the ends apart. A root at which it only touches zero is a graze of zero depth, and no impact.
 
 Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
@@ -16,11 +16,11 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     Polynomial = list[int]  # lowest power first
 
-__all__ = ["encounter_time", "first_fall_below_zero"]
+__all__ = ["encounter_time", "falls_below_zero", "squared_gap", "touches"]
 
 #: Two bits more than a float has.
 _BITS = 55
@@ -38,58 +38,76 @@ def encounter_time(
     """
     x, y, ux, uy, radius, fixed_x, fixed_y, fixed_radius, ax, ay = map(Fraction, (*disc, *fixed, *gravity))
     px, py, reach = x - fixed_x, y - fixed_y, radius + fixed_radius
-    gap = px * px + py * py - reach * reach
-    opening = 2 * (px * ux + py * uy)
+    gap = squared_gap((px, py), (ux, uy), (ax, ay), reach, leaving)
+    if gap[0] <= 0:
+        gap[0] = Fraction(0)
+    return next(touches(gap), math.inf)
+
+
+def squared_gap(
+    place: tuple[Fraction, Fraction],
+    velocity: tuple[Fraction, Fraction],
+    gravity: tuple[Fraction, Fraction],
+    reach: Fraction,
+    leaving: float | None = None,
+) -> list[Fraction]:
+    """Return the squared distance from the origin less that of `reach` as a quartic in time, lowest power first.
+
+    Where `leaving` is a speed, the two have just touched, and leave each other at it.
+    """
+    (px, py), (ux, uy), (ax, ay) = place, velocity, gravity
+    gap, opening = px * px + py * py - reach * reach, 2 * (px * ux + py * uy)
     if leaving is not None:
         gap, opening = Fraction(0), 2 * reach * Fraction(leaving)
-    if gap <= 0:
-        if opening < 0:
-            return 0.0
-        gap = Fraction(0)
-    powers = [gap, opening, ux * ux + uy * uy + px * ax + py * ay, ux * ax + uy * ay, (ax * ax + ay * ay) / 4]
+    return [gap, opening, ux * ux + uy * uy + px * ax + py * ay, ux * ax + uy * ay, (ax * ax + ay * ay) / 4]
+
+
+def touches(gap: Sequence[Fraction]) -> Iterator[float]:
+    """Yield the instants from now on at which a gap closes; 0 where it is closed and does not open.
+
+    It is a polynomial in time, lowest power first, whose denominators are powers of two. Below 0 now, it has to open
+    first.
+    """
+    powers = list(gap)
     while powers and powers[0] == 0:  # in contact: what the gap does next is for the lowest power left to say
         del powers[0]
     if not powers:
-        return math.inf
-    if powers[0] < 0:
-        return 0.0
+        return
+    if powers[0] < 0 and len(powers) < len(gap):
+        yield 0.0
     unit = max(power.denominator for power in powers)  # all are powers of two
-    return first_fall_below_zero([int(power * unit) for power in powers])
+    yield from falls_below_zero([int(power * unit) for power in powers])
 
 
-def first_fall_below_zero(polynomial: Sequence[int]) -> float:
-    """Return the least t > 0 at which a polynomial turns negative, infinity for never; it is above 0 at t = 0."""
+def falls_below_zero(polynomial: Sequence[int]) -> Iterator[float]:
+    """Yield the instants t > 0 at which a polynomial turns negative, in their order; it is not 0 at t = 0."""
     p = list(polynomial)
     while p[-1] == 0:
         del p[-1]
     chain = _sturm_chain(p)
-    at_zero, at_infinity = _changes([q[0] for q in chain]), _changes([q[-1] for q in chain])
-    if at_zero == at_infinity:
-        return math.inf
+    at_infinity = _changes([q[-1] for q in chain])
     low, high, scale = 0, 1, 0  # the interval is from low to high, over 2^scale
-    before = at_zero
-    while _changes([_at(q, high, scale) for q in chain]) == before or _at(p, high, scale) == 0:
-        high *= 2
-    while True:
-        after = _changes([_at(q, high, scale) for q in chain])
-        if before - after == 1 and _at(p, high, scale) < 0:
-            break
-        if before - after <= 1:  # none, or one at which it only touches: go on behind
-            if after == at_infinity:
-                return math.inf
-            low, before, high = high, after, high + max(high - low, 1)
-            while _at(p, high, scale) == 0:
-                high += 1
-            continue
-        low, high, scale = 2 * low, 2 * high, scale + 1
-        middle = (low + high) // 2
-        while _at(p, middle, scale) == 0:  # an end must not be a root
-            low, high, middle, scale = 2 * low, 2 * high, 2 * middle + 1, scale + 1
-        halfway = _changes([_at(q, middle, scale) for q in chain])
-        if halfway == before:
-            low = middle
-        else:
-            high = middle
+    before = _changes([q[0] for q in chain])
+    while before != at_infinity:
+        while _changes([_at(q, high, scale) for q in chain]) == before or _at(p, high, scale) == 0:
+            high *= 2
+        while (before - (after := _changes([_at(q, high, scale) for q in chain]))) > 1:
+            low, high, scale = 2 * low, 2 * high, scale + 1
+            middle = (low + high) // 2
+            while _at(p, middle, scale) == 0:  # an end must not be a root
+                low, high, middle, scale = 2 * low, 2 * high, 2 * middle + 1, scale + 1
+            halfway = _changes([_at(q, middle, scale) for q in chain])
+            if halfway == before:
+                low = middle
+            else:
+                high = middle
+        if _at(p, low, scale) > 0 > _at(p, high, scale):  # and no touch of zero, nor a rise
+            yield _bisected(p, low, high, scale)
+        low, before, high = high, after, 2 * high
+
+
+def _bisected(p: Polynomial, low: int, high: int, scale: int) -> float:
+    """Return the one root between two instants at which a polynomial turns negative, to the nearest float or so."""
     while (high - low) << _BITS > high:
         low, high, scale = 2 * low, 2 * high, scale + 1
         middle = (low + high) // 2

@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
 
-from carom.physics.pair_time_falling import encounter_time, first_fall_below_zero
+from carom.physics.pair_time_falling import encounter_time, falls_below_zero
 from carom.physics.wall_time import wall_gap, wall_speed
 from carom.physics.wall_time_falling import descent_time, return_time
 
@@ -183,19 +183,22 @@ def polynomial(*roots: int) -> list[int]:
 
 
 @pytest.mark.parametrize(
-    ("roots", "time"),
+    ("roots", "times"),
     [
-        ((1, 2, 3, 4), 1.0),
-        ((1, 1, 3, 4), 3.0),  # a graze first
-        ((1, 1, 1, 4), 1.0),  # a threefold root is a crossing
-        ((1, 1, 2, 2), math.inf),  # two grazes
-        ((-1, -2, 3, 4), 3.0),
-        ((-1, -2, -3, -4), math.inf),
-        ((3, 3, 3, 3), math.inf),
-        ((2, 2), math.inf),
-        ((1000, 1001), 1000.0),
+        ((1, 2, 3, 4), [1.0, 3.0]),
+        ((1, 1, 3, 4), [3.0]),  # a graze first
+        ((1, 1, 1, 4), [1.0]),  # a threefold root is a crossing
+        ((1, 1, 2, 2), []),  # two grazes
+        ((1, 2, 3, 3), [1.0]),  # a graze from below is no fall
+        ((-1, 1, 2, 3), [2.0]),  # below 0 at first: it rises at 1
+        ((-1, 1, 2, 2), []),
+        ((-1, -2, 3, 4), [3.0]),
+        ((-1, -2, -3, -4), []),
+        ((3, 3, 3, 3), []),
+        ((2, 2), []),
+        ((1000, 1001), [1000.0]),
     ],
 )
-def test_the_first_crossing_is_told_from_grazes(roots: tuple[int, ...], time: float) -> None:
-    """Only a root of odd multiplicity is a crossing."""
-    assert first_fall_below_zero(polynomial(*roots)) == time
+def test_falls_are_told_from_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
+    """Only a root of odd multiplicity is a crossing, and every other one of these is a fall."""
+    assert list(falls_below_zero(polynomial(*roots))) == times

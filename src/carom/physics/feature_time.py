@@ -1,0 +1,57 @@
+"""Time of impact of a disc with any feature of a wall, and the normal there."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from carom.physics.arc_time import Touch, from_pair, inner_arc_time, outer_arc_time, vertex_time
+from carom.physics.arc_time_falling import arc_time_falling, vertex_time_falling
+from carom.physics.face_time import face_time
+from carom.physics.face_time_falling import face_time_falling
+from carom.physics.features import Face, Vertex
+
+if TYPE_CHECKING:
+    from carom.physics.features import Feature, Mover, Point
+
+__all__ = ["feature_time", "feature_time_falling", "normal_at"]
+
+
+def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> Touch:
+    """Return when a disc in straight uniform motion touches a feature.
+
+    With `just_left` the feature is the last thing that the disc met, on the path that it is on now: a straight path
+    does not come back, except to an arc from inside.
+    """
+    if isinstance(feature, Face):
+        return Touch(math.inf if just_left else face_time(disc, feature))
+    if isinstance(feature, Vertex):
+        return Touch(math.inf if just_left else vertex_time(disc, feature))
+    if feature.inside:
+        return inner_arc_time(disc, feature, just_left=just_left)
+    return Touch(math.inf if just_left else outer_arc_time(disc, feature))
+
+
+def feature_time_falling(disc: Mover, feature: Feature, gravity: Point, leaving: float | None = None) -> float:
+    """Return the seconds until a falling disc touches a feature; 0 for one that rests on it, infinity for never.
+
+    Where the feature is the last thing that the disc met, `leaving` is the speed at which it left it, along the normal.
+    """
+    if isinstance(feature, Face):
+        return face_time_falling(disc, feature, gravity, leaving)
+    if isinstance(feature, Vertex):
+        return vertex_time_falling(disc, feature, gravity, leaving)
+    return arc_time_falling(disc, feature, gravity, leaving)
+
+
+def normal_at(feature: Feature, disc: Mover) -> Point:
+    """Return the unit vector from a feature to a disc that touches it."""
+    if isinstance(feature, Face):
+        return feature.normal
+    if isinstance(feature, Vertex):
+        x, y, sign = from_pair(disc.x, (feature.at[0], 0.0))[0], from_pair(disc.y, (feature.at[1], 0.0))[0], 1.0
+    else:
+        x, y = from_pair(disc.x, feature.centre[0])[0], from_pair(disc.y, feature.centre[1])[0]
+        sign = -1.0 if feature.inside else 1.0
+    distance = math.sqrt(x * x + y * y)
+    return sign * x / distance, sign * y / distance

@@ -1,0 +1,394 @@
+"""Times of impact with faces, vertices and arcs against 80 digits and other formulas: which root, and how well."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import pytest
+from flint import acb, acb_poly, ctx, fmpq
+from mpmath import atan2, mp, mpf, sqrt
+
+from carom.physics.arc_time import inner_arc_time
+from carom.physics.double_double import Pair
+from carom.physics.face_time import face_gap, face_time, is_before_face
+from carom.physics.feature_time import feature_time, feature_time_falling, normal_at
+from carom.physics.features import Arc, Face, Feature, Mover, Point, Vertex, circle_through
+
+DIGITS = 80
+#: So many halvings of the largest length away from contact, pairs still give the last digit of a time.
+NEAREST = 50
+NEVER = math.inf
+
+
+def exact(value: float | Fraction | Pair) -> Any:
+    """Return a number, or what a pair stands for, to 80 digits."""
+    number = sum(map(Fraction, value)) if isinstance(value, tuple) else Fraction(value)
+    return mpf(number.numerator) / mpf(number.denominator)
+
+
+@dataclass
+class Found:
+    """How a form did: cases, hits of them, the worst error in units of the last place, and hits taken for misses."""
+
+    cases: int = 0
+    hits: int = 0
+    ulps: float = 0.0
+    wrong: int = 0
+
+    def add(self, found: float, true: Any) -> None:
+        self.cases += 1
+        if (found == NEVER) != (true is None):
+            self.wrong += 1
+        elif true is not None:
+            self.hits += 1
+            self.ulps = max(self.ulps, float(abs(exact(found) - true) / math.ulp(float(true))))
+
+
+@dataclass
+class Geometry:
+    """A feature as rational numbers have it: what touches it is at `reach` from its line, within its ends."""
+
+    name: str
+    feature: Feature
+    ends: tuple[Point, Point]
+    thickness: Fraction
+    bulge: float = 0.0
+
+    def gap(self, x: Any, y: Any) -> Any:
+        """Return the distance of a rim from a face's line; of a circle, the difference of the squared distances."""
+        if isinstance(self.feature, Face):
+            (ax, ay), (bx, by) = ((exact(x), exact(y)) for x, y in self.ends)
+            nx, ny = ay - by, bx - ax
+            return ((x - ax) * nx + (y - ay) * ny) / sqrt(nx * nx + ny * ny) - self.reach
+        px, py = x - self.centre[0], y - self.centre[1]
+        return (px * px + py * py - self.reach**2) * (-1 if self.inside else 1)
+
+    @property
+    def inside(self) -> bool:
+        return isinstance(self.feature, Arc) and self.feature.inside
+
+    @property
+    def reach(self) -> Any:
+        if not isinstance(self.feature, Arc):
+            return exact(self.thickness)
+        circle = circle_through(*self.ends, self.bulge)
+        radius = sqrt(exact(circle.radius2))
+        return radius - exact(self.thickness) if self.inside else radius + exact(self.thickness)
+
+    @property
+    def centre(self) -> tuple[Any, Any]:
+        if isinstance(self.feature, Vertex):
+            return exact(self.ends[0][0]), exact(self.ends[0][1])
+        circle = circle_through(*self.ends, self.bulge)
+        return exact(circle.x), exact(circle.y)
+
+    def holds(self, x: Any, y: Any) -> bool:
+        """Whether the foot of a place is between the ends: by projection, or by angles."""
+        if isinstance(self.feature, Vertex):
+            return True
+        (ax, ay), (bx, by) = ((exact(x), exact(y)) for x, y in self.ends)
+        if isinstance(self.feature, Face):
+            ex, ey = bx - ax, by - ay
+            return bool(0 <= ((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey) <= 1)
+        cx, cy = self.centre
+        first, last, here = atan2(ay - cy, ax - cx), atan2(by - cy, bx - cx), atan2(y - cy, x - cx)
+        turn = 2 * mp.pi
+        return bool((here - first) % turn <= (last - first) % turn)
+
+
+def geometries(rnd: random.Random, size: float, radius: float) -> Iterator[Geometry]:
+    """Yield one feature of each kind, with the same ends."""
+    ends = (rnd.gauss(0, size), rnd.gauss(0, size)), (rnd.gauss(0, size), rnd.gauss(0, size))
+    half_width = rnd.choice((0.0, radius / 4, radius * rnd.random()))
+    thickness = Fraction(radius) + Fraction(half_width)
+    bulge = 10.0 ** rnd.uniform(-2, 1)
+    circle = circle_through(*ends, bulge)
+    yield Geometry("face", Face.between(*ends, half_width), ends, thickness)
+    yield Geometry("vertex", Vertex(ends[0], half_width), ends, thickness)
+    for name, inside in (("arc outside", False), ("arc inside", True)):
+        yield Geometry(name, Arc.on(circle, ends, half_width, inside=inside), ends, thickness, bulge)
+
+
+def movers(
+    rnd: random.Random, geometry: Geometry, size: float, radius: float
+) -> Iterator[tuple[Mover, tuple[Any, ...]]]:
+    """Yield discs far away and almost in contact, half of them before a driven wall; and their exact numbers."""
+    speed = 10.0 ** rnd.uniform(-3, 3)
+    for _ in range(2):
+        place = rnd.gauss(0, size), rnd.gauss(0, size)
+        if rnd.random() < 0.5:
+            place = _near(rnd, geometry, largest(geometry, place) * 2.0 ** -rnd.uniform(0, NEAREST))
+        velocity = rnd.gauss(0, speed), rnd.gauss(0, speed)
+        driven = (rnd.gauss(0, speed), rnd.gauss(0, speed)) if rnd.random() < 0.5 else (0.0, 0.0)
+        disc = Mover.at(place, velocity, radius, driven)
+        if driven != (0.0, 0.0):  # whose place is a pair
+            x, y = ((value, value * 2.0**-54 * rnd.random()) for value in place)
+            disc = disc._replace(x=x, y=y)
+        yield disc, tuple(map(exact, disc[:4]))
+
+
+def largest(geometry: Geometry, place: tuple[Any, Any]) -> float:
+    """Return the largest length of a case: what pairs leave open of place, centre and radius is 2^-106 of it."""
+    circle = (0,) if isinstance(geometry.feature, Face) else (*geometry.centre, geometry.reach)
+    return float(max(map(abs, (*sum(geometry.ends, ()), *place, *circle))))
+
+
+def _near(rnd: random.Random, geometry: Geometry, away: float) -> Point:
+    """Return a place this far from contact, as well as floats have it."""
+    if isinstance(geometry.feature, Face):
+        (ax, ay), (bx, by), (nx, ny), part = *geometry.ends, geometry.feature.normal, rnd.random()
+        height = float(geometry.thickness) + away
+        return ax + part * (bx - ax) + nx * height, ay + part * (by - ay) + ny * height
+    turn, distance = rnd.uniform(0, 2 * math.pi), float(geometry.reach) + (-away if geometry.inside else away)
+    cx, cy = map(float, geometry.centre)
+    return cx + distance * math.cos(turn), cy + distance * math.sin(turn)
+
+
+def true_time(geometry: Geometry, x: Any, y: Any, ux: Any, uy: Any) -> Any:
+    """Return the exact time of a disc that is apart; None for never."""
+    if isinstance(geometry.feature, Face):
+        now = geometry.gap(x, y)
+        speed = geometry.gap(x + ux, y + uy) - now
+        time = -now / speed if speed < 0 else None
+    else:
+        px, py = x - geometry.centre[0], y - geometry.centre[1]
+        a, b, c = ux * ux + uy * uy, px * ux + py * uy, px * px + py * py - geometry.reach**2
+        d = b * b - a * c
+        time = None if d <= 0 else ((-b + sqrt(d)) / a if geometry.inside else (-b - sqrt(d)) / a)
+        if time is not None and time <= 0:
+            time = None
+    return time if time is not None and geometry.holds(x + time * ux, y + time * uy) else None
+
+
+def true_time_falling(geometry: Geometry, gravity: Point, x: Any, y: Any, ux: Any, uy: Any) -> Any:
+    """Return the exact time under gravity: the first root of the gap, found by ball arithmetic, at which it falls."""
+    gx, gy = map(exact, gravity)
+    if isinstance(geometry.feature, Face):
+        now = geometry.gap(x, y)
+        pull = geometry.gap(x + gx, y + gy) - now
+        powers = [now, geometry.gap(x + ux, y + uy) - now, pull / 2]
+    else:
+        sign = -1 if geometry.inside else 1
+        px, py = x - geometry.centre[0], y - geometry.centre[1]
+        powers = [
+            sign * power
+            for power in (
+                px * px + py * py - geometry.reach**2,
+                2 * (px * ux + py * uy),
+                ux * ux + uy * uy + px * gx + py * gy,
+                ux * gx + uy * gy,
+                (gx * gx + gy * gy) / 4,
+            )
+        ]
+    for time in sorted(_real_roots(powers)):
+        falls = sum(k * power * time ** (k - 1) for k, power in enumerate(powers) if k) < 0
+        if time > 0 and falls and geometry.holds(x + time * (ux + gx * time / 2), y + time * (uy + gy * time / 2)):
+            return time
+    return None
+
+
+def _real_roots(powers: list[Any]) -> list[Any]:
+    ctx.prec = 400
+    balls = [acb(fmpq(*_ratio(power))) for power in powers]
+    found = acb_poly(balls).roots(tol=1e-70)
+    return [mpf(root.real.str(DIGITS, radius=False)) for root in found if root.imag.contains(0)]
+
+
+def _ratio(number: Any) -> tuple[int, int]:
+    """Return a number of mpmath, a binary fraction, as numerator and denominator."""
+    sign, mantissa, exponent, _ = number._mpf_
+    mantissa = int(-mantissa if sign else mantissa)
+    return (mantissa << exponent, 1) if exponent >= 0 else (mantissa, 1 << -exponent)
+
+
+def gap_unit(geometry: Geometry) -> Any:
+    """Return what a short distance is multiplied by to become a gap: twice the reach where that is of squares."""
+    return 1 if isinstance(geometry.feature, Face) else 2 * geometry.reach
+
+
+def measured(seed: int, rounds: int, *, falling: bool) -> dict[str, Found]:
+    """Return how each form does on so many rounds of random cases; those that touch or overlap at once are left out."""
+    mp.dps, rnd = DIGITS, random.Random(seed)
+    found: dict[str, Found] = {}
+    for _ in range(rounds):
+        size = 10.0 ** rnd.uniform(-3, 3)
+        radius = size * 10.0 ** rnd.uniform(-3, 0)
+        gravity = rnd.gauss(0, 1) * size, -9.81 * size
+        for geometry in geometries(rnd, size, radius):
+            if geometry.reach <= 0:
+                continue
+            for disc, numbers in movers(rnd, geometry, size, radius):
+                if geometry.gap(*numbers[:2]) <= largest(geometry, numbers[:2]) * 2.0**-NEAREST * gap_unit(geometry):
+                    continue
+                if falling:
+                    time = feature_time_falling(disc, geometry.feature, gravity)
+                    true = true_time_falling(geometry, gravity, *numbers)
+                else:
+                    time, true = feature_time(disc, geometry.feature).time, true_time(geometry, *numbers)
+                found.setdefault(geometry.name, Found()).add(time, true)
+    return found
+
+
+def assert_right(found: dict[str, Found]) -> None:
+    """Each kind was tried and met, no hit is missed or made up, and each time is the nearest float or its neighbour."""
+    assert set(found) == {"face", "vertex", "arc outside", "arc inside"}
+    for name, one in found.items():
+        assert one.hits > 5, name
+        assert one.wrong == 0, name
+        assert 0.0 < one.ulps <= 1.0, (name, one)
+
+
+def test_times_are_those_of_eighty_digits() -> None:
+    """Far away, and as near to contact as 2^-50 of the largest length, with resting and driven walls."""
+    assert_right(measured(7, 100, falling=False))
+
+
+def test_times_of_fall_are_those_of_eighty_digits() -> None:
+    """The same under gravity, where the roots come from ball arithmetic."""
+    assert_right(measured(11, 40, falling=True))
+
+
+@pytest.mark.long
+def test_many_times_are_those_of_eighty_digits() -> None:
+    """Thousands of the same."""
+    assert_right(measured(1, 4000, falling=False))
+    assert_right(measured(2, 800, falling=True))
+
+
+# Touching, and beside -------------------------------------------------------------------------------------------------
+
+FLOOR = Face.between((0.0, 0.0), (2.0, 0.0), 0.25)
+HALF = circle_through((2.0, -1.0), (2.0, 1.0), 1.0)  # the right half of a circle of radius 1 about (2, 0)
+CAP, RIM = (Arc.on(HALF, ((2.0, -1.0), (2.0, 1.0)), inside=inside) for inside in (True, False))
+RING = Arc.of_circle((0.0, 0.0), 3.0, 0.5, inside=True)
+
+
+@pytest.mark.parametrize(
+    ("feature", "place", "velocity", "time"),
+    [
+        (FLOOR, (1.0, 0.5), (3.0, -1.0), 0.0),  # touches and approaches
+        (FLOOR, (1.0, 0.5), (3.0, 0.0), NEVER),  # slides along
+        (FLOOR, (1.0, 0.25), (0.0, -1.0), 0.0),  # overlaps
+        (FLOOR, (1.0, -3.0), (0.0, -1.0), NEVER),  # behind
+        (FLOOR, (2.5, 0.25), (0.0, -1.0), NEVER),  # beside: the vertex is what it meets
+        (FLOOR, (2.0, 1.5), (0.0, -1.0), 1.0),  # onto its very end
+        (FLOOR, (0.0, 1.5), (0.0, -1.0), 1.0),
+        (FLOOR, (4.0, 1.5), (-2.0, -1.0), 1.0),  # the same, aslant
+        (FLOOR, (4.125, 1.5), (-2.0, -1.0), NEVER),
+        (Vertex((0.0, 0.0), 0.25), (1.0, 0.0), (-1.0, 0.0), 0.5),
+        (Vertex((0.0, 0.0), 0.25), (1.0, 0.5), (-1.0, 0.0), NEVER),  # a graze of depth zero
+        (RIM, (4.0, 0.0), (-1.0, 0.0), 0.75),
+        (RIM, (0.0, 0.0), (1.0, 0.0), NEVER),  # through the open side, to the arc's inner side
+        (RIM, (2.0, 2.25), (0.0, -1.0), 1.0),  # onto its very end
+        (RIM, (1.875, 2.25), (0.0, -1.0), NEVER),
+        (CAP, (0.0, 0.0), (1.0, 0.0), 2.75),
+        (CAP, (4.0, 0.0), (-1.0, 0.0), NEVER),  # from behind; it would leave the circle where the arc is open
+        (CAP, (2.75, 0.0), (1.0, 0.0), 0.0),  # touches and approaches
+        (CAP, (2.75, 0.0), (-1.0, 0.0), NEVER),
+        (RING, (0.0, 1.5), (0.0, -2.0), 1.875),
+        (RING, (0.0, 0.0), (0.0, 0.0), NEVER),
+    ],
+)
+def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, velocity: Point, time: float) -> None:
+    """Sides, ends and touches of a disc of radius 1/4 are told by signs."""
+    assert feature_time(Mover.at(place, velocity, 0.25), feature) == (time, False)
+
+
+@pytest.mark.parametrize(
+    ("place", "velocity", "time"),
+    [
+        ((0.0, -0.75), (1.0, 0.0), 2.0),  # comes along the tangent at the arc's first point, as from a stadium's side
+        ((2.0, -0.75), (1.0, 0.0), 0.0),
+        ((2.0, -0.75), (-1.0, 0.0), NEVER),  # and off along that side
+        ((2.0, 0.75), (-1.0, 0.0), NEVER),
+        ((2.75, 0.0), (0.0, 1.0), 0.0),
+    ],
+)
+def test_what_comes_along_a_tangent_glides(place: Point, velocity: Point, time: float) -> None:
+    """Contact with an arc from inside without an approach is told from an impact, and from going off the arc's end."""
+    assert feature_time(Mover.at(place, velocity, 0.25), CAP) == (time, time < NEVER)
+
+
+def test_what_was_just_left_is_met_again_inside_an_arc_alone() -> None:
+    """From a rim of 2.25 straight through the centre it is 4.5 m, whatever rounding has made of the place."""
+    disc = Mover.at((2.25 + 1e-15, 0.0), (-1.0, 0.0), 0.25)
+    assert inner_arc_time(disc, RING, just_left=True).time == 2 * (2.25 + 1e-15)
+    assert inner_arc_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
+    for feature in (FLOOR, Vertex((0.0, 0.0)), RIM):
+        assert feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True).time == NEVER
+
+
+def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
+    """No path slips between a straight edge and the arc that goes on from it, though both decide by rounded numbers."""
+    rnd = random.Random(3)
+    for _ in range(500):
+        turn, joint = rnd.uniform(0, 2 * math.pi), (rnd.gauss(0, 1), rnd.gauss(0, 1))
+        step = math.ldexp(round(math.cos(turn) * 2**20), -20), math.ldexp(round(math.sin(turn) * 2**20), -20)
+        start = joint[0] - step[0], joint[1] - step[1]
+        across = joint[0] - 2 * step[1], joint[1] + 2 * step[0]  # half a circle to the left: its tangent is the edge's
+        wall = Face.between(start, joint), Arc.on(circle_through(joint, across, 1.0), (joint, across), inside=True)
+        before = rnd.uniform(0.1, 1.5), rnd.uniform(-0.5, 0.5)
+        touch = joint[0] - 0.25 * step[1], joint[1] + 0.25 * step[0]
+        place = (
+            touch[0] + before[1] * step[0] - before[0] * step[1],
+            touch[1] + before[1] * step[1] + before[0] * step[0],
+        )
+        velocity = touch[0] - place[0], touch[1] - place[1]
+        disc = Mover.at(place, velocity, 0.25 * math.hypot(*step))
+        assert min(feature_time(disc, feature).time for feature in wall) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("feature", "place", "velocity", "leaving", "time"),
+    [
+        (FLOOR, (1.0, 4.5), (0.0, 0.0), None, 1.0),  # 4 m of free fall at 8 m/s^2
+        (FLOOR, (3.0, 4.5), (0.0, 0.0), None, NEVER),  # beside it
+        (FLOOR, (-1.0, 0.25), (1.0, 8.0), None, 1 + math.sqrt(15 / 16)),  # thrown up from beside: falls onto it
+        (FLOOR, (-5.0, 0.25), (2.0, 8.0), None, NEVER),
+        (FLOOR, (1.0, 0.5), (0.5, 0.0), None, 0.0),  # rests
+        (FLOOR, (1.0, 0.5), (0.0, -1e-17), 4.0, 1.0),  # back after 2 v/g, whatever rounding has made of its velocity
+        (FLOOR, (1.5, 0.5), (1.0, 4.0), 4.0, NEVER),  # bounces over the edge
+        (Vertex((0.0, 0.0), 0.25), (0.0, 4.5), (0.0, 0.0), None, 1.0),
+        (Vertex((0.0, 0.0), 0.25), (0.0, 0.5), (0.0, 4.0), 4.0, 1.0),
+        (RING, (0.0, 1.75), (0.0, 0.0), None, 1.0),
+        (RING, (0.0, -2.25), (0.0, 0.0), None, 0.0),  # rests in the bowl
+        (RING, (0.0, -2.25), (0.0, 4.0), 4.0, 1.0),
+        (CAP, (2.0, 2.0), (0.0, 0.0), None, math.sqrt(2.75 / 4)),  # through its circle onto its first point
+        (CAP, (1.75, 2.0), (0.0, 0.0), None, NEVER),
+        (CAP, (2.5, 0.0), (0.0, 0.0), None, math.sqrt(math.sqrt(5 / 16) / 4)),
+        (CAP, (1.5, 0.0), (0.0, 0.0), None, NEVER),  # would leave the circle where the arc is open
+        (RIM, (2.5, 4.0), (0.0, 0.0), None, math.sqrt((4 - math.sqrt(21 / 16)) / 4)),
+        (RIM, (1.5, 4.0), (0.0, 0.0), None, NEVER),
+    ],
+)
+def test_a_fall_onto_a_feature_takes_the_time_of_free_fall(
+    feature: Feature, place: Point, velocity: Point, leaving: float | None, time: float
+) -> None:
+    """At 8 m/s^2 the times of a disc of radius 1/4 follow from v^2 = 2 g h; sides and ends are told by signs."""
+    found = feature_time_falling(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
+    assert found == pytest.approx(time, rel=1e-15)
+
+
+def test_the_normal_points_from_the_wall_to_the_disc() -> None:
+    """Of a face it is the left of its way; of an arc the line through its centre, inwards inside."""
+    disc = Mover.at((3.0, 4.0), (0.0, 0.0), 0.25)
+    assert normal_at(FLOOR, disc) == (0.0, 1.0)
+    assert normal_at(Vertex((0.0, 0.0)), disc) == (0.6, 0.8)
+    assert normal_at(RING, disc) == (-0.6, -0.8)
+    assert normal_at(RIM, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
+
+
+def test_a_gap_of_squares_has_its_exact_sign() -> None:
+    """At 3:4:5 a disc whose rim is on the line has no gap; an ulp nearer or farther, it has."""
+    face = Face.between((0.0, 0.0), (8.0, 6.0))
+    for y, sign in ((5.0, 0), (math.nextafter(5.0, 6.0), 1), (math.nextafter(5.0, 4.0), -1)):
+        disc = Mover.at((0.0, y), (0.0, -1.0), 4.0)
+        gap = face_gap(disc, face)
+        assert (gap[0] > 0) - (gap[0] < 0) == sign
+        assert is_before_face(disc, face)
+        assert face_time(disc, face) == (0.0 if sign <= 0 else 2.0**-50)
