@@ -1,0 +1,213 @@
+"""The line of a finite wall as floats: straight edges and arcs between points, or a circle; what is nearest to a point.
+
+An edge runs from one point to the next. Its bulge is the tangent of a quarter of its angle, as in DXF: 0 is straight, 1
+half of a circle, and above 0 it runs counterclockwise. The wall is all points within a half width of the line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import NamedTuple
+
+__all__ = ["Edge", "ExactCircle", "Foot", "Outline", "circle_of"]
+
+Point = tuple[float, float]
+
+
+class ExactCircle(NamedTuple):
+    """The circle that an arc is part of, exactly: its centre and squared radius are rational in the file's numbers."""
+
+    x: Fraction
+    y: Fraction
+    radius2: Fraction
+
+
+class Edge(NamedTuple):
+    """One edge of a chain: from a to b, metres, with its bulge."""
+
+    a: Point
+    b: Point
+    bulge: float
+
+
+class Foot(NamedTuple):
+    """The point of a wall's line that is nearest to another.
+
+    Attributes:
+        x: Where it is, metres.
+        y: Likewise.
+        edge: Number of the edge that holds it; the lower of two.
+        inner: Whether it lies between the ends of that edge.
+    """
+
+    x: float
+    y: float
+    edge: int
+    inner: bool
+
+
+def circle_of(edge: Edge) -> ExactCircle:
+    """Return the circle of an edge whose bulge is not 0."""
+    (ax, ay), (bx, by), k = map(Fraction, edge.a), map(Fraction, edge.b), Fraction(edge.bulge)
+    across = (1 - k * k) / (4 * k)
+    x, y = (ax + bx) / 2 - across * (by - ay), (ay + by) / 2 + across * (bx - ax)
+    return ExactCircle(x, y, (ax - x) ** 2 + (ay - y) ** 2)
+
+
+class Stretch(NamedTuple):
+    """An edge, or a whole circle, as floats: what is nearest is asked of this.
+
+    Attributes:
+        edge: The edge; of a whole circle both ends are one point of it.
+        centre: Of an arc, the centre of its circle; None for a straight edge.
+        radius: Of an arc, its circle's; else 0.
+    """
+
+    edge: Edge
+    centre: Point | None = None
+    radius: float = 0.0
+
+    @property
+    def whole(self) -> bool:
+        """Whether it is a whole circle, or a point."""
+        return self.edge.a == self.edge.b
+
+    def nearest(self, x: float, y: float) -> tuple[Point, bool]:
+        """Return its point that is nearest to another, and whether that lies between its ends."""
+        (ax, ay), (bx, by), bulge = self.edge
+        if self.centre is None:
+            ex, ey = bx - ax, by - ay
+            part = ((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey)
+            if 0.0 < part < 1.0:
+                return (ax + part * ex, ay + part * ey), True
+            return ((ax, ay) if part <= 0.0 else (bx, by)), False
+        (cx, cy), (dx, dy) = self.centre, (x - self.centre[0], y - self.centre[1])
+        distance = math.sqrt(dx * dx + dy * dy)
+        # All points of a circle are as far from its centre.
+        rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
+        if self.whole:
+            return rim, self.radius > 0.0
+        side = (bx - ax) * (rim[1] - ay) - (by - ay) * (rim[0] - ax)
+        if side * bulge < 0.0:  # a counterclockwise arc is on the right of its chord
+            return rim, True
+        to_a, to_b = (x - ax) ** 2 + (y - ay) ** 2, (x - bx) ** 2 + (y - by) ** 2
+        return ((ax, ay) if to_a <= to_b else (bx, by)), False
+
+    def bulges_over(self, x: float, y: float) -> bool:
+        """Whether a point lies between an arc and its chord."""
+        if self.centre is None:
+            return False
+        (ax, ay), (bx, by), bulge = self.edge
+        within = (x - self.centre[0]) ** 2 + (y - self.centre[1]) ** 2 < self.radius**2
+        return within and ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) * bulge < 0.0
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The shape of a finite wall, in metres or in units of a run's own.
+
+    Attributes:
+        points: Points of a chain; of a circle its centre alone.
+        bulges: Of each edge of a chain.
+        half_width: The wall is all points within this of the line.
+        closed: Whether an edge runs from the last point to the first.
+        solid: Whether the inside of a closed chain is matter, too.
+        radius: Of a circle; None for a chain.
+    """
+
+    points: tuple[Point, ...]
+    bulges: tuple[float, ...]
+    half_width: float
+    closed: bool = False
+    solid: bool = False
+    radius: float | None = None
+
+    @cached_property
+    def edges(self) -> tuple[Edge, ...]:
+        """The edges of a chain, in order; none of a circle."""
+        ends = (*self.points[1:], *self.points[:1]) if self.closed else self.points[1:]
+        return tuple(map(Edge, self.points, ends, self.bulges))
+
+    @cached_property
+    def stretches(self) -> tuple[Stretch, ...]:
+        """The edges with their circles as floats; of a circle the whole of it."""
+        if self.radius is not None:
+            ((x, y),) = self.points
+            start = (x + self.radius, y)
+            return (Stretch(Edge(start, start, 1.0), (x, y), self.radius),)
+        return tuple(_stretch(edge) for edge in self.edges)
+
+    @cached_property
+    def lengths(self) -> tuple[float, ...]:
+        """Coordinates and radii, of arcs too, that units must be fit for; some are below 0."""
+        arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
+        return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
+
+    def nearest(self, x: float, y: float) -> Foot:
+        """Return the point of the line that is nearest to another."""
+        feet = [
+            ((px - x) ** 2 + (py - y) ** 2, k, px, py, inner)
+            for k, ((px, py), inner) in enumerate(stretch.nearest(x, y) for stretch in self.stretches)
+        ]
+        _, k, px, py, inner = min(feet)
+        return Foot(px, py, k, inner)
+
+    def edge_at(self, x: float, y: float, among: tuple[int, ...]) -> int:
+        """Return which of some edges is nearest to a point; the lowest of several."""
+        places = [(self.stretches[k].nearest(x, y)[0], k) for k in among]
+        return min((((px - x) ** 2 + (py - y) ** 2), k) for (px, py), k in places)[1]
+
+    def gap(self, x: float, y: float, radius: float) -> float:
+        """Return how far the rim of a disc is from the wall; below 0 where they overlap."""
+        foot = self.nearest(x, y)
+        return math.sqrt((x - foot.x) ** 2 + (y - foot.y) ** 2) - self.half_width - radius
+
+    def encloses(self, x: float, y: float) -> bool:
+        """Whether a point, which is not on the line, lies inside a closed one."""
+        if not self.closed:
+            return False
+        crossings = 0
+        for stretch in self.stretches:
+            (ax, ay), (bx, by), _ = stretch.edge
+            crossings += stretch.bulges_over(x, y)
+            if (ay > y) != (by > y):
+                crossings += (bx - ax) * (y - ay) / (by - ay) > x - ax
+        return crossings % 2 == 1
+
+    def drawn(self, arc_parts: int) -> Iterator[Point]:
+        """Yield the points of a polyline that shows it: an arc in so many parts for a whole turn."""
+        for k, stretch in enumerate(self.stretches):
+            (ax, ay), b, bulge = stretch.edge
+            if k == 0:
+                yield ax, ay
+            if stretch.centre is not None:
+                cx, cy = stretch.centre
+                turn = math.tau if stretch.whole else 4.0 * math.atan(bulge)
+                parts, begin = max(1, math.ceil(abs(turn) / math.tau * arc_parts)), math.atan2(ay - cy, ax - cx)
+                for part in range(1, parts):
+                    angle = begin + turn * part / parts
+                    yield cx + stretch.radius * math.cos(angle), cy + stretch.radius * math.sin(angle)
+            yield b
+
+    def scaled(self, exponent: int) -> Outline:
+        """Return it in units of two to a power of these: digits stay as they are."""
+        points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
+        radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
+        return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)
+
+
+def _stretch(edge: Edge) -> Stretch:
+    if edge.bulge == 0.0:
+        return Stretch(edge)
+    circle = circle_of(edge)
+    return Stretch(edge, (float(circle.x), float(circle.y)), _root(circle.radius2))
+
+
+def _root(square: Fraction) -> float:
+    """Return the square root of a rational number as a float, whatever its size."""
+    shift = (square.numerator.bit_length() - square.denominator.bit_length()) // 2
+    return math.ldexp(math.sqrt(float(square / Fraction(4) ** shift)), shift)

@@ -1,0 +1,206 @@
+"""The walls of a scene: half-planes, chains of straight edges and arcs, and circles. Validated and immutable.
+
+They are told apart by their fields: a half-plane has a point and a normal, a chain has points, a circle a radius.
+`docs/walls.md` says what discs meet of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from itertools import islice
+from typing import Annotated, Any, Union
+
+from pydantic import BeforeValidator, Field, Strict
+
+from carom.arguments import shown
+from carom.errors import Problem, SceneError
+from carom.fields import Direction, Friction, Model, Number, Vector
+from carom.limits import MOST_WALLS
+from carom.outline import Outline
+from carom.outline_checks import meetings
+
+__all__ = ["AnyWall", "Chain", "Ring", "Wall", "edge_count", "kind_of_wall", "scaled_wall"]
+
+#: Crossings of one chain that are named.
+_NAMED = 3
+
+
+def _no_bumper(value: Any) -> Any:
+    if isinstance(value, int | float) and not isinstance(value, bool) and value > 1:
+        raise ValueError(
+            "must be 1 at most: a bumper, which gives energy at each impact, leaves a scene no greatest speed "
+            "that errors could be told in"
+        )
+    return value
+
+
+WallRestitution = Annotated[
+    Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_no_bumper)
+]
+Width = Friction  # a number, 0 or more
+Radius = Friction
+
+
+class _Material(Model):
+    """What each kind of wall has."""
+
+    left_out = ("restitution", "friction")
+
+    restitution: WallRestitution = None
+    friction: Friction | None = None
+
+
+class Wall(_Material):
+    """A half-plane that no disc may enter.
+
+    Attributes:
+        point_m: Any point on the wall's surface, metres.
+        normal: Direction into the free side, of any length but zero; stored as a unit vector.
+        restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
+        friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
+    """
+
+    point_m: Vector
+    normal: Direction
+
+
+class Chain(_Material):
+    """A line of straight edges and arcs, which no disc may cross from either side, or all within a width of it.
+
+    Attributes:
+        points_m: Where the edges begin and end, metres.
+        bulges: Of each edge the tangent of a quarter of its angle: 0 straight, 1 half of a circle, above 0
+            counterclockwise. Empty for all straight.
+        closed: Whether an edge runs from the last point to the first.
+        half_width_m: The wall is all points within this of the line, metres: rounded at its ends and corners.
+        solid: Whether the inside of a closed chain is matter, too, so that no disc may begin there.
+        pieces: Into how many pieces each edge is cut for engines. PIC and PIT do not look at it.
+        restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
+        friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
+    """
+
+    left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", "restitution", "friction")
+
+    points_m: tuple[Vector, ...]
+    bulges: tuple[Number, ...] = ()
+    closed: Annotated[bool, Strict()] = False
+    half_width_m: Width = 0.0
+    solid: Annotated[bool, Strict()] = False
+    pieces: Annotated[int, Strict(), Field(ge=1, le=MOST_WALLS)] = 1
+
+    def model_post_init(self, _context: object, /) -> None:
+        """Refuse what is no line, and what crosses or touches itself.
+
+        Raises:
+            SceneError: Names the edge, or the two, and where they meet.
+        """
+        if problems := list(_shape_problems(self)) or list(_crossing_problems(self)):
+            raise SceneError(problems)
+
+    @property
+    def outline(self) -> Outline:
+        """Its shape."""
+        return _outline(self)
+
+
+class Ring(_Material):
+    """A circle that no disc may cross: a container of those inside, a post for those outside; a point, of radius 0.
+
+    Attributes:
+        centre_m: Its centre, metres.
+        radius_m: Its radius, metres, 0 or more.
+        half_width_m: The wall is all points within this of the circle, metres.
+        restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
+        friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
+    """
+
+    left_out = ("half_width_m", "restitution", "friction")
+
+    centre_m: Vector
+    radius_m: Radius
+    half_width_m: Width = 0.0
+
+    @property
+    def outline(self) -> Outline:
+        """Its shape."""
+        return Outline((self.centre_m,), (), self.half_width_m, radius=self.radius_m)
+
+
+#: Which fields tell a kind of wall.
+_TELLING: Mapping[str, type[Chain | Ring]] = {"points_m": Chain, "centre_m": Ring, "radius_m": Ring}
+
+
+def kind_of_wall(fields: Iterable[str]) -> type[Wall | Chain | Ring]:
+    """Return which kind of wall has fields of such names; a half-plane, where they tell of no other."""
+    return next((kind for name, kind in _TELLING.items() if name in fields), Wall)
+
+
+def _as_wall(value: Any) -> Any:
+    if isinstance(value, Wall | Chain | Ring):
+        return value
+    if not isinstance(value, dict):
+        raise ValueError(f"must be a table of fields, or a wall, got {shown(value)}")
+    kind = kind_of_wall(value)
+    if kind is not Wall and (mixed := [name for name in ("point_m", "normal", *_TELLING) if name in value]):
+        if wrong := [name for name in mixed if name not in kind.model_fields]:
+            of = {Chain: "a chain has points_m", Ring: "a circle has centre_m and radius_m"}[kind]
+            raise SceneError([Problem((name,), f"is a field of another kind of wall: {of}") for name in wrong])
+    return kind(**value)
+
+
+AnyWall = Annotated[Union[Wall, Chain, Ring], BeforeValidator(_as_wall)]  # noqa: UP007 - of types that are made late
+
+
+def _outline(chain: Chain) -> Outline:
+    edges = len(chain.points_m) - (not chain.closed)
+    bulges = chain.bulges or (0.0,) * edges
+    return Outline(chain.points_m, bulges, chain.half_width_m, chain.closed, chain.solid)
+
+
+def _shape_problems(chain: Chain) -> Iterator[Problem]:
+    points = len(chain.points_m)
+    least = 2 if not chain.closed or any(chain.bulges) else 3
+    if points < least:
+        of = " of a closed chain without bulges" if least == 3 else ""
+        yield Problem(("points_m",), f"must be {least} points{of} at least, got {points}")
+        return
+    edges = points - (not chain.closed)
+    if chain.bulges and len(chain.bulges) != edges:
+        yield Problem(("bulges",), f"must be one for each of the {edges} edges, or left out, got {len(chain.bulges)}")
+    if chain.solid and not chain.closed:
+        yield Problem(("solid",), "needs closed = true: an open chain has no inside")
+    for k in range(edges):
+        a, b = chain.points_m[k], chain.points_m[(k + 1) % points]
+        if a == b:
+            yield Problem(("points_m", (k + 1) % points), f"must not be where edge {k} begins, got {a}: it has no length")
+
+
+def _crossing_problems(chain: Chain) -> Iterator[Problem]:
+    for met in islice(meetings(chain.outline.edges, closed=chain.closed), _NAMED):
+        next_to = met.second == met.first + 1 or (chain.closed and met.first == 0 == (met.second + 1) % len(chain.points_m))
+        how = "runs back over" if next_to else "crosses or touches"
+        yield Problem(
+            ("points_m",),
+            f"must not cross or touch itself other than at its joints: edge {met.second} {how} edge {met.first} "
+            f"at ({met.x:.6g}, {met.y:.6g})",
+        )
+
+
+def edge_count(wall: object) -> int:
+    """Return how many edges a wall of a file has, valid or not: a half-plane, and a circle, counts as one."""
+    points = wall.get("points_m") if isinstance(wall, dict) else None
+    return max(1, len(points)) if isinstance(points, list) else 1
+
+
+def scaled_wall(wall: Wall | Chain | Ring, times: float) -> Wall | Chain | Ring:
+    """Return a wall all lengths of which are so many times as long; times that power of two, digits stay."""
+
+    def vector(of: tuple[float, float]) -> tuple[float, float]:
+        return of[0] * times, of[1] * times
+
+    if isinstance(wall, Wall):
+        return wall.model_copy(update={"point_m": vector(wall.point_m)})
+    wide = {"half_width_m": wall.half_width_m * times}
+    if isinstance(wall, Chain):
+        return wall.model_copy(update=wide | {"points_m": tuple(map(vector, wall.points_m))})
+    return wall.model_copy(update=wide | {"centre_m": vector(wall.centre_m), "radius_m": wall.radius_m * times})
