@@ -65,7 +65,10 @@ def rebuilt(
             )
             for disc in scene.discs
         ],
-        walls=[Wall(point_m=scaled(position(wall.point_m), length), normal=turn(wall.normal)) for wall in scene.walls],
+        walls=[
+            Wall(point_m=scaled(position(wall.point_m), length), normal=turn(wall.normal))
+            for wall in scene.half_planes()
+        ],
         restitution=scene.restitution,
         wall_restitution=scene.wall_restitution,
         gravity_m_s2=scaled(scaled(turn(scene.gravity_m_s2), speed), 1.0 / time),

@@ -84,7 +84,7 @@ class DrakeWorld:
         self._plant, _ = drake.plant.AddMultibodyPlant(drake.plant.MultibodyPlantConfig(time_step=0.0), builder)
         self._plant.mutable_gravity_field().set_gravity_vector([*scene.gravity_m_s2, 0.0])
         joints = [self._add_disc(scene, i) for i in range(len(scene.discs))]
-        for k, wall in enumerate(scene.walls):
+        for k, wall in enumerate(scene.half_planes()):
             pose = drake.geometry.HalfSpace.MakePose([*wall.normal, 0.0], [*wall.point_m, 0.0])
             self._shape(self._plant.world_body(), pose, drake.geometry.HalfSpace(), wall_body(k))
         self._plant.Finalize()

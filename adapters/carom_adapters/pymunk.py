@@ -104,7 +104,7 @@ def _half_plane(wall: Wall, centre: tuple[float, float], radius: float) -> list[
 
 def _corners_of_walls(scene: Scene, dt_s: float) -> list[list[tuple[float, float]]]:
     centre, radius = reach(scene, dt_s)
-    corners = [_half_plane(wall, centre, radius) for wall in scene.walls]
+    corners = [_half_plane(wall, centre, radius) for wall in scene.half_planes()]
     # A face is placed to the rounding of its farthest corner.
     farthest = max((abs(value) for wall in corners for corner in wall for value in corner), default=0.0)
     smallest = min(disc.radius_m for disc in scene.discs)

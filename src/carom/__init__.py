@@ -22,7 +22,9 @@ if TYPE_CHECKING:
     from carom.registry import EngineInfo as EngineInfo
     from carom.runs.engines import engines as engines
     from carom.runs.results import Results as Results
+    from carom.scene import Chain as Chain
     from carom.scene import Disc as Disc
+    from carom.scene import Ring as Ring
     from carom.scene import Scene as Scene
     from carom.scene import Wall as Wall
     from carom.scene import load_scene as load_scene
@@ -60,7 +62,7 @@ _HOMES = {
     "carom.runs.engines": ("engines",),
     "carom.studies.cross_check.run": ("cross_check", "run"),
     "carom.runs.results": ("Results",),
-    "carom.scene": ("Disc", "Scene", "Wall", "load_scene", "save_scene"),
+    "carom.scene": ("Chain", "Disc", "Ring", "Scene", "Wall", "load_scene", "save_scene"),
     "carom.solvers.certified.certify": ("certify",),
     "carom.solvers.certified.result": ("CertifiedTrace",),
     "carom.solvers.event_driven.run": ("EventDrivenRun",),

@@ -8,16 +8,27 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.limits import LARGEST, ORDINARY, require_within
+from carom.outline import Outline
 from carom.overlap import Overlap, overlaps
 
-__all__ = ["DiscArrays"]
+__all__ = ["DiscArrays", "HalfPlane", "Material", "wall_lengths"]
+
+#: A point of a half-plane's surface, and the unit normal into its free side.
+HalfPlane = tuple[float, float, float, float]
+
+
+class Material(NamedTuple):
+    """What a wall is like where a disc strikes it: the coefficients of restitution and of Coulomb's friction."""
+
+    restitution: float
+    friction: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +40,8 @@ class DiscArrays:
         velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
         radius_m: Radii, shape ``(n,)``, metres, above 0.
         mass_kg: Masses, shape ``(n,)``, kilograms, above 0; infinity is an immovable disc.
-        walls: ``(x, y, nx, ny)`` of each wall: a point, and the unit normal into the free side.
+        walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side; of a finite wall
+            its outline.
         restitution: Of every pair of discs, 0 to 1.
         wall_restitution: Of every disc and wall, 0 to 1.
         spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
@@ -39,13 +51,14 @@ class DiscArrays:
         wall_friction: Of every disc and wall, 0 or more.
         tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
         wall_tangential_restitution: Of every disc and wall, -1 to 1.
+        wall_materials: Of each wall, where one has not `wall_restitution` and `wall_friction`; else None.
     """
 
     position_m: NDArray[np.float64]
     velocity_m_s: NDArray[np.float64]
     radius_m: NDArray[np.float64]
     mass_kg: NDArray[np.float64]
-    walls: tuple[tuple[float, float, float, float], ...] = ()
+    walls: tuple[HalfPlane | Outline, ...] = ()
     restitution: float = 1.0
     wall_restitution: float = 1.0
     spin_rad_s: NDArray[np.float64] | None = None
@@ -54,6 +67,7 @@ class DiscArrays:
     wall_friction: float = 0.0
     tangential_restitution: float = 0.0
     wall_tangential_restitution: float = 0.0
+    wall_materials: tuple[Material, ...] | None = None
 
     def __post_init__(self) -> None:
         """Check shapes and values.
@@ -108,7 +122,7 @@ class DiscArrays:
             ("radius_m", self.radius_m, 1.0 / ORDINARY),
             ("mass_kg", self.mass_kg[~np.isinf(self.mass_kg)], 1.0 / ORDINARY),
             ("radius_m times spin_rad_s", self.surface_speed_m_s, 0.0),
-            ("walls", np.array([wall[:2] for wall in self.walls]), 0.0),
+            ("walls", self._wall_lengths, 0.0),
         ):
             require_within(name, array, least, ORDINARY)
 
@@ -153,7 +167,7 @@ class DiscArrays:
     @property
     def rubs_walls(self) -> bool:
         """Whether friction can act between a disc and a wall."""
-        return self.wall_friction > 0.0 and bool(self.walls)
+        return any(material.friction > 0.0 for material in self.materials)
 
     @property
     def rubs(self) -> bool:
@@ -168,18 +182,57 @@ class DiscArrays:
     @cached_property
     def is_ordinary(self) -> bool:
         """Whether every number but 0 and infinity is of an ordinary size, see `carom.limits`."""
-        points = np.array([wall[:2] for wall in self.walls])
-        measures = (self.position_m, self.velocity_m_s, self.radius_m, self.mass_kg, points, self.surface_speed_m_s)
+        lengths = (self.position_m, self.radius_m, self._wall_lengths)
+        measures = (*lengths, self.velocity_m_s, self.mass_kg, self.surface_speed_m_s)
         sizes = [np.abs(array) for array in measures]
         return all(
             np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf))
             for size in sizes
         )
 
+    @property
+    def _wall_lengths(self) -> NDArray[np.float64]:
+        return np.array([length for wall in self.walls for length in wall_lengths(wall)])
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """What each wall is like."""
+        if self.wall_materials is not None:
+            return self.wall_materials
+        return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
+
+    def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the coefficients of restitution of impacts, whose second bodies these are; walls are negative."""
+        walls = np.array([material.restitution for material in self.materials] or [math.nan])
+        return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
+
+    def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the coefficients of friction of impacts, as `restitution_of` those of restitution."""
+        walls = np.array([material.friction for material in self.materials] or [math.nan])
+        return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
+
+    @property
+    def has_plain_walls(self) -> bool:
+        """Whether all walls are half-planes with the scene's own coefficients, which is what compiled code solves."""
+        return self.wall_materials is None and all(isinstance(wall, tuple) for wall in self.walls)
+
+    def half_planes(self, solver: str = "the caller") -> tuple[HalfPlane, ...]:
+        """Return the walls of a start that has no others.
+
+        Raises:
+            InputError: There are others; the message names the first, and the solver.
+        """
+        planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
+        if self.wall_materials is not None:
+            raise InputError(f"walls have restitution or friction of their own, which {solver} does not support")
+        if len(planes) < len(self.walls):
+            number = next(k for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
+            raise InputError(f"wall {number} is no half-plane, which {solver} does not support: a chain, or a circle")
+        return planes
+
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
         """Return the first overlaps of bodies, named as in `carom.overlap.overlaps`, and whether there are more."""
-        walls = np.array(self.walls).reshape(-1, 4)
-        return overlaps(self.position_m, self.radius_m, self.movable, walls, disc_name, wall_name)
+        return overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
 
     def require_apart(self) -> None:
         """Refuse a start in which two discs, or a disc and a wall, overlap by more than rounding can explain.
@@ -191,3 +244,8 @@ class DiscArrays:
         if found:
             lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in found]
             raise InputError("\n".join([*lines, "and more of them"] if more else lines))
+
+
+def wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:
+    """Return the coordinates and radii of a wall, metres; some are below 0."""
+    return wall[:2] if isinstance(wall, tuple) else wall.lengths

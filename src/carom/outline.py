@@ -156,6 +156,15 @@ class Outline:
         _, k, px, py, inner = min(feet)
         return Foot(px, py, k, inner)
 
+    def feet_within(self, x: float, y: float, distance: float) -> Iterator[Foot]:
+        """Yield the nearest point of each edge that is no farther; of one that two edges share, the lower's."""
+        seen = set()
+        for k, stretch in enumerate(self.stretches):
+            place, inner = stretch.nearest(x, y)
+            if place not in seen and math.hypot(place[0] - x, place[1] - y) <= distance:
+                seen.add(place)
+                yield Foot(*place, k, inner)
+
     def edge_at(self, x: float, y: float, among: tuple[int, ...]) -> int:
         """Return which of some edges is nearest to a point; the lowest of several."""
         places = [(self.stretches[k].nearest(x, y)[0], k) for k in among]

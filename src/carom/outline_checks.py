@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from carom.outline import Edge, ExactCircle, circle_of
 
-__all__ = ["Meeting", "meetings"]
+__all__ = ["Crossing", "meetings"]
 
 Number = Fraction | int
 
@@ -76,7 +76,7 @@ class _Line:
         return place.ahead(self.a, self.along) >= 0 and place.ahead(self.b, self.along) <= 0
 
 
-class Meeting(NamedTuple):
+class Crossing(NamedTuple):
     """Two edges that share what they must not.
 
     Attributes:
@@ -92,7 +92,7 @@ class Meeting(NamedTuple):
     y: float
 
 
-def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Meeting]:
+def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
     """Yield the pairs of edges, none of no length, that share a point other than the joint between them."""
     lines = [_Line(edge) for edge in edges]
     spans = [_span(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
@@ -105,7 +105,7 @@ def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Meeting]:
             joints += [one.b] if closed and i == 0 and j == last else []
             for place in _shared(lines[i], one):
                 if not any(_is(place, joint) for joint in joints):
-                    yield Meeting(i, j, *place.floats())
+                    yield Crossing(i, j, *place.floats())
                     break
 
 
@@ -131,29 +131,30 @@ def _at(point: tuple[Number, Number]) -> Place:
 
 def _shared(one: _Line, other: _Line) -> Iterator[Place]:
     """Yield points that two edges share: all, or of a stretch that they share its ends."""
+    candidates: Iterator[Place]
     if one.circle is not None and one.circle == other.circle:
-        candidates = iter([*map(_at, (one.a, one.b, other.a, other.b)), *_middles(one), *_middles(other)])
+        middles = (_middle(line, one.circle) for line in (one, other))
+        candidates = iter([*map(_at, (one.a, one.b, other.a, other.b)), *middles])
     elif one.circle is None and other.circle is None:
         candidates = _of_straights(one, other)
-    elif one.circle is None or other.circle is None:
-        straight, arc = (one, other.circle) if other.circle is not None else (other, one.circle)
-        assert arc is not None
-        candidates = _on_line(straight.a, straight.along, arc)
-    else:
+    elif one.circle is None and other.circle is not None:
+        candidates = _on_line(one.a, one.along, other.circle)
+    elif other.circle is None and one.circle is not None:
+        candidates = _on_line(other.a, other.along, one.circle)
+    elif one.circle is not None and other.circle is not None:
         candidates = _of_circles(one.circle, other.circle)
     for place in candidates:
         if one.holds(place) and other.holds(place):
             yield place
 
 
-def _middles(line: _Line) -> Iterator[Place]:
-    """Yield the middle of an arc: two arcs of one circle that are the whole of it twice share no end but the joints."""
-    assert line.circle is not None
-    x, y, radius2 = line.circle
+def _middle(line: _Line, circle: ExactCircle) -> Place:
+    """Return the middle of an arc: two of one circle that lie upon one another share ends that are joints, and it."""
+    x, y, radius2 = circle
     ex, ey = line.along
     # The middle is off the centre by the radius, across the chord, to the right of a counterclockwise arc.
     square = radius2 / (ex * ex + ey * ey)
-    yield Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
+    return Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
 
 
 def _of_straights(one: _Line, other: _Line) -> Iterator[Place]:

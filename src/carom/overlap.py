@@ -5,7 +5,7 @@ One rule for scenes and for arrays. Two immovable bodies may overlap, since noth
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import islice
 from typing import NamedTuple
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.broad_phase import near_pairs, near_walls
+from carom.outline import Outline
 
 __all__ = ["Overlap", "input_rounding", "overlaps"]
 
@@ -59,7 +60,7 @@ def overlaps(
     position_m: Floats,
     radius_m: Floats,
     movable: NDArray[np.bool_],
-    walls: Floats,
+    walls: Sequence[tuple[float, float, float, float] | Outline],
     disc_name: str,
     wall_name: str,
 ) -> tuple[list[Overlap], bool]:
@@ -69,7 +70,7 @@ def overlaps(
         position_m: Centres, metres, shape ``(n, 2)``.
         radius_m: Radii, metres, shape ``(n,)``.
         movable: Whether an impact moves a disc, shape ``(n,)``.
-        walls: Point and unit normal of each wall, shape ``(w, 4)``.
+        walls: Point and unit normal of each half-plane, outline of each finite wall.
         disc_name: What a message calls the other disc, with ``{}`` where its number goes.
         wall_name: What a message calls the wall.
 
@@ -84,6 +85,7 @@ def overlaps(
         for kind in (
             _of_discs(position_m, radius_m, movable, size, disc_name),
             _of_walls(position_m, radius_m, movable, size, walls, wall_name),
+            _of_outlines(position_m, radius_m, movable, size, walls, wall_name),
         ):
             named = list(islice(kind, NAMED + 1))
             found += named[:NAMED]
@@ -113,17 +115,49 @@ def _of_discs(
 
 
 def _of_walls(
-    position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, walls: Floats, name: str
+    position: Floats,
+    radius: Floats,
+    movable: NDArray[np.bool_],
+    size: Floats,
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+    name: str,
 ) -> Iterator[Overlap]:
-    for disc, wall in near_walls(position, radius, movable, walls):
-        x, y, nx, ny = walls[wall].T
+    numbers = [k for k, wall in enumerate(walls) if isinstance(wall, tuple)]
+    planes = np.array([walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
+    for disc, wall in near_walls(position, radius, movable, planes):
+        x, y, nx, ny = planes[wall].T
         gap = (position[disc, 0] - x) * nx + (position[disc, 1] - y) * ny - radius[disc]
-        largest = np.maximum(size[disc], np.abs(walls[wall, :2]).max(axis=1))
+        largest = np.maximum(size[disc], np.abs(planes[wall, :2]).max(axis=1))
         for n in np.flatnonzero(gap < -input_rounding(largest)).tolist():
-            i, k = int(disc[n]), int(wall[n])
+            i, k = int(disc[n]), numbers[int(wall[n])]
             yield Overlap(
                 i,
                 k,
                 f"must not overlap {name.format(k)} at the start, got {tuple(position[i].tolist())}: "
                 f"the disc reaches {-gap[n]:.3g} m into it; move the disc, or turn the wall's normal round",
             )
+
+
+def _of_outlines(
+    position: Floats,
+    radius: Floats,
+    movable: NDArray[np.bool_],
+    size: Floats,
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+    name: str,
+) -> Iterator[Overlap]:
+    outlines = [(k, wall) for k, wall in enumerate(walls) if not isinstance(wall, tuple)]
+    for i in np.flatnonzero(movable).tolist() if outlines else ():
+        x, y, r = float(position[i, 0]), float(position[i, 1]), float(radius[i])
+        for k, wall in outlines:
+            largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
+            gap = wall.gap(x, y, r)
+            inside = wall.solid and wall.encloses(x, y)
+            if not inside and gap >= -input_rounding(largest):
+                continue
+            found = f"must not overlap {name.format(k)} at the start, got {(x, y)}: "
+            if inside:
+                yield Overlap(i, k, f"{found}the disc is inside it, and it is solid; move the disc")
+            else:
+                edge = "" if wall.radius is not None else f"edge {wall.nearest(x, y).edge} of "
+                yield Overlap(i, k, f"{found}the disc reaches {-gap:.3g} m into {edge}it; move the disc")

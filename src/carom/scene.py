@@ -17,12 +17,11 @@ from pydantic import AfterValidator, Field
 
 from carom.arguments import shown
 from carom.data_files import read_data
-from carom.disc_arrays import DiscArrays
+from carom.disc_arrays import DiscArrays, Material
 from carom.display import Drawn
 from carom.errors import InputError, Problem, SceneError
 from carom.fields import (
     Coefficient,
-    Direction,
     Friction,
     Inertia,
     Mass,
@@ -35,10 +34,13 @@ from carom.fields import (
 from carom.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
 from carom.shorthand import with_shorthand, written_out
 from carom.sizes import span_problems
+from carom.walls import AnyWall, Chain, Ring, Wall, edge_count, kind_of_wall
 
 __all__ = [
+    "Chain",
     "Disc",
     "Need",
+    "Ring",
     "Scene",
     "Wall",
     "as_scene",
@@ -62,6 +64,9 @@ class Need(StrEnum):
     """Something a scene asks of whoever simulates it; its value is how a report names it."""
 
     WALLS = "walls"
+    SEGMENTS = "walls of straight edges"
+    ARCS = "walls of arcs or circles"
+    WALL_MATERIALS = "walls of their own restitution or friction"
     IMMOVABLE = "immovable discs"
     RESTITUTION = "restitution below 1"
     GRAVITY = "gravity"
@@ -114,18 +119,6 @@ class Disc(Model):
         return math.isinf(self.mass_kg)
 
 
-class Wall(Model):
-    """A half-plane that no disc may enter.
-
-    Attributes:
-        point_m: Any point on the wall's surface, metres.
-        normal: Direction into the free side, of any length but zero; stored as a unit vector.
-    """
-
-    point_m: Vector
-    normal: Direction
-
-
 class Scene(Drawn, Model):
     """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
 
@@ -133,7 +126,7 @@ class Scene(Drawn, Model):
         name: What reports call the scene.
         description: One or two sentences for a reader; free text.
         discs: At least one disc.
-        walls: Half-planes; none by default.
+        walls: Half-planes, chains of straight edges and arcs, and circles; none by default.
         restitution: Coefficient of restitution of every pair of discs, 0 to 1.
         wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
         friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
@@ -152,7 +145,7 @@ class Scene(Drawn, Model):
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
     description: str = ""
     discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one), Field(json_schema_extra={"minItems": 1})]
-    walls: tuple[Wall, ...] = ()
+    walls: tuple[AnyWall, ...] = ()
     restitution: Coefficient = 1.0
     wall_restitution: Coefficient = 1.0
     friction: Friction = 0.0
@@ -186,13 +179,27 @@ class Scene(Drawn, Model):
             velocity_m_s=np.array([disc.velocity_m_s for disc in discs]),
             radius_m=np.array([disc.radius_m for disc in discs]),
             mass_kg=np.array([disc.mass_kg for disc in discs]),
-            walls=tuple((*wall.point_m, *wall.normal) for wall in self.walls),
+            walls=tuple(
+                (*wall.point_m, *wall.normal) if isinstance(wall, Wall) else wall.outline for wall in self.walls
+            ),
+            wall_materials=self._wall_materials(),
             restitution=self.restitution,
             wall_restitution=self.wall_restitution,
             spin_rad_s=np.array([disc.spin_rad_s for disc in discs]),
             inertia_factor=np.array([disc.inertia_factor for disc in discs]),
             **{name: getattr(self, name) for name in self.left_out},
         )
+
+    def _wall_materials(self) -> tuple[Material, ...] | None:
+        scene = Material(self.wall_restitution, self.wall_friction)
+        own = tuple(
+            Material(
+                scene.restitution if wall.restitution is None else wall.restitution,
+                scene.friction if wall.friction is None else wall.friction,
+            )
+            for wall in self.walls
+        )
+        return own if any(material != scene for material in own) else None
 
     # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
 
@@ -217,17 +224,36 @@ class Scene(Drawn, Model):
     @property
     def needs(self) -> frozenset[Need]:
         """What this scene asks of a method, to be held against what the method declares."""
+        start = self.arrays
+        least_wall = min((material.restitution for material in start.materials), default=1.0)
+        finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
+        bent = [isinstance(wall, Ring) or any(wall.bulges) for wall in finite]
         wanted = {
             Need.WALLS: bool(self.walls),
+            Need.SEGMENTS: any(isinstance(wall, Chain) and not (wall.bulges and all(wall.bulges)) for wall in finite),
+            Need.ARCS: any(bent),
+            Need.WALL_MATERIALS: start.wall_materials is not None,
             Need.IMMOVABLE: any(disc.immovable for disc in self.discs),
-            Need.RESTITUTION: self.restitution < 1 or (bool(self.walls) and self.wall_restitution < 1),
+            Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
             Need.SPIN: any(disc.spin_rad_s for disc in self.discs),
-            Need.FRICTION: self.arrays.rubs,
-            Need.TANGENTIAL_RESTITUTION: (self.arrays.rubs_discs and self.tangential_restitution != 0.0)
-            or (self.arrays.rubs_walls and self.wall_tangential_restitution != 0.0),
+            Need.FRICTION: start.rubs,
+            Need.TANGENTIAL_RESTITUTION: (start.rubs_discs and self.tangential_restitution != 0.0)
+            or (start.rubs_walls and self.wall_tangential_restitution != 0.0),
         }
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
+
+    def half_planes(self) -> tuple[Wall, ...]:
+        """Return the walls of a scene that has no others.
+
+        Raises:
+            InputError: There are others; the message names the first.
+        """
+        planes = tuple(wall for wall in self.walls if isinstance(wall, Wall))
+        if len(planes) < len(self.walls):
+            number = next(k for k, wall in enumerate(self.walls) if not isinstance(wall, Wall))
+            raise InputError(f"wall {number} is no half-plane, which is all that is supported here")
+        return planes
 
     def step_count(self, dt_s: float) -> int:
         """Number of steps of length `dt_s` that cover the duration: see `steps_to_cover`.
@@ -325,8 +351,12 @@ def _parse(path: Path) -> dict[str, Any]:
         raise SceneError([Problem((), str(error))]) from None
     for name, most in MOST_BODIES.items():
         bodies = content.get(name)
-        if isinstance(bodies, list) and len(bodies) > most:
-            raise SceneError([Problem((name,), f"a file of a scene holds {most} of them at most, got {len(bodies)}")])
+        if not isinstance(bodies, list):
+            continue
+        edges = f", their edges counted: {total}" if (total := sum(map(edge_count, bodies))) > len(bodies) else ""
+        if total > most:
+            found = f"got {len(bodies)}{edges}"
+            raise SceneError([Problem((name,), f"a file of a scene holds {most} of them at most, {found}")])
     return content
 
 
@@ -337,7 +367,9 @@ def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
     """
     content = _few_unknown(content, Scene)
     if isinstance(walls := content.get("walls"), list):
-        content["walls"] = [_few_unknown(wall, Wall) for wall in walls]
+        content["walls"] = [
+            _few_unknown(wall, kind_of_wall(wall)) if isinstance(wall, dict) else wall for wall in walls
+        ]
     if isinstance(discs := content.get("discs"), list):
         good: list[Any] = []
         for k, disc in enumerate(discs):

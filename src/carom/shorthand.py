@@ -20,7 +20,7 @@ UNITS = ("m", "px")
 _LENGTHS = {
     "": ("gravity_m_s2",),
     "discs": ("position_m", "velocity_m_s", "radius_m"),
-    "walls": ("point_m",),
+    "walls": ("point_m", "points_m", "centre_m", "radius_m", "half_width_m"),
 }
 
 
@@ -66,7 +66,8 @@ def _divided(fields: Any, names: tuple[str, ...], by: float) -> Any:
 
 def _quotient(value: Any, by: float) -> Any:
     if isinstance(value, list):
-        return [_quotient(one, by) for one in value] if len(value) <= 2 else value  # a vector has two
+        points = bool(value) and isinstance(value[0], list)
+        return [_quotient(one, by) for one in value] if points or len(value) <= 2 else value  # a vector has two
     if isinstance(value, bool) or not isinstance(value, int | float):
         return value
     try:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.disc_arrays import DiscArrays
+from carom.disc_arrays import DiscArrays, wall_lengths
 from carom.errors import Problem
 from carom.limits import SPAN
 
@@ -43,7 +43,7 @@ class Sizes(NamedTuple):
     @classmethod
     def of(cls, start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Sizes:
         """Return the sizes of what begins at `start`."""
-        points = [abs(c) for wall in start.walls for c in wall[:2]]
+        points = [abs(length) for wall in start.walls for length in wall_lengths(wall)]
         masses = start.mass_kg[start.movable]
         return cls(
             max(float(np.abs(start.position_m).max()), float(start.radius_m.max()), *points),

@@ -6,20 +6,19 @@ They are told apart by their fields: a half-plane has a point and a normal, a ch
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import islice
-from typing import Annotated, Any, Union
+from typing import Annotated, Any, ClassVar, Union
 
 from pydantic import BeforeValidator, Field, Strict
 
-from carom.arguments import shown
 from carom.errors import Problem, SceneError
 from carom.fields import Direction, Friction, Model, Number, Vector
 from carom.limits import MOST_WALLS
 from carom.outline import Outline
 from carom.outline_checks import meetings
 
-__all__ = ["AnyWall", "Chain", "Ring", "Wall", "edge_count", "kind_of_wall", "scaled_wall"]
+__all__ = ["AnyWall", "Chain", "Ring", "Wall", "edge_count", "kind_of_wall", "with_lengths"]
 
 #: Crossings of one chain that are named.
 _NAMED = 3
@@ -44,7 +43,7 @@ Radius = Friction
 class _Material(Model):
     """What each kind of wall has."""
 
-    left_out = ("restitution", "friction")
+    left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction")
 
     restitution: WallRestitution = None
     friction: Friction | None = None
@@ -139,12 +138,12 @@ def _as_wall(value: Any) -> Any:
     if isinstance(value, Wall | Chain | Ring):
         return value
     if not isinstance(value, dict):
-        raise ValueError(f"must be a table of fields, or a wall, got {shown(value)}")
+        raise ValueError("must be a table of fields, or a wall")
     kind = kind_of_wall(value)
-    if kind is not Wall and (mixed := [name for name in ("point_m", "normal", *_TELLING) if name in value]):
-        if wrong := [name for name in mixed if name not in kind.model_fields]:
-            of = {Chain: "a chain has points_m", Ring: "a circle has centre_m and radius_m"}[kind]
-            raise SceneError([Problem((name,), f"is a field of another kind of wall: {of}") for name in wrong])
+    telling = [name for name in ("point_m", "normal", *_TELLING) if name in value]
+    if wrong := [name for name in telling if name not in kind.model_fields]:
+        of = "a chain has points_m" if kind is Chain else "a circle has centre_m and radius_m"
+        raise SceneError([Problem((name,), f"is a field of another kind of wall: {of}") for name in wrong])
     return kind(**value)
 
 
@@ -172,17 +171,17 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
     for k in range(edges):
         a, b = chain.points_m[k], chain.points_m[(k + 1) % points]
         if a == b:
-            yield Problem(("points_m", (k + 1) % points), f"must not be where edge {k} begins, got {a}: it has no length")
+            yield Problem(
+                ("points_m", (k + 1) % points), f"must not be where edge {k} begins, got {a}: it has no length"
+            )
 
 
 def _crossing_problems(chain: Chain) -> Iterator[Problem]:
     for met in islice(meetings(chain.outline.edges, closed=chain.closed), _NAMED):
-        next_to = met.second == met.first + 1 or (chain.closed and met.first == 0 == (met.second + 1) % len(chain.points_m))
-        how = "runs back over" if next_to else "crosses or touches"
         yield Problem(
             ("points_m",),
-            f"must not cross or touch itself other than at its joints: edge {met.second} {how} edge {met.first} "
-            f"at ({met.x:.6g}, {met.y:.6g})",
+            "must not cross, touch or run back over itself other than at its joints: "
+            f"edge {met.second} meets edge {met.first} at ({met.x:.6g}, {met.y:.6g})",
         )
 
 
@@ -192,15 +191,15 @@ def edge_count(wall: object) -> int:
     return max(1, len(points)) if isinstance(points, list) else 1
 
 
-def scaled_wall(wall: Wall | Chain | Ring, times: float) -> Wall | Chain | Ring:
-    """Return a wall all lengths of which are so many times as long; times that power of two, digits stay."""
+def with_lengths(wall: Wall | Chain | Ring, of: Callable[[float], float]) -> Wall | Chain | Ring:
+    """Return a wall with other lengths: a function of each; the shape is not checked again."""
 
-    def vector(of: tuple[float, float]) -> tuple[float, float]:
-        return of[0] * times, of[1] * times
+    def vector(pair: tuple[float, float]) -> tuple[float, float]:
+        return of(pair[0]), of(pair[1])
 
     if isinstance(wall, Wall):
         return wall.model_copy(update={"point_m": vector(wall.point_m)})
-    wide = {"half_width_m": wall.half_width_m * times}
+    wide = {"half_width_m": of(wall.half_width_m)}
     if isinstance(wall, Chain):
         return wall.model_copy(update=wide | {"points_m": tuple(map(vector, wall.points_m))})
-    return wall.model_copy(update=wide | {"centre_m": vector(wall.centre_m), "radius_m": wall.radius_m * times})
+    return wall.model_copy(update=wide | {"centre_m": vector(wall.centre_m), "radius_m": of(wall.radius_m)})

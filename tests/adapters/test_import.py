@@ -55,7 +55,7 @@ def test_a_scene_that_becomes_a_space_comes_back(tmp_path: Path, protocol: int) 
         assert (disc.radius_m, disc.mass_kg, disc.spin_rad_s) == (meant.radius_m, meant.mass_kg, meant.spin_rad_s)
         if not meant.immovable:  # over m r^2 and times it again: two roundings
             assert disc.inertia_factor == pytest.approx(meant.inertia_factor, rel=2**-51)
-    for wall, meant_wall in zip(scene.walls, CORNER.walls, strict=True):
+    for wall, meant_wall in zip(scene.half_planes(), CORNER.half_planes(), strict=True):
         # A polygon's corners are some metres out, each rounded by a unit of 2**-50 of that.
         np.testing.assert_allclose(wall.normal, meant_wall.normal, rtol=0, atol=2**-48)
         off = np.subtract(wall.point_m, meant_wall.point_m) @ np.array(meant_wall.normal)
@@ -90,7 +90,7 @@ def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
     space.add(between)
     found = import_scene(saved(space, tmp_path))
     assert [disc.position_m for disc in found.scene.discs] == [(0.0, 0.0), (3.0, 0.0)]
-    assert found.scene.walls == ()
+    assert found.scene.half_planes() == ()
     assert found.scene.restitution == 0.5
     told = "\n".join(found.dropped)
     for what in (
@@ -116,7 +116,7 @@ def test_pixels_become_metres_and_the_run_stays_the_same(tmp_path: Path) -> None
     floor.elasticity = 0.5
     space.add(floor)
     scene = import_scene(saved(space, tmp_path), pixels_per_metre=64.0).scene
-    (disc,), (wall,) = scene.discs, scene.walls
+    (disc,), (wall,) = scene.discs, scene.half_planes()
     assert (disc.position_m, disc.velocity_m_s, disc.radius_m, disc.mass_kg) == ((2.0, 1.0), (10.0, 0.0), 0.5, 2.0)
     assert (wall.point_m[1], wall.normal) == (8.0, (0.0, -1.0))
     assert scene.gravity_m_s2 == (0.0, 900.0 / 64.0)

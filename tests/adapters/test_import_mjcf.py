@@ -36,7 +36,7 @@ def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -
         assert disc.mass_kg == meant.mass_kg * unit
         if not meant.immovable:  # times m r^2 and over it again
             assert disc.inertia_factor == pytest.approx(meant.inertia_factor, rel=2**-50)
-    for wall, meant_wall in zip(scene.walls, CORNER.walls, strict=True):
+    for wall, meant_wall in zip(scene.half_planes(), CORNER.half_planes(), strict=True):
         assert wall.point_m == meant_wall.point_m
         assert wall.normal == pytest.approx(meant_wall.normal, abs=2**-50)
     assert (scene.friction, scene.wall_friction) == (CORNER.friction, CORNER.wall_friction)
@@ -56,7 +56,7 @@ def test_a_disc_on_slides_does_not_turn(tmp_path: Path) -> None:
     found = import_scene(model_of(plain, "tuned", tmp_path), duration_s=1.0)
     (disc,) = found.scene.discs
     assert disc == plain.discs[0].model_copy(update={"inertia_factor": math.inf})
-    assert found.scene.walls == plain.walls
+    assert found.scene.half_planes() == plain.walls
     assert found.dropped == ()
 
 
@@ -78,7 +78,7 @@ def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
     path = tmp_path / "model.xml"
     path.write_text(MODEL)
     found = import_scene(path)
-    (disc,), (wall,) = found.scene.discs, found.scene.walls
+    (disc,), (wall,) = found.scene.discs, found.scene.half_planes()
     assert (disc.position_m, disc.mass_kg, disc.radius_m) == ((0.0, 2.0), 2.0, 0.5)
     assert disc.inertia_factor == pytest.approx(0.4, rel=2**-50)  # a sphere's
     assert wall.normal == pytest.approx((0.0, 1.0), abs=2**-50)

@@ -88,7 +88,7 @@ class Bare:
 
 def _stage(scene: Scene) -> Stage:
     discs = [Body(one.position_m, one.velocity_m_s, one.radius_m, one.mass_kg) for one in scene.discs]
-    walls = [(wall.point_m, wall.normal) for wall in scene.walls]
+    walls = [(wall.point_m, wall.normal) for wall in scene.half_planes()]
     return Stage(tuple(discs), tuple(walls), scene.restitution, scene.wall_restitution, scene.gravity_m_s2)
 
 

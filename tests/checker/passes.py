@@ -258,7 +258,7 @@ def wall_overlaps(start: DiscArrays, flights: Flights) -> Overlap:
     duration = flights.end_s[k] - flights.begin_s[k]
     nothing = np.empty(0)
     parts = [(np.empty((0, 2), np.intp), nothing, np.empty(0, np.intp), nothing, nothing)]
-    for wall, (_, _, nx, ny) in enumerate(start.walls):
+    for wall, (_, _, nx, ny) in enumerate(start.half_planes()):
         parts.append(_in_wall(start, flights, wall, k, duration))
         away = flights.gravity_m_s2[0] * nx + flights.gravity_m_s2[1] * ny
         if away > 0.0:
@@ -273,7 +273,7 @@ def _in_wall(
     start: DiscArrays, flights: Flights, wall: int, k: Ranks, wait: Floats
 ) -> tuple[Ranks, Floats, Ranks, Floats, Floats]:
     """Return where flights are in a wall some time after they began: bodies, times, looks, depths and their bounds."""
-    qx, qy, nx, ny = start.walls[wall]
+    qx, qy, nx, ny = start.half_planes()[wall]
     disc = flights.disc[k]
     x, y = flights.place(k, wait)
     radius = start.radius_m[disc]

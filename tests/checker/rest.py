@@ -49,7 +49,7 @@ def resting(start: DiscArrays, stretch: Stretch, flights: Flights) -> Rests | No
         there = start.movable & (np.abs(gap) <= bound) & (pull < 0.0) & (np.abs(vx * nx + vy * ny) <= hop)
         speed[there] = np.maximum(speed, hop)[there]
 
-    for qx, qy, wx, wy in start.walls:
+    for qx, qy, wx, wy in start.half_planes():
         nx, ny = np.full_like(x, wx), np.full_like(x, wy)
         there = np.full_like(x, max(abs(qx), abs(qy)))
         touch((x - qx) * nx + (y - qy) * ny - start.radius_m, nx, ny, np.zeros_like(x), start.radius_m, there)

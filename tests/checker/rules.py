@@ -233,7 +233,7 @@ def _since_look(
     hit = second >= 0
     dx, dy = (stretch.position_m[look, np.where(hit, second, 0)] - stretch.position_m[look, first]).T
     then = start.radius_m[first] + start.radius_m[np.where(hit, second, 0)] - np.hypot(dx, dy)
-    for k, (qx, qy, nx, ny) in enumerate(start.walls):
+    for k, (qx, qy, nx, ny) in enumerate(start.half_planes()):
         at_wall = start.radius_m[first] - ((x - qx) * nx + (y - qy) * ny)
         then = np.where(second == -1 - k, at_wall, then)
     since = depth.copy()

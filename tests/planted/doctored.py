@@ -104,7 +104,7 @@ def _gap(run: Run, k: int) -> float:
     place, radius = run.states.position_m[k], run.scene.arrays.radius_m
     first, second = np.triu_indices(len(place), 1)
     gaps = [np.hypot(*(place[second] - place[first]).T) - radius[first] - radius[second]]
-    gaps += [(place - np.array(wall.point_m)) @ np.array(wall.normal) - radius for wall in run.scene.walls]
+    gaps += [(place - np.array(wall.point_m)) @ np.array(wall.normal) - radius for wall in run.scene.half_planes()]
     return float(np.min(np.concatenate(gaps)))
 
 

@@ -45,7 +45,7 @@ def brute_force(scene: Scene, most: int) -> list[Happened]:
         for i in range(len(p)):
             waits = [(_pair_wait(p, v, r, m, i, j), i, j) for j in range(i + 1, len(p))]
             waits = [wait for wait in waits if wait[1:] != just_met]
-            for k, wall in enumerate(scene.walls):
+            for k, wall in enumerate(scene.half_planes()):
                 if any(g):
                     waits.append((_fall_wait(p[i], v[i], r[i], g, wall), i, -1 - k))
                 elif (i, -1 - k) != just_met:
@@ -63,7 +63,7 @@ def brute_force(scene: Scene, most: int) -> list[Happened]:
                 speed[c] += g[c] * wait
         before = [list(speed) for speed in v]
         if j < 0:
-            _bounce(v[i], scene.walls[-1 - j], mpf(scene.wall_restitution))
+            _bounce(v[i], scene.half_planes()[-1 - j], mpf(scene.wall_restitution))
         else:
             _collide(p, v, m, i, j, mpf(scene.restitution))
         _rub(scene, before, v, spin, i, j)

@@ -111,7 +111,7 @@ def overlap(scene: Scene, impacts: int) -> float:
             distance = np.hypot(*(place[i + 1 :] - place[i]).T)
             depth = np.max((radius[i] + radius[i + 1 :] - distance) / (off[i] + off[i + 1 :]))
             worst = float(np.maximum(worst, depth))
-        for wall in scene.walls:
+        for wall in scene.half_planes():
             depth = np.max((radius - (place - wall.point_m) @ np.array(wall.normal)) / off)
             worst = float(np.maximum(worst, depth))
     return worst

@@ -40,7 +40,7 @@ def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
 
     Across the wall each hop lasts 2 u / a, u = e^n v; along it the motion is that without a wall.
     """
-    disc, wall = scene.discs[0], scene.walls[0]
+    disc, wall = scene.discs[0], scene.half_planes()[0]
     n = mp.matrix([mpf(c) for c in wall.normal])
     n /= mp.norm(n)
     start, velocity, gravity = (

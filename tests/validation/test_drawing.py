@@ -33,7 +33,7 @@ LEAST = {
 
 def occurring(scene: Scene, trace: Trace) -> set[str]:
     """Return what occurs in a scene, of `LEAST`."""
-    impacts, walls, arrays = trace.impacts, scene.walls, scene.arrays
+    impacts, walls, arrays = trace.impacts, scene.half_planes(), scene.arrays
     second = impacts["second"]
     pairs = impacts[second >= 0]
     still = ~np.isfinite(arrays.mass_kg)

@@ -69,7 +69,9 @@ def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
         start = drawn_pair(rng)
         bodies = Bodies(start)
         bodies.turns = True  # also where nothing does, as there is friction or spin in a larger scene
-        on_wall = impacts % 4 == 0 and start.movable[0] and (start.velocity_m_s[0] * start.walls[0][2:]).sum() < 0.0
+        on_wall = (
+            impacts % 4 == 0 and start.movable[0] and (start.velocity_m_s[0] * start.half_planes()[0][2:]).sum() < 0.0
+        )
         record = bodies.collide_wall(0, 0) if on_wall else bodies.collide_pair(0, 1)
         worst = max(worst, worst_of_impact(start, impact_array([record])[0], spin_array([record])[0]))
         impacts += 1

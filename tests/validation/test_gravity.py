@@ -81,7 +81,7 @@ def test_the_infinite_series_ends_at_its_limit_with_its_name(restitution: float,
     assert trace.end_time_s == pytest.approx(rest_time(1.0, restitution, slope), rel=1e-13)
     assert "comes to rest on wall 0" in trace.notes[0]
     # What is left is sliding: no speed into the wall or out of it.
-    normal = np.array(trace.scene.walls[0].normal)
+    normal = np.array(trace.scene.half_planes()[0].normal)
     assert abs(trace.final_velocity_m_s[0] @ normal) <= 1e-15 * np.hypot(*trace.final_velocity_m_s[0]) + 1e-300
     assert trace.ambiguous == ()
 
@@ -96,7 +96,7 @@ def test_the_ladder_of_bounces_is_a_geometric_series(restitution: float, slope: 
     exact = fall * (1 + 2 * restitution * (1 - restitution**n) / (1 - restitution))
     assert len(n) >= 40
     assert trace.impacts["time_s"] == pytest.approx(exact, rel=1e-14)
-    leaving = trace.impacts["velocity_first_after"] @ np.array(trace.scene.walls[0].normal)
+    leaving = trace.impacts["velocity_first_after"] @ np.array(trace.scene.half_planes()[0].normal)
     speed = np.hypot(*trace.impacts["velocity_first_after"].T)
     assert np.all(np.abs(leaving - G * math.cos(slope) * fall * restitution ** (n + 1)) <= 1e-14 * speed)
 
@@ -277,7 +277,7 @@ def deepest(scene: Scene, position: NDArray[np.float64]) -> float:
         for j in range(i)
         if not (scene.discs[i].immovable and scene.discs[j].immovable)
     ]
-    for wall in scene.walls:
+    for wall in scene.half_planes():
         reach = radius - (position - wall.point_m) @ np.array(wall.normal)
         depths += [depth for depth, disc in zip(reach, scene.discs, strict=True) if not disc.immovable]
     return float(max(depths))

@@ -81,7 +81,7 @@ def oracle(scene: Scene, count: int, shake: random.Random | None = None) -> list
         hits += [
             (t, i, -1 - k)
             for i, disc in enumerate(discs)
-            for k, wall in enumerate(scene.walls)
+            for k, wall in enumerate(scene.half_planes())
             if (t := wall_hit(disc, wall)) is not None
         ]
         if not hits:
@@ -93,7 +93,7 @@ def oracle(scene: Scene, count: int, shake: random.Random | None = None) -> list
             disc.y += disc.vy * dt
         a = discs[i]
         if j < 0:
-            nx, ny = map(mpf, scene.walls[-1 - j].normal)
+            nx, ny = map(mpf, scene.half_planes()[-1 - j].normal)
             push = (1 + mpf(scene.wall_restitution)) * (a.vx * nx + a.vy * ny) / (nx * nx + ny * ny)
             a.vx, a.vy = a.vx - push * nx, a.vy - push * ny
             after: tuple[Any, ...] = (a.vx, a.vy)

@@ -22,7 +22,7 @@ def in_one_order(impacts: list[tuple[int, int]], certified: CertifiedTrace) -> l
 
 def has_repeated_walls(scene: Scene) -> bool:
     """Whether two walls are parallel and face one way: a plane given twice is met twice, in an order of roundings."""
-    return len({wall.normal for wall in scene.walls}) < len(scene.walls)
+    return len({wall.normal for wall in scene.half_planes()}) < len(scene.half_planes())
 
 
 @pytest.mark.parametrize("parity", [0, 1], ids=["whole numbers", "anywhere"])

@@ -107,7 +107,7 @@ def test_ten_million_impacts_keep_energy_and_distance() -> None:
         run.advance_to(math.inf, millions * 1_000_000)
         energy = 0.5 * math.fsum((run.velocities() ** 2).ravel())
         assert abs(energy / 500 - 1) <= 1e-12
-        off = np.hypot(*run.velocities().T) * math.ulp(run.time_s) + 4 * math.ulp(start.walls[1][0])
+        off = np.hypot(*run.velocities().T) * math.ulp(run.time_s) + 4 * math.ulp(start.half_planes()[1][0])
         discs, walls = overlaps(run, start)
         assert np.all(discs <= off[:, None] + off)
         assert np.all(walls <= off[:, None])
@@ -118,7 +118,7 @@ def overlaps(run: EventDrivenRun, start: DiscArrays) -> tuple[np.ndarray, np.nda
     position = run.positions()
     apart = np.hypot(*(position[:, None] - position[None]).transpose(2, 0, 1))
     np.fill_diagonal(apart, math.inf)
-    return 1.0 - apart, np.hstack([0.5 - position, position + 0.5 - start.walls[1][0]])
+    return 1.0 - apart, np.hstack([0.5 - position, position + 0.5 - start.half_planes()[1][0]])
 
 
 def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:

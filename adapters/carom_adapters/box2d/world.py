@@ -76,7 +76,8 @@ def rectangle_of(scene: Scene, k: int, centre: Point, radius: float) -> tuple[Po
     Raises:
         AdapterError: It would have to be so long that 32-bit floats round it by more than the smallest disc.
     """
-    (px, py), (nx, ny) = scene.walls[k].point_m, scene.walls[k].normal
+    plane = scene.half_planes()[k]
+    (px, py), (nx, ny) = plane.point_m, plane.normal
     # The point of the wall nearest to the scene, so that the numbers around it are small.
     along = (px - centre[0]) * ny - (py - centre[1]) * nx
     gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)

@@ -25,7 +25,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
         given["velocity"] = disc.velocity_m_s
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.walls]
+    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     detector = split = ""
     if "collision_detector" in settings:
         kind = f"dartpy.simulation.CollisionDetectorType.{settings['collision_detector']}"

@@ -51,7 +51,7 @@ class DartWorld:
         of_disc, of_wall = factored_restitutions(scene)
         for i, disc in enumerate(scene.discs):
             self._add_disc(i, disc.radius_m, None if disc.immovable else disc.mass_kg, of_disc)
-        for k, wall in enumerate(scene.walls):
+        for k, wall in enumerate(scene.half_planes()):
             normal = np.array([*wall.normal, 0.0])
             plane = dartpy.dynamics.PlaneShape(normal, float(normal[:2] @ wall.point_m))
             skeleton = dartpy.dynamics.Skeleton(f"wall {k}")

@@ -102,8 +102,10 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         made = geom(i, scene.restitution, friction, mass=body.mass_kg, **shape)
         return f"<body><freejoint/>{made}</body>"
 
+    planes = scene.half_planes()
+
     def wall(k: int) -> str:
-        half_plane = scene.walls[k]
+        half_plane = planes[k]
         return geom(
             wall_body(k),
             scene.wall_restitution,

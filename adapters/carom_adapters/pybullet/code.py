@@ -32,7 +32,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             if ccd_fraction > 0 and is_fast(disc, dt_s):  # moves by more than its radius in a step
                 given["swept_radius"] = ccd_fraction * disc.radius_m
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.walls]
+    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     if turns and maximal:
         lines.append(
             "pybullet.stepSimulation()  # a changed inertia counts from the next step on: all are at rest in this one"

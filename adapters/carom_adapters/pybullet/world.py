@@ -171,7 +171,7 @@ class PybulletWorld:
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
             self._discs.append(body)
             self._number[body] = i
-        for k, wall in enumerate(scene.walls):
+        for k, wall in enumerate(scene.half_planes()):
             shape = bullet.createCollisionShape(
                 bullet.GEOM_PLANE, planeNormal=[*wall.normal, 0.0], physicsClientId=client
             )

@@ -25,7 +25,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     for disc in scene.discs:
         given = {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s}
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.walls]
+    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
     soft = "".join(
         f"softness = parameters.{of}  # a copy\nsoftness.natural_frequency = {settings[name]!r}\n"
         f"parameters.{of} = softness\n"

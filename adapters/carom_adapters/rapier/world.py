@@ -75,7 +75,7 @@ class RapierWorld:
         # themselves, and a wall has its own, whichever of the two is larger.
         rule = rapier.CoefficientCombineRule
         wins = rule.MIN if scene.wall_restitution < scene.restitution else rule.MAX
-        for k, wall in enumerate(scene.walls):
+        for k, wall in enumerate(scene.half_planes()):
             fixed = world.add_body(rapier.RigidBody.fixed().translation((*wall.point_m, 0.0)))
             half = rapier.Collider.halfspace((*wall.normal, 0.0)).friction(0.0)
             half = half.restitution(scene.wall_restitution).restitution_combine_rule(wins)

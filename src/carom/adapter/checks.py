@@ -107,6 +107,9 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     needs = scene.needs
     for need, supported in (
         (Need.WALLS, capabilities.walls),
+        (Need.SEGMENTS, capabilities.segments),
+        (Need.ARCS, capabilities.arcs),
+        (Need.WALL_MATERIALS, capabilities.wall_materials),
         (Need.IMMOVABLE, capabilities.immovable_discs),
         (Need.GRAVITY, capabilities.gravity),
         (Need.SPIN, capabilities.spin),
@@ -126,7 +129,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         )
     low, high = capabilities.restitution
     used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []
-    used += [("wall_restitution", scene.wall_restitution)] if scene.walls else []
+    walls = scene.arrays.materials
+    used += [("wall_restitution", restitution) for restitution in dict.fromkeys(wall.restitution for wall in walls)]
     for name, value in used:
         if not low <= value <= high:
             return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
@@ -136,7 +140,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns none"
     low, high = capabilities.friction
     rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
-    rubbed += [("wall_friction", scene.wall_friction)] if scene.walls else []
+    rubbed += [("wall_friction", friction) for friction in dict.fromkeys(wall.friction for wall in walls)]
     for name, value in rubbed:
         if value != 0.0 and not low <= value <= high:
             return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
@@ -188,14 +192,15 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
 
 def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
     """Return why discs and walls can't have these two coefficients in one scene; empty where they can."""
-    if len(coefficients) < 2:
+    if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
         return ""
-    (name, pair), (wall_name, wall) = coefficients
+    (name, pair), *of_walls = coefficients
     least, greatest = COMBINE_RULES[rule](pair, most)
-    if least <= wall <= greatest:
-        return ""
-    beside = f"{wall_name} is {wall:g} beside a {name} of {pair:g}"
-    return f"{beside}, and this method combines coefficients by {rule!r}, so that it can be {least:g} to {greatest:g}"
+    for wall_name, wall in of_walls:
+        if not least <= wall <= greatest:
+            beside, can_be = f"{wall_name} is {wall:g} beside a {name} of {pair:g}", f"{least:g} to {greatest:g}"
+            return f"{beside}, and this method combines coefficients by {rule!r}, so that it can be {can_be}"
+    return ""
 
 
 def _can_turn(disc: Disc) -> bool:

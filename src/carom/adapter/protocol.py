@@ -86,6 +86,9 @@ class Capabilities:
 
     Attributes:
         walls: Half-plane walls.
+        segments: Walls of straight edges, from both sides.
+        arcs: Walls of arcs and circles, from both sides.
+        wall_materials: Whether walls can have a restitution and friction of their own.
         immovable_discs: Discs of infinite mass.
         gravity: Uniform gravity.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
@@ -140,6 +143,9 @@ class Capabilities:
     tangential_restitution: bool = False
     max_turn_rad: float = math.inf
     max_spin_rad_s: float = math.inf
+    segments: bool = False
+    arcs: bool = False
+    wall_materials: bool = False
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from dataclasses import replace
 from carom.adapter.protocol import Contact, Observation, Vector
 from carom.errors import AdapterError
 from carom.scene import Scene
+from carom.walls import with_lengths
 
 __all__ = ["scaled", "unscaled"]
 
@@ -36,7 +37,7 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         )
         for disc in scene.discs
     )
-    walls = tuple(wall.model_copy(update={"point_m": _times(wall.point_m, length)}) for wall in scene.walls)
+    walls = tuple(with_lengths(wall, lambda of_wall: of_wall * length) for wall in scene.walls)
     of_scene = {
         "discs": discs,
         "walls": walls,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.scales import Scales, largest, own_scales_of
 from carom.comparator.thresholds import THRESHOLDS
+from carom.scene import Wall
 from carom.trace import Trace, rim_speeds, velocities, wall_index
 
 __all__ = ["Consistency", "Slip", "consistency_of"]
@@ -221,20 +222,22 @@ def _stamps(trace: Trace) -> float:
 def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Largest part of a change of velocity that is across the normal, over the speed, and the angle between the two.
 
-    A wall's normal is known. Between discs it is along what the impact changes of their relative velocity, but for what
-    friction adds across it (its coefficient times the part along it, at most) and gravity where it acts on one alone.
+    A half-plane's normal is known. Of a finite wall, as between discs it is along what the impact changes of their
+    relative velocity, but for what friction adds across it (its coefficient times the part along it, at most) and
+    gravity where it acts on one alone.
     Where several contacts of one step share a disc, nobody knows which of them changed what.
     """
     impacts = trace.impacts
     first, second = velocities(impacts, "after") - velocities(impacts, "before")
     change = second - first
-    size = np.hypot(*change.T)
+    size, friction = np.hypot(*change.T), trace.scene.arrays.friction_of(impacts["second"])
     for k in np.flatnonzero(impacts["second"] < 0).tolist():
-        change[k] = -size[k] * np.array(trace.scene.walls[wall_index(int(impacts["second"][k]))].normal)
+        if isinstance(wall := trace.scene.walls[wall_index(int(impacts["second"][k]))], Wall):
+            change[k], friction[k] = -size[k] * np.array(wall.normal), 0.0
     length = np.hypot(*impacts["normal"].T)
     normal = impacts["normal"] / np.where(length > 0.0, length, 1.0)[:, None]
     along, across = np.sum(change * normal, axis=1), _cross(change, normal)
-    rubbed = np.where(impacts["second"] < 0, 0.0, trace.scene.friction) * along
+    rubbed = friction * along
     off = np.where(along > 0.0, np.maximum(across - rubbed - _pulled(trace), 0.0), size)
     off = np.where(np.isfinite(_turning_times(trace)), off, 0.0)
     if not len(off):

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
 from carom.physics.friction import ContactFriction, tangential_impulse
-from carom.scene import Scene
-from carom.trace import Trace, body_name, free_flights, rim_speeds, wall_body
+from carom.scene import Scene, Wall
+from carom.trace import Trace, body_name, free_flights, rim_speeds, wall_body, wall_index
 
 __all__ = ["AdmissibleOutcome", "ConventionMatch", "Group", "admissible_outcomes", "first_group", "match_outcome"]
 
@@ -210,9 +210,15 @@ def _touching(scene: Scene, position: NDArray[np.float64], tolerance_m: float) -
             normal = offset[k] / distance[k]
             yield i, i + 1 + int(k), (float(normal[0]), float(normal[1]))
         for number, wall in enumerate(scene.walls):
-            gap = float((position[i] - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
-            if gap <= tolerance_m:
-                yield i, wall_body(number), (-wall.normal[0], -wall.normal[1])
+            if isinstance(wall, Wall):
+                gap = float((position[i] - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
+                if gap <= tolerance_m:
+                    yield i, wall_body(number), (-wall.normal[0], -wall.normal[1])
+                continue
+            x, y = position[i].tolist()
+            for foot in wall.outline.feet_within(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
+                distance = math.hypot(foot.x - x, foot.y - y)
+                yield i, wall_body(number), ((foot.x - x) / distance, (foot.y - y) / distance)
 
 
 def _closing(contact: Contact, motion: Motions, row: dict[int, int]) -> float:
@@ -231,7 +237,7 @@ def _struck(scene: Scene, contact: Contact, motion: Motions, row: dict[int, int]
     w1, w2 = _inverse_masses(scene, contact)
     if w1 + w2 == 0.0:
         return motion
-    restitution = scene.restitution if second >= 0 else scene.wall_restitution
+    restitution = scene.restitution if second >= 0 else scene.arrays.materials[wall_index(second)].restitution
     impulse = (1.0 + restitution) * _closing(contact, motion, row) / (w1 + w2)
     after = motion.copy()
     after[row[first], :2] -= impulse * w1 * np.array(normal)
@@ -247,7 +253,7 @@ def _rubbed(
     first, second, (nx, ny) = contact
     wall, start = second < 0, scene.arrays
     grip = (
-        ContactFriction(start.wall_friction, start.wall_tangential_restitution)
+        ContactFriction(start.materials[wall_index(second)].friction, start.wall_tangential_restitution)
         if wall
         else ContactFriction(start.friction, start.tangential_restitution)
     )
@@ -284,8 +290,9 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
     matrix = (jacobian * inverse_mass) @ jacobian.T
     closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
     # Closing speeds after: -e times those before; where nothing closed, nothing may close.
-    restitution = [scene.restitution if second >= 0 else scene.wall_restitution for _, second, _ in contacts]
-    wanted = -np.array(restitution) * np.maximum(closing, 0.0)
+    seconds = np.array([second for _, second, _ in contacts], dtype=np.int64)
+    restitution = scene.arrays.restitution_of(seconds)
+    wanted = -restitution * np.maximum(closing, 0.0)
     for pushing in sorted(product((True, False), repeat=len(contacts)), key=sum, reverse=True):
         active = np.flatnonzero(pushing)
         inner = matrix[np.ix_(active, active)]

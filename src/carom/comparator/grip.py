@@ -54,7 +54,7 @@ def wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranch
     changed = (before[0] - before[1]) - (after[0] - after[1])
     pushed, rubbed = (np.sum(changed * along, axis=1) / lightness for along in (normal, tangent))
     contacts = ContactFrictions(
-        np.where(wall, start.wall_friction, start.friction),
+        start.friction_of(impacts["second"]),
         np.where(wall, start.wall_tangential_restitution, start.tangential_restitution),
     )
     both = branches(one, two, tangent, np.maximum(pushed, 0.0), contacts)

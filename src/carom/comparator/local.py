@@ -121,8 +121,8 @@ class _Bodies:
             rim=rim_speeds(trace, "before"),
             mass=np.stack([start.mass_kg[first], np.where(wall, math.inf, start.mass_kg[second])]),
             inertia=np.stack([start.inertia[first], start.inertia[second]]),
-            restitution=np.where(wall, start.wall_restitution, start.restitution),
-            friction=np.where(wall, start.wall_friction, start.friction),
+            restitution=start.restitution_of(trace.impacts["second"]),
+            friction=start.friction_of(trace.impacts["second"]),
             tangential_restitution=np.where(wall, start.wall_tangential_restitution, start.tangential_restitution),
         )
 
@@ -157,7 +157,9 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _entry(bodies, pairs)
     if len(walls):
-        planes = np.array(trace.scene.arrays.walls)[[wall_index(body) for body in impacts["second"][walls].tolist()]]
+        planes = np.array(trace.scene.arrays.half_planes("local error"))[
+            [wall_index(body) for body in impacts["second"][walls].tolist()]
+        ]
         gap = np.sum((p1[walls] - planes[:, :2]) * planes[:, 2:], axis=1) - bodies.radius[0, walls]
         speed = np.sum(v1[walls] * planes[:, 2:], axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):

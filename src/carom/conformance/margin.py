@@ -34,7 +34,9 @@ def thickened(scene: Scene, margin_m: float) -> Scene:
         return one.model_copy(update={"point_m": (x + half * nx, y + half * ny)})
 
     # Copied and not made: bodies that begin within the margin overlap now, which no scene of a file may.
-    return scene.model_copy(update={"discs": tuple(map(disc, scene.discs)), "walls": tuple(map(wall, scene.walls))})
+    return scene.model_copy(
+        update={"discs": tuple(map(disc, scene.discs)), "walls": tuple(map(wall, scene.half_planes()))}
+    )
 
 
 def thickened_trace(scene: Scene, margin_m: float) -> Trace:

@@ -287,7 +287,7 @@ def known_trace(scene: Scene, known: KnownAnswer) -> Trace:
         now_s = known_impact.time_s
         ux, uy = velocity[first].tolist()
         if second < 0:
-            x, y = scene.walls[wall_index(second)].normal
+            x, y = scene.half_planes()[wall_index(second)].normal
             normal, before_second, after_second = (-x, -y), (0.0, 0.0), (0.0, 0.0)
             spins = (float(spin[first]), 0.0, spin_first or 0.0, 0.0)
         else:

@@ -108,6 +108,9 @@ def _facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
 #: What a value of `Capabilities` is called, and its unit; what is not here needs no word.
 _SAID = {
     "walls": ("walls", ""),
+    "segments": ("walls of straight edges", ""),
+    "arcs": ("walls of arcs and circles", ""),
+    "wall_materials": ("walls of their own restitution or friction", ""),
     "immovable_discs": ("immovable discs", ""),
     "gravity": ("gravity", ""),
     "spin": ("spin", ""),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,11 +13,13 @@ from numpy.typing import NDArray
 from carom.pages import wording
 from carom.pages.paths import Paths, Stand, exact_paths, observed_paths
 from carom.pages.svg import INK, MUTED, SERIES, SURFACE, WALL, drawing, new_figure, render
+from carom.scene import Wall
 from carom.trace import Trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from carom.outline import Outline
     from carom.scene import Scene
 
 __all__ = ["draw_pair", "draw_start", "draw_trace", "draw_traces", "draw_walls", "limits_of"]
@@ -34,6 +37,9 @@ _MOST_STANDS = 8
 #: With more frames than this, dots at each of them would run into a line.
 _MOST_FRAMES = 40
 _MOST_MISSES = 4
+#: Straight parts that an arc is drawn in, for a whole turn: then it is off by 1/2000 of its radius.
+ARC_PARTS = 100
+
 #: What nothing moves: walls and immovable discs.
 _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
 
@@ -93,7 +99,9 @@ def draw_start(axes: Axes, scene: Scene) -> None:
 
 
 def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
-    """Return the axis along which everything moves; None where the motion is in the plane."""
+    """Return the axis along which everything moves; None where the motion, or a wall's shape, is in the plane."""
+    if not all(isinstance(wall, Wall) for wall in scene.walls):
+        return None
     movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
     for axis in (0, 1):
         across = [paths.lines[k][1][:, 1 - axis] for k in movable]
@@ -246,6 +254,9 @@ def draw_walls(axes: Axes, scene: Scene, limits: Limits) -> None:
     axes.set_aspect("equal")
     reach = 4.0 * float(np.max(high - low))  # beyond the picture's edge on every side
     for wall in scene.walls:
+        if not isinstance(wall, Wall):
+            _draw_outline(axes, wall.outline)
+            continue
         normal = np.array(wall.normal)
         along = np.array([-normal[1], normal[0]])
         # From the foot of the picture's middle, so that a wall point far away still yields a strip across the picture.
@@ -258,6 +269,26 @@ def draw_walls(axes: Axes, scene: Scene, limits: Limits) -> None:
             foot - along * reach - normal * reach,
         ]
         axes.add_artist(Polygon(corners, **_SOLID))
+
+
+def _draw_outline(axes: Axes, outline: Outline) -> None:
+    """Draw the line of a finite wall, and all within its half width."""
+    from matplotlib.patches import Circle, Polygon
+
+    points = np.array(list(outline.drawn(ARC_PARTS)))
+    if outline.solid:
+        axes.add_artist(Polygon(points, **_SOLID))
+    axes.plot(points[:, 0], points[:, 1], color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt")
+    width = outline.half_width
+    if width == 0.0:
+        return
+    shade: dict[str, Any] = {"facecolor": WALL, "edgecolor": "none", "zorder": 1}
+    for a, b in pairwise(points):
+        along = (b - a) / (np.hypot(*(b - a)) or 1.0)
+        across = width * np.array([-along[1], along[0]])
+        axes.add_artist(Polygon([a + across, b + across, b - across, a - across], **shade))
+        axes.add_artist(Circle(a, width, **shade))
+    axes.add_artist(Circle(points[-1], width, **shade))
 
 
 def _over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str) -> str:
@@ -282,7 +313,7 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
             axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
         axes.plot(along, times, color=colour, linewidth=1.2)
         _number(axes, k, np.array([along[0], 0.0]))
-    for wall in scene.walls:
+    for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
             end = low if wall.normal[axis] > 0 else high
             axes.axvspan(wall.point_m[axis], end, **_SOLID)

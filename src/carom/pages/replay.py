@@ -22,11 +22,12 @@ from carom.pages import wording
 from carom.pages.files import packed
 from carom.pages.grid import Grid, GridCell
 from carom.pages.paths import extent_of
+from carom.pages.picture import ARC_PARTS
 from carom.pages.tracks import Track, observed_tracks, reference_tracks, turnings
 from carom.registry import asked_as
 from carom.runs.job import Job
 from carom.runs.results import Results
-from carom.scene import Scene
+from carom.scene import Chain, Ring, Scene, Wall
 from carom.text import visible
 from carom.trace import Trace, pair_name, setting_text
 
@@ -128,9 +129,15 @@ def _of_scene(scene: Scene) -> Json:
         "frame": 1.0 / scene.frame_rate_hz,
         "gravity": list(scene.gravity_m_s2),
         "discs": [[disc.radius_m, disc.immovable] for disc in scene.discs],
-        "walls": [[*wall.point_m, *wall.normal] for wall in scene.walls],
+        "walls": [_of_wall(wall) for wall in scene.walls],
         "file": tomli_w.dumps(scene.model_dump(mode="python")),
     }
+
+
+def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
+    if isinstance(wall, Wall):
+        return [*wall.point_m, *wall.normal]
+    return {"line": [list(point) for point in wall.outline.drawn(ARC_PARTS)], "half_width": wall.half_width_m}
 
 
 def _of_track(track: Track, places: int | None) -> list[list[float]]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from carom.pages import wording
 from carom.pages.grid import mark_of, mark_of_grade
 from carom.pages.lists import engine_lines
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Chain, Disc, Ring, Scene, Wall
 from carom.solvers.certified.result import proven_decimal
 from carom.trace import Trace, pair_name
 
@@ -91,8 +91,24 @@ def _of_disc(disc: Disc) -> str:
     return f"{moves}, radius {_n(disc.radius_m)} m, {mass}{inertia}"
 
 
-def _of_wall(wall: Wall) -> str:
-    return f"through {_vector(wall.point_m)} m, free towards {_vector(wall.normal)}"
+def _of_wall(wall: Wall | Chain | Ring) -> str:
+    own = [
+        f", {name} {_n(value)}" for name in ("restitution", "friction") if (value := getattr(wall, name)) is not None
+    ]
+    return f"{_shape_of(wall)}{''.join(own)}"
+
+
+def _shape_of(wall: Wall | Chain | Ring) -> str:
+    if isinstance(wall, Wall):
+        return f"through {_vector(wall.point_m)} m, free towards {_vector(wall.normal)}"
+    width = f", half width {_n(wall.half_width_m)} m" if wall.half_width_m else ""
+    if isinstance(wall, Ring):
+        return f"a circle at {_vector(wall.centre_m)} m, radius {_n(wall.radius_m)} m{width}"
+    edges = wall.outline.edges
+    arcs = sum(edge.bulge != 0.0 for edge in edges)
+    shape = f"{'solid ' if wall.solid else ''}{'closed ' if wall.closed else ''}chain"
+    bent = f", {wording.count(arcs, 'arc')} among them" if arcs else ""
+    return f"a {shape} of {wording.count(len(edges), 'edge')}{bent}, from {_vector(wall.points_m[0])} m{width}"
 
 
 def _of_trace(trace: Trace) -> list[str]:

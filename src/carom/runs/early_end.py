@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Observation
 from carom.adapter.checks import MANTISSA_BITS
-from carom.scene import Scene, Wall
+from carom.scene import Chain, Ring, Scene, Wall
 
 __all__ = ["FreeFlight", "near_after"]
 
@@ -95,7 +95,14 @@ class FreeFlight:
         return min(nearest, float(np.min(near_after(p[b] - p[a], v[b] - v[a], r[a] + r[b]))))
 
     @staticmethod
-    def _reaches(wall: Wall, p: Array, v: Array, r: Array) -> float:
+    def _reaches(wall: Wall | Chain | Ring, p: Array, v: Array, r: Array) -> float:
+        if not isinstance(wall, Wall):  # no disc is there before it has flown as far as that
+            away = np.array(
+                [wall.outline.gap(x, y, reach) for (x, y), reach in zip(p.tolist(), r.tolist(), strict=True)]
+            )
+            speed = np.hypot(v[:, 0], v[:, 1])
+            waits = np.maximum(away[speed > 0.0], 0.0) / speed[speed > 0.0]
+            return float(np.min(waits, initial=math.inf))
         gap = (p - np.array(wall.point_m)) @ np.array(wall.normal) - r
         along = v @ np.array(wall.normal)
         waits = np.maximum(gap[along < 0.0], 0.0) / -along[along < 0.0]

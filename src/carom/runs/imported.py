@@ -15,6 +15,7 @@ from carom.runs.job import Status, UnavailableError
 from carom.runs.planck_dump import scene_of_dump
 from carom.runs.pool import LocalPool
 from carom.scene import Scene
+from carom.walls import with_lengths
 
 __all__ = ["READERS", "import_scene"]
 
@@ -117,5 +118,5 @@ def _in_metres(scene: Scene, unit: float) -> Scene:
         }
         for disc in scene.discs
     ]
-    walls = [{**dict(wall), "point_m": vector(wall.point_m)} for wall in scene.walls]
+    walls = [with_lengths(wall, lambda of_wall: of_wall / unit) for wall in scene.walls]
     return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": vector(scene.gravity_m_s2)})

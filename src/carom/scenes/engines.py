@@ -23,7 +23,7 @@ def _slow_wall() -> Staged:
     side = 4.0
     start = complex(side - radius, side / 2) - velocity * time
     scene = scene_of([disc(start, velocity, radius)], walls=box_walls(side, side), duration_s=1.5)
-    (wall,) = (k for k, one in enumerate(scene.walls) if complex(*one.normal) == -1)
+    (wall,) = (k for k, one in enumerate(scene.half_planes()) if complex(*one.normal) == -1)
     after = after_wall(velocity, -1 + 0j)
     return answered(scene, [impact(time, 0, -1 - wall, after)], "The velocity along the normal is turned round")
 

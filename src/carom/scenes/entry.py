@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from carom.scene import Need, Scene
+from carom.scene import Need, Scene, Wall
 from carom.trace import Trace, Vector, kinetic_energy
 
 __all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation", "listed"]
@@ -257,6 +257,10 @@ def _deepest_overlap(trace: Trace, scene: Scene) -> float:
         overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
         deepest = max(deepest, float(np.max(overlap)))
     for wall in scene.walls:
-        reach = radius - (position - wall.point_m) @ np.array(wall.normal)
+        if isinstance(wall, Wall):
+            reach = radius - (position - wall.point_m) @ np.array(wall.normal)
+        else:
+            gap = [wall.outline.gap(x, y, r) for (x, y), r in zip(position.tolist(), radius.tolist(), strict=True)]
+            reach = -np.array(gap)
         deepest = max(deepest, float(np.max(np.where(movable, reach, 0.0))))
     return deepest / _extent(scene)

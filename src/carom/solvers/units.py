@@ -54,7 +54,10 @@ class Units(NamedTuple):
             *(("velocity_m_s", -speed), ("spin_rad_s", self.time)),
         ):
             scaled[name] = np.ldexp(scaled[name], exponent)
-        scaled["walls"] = tuple((*_vector((x, y), -self.length), nx, ny) for x, y, nx, ny in start.walls)
+        scaled["walls"] = tuple(
+            (*_vector(wall[:2], -self.length), *wall[2:]) if isinstance(wall, tuple) else wall.scaled(self.length)
+            for wall in start.walls
+        )
         return _ScaledStart(DiscArrays.of_valid(**scaled), _vector(scene.gravity_m_s2, self.time - speed))
 
     def of_seconds(self, time_s: float) -> float:

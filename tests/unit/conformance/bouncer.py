@@ -45,7 +45,7 @@ class BouncerWorld:
         for _ in range(steps):
             self._contacts = []
             discs, masses = self._scene.discs, [disc.mass_kg for disc in self._scene.discs]
-            for k, wall in enumerate(self._scene.walls):
+            for k, wall in enumerate(self._scene.half_planes()):
                 normal = -np.array(wall.normal)
                 for i, disc in enumerate(discs):
                     gap = -(self._x[i] / self._unit - wall.point_m) @ normal - disc.radius_m

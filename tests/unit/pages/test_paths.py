@@ -30,6 +30,6 @@ def test_the_drawn_bodies_touch_at_every_impact_of_the_reference(name: str) -> N
             reach = scene.discs[first].radius_m + scene.discs[second].radius_m
             gap = float(np.hypot(*(next(stands).position_m - here))) - reach
         else:
-            wall = scene.walls[wall_body(second)]
+            wall = scene.half_planes()[wall_body(second)]
             gap = float(np.dot(here - np.array(wall.point_m), wall.normal)) - scene.discs[first].radius_m
         assert abs(gap) <= DRAWN_EXACTLY * length

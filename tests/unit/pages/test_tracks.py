@@ -30,7 +30,7 @@ def test_the_bodies_of_every_impact_touch(group: str) -> None:
             if second >= 0:
                 gap = float(np.linalg.norm(tracks[second].at(when)[0] - place)) - scene.discs[second].radius_m
             else:
-                wall = scene.walls[-1 - second]
+                wall = scene.half_planes()[-1 - second]
                 gap = float(np.dot(place - np.array(wall.point_m), wall.normal))
             assert abs(gap - scene.discs[first].radius_m) <= near
 

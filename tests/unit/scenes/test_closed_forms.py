@@ -91,7 +91,7 @@ def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
             for j in range(i + 1, len(radius)):
                 apart = position[j] - position[i], velocity[j] - velocity[i], radius[i] + radius[j]
                 assert least_gap(*apart, until) >= -rounding
-            for wall in scene.walls:
+            for wall in scene.half_planes():
                 normal = complex(*wall.normal)
                 pull = dot(fall[i], normal)
                 turning = 0.0 if pull == 0.0 else -dot(velocity[i], normal) / pull
@@ -106,7 +106,7 @@ def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
         assert impact.velocity_first_after is not None
         after_first = complex(*impact.velocity_first_after)
         if j < 0:
-            wall = scene.walls[-1 - j]
+            wall = scene.half_planes()[-1 - j]
             normal = -complex(*wall.normal)
             gap = dot(complex(*wall.point_m) - position[i], normal) - radius[i]
             before, after, e = velocity[i], after_first, scene.wall_restitution

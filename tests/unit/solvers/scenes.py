@@ -66,7 +66,7 @@ def scene_of(start: DiscArrays, duration_s: float) -> Scene:
                 strict=True,
             )
         ],
-        walls=[Wall(point_m=w[:2], normal=w[2:]) for w in start.walls],
+        walls=[Wall(point_m=w[:2], normal=w[2:]) for w in start.half_planes()],
         restitution=start.restitution,
         wall_restitution=start.wall_restitution,
         duration_s=duration_s,

@@ -9,7 +9,7 @@ from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.local_truth.activity import Activity, activity_of
 from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import Law, Pair
-from carom.comparator.local_truth.chains import LONGEST, Chain, Chains
+from carom.comparator.local_truth.chains import LONGEST, Chains, StepChain
 from carom.comparator.local_truth.judge import PASSED, Comparison, judge, pairs_missed_by_pit
 from carom.comparator.local_truth.rest import Rest
 from carom.comparator.thresholds import THRESHOLDS
@@ -146,7 +146,7 @@ class StepWatch:
         if self._spin is not None:
             del self._spin[:done]
 
-    def _known_of_pit(self, block: Block, chain: Chain) -> dict[Pair, bool]:
+    def _known_of_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
         """Return whether PIT finds the pairs of a chain that goes on, from its first state; note it where one is cut.
 
         That is asked once, where the chain begins: later the bodies overlap, and PIT has found them already.
@@ -161,7 +161,7 @@ class StepWatch:
             self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
         return known
 
-    def _keep(self, block: Block, chain: Chain, judged: Comparison) -> None:
+    def _keep(self, block: Block, chain: StepChain, judged: Comparison) -> None:
         times = block.states.time_s
         number = len(self._windows)
         begin_s, end_s = float(times[chain.begin]), float(times[chain.end])
@@ -172,7 +172,7 @@ class StepWatch:
             steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
             self._meetings.append((number, i, second, *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed))
 
-    def _between(self, block: Block, activity: Activity, chains: list[Chain], flown: slice, scale: Array) -> None:
+    def _between(self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array) -> None:
         """Look at what happened outside of windows, where discs fly free or rest; `scale` is what speeds round to."""
         free = ~activity.resting
         for chain in chains:

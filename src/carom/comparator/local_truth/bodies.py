@@ -43,7 +43,7 @@ class Law:
         self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
         self.inverse_inertia_ratio: list[float] = (1.0 / arrays.inertia).tolist()
         self.walls: list[tuple[float, float, float, float]] = [
-            (float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in arrays.walls
+            (float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in arrays.half_planes("local truth")
         ]
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)

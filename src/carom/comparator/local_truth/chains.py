@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 
 from carom.comparator.local_truth.bodies import Law, Pair
 
-__all__ = ["LONGEST", "Chain", "Chains", "Groups"]
+__all__ = ["LONGEST", "Chains", "Groups", "StepChain"]
 
 #: Steps after which a chain is cut at a boundary: what comes after is judged from the run's own state there. A contact
 #: of more steps is answered later than any sampling is; in crowds soft contacts chain up without end.
@@ -22,7 +22,7 @@ LONGEST = 8
 
 
 @dataclass(frozen=True)
-class Chain:
+class StepChain:
     """Steps `begin` to `end` (exclusive), its discs, and in which steps each of its pairs is active.
 
     One that `continues` began before, and was cut where it begins; one that `goes_on` was cut where it ends.
@@ -35,7 +35,7 @@ class Chain:
     continues: bool = False
     goes_on: bool = False
 
-    def later(self, steps: int) -> Chain:
+    def later(self, steps: int) -> StepChain:
         """Return it so many steps later, as another numbering has it."""
         pairs = {pair: tuple(step + steps for step in active) for pair, active in self.pairs.items()}
         return replace(self, begin=self.begin + steps, end=self.end + steps, pairs=pairs)
@@ -70,9 +70,9 @@ class _Growing:
     continues: bool = False
     goes_on: bool = False
 
-    def settled(self) -> Chain:
+    def settled(self) -> StepChain:
         pairs = {pair: tuple(sorted(steps)) for pair, steps in sorted(self.pairs.items())}
-        return Chain(self.begin, self.end, tuple(sorted(self.discs)), pairs, self.continues, self.goes_on)
+        return StepChain(self.begin, self.end, tuple(sorted(self.discs)), pairs, self.continues, self.goes_on)
 
 
 class Chains:
@@ -92,7 +92,7 @@ class Chains:
         """No step before this one can come to be in another chain than it is in."""
         return max(self._next + 1 - LONGEST, 0)
 
-    def held(self) -> list[Chain]:
+    def held(self) -> list[StepChain]:
         """Return the chains that may still grow, as they are."""
         return [chain.settled() for chain in self._held]
 
@@ -121,7 +121,7 @@ class Chains:
             grown.continues |= any(last.get(pair) in cut for pair in group.pairs)
             self._held.append(grown)
 
-    def take_settled(self, *, ends: bool = False) -> list[Chain]:
+    def take_settled(self, *, ends: bool = False) -> list[StepChain]:
         """Return chains in the order in which they end: those that are settled, or all of them where the run ends."""
         done = [chain for chain in self._held if ends or chain.end <= self.settled_to]
         self._held = [chain for chain in self._held if chain not in done]

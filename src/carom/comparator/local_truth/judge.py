@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from carom.comparator.local_truth.activity import Activity
 from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import BodyStates, Law, Met, Pair, exact_run, sampled_run
-from carom.comparator.local_truth.chains import Chain
+from carom.comparator.local_truth.chains import StepChain
 from carom.comparator.local_truth.pairs import MARGIN_STEPS
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
@@ -81,7 +81,7 @@ class _Difference:
 class _Window:
     """A window and what is known of it before it is judged."""
 
-    def __init__(self, block: Block, chain: Chain, activity: Activity) -> None:
+    def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
         self.block, self.chain, self.law, self.activity = block, chain, block.law, activity
         self.start, self.now = block.state(chain.begin, chain.discs), block.state(chain.end, chain.discs)
         times = block.states.time_s
@@ -141,7 +141,7 @@ def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float,
 
 def judge(
     block: Block,
-    chain: Chain,
+    chain: StepChain,
     activity: Activity,
     found_by_pit: Mapping[Pair, bool],
     *,
@@ -375,7 +375,7 @@ def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
     )
 
 
-def pairs_missed_by_pit(block: Block, chain: Chain, pairs: Sequence[Pair]) -> set[Pair]:
+def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
     """Return which of some pairs PIT misses from the state at a window's start, at the run's own boundaries."""
     if not pairs:
         return set()

@@ -83,7 +83,7 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     arrays, law = block.scene.arrays, block.law
     centre, reach = _reach(block, begin, end)
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
-    walls = np.array(arrays.walls, dtype=np.float64).reshape(-1, 4)
+    walls = np.array(arrays.half_planes("local truth"), dtype=np.float64).reshape(-1, 4)
     for disc, wall in near_walls(centre, reach, arrays.movable, walls):
         if not len(disc):
             continue

@@ -105,7 +105,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
 def _line(setup: Setup, before: Observation, contact: Contact) -> tuple[float, float]:
     """Direction from the first body of a contact to the second, as they lay before the step."""
     if contact.second < 0:
-        x, y = setup.scene.walls[wall_index(contact.second)].normal
+        x, y = setup.scene.half_planes()[wall_index(contact.second)].normal
         return (-x, -y)
     x, y = (before.position_m[contact.second] - before.position_m[contact.first]).tolist()
     return (x / math.hypot(x, y), y / math.hypot(x, y))

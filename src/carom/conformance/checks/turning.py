@@ -122,8 +122,9 @@ def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
     first, second, *more = scene.discs
     wanted = [*_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
     for disc in more:
-        normal = (-scene.walls[0].normal[0], -scene.walls[0].normal[1])
-        wanted.append(_after(disc, scene.walls[0], normal, scene.wall_restitution, scene.wall_friction)[0])
+        wall = scene.half_planes()[0]
+        normal = (-wall.normal[0], -wall.normal[1])
+        wanted.append(_after(disc, wall, normal, scene.wall_restitution, scene.wall_friction)[0])
     end = end_with_velocities(subject, setup, [velocity for velocity, _ in wanted], what)
     fastest = max(abs(disc.spin_rad_s) for disc in scene.discs)
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
@@ -214,7 +215,7 @@ def _overlap(scene: Scene, contact: Contact, state: Observation) -> float:
     """Return by how much the bodies of a contact overlap, metres; 0 where they do not."""
     first, here = scene.discs[contact.first], state.position_m[contact.first]
     if contact.second < 0:
-        wall = scene.walls[-1 - contact.second]
+        wall = scene.half_planes()[-1 - contact.second]
         gap = float((here - np.array(wall.point_m)) @ np.array(wall.normal)) - first.radius_m
     else:
         apart = math.dist(here.tolist(), state.position_m[contact.second].tolist())

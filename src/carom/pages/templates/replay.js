@@ -51,6 +51,18 @@
     return placeOn(track, flightAt(track, inside), pull, inside);
   };
 
+  // The direction from a place to the nearest point of a line of many.
+  const towardsLine = (line, [x, y]) => {
+    let best = [0, 0], least = Infinity;
+    for (let k = 0; k + 1 < line.length; k++) {
+      const [[ax, ay], [bx, by]] = [line[k], line[k + 1]], [ex, ey] = [bx - ax, by - ay];
+      const part = Math.min(Math.max(((x - ax) * ex + (y - ay) * ey) / (ex * ex + ey * ey || 1), 0), 1);
+      const [dx, dy] = [ax + part * ex - x, ay + part * ey - y], away = Math.hypot(dx, dy);
+      if (away < least) [best, least] = [[dx / (away || 1), dy / (away || 1)], away];
+    }
+    return best;
+  };
+
   // How far a disc has turned is [times, angles]; between two of its impacts it turns evenly.
   const angleAt = ([times, angles], time) => {
     const k = Math.min(flightAt([times], time), times.length - 2), lasted = times[k + 1] - times[k];
@@ -115,7 +127,16 @@
     walls() {
       const { pen, dense } = this, far = this.canvas.width + this.canvas.height;
       pen.strokeStyle = this.colour("--wall");
-      for (const [px, py, nx, ny] of this.scene.walls) {
+      for (const wall of this.scene.walls) {
+        if (wall.line) {
+          pen.lineWidth = Math.max(1.5 * dense, 2 * wall.half_width * this.scale);
+          pen.lineCap = pen.lineJoin = "round";
+          pen.beginPath();
+          for (const point of wall.line) pen.lineTo(...this.at(point));
+          pen.stroke();
+          continue;
+        }
+        const [px, py, nx, ny] = wall;
         const [x, y] = this.at([px, py]), along = [ny, nx]; // y points down on a canvas
         pen.lineWidth = 1.5 * dense;
         pen.beginPath();
@@ -401,7 +422,7 @@
           towards = [(b[0] - a[0]) / away, (b[1] - a[1]) / away];
         } else {
           const wall = this.scene.walls[-1 - second];
-          towards = [-wall[2], -wall[3]];
+          towards = wall.line ? towardsLine(wall.line, a) : [-wall[2], -wall[3]];
         }
         const place = [a[0] + radius * towards[0], a[1] + radius * towards[1]];
         if (observed) picture.flag(place, MARKS[row.flag], row.became, row.flag !== "found");

@@ -166,7 +166,7 @@ class BallBodies:
         """Whether impacts on two walls, by body number, are exactly orthogonal, so that neither bears on the other."""
         if self.scene.arrays.rubs_walls:
             return False
-        (ax, ay), (bx, by) = (self.scene.walls[wall_index(body)].normal for body in (wall, other))
+        (ax, ay), (bx, by) = (self.scene.half_planes()[wall_index(body)].normal for body in (wall, other))
         products = (arb(ax) * arb(bx), arb(ay) * arb(by))  # exact: 53 bits times 53 bits
         return bool((products[0] + products[1]).is_zero())
 
@@ -227,7 +227,7 @@ class BallBodies:
         """
         law = self._wall_laws.get((k, radius))
         if law is None:
-            wall = self.scene.walls[k]
+            wall = self.scene.half_planes()[k]
             nx, ny = arb(wall.normal[0]), arb(wall.normal[1])
             length2 = nx * nx + ny * ny
             length = length2.sqrt()

@@ -58,7 +58,7 @@ def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
     ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
     """
     offset, rim2, toward = _root_form(scene, i, wall_body(k))
-    pull = _along(scene.gravity_m_s2, scene.walls[k].normal)
+    pull = _along(scene.gravity_m_s2, scene.half_planes()[k].normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
@@ -79,7 +79,7 @@ def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, i
 
 def pull_along_wall(scene: Scene, k: int) -> int:
     """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
-    return _sign(_along(scene.gravity_m_s2, scene.walls[k].normal))
+    return _sign(_along(scene.gravity_m_s2, scene.half_planes()[k].normal))
 
 
 def _sign(number: Fraction) -> int:
@@ -104,7 +104,7 @@ def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fractio
     if second >= 0:
         a, b, c = _pair_terms(scene, first, second)
         return -b, b * b - a * c, a
-    disc, wall = scene.discs[first], scene.walls[wall_index(second)]
+    disc, wall = scene.discs[first], scene.half_planes()[wall_index(second)]
     offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
     rim2 = Fraction(disc.radius_m) ** 2 * _along(wall.normal, wall.normal)
     return offset, rim2, -_along(disc.velocity_m_s, wall.normal)
@@ -113,7 +113,7 @@ def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fractio
 def _near_bodies(scene: Scene) -> list[tuple[int, int]]:
     """Return all pairs that float64 can't tell apart, in the order of their first discs, other discs before walls."""
     start = scene.arrays
-    walls = np.array(start.walls).reshape(-1, 4)
+    walls = np.array(start.half_planes()).reshape(-1, 4)
     reach = start.radius_m + _SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
     pairs = [pair for block in near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)]
     reach += _SLACK * np.abs(walls[:, :2]).max(initial=0.0)

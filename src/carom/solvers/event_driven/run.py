@@ -59,8 +59,9 @@ class EventDrivenRun:
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity, discs given as arrays overlap, an option is outside its range, or `resume` is
-            the state of a run of another scene; the message names what differs.
+        InputError: The scene has gravity, or walls that are no half-planes or have coefficients of their own; discs
+            given as arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene;
+            the message names what differs.
         MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
@@ -170,7 +171,7 @@ def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float)
         np.ascontiguousarray(start.radius_m, np.float64),
         1.0 / start.mass_kg,
         np.stack([start.spins, 1.0 / start.inertia], axis=1) if start.turns else np.empty((0, 2)),
-        np.array(start.walls, np.float64).reshape(-1, 4),
+        np.array(start.half_planes("the event-driven kernel"), np.float64).reshape(-1, 4),
         (
             *(start.restitution, start.wall_restitution, contact_duration_s),
             *(start.friction, start.tangential_restitution),

@@ -66,7 +66,7 @@ class Bodies:
         self.x, self.y, self.vx, self.vy, self.radius, self.inverse_mass = floats
         self.time = [0.0] * len(start)
         self.last_partner: list[int | None] = [None] * len(start)
-        self.walls = start.walls
+        self.walls = start.half_planes("PIC")
         self.restitution = start.restitution
         self.wall_restitution = start.wall_restitution
         self.contact = ContactFriction(start.friction, start.tangential_restitution)

@@ -66,6 +66,6 @@ def gas_scene(discs: int, packing: float, *, duration_s: float = 1e4, touching: 
             Disc(position_m=place, velocity_m_s=velocity, radius_m=float(radius) * shrink)
             for place, velocity, radius in zip(gas.position_m, gas.velocity_m_s, gas.radius_m, strict=True)
         ],
-        walls=[Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in gas.walls],
+        walls=[Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in gas.half_planes()],
         duration_s=duration_s,
     )

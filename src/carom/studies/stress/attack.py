@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.runs.job import Status
-from carom.scene import Scene
+from carom.scene import Scene, Wall
 from carom.studies.stress.truth import TrueMotion
 from carom.trace import Outcome, Trace, Vector, kinetic_energy
 
@@ -223,7 +223,11 @@ def deepest_overlap(position: np.ndarray, scene: Scene) -> float:
         distance = np.hypot(*(position[i + 1 :] - position[i]).T)
         deepest = float(np.maximum(deepest, np.max(radius[i] + radius[i + 1 :] - distance)))
     for wall in scene.walls:
-        deepest = float(np.maximum(deepest, np.max(radius - (position - wall.point_m) @ np.array(wall.normal))))
+        if isinstance(wall, Wall):
+            into = radius - (position - wall.point_m) @ np.array(wall.normal)
+        else:
+            into = np.array([-wall.outline.gap(x, y, r) for (x, y), r in zip(position, radius, strict=True)])
+        deepest = float(np.maximum(deepest, np.max(into)))
     return deepest / float(np.min(radius))
 
 

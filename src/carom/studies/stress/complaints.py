@@ -107,7 +107,7 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Error of the mechanical energy at the end, over what was there at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
-    floor = min((wall.point_m[1] for wall in scene.walls), default=0.0)
+    floor = min((wall.point_m[1] for wall in scene.half_planes()), default=0.0)
 
     def energy(place: ArrayLike, velocity: ArrayLike) -> float:
         height = (np.array(place) - [0.0, floor]) @ np.array(scene.gravity_m_s2)

@@ -104,10 +104,10 @@ class _Motion:
         self.radius = _exactly([disc.radius_m for disc in scene.discs])
         with localcontext(self.context):
             self.weight = [Decimal(0) if disc.immovable else 1 / Decimal(disc.mass_kg) for disc in scene.discs]
-            normals = [_exactly(wall.normal) for wall in scene.walls]
+            normals = [_exactly(wall.normal) for wall in scene.half_planes()]
             # A stored normal is of length 1 to a float's rounding only.
             units = [normal / (normal @ normal).sqrt() for normal in normals]
-        self.walls = [(_exactly(wall.point_m), unit) for wall, unit in zip(scene.walls, units, strict=True)]
+        self.walls = [(_exactly(wall.point_m), unit) for wall, unit in zip(scene.half_planes(), units, strict=True)]
         self.end = Decimal(scene.duration_s)
         self.now = Decimal(0)
         self.events: list[tuple[Decimal, int, int]] = []

@@ -42,7 +42,9 @@ def too_late(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -
                 wrong = is_after_impact_of_pair(bound, states[i], states[body])
             else:
                 movable = bodies.movable[i]
-                wrong = movable and is_after_impact_on_wall(bound, states[i], bodies.scene.walls[wall_index(body)])
+                wrong = movable and is_after_impact_on_wall(
+                    bound, states[i], bodies.scene.half_planes()[wall_index(body)]
+                )
             if wrong:
                 found.append((seed, i, body))
     return found

@@ -89,7 +89,7 @@ def test_a_wall_is_near_wherever_a_disc_may_touch_it(angle: float, distance: flo
 def test_each_of_many_walls_is_known_to_the_cells_in_which_a_disc_touches_it_and_to_few_others() -> None:
     """Of 300 walls around the gas a cell knows all that a disc in it touches; most cells in the middle know none."""
     turned = [complex(math.cos(k), math.sin(k)) for k in range(300)]
-    middle, side = np.mean(GAS.position_m, axis=0), max(x for x, _, _, _ in GAS.walls)
+    middle, side = np.mean(GAS.position_m, axis=0), max(x for x, _, _, _ in GAS.half_planes())
     walls = np.array(
         [(middle[0] + 0.6 * side * n.real, middle[1] + 0.6 * side * n.imag, -n.real, -n.imag) for n in turned]
     )
