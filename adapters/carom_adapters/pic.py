@@ -43,8 +43,8 @@ class PicWorld:
         """Carry out every impact up to the step's end."""
         self._steps += steps
         outcome = self._run.advance_to(self._steps * self._dt_s)
-        # A disc at rest is no failure: the state stays as it was then, and the harness scores nothing after it.
-        if outcome not in {Outcome.COMPLETED, Outcome.AT_REST}:
+        # Contact that lasts is no failure: the state stays as it was then, and the harness scores nothing after it.
+        if outcome is not Outcome.COMPLETED and not outcome.in_contact:
             self._warning = outcome.value
 
     def observe(self) -> Observation:
@@ -71,6 +71,9 @@ class PicAdapter:
     name = "pic"
     engine = Engine("Carom")
     capabilities = Capabilities(
+        segments=True,
+        arcs=True,
+        wall_materials=True,
         gravity=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.SOLVED,

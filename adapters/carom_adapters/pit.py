@@ -68,6 +68,9 @@ class PitAdapter:
     name = "pit"
     engine = Engine("Carom")
     capabilities = Capabilities(
+        segments=True,
+        arcs=True,
+        wall_materials=True,
         gravity=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.STEP,

@@ -212,9 +212,14 @@ class DiscArrays:
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 
     @property
+    def has_half_planes(self) -> bool:
+        """Whether all walls, if any, are half-planes."""
+        return all(isinstance(wall, tuple) for wall in self.walls)
+
+    @property
     def has_plain_walls(self) -> bool:
         """Whether all walls are half-planes with the scene's own coefficients, which is what compiled code solves."""
-        return self.wall_materials is None and all(isinstance(wall, tuple) for wall in self.walls)
+        return self.wall_materials is None and self.has_half_planes
 
     def half_planes(self, solver: str = "the caller") -> tuple[HalfPlane, ...]:
         """Return the walls of a start that has no others.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import Enum, IntEnum
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from carom.windows import LocalTruth
 
 __all__ = [
+    "EDGE_DTYPE",
     "IMPACT_DTYPE",
     "SPIN_DTYPE",
     "STATE_DTYPE",
+    "EdgeKind",
     "Flight",
     "ImpactRecord",
     "Outcome",
@@ -28,6 +30,7 @@ __all__ = [
     "Setting",
     "Trace",
     "body_name",
+    "edge_array",
     "free_flights",
     "impact_array",
     "kinetic_energy",
@@ -71,6 +74,9 @@ IMPACT_DTYPE = np.dtype(
 #: Spins of the two bodies just before and just after an impact, radians a second, counterclockwise; 0 of a wall.
 SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
 
+#: Which edge of a finite wall was hit, by its number in the file, and what of it: see `EdgeKind`; -1 for none.
+EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
+
 #: Where the two bodies of an impact were at a moment before it, with the velocities before it. NaN where that is not
 #: known; a wall has no position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
@@ -78,6 +84,18 @@ STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("positio
 Vector = tuple[float, float]
 
 _COLUMNS = len(IMPACT_DTYPE.names or ())
+
+
+class EdgeKind(IntEnum):
+    """What of a finite wall's edge a disc has hit."""
+
+    FACE = 0
+    VERTEX = 1
+    ARC = 2
+
+
+#: Of an impact on a disc, or on a half-plane.
+NO_EDGE = (-1, -1)
 
 
 class ImpactRecord(NamedTuple):
@@ -92,6 +110,7 @@ class ImpactRecord(NamedTuple):
     velocity_first_after: Vector
     velocity_second_after: Vector
     spins: tuple[float, float, float, float] | None = None  # in the order of `SPIN_DTYPE`, where the scene has any
+    edge: tuple[int, int] = NO_EDGE  # in the order of `EDGE_DTYPE`
 
 
 def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
@@ -106,6 +125,13 @@ def spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     spins = np.array([record.spins for record in records], dtype=SPIN_DTYPE)
     spins.flags.writeable = False
     return spins
+
+
+def edge_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+    """Return the edges that impacts were on, as a read-only structured array of `EDGE_DTYPE`."""
+    edges = np.array([record.edge for record in records], dtype=EDGE_DTYPE)
+    edges.flags.writeable = False
+    return edges
 
 
 def wall_body(wall: int) -> int:
@@ -152,10 +178,21 @@ class Outcome(Enum):
     COMPLETED = "ran to the end of the scene"
     MAX_IMPACTS = "stopped after the number of impacts asked for"
     STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
+    GLIDES = "a disc glides along a wall that bends round it: contact from there on, and no impacts"
     AT_REST = "a disc rests on a wall or an immovable disc, after infinitely many impacts or from the start"
     WARNED = "the method's own warning says that its state is not to be trusted"
     NON_FINITE = "the state is no longer finite"
     STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the run ended where contact begins that lasts, which a method that simulates it goes on with."""
+        return self in {Outcome.AT_REST, Outcome.GLIDES}
+
+    @property
+    def of_disc(self) -> str:
+        """What a disc does at an end in contact."""
+        return "glides along a wall" if self is Outcome.GLIDES else "comes to rest"
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +238,8 @@ class Trace(ByValue, Tabular):
         notes: What the method itself warned of.
         spins: Structured array of `SPIN_DTYPE`, one entry an impact; None in a scene in which nothing turns (see
             `carom.DiscArrays.turns`), and where the method does not tell.
+        edges: Structured array of `EDGE_DTYPE`, one entry an impact: which edge of a finite wall it was on. None in a
+            scene without such walls, and where the method does not tell.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
         local_truth: What became of every step, by the method's own states; None where these were not looked at.
     """
@@ -225,6 +264,7 @@ class Trace(ByValue, Tabular):
     impacts_per_disc: NDArray[np.int64] | None = None
     notes: tuple[str, ...] = ()
     spins: NDArray[np.void] | None = None
+    edges: NDArray[np.void] | None = None
     final_spin_rad_s: NDArray[np.float64] | None = None
     local_truth: LocalTruth | None = None
 

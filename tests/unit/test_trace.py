@@ -16,8 +16,8 @@ RECORD = ImpactRecord(1.5, 0, 3, (0.6, 0.8), (1.0, 2.0), (3.0, 4.0), (5.0, 6.0),
 
 
 def test_an_impact_record_has_the_fields_of_the_array_in_its_order() -> None:
-    """A record turns into a row without renaming: both list the same fields in the same order, and then the spins."""
-    assert (*(IMPACT_DTYPE.names or ()), "spins") == ImpactRecord._fields
+    """A record turns into a row as it is: both list the same fields in one order, and then the spins and the edge."""
+    assert (*(IMPACT_DTYPE.names or ()), "spins", "edge") == ImpactRecord._fields
 
 
 def test_impact_array_holds_every_field_of_every_record() -> None:

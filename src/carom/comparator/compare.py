@@ -31,7 +31,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.display import Shown
 from carom.errors import InputError
-from carom.trace import Outcome, Trace
+from carom.trace import Trace
 
 __all__ = ["Score", "compare"]
 
@@ -227,7 +227,7 @@ def _evidence(
         against_pit = measure(sampling, observed, scales, reach_of(sampling, reach.until_s))
         price = price_of_sampling(reference, sampling, sampled, scales, reach, measured, observed.float_bits)
     # Where a disc comes to rest the reference ends, and with it free flight.
-    rest_s = reference.end_time_s if reference.outcome is Outcome.AT_REST else math.inf
+    rest_s = reference.end_time_s if reference.outcome.in_contact else math.inf
     broken, truth = not_finite(observed), observed.local_truth
     if truth is not None and (missed := measured.alignment.missed):
         shown = shown_by_states(reference, missed, truth, observed.dt_s)

@@ -180,9 +180,11 @@ def before_rest(reference: Trace, reach: Reach, dt_s: float) -> Reach:
     The reference ends there. Before that come impacts, often without end, that close on something by no more than is
     fallen in a step or two: a method that looks once a step rests already.
     """
-    if reference.outcome is not Outcome.AT_REST:
+    if not reference.outcome.in_contact:
         return reach
     impacts = reference.impacts
+    if reference.outcome is Outcome.GLIDES:
+        return reach if reach.until_s <= reference.end_time_s else Reach(len(impacts), reference.end_time_s)
     closing = np.sum((impacts["velocity_first_before"] - impacts["velocity_second_before"]) * impacts["normal"], axis=1)
     weak = np.flatnonzero(closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s)
     count = int(weak[0]) if len(weak) else len(impacts)

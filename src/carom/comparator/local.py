@@ -21,8 +21,10 @@ from numpy.typing import NDArray
 from carom.comparator.finite import finite_impacts
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales
+from carom.physics.features import Mover
 from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.physics.time_of_impact import time_of_impact
+from carom.solvers.plain.finite_walls import FiniteWall
 from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
 __all__ = ["LocalErrors", "local_errors", "own_states"]
@@ -156,15 +158,7 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _entry(bodies, pairs)
-    if len(walls):
-        planes = np.array(trace.scene.arrays.half_planes("local error"))[
-            [wall_index(body) for body in impacts["second"][walls].tolist()]
-        ]
-        gap = np.sum((p1[walls] - planes[:, :2]) * planes[:, 2:], axis=1) - bodies.radius[0, walls]
-        speed = np.sum(v1[walls] * planes[:, 2:], axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            wait[walls] = np.where(speed < 0.0, -gap / speed, math.inf)
-        normal[walls] = -planes[:, 2:]
+    wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, walls)
     # Bodies that overlap already met in the past, but not before the impact that put them on these paths.
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
@@ -175,7 +169,7 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     rim, expected_rim = rim_speeds(trace, "after"), np.full((2, len(impacts)), math.nan)
     ok = np.flatnonzero(happens)
     expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
-    sampled, sampled_rim = _sampled(trace.dt_s, bodies, wait, expected, expected_rim)
+    sampled, sampled_rim = _sampled(trace, bodies, wait, expected, expected_rim)
     unturned = 0.0 if trace.scene.arrays.turns else math.nan
     instant = np.where(happens, start + wait, math.nan)
     restitution = restitutions(bodies.velocity, after, normal) - bodies.restitution
@@ -229,17 +223,57 @@ def _entry(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
     return np.where((ahead == 0.0) & (c < 0.0), ago, ahead)
 
 
-def _sampled(dt_s: float, bodies: _Bodies, wait: Array, expected: Array, rim: Array) -> tuple[Array, Array]:
+def _meetings_with_walls(trace: Trace, bodies: _Bodies, at: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Return the seconds until discs meet walls on free paths, as `_entry` does, and the normals there."""
+    walls, numbers = trace.scene.arrays.walls, [wall_index(int(body)) for body in trace.impacts["second"][at]]
+    finite = {k: FiniteWall(wall) for k in set(numbers) if not isinstance(wall := walls[k], tuple)}
+    wait, normal = np.full(len(at), math.inf), np.zeros((len(at), 2))
+    for row, (k, number) in enumerate(zip(at.tolist(), numbers, strict=True)):
+        wall, place, velocity = walls[number], bodies.position[0, k], bodies.velocity[0, k]
+        if isinstance(wall, tuple):
+            into = np.array(wall[2:])
+            speed, gap = float(velocity @ into), float((place - wall[:2]) @ into) - float(bodies.radius[0, k])
+            wait[row] = -gap / speed if speed < 0.0 else math.inf
+            normal[row] = -into
+            continue
+        (x, y), (vx, vy), radius = place.tolist(), velocity.tolist(), float(bodies.radius[0, k])
+        ahead, part, _ = finite[number].next_time(Mover.at((x, y), (vx, vy), radius), None)
+        hit = None if part is None else finite[number].hit_from(x + vx * ahead, y + vy * ahead)
+        if hit is None:
+            continue
+        wait[row], normal[row] = ahead, (-hit.normal[0], -hit.normal[1])
+        if ahead == 0.0:
+            speed = vx * hit.normal[0] + vy * hit.normal[1]
+            wait[row] = min(0.0, -wall.gap(x, y, radius) / speed) if speed < 0.0 else 0.0
+    return wait, normal
+
+
+def _sampled(trace: Trace, bodies: _Bodies, wait: Array, expected: Array, rim: Array) -> tuple[Array, Array]:
     """Velocities and rims after that PIT would give from the same states, at step boundaries counted from them."""
+    dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
     if not dt_s:
         return result, rims
-    # A wall's normal, and the arm of its friction, are the same wherever the disc is found.
+    # A half-plane's normal, and the arm of its friction, are the same wherever the disc is found.
     result[:, bodies.wall], rims[:, bodies.wall] = expected[:, bodies.wall], rim[:, bodies.wall]
     d, u = (states[1] - states[0] for states in (bodies.position, bodies.velocity))
     with np.errstate(divide="ignore", invalid="ignore"):
         # A contact at a step boundary to rounding is found at that boundary.
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
+    for k in np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
+        wall = trace.scene.arrays.walls[wall_index(int(trace.impacts["second"][k]))]
+        if isinstance(wall, tuple):
+            continue
+        (x, y), velocity = (
+            (bodies.position[0, k] + bodies.velocity[0, k] * steps[k] * dt_s).tolist(),
+            bodies.velocity[0, k],
+        )
+        foot = wall.nearest(x, y)
+        towards, reach = np.array([foot.x - x, foot.y - y]), wall.half_width + float(bodies.radius[0, k])
+        result[:, k], rims[:, k] = math.nan, math.nan
+        if float(velocity @ towards) > 0.0 and 0.0 < math.hypot(*towards) <= reach * (1.0 + 2.0**-40):
+            one = np.array([k])
+            result[:, one], rims[:, one] = bodies.after(one, towards[None] / math.hypot(*towards))
     at = np.flatnonzero(np.isfinite(steps) & ~bodies.wall)
     line = d[at] + u[at] * (steps[at] * dt_s)[:, None]
     reach = np.sum(bodies.radius[:, at], axis=0)

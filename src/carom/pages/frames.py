@@ -14,7 +14,7 @@ from carom.comparator import Score
 from carom.comparator.measure import Errors
 from carom.errors import MissingExtraError
 from carom.runs.results import Results
-from carom.trace import Trace, setting_text
+from carom.trace import EdgeKind, Trace, setting_text
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -60,6 +60,11 @@ def _(thing: Trace) -> dict[str, Any]:
         columns["effective_time_s"] = thing.effective_time_s
     if thing.spins is not None:
         columns |= {f"spin_{name}_rad_s": thing.spins[name] for name in thing.spins.dtype.names or ()}
+    if thing.edges is not None:
+        columns["edge"] = thing.edges["edge"]
+        columns["edge_kind"] = [
+            "" if kind < 0 else EdgeKind(kind).name.lower() for kind in thing.edges["kind"].tolist()
+        ]
     return columns
 
 

@@ -18,7 +18,7 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, c
 
 from carom.adapter import Observation
 from carom.scene import Scene
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
+from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
 from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
 
 __all__ = ["CarriedObservation", "CarriedTrace", "Codec"]
@@ -117,6 +117,7 @@ def _in_shape(value: Any) -> Any:
         ("state_before", (impacts,)),
         ("impacts_per_disc", (discs,)),
         ("spins", (impacts,)),
+        ("edges", (impacts,)),
         ("final_spin_rad_s", (discs,)),
     ):
         array = getattr(value, name)
@@ -145,6 +146,7 @@ else:
         state_before=_array(STATE_DTYPE) | None,
         impacts_per_disc=_array(np.int64) | None,
         spins=_array(SPIN_DTYPE) | None,
+        edges=_array(EDGE_DTYPE) | None,
         final_spin_rad_s=_FLOATS | None,
         samples=_carried(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
         local_truth=_carried(

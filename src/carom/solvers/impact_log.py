@@ -16,13 +16,15 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from carom.physics.wall_features import are_decidable
 from carom.solvers.rows import Rows
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, impact_array, spin_array
+from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, SPIN_DTYPE, edge_array, impact_array, spin_array, wall_index
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from carom.physics.features import Feature
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
@@ -40,15 +42,29 @@ def standstill_impacts(bodies: int) -> int:
 
 
 class LastContact(NamedTuple):
-    """An impact as the next one of the same disc sees it: the latest that it can have been, seconds, and its normal."""
+    """An impact as the next one of the same disc sees it.
+
+    Attributes:
+        latest_s: The latest that it can have been, seconds.
+        nx: Its normal.
+        ny: Likewise.
+        face: The face of a finite wall that it was on, where no friction acts; None for anything else.
+        elastic: Whether nothing is lost on that.
+    """
 
     latest_s: float = -math.inf
     nx: float = 0.0
     ny: float = 0.0
+    face: Feature | None = None
+    elastic: bool = False
 
-    def interferes(self, begin_s: float, nx: float, ny: float) -> bool:
+    def interferes(self, begin_s: float, later: LastContact) -> bool:
         """Whether an impact, not before `begin_s`, may be at one instant with this one, which changes what it sees."""
-        return begin_s <= self.latest_s and nx * self.nx + ny * self.ny != 0.0
+        if not (begin_s <= self.latest_s and later.nx * self.nx + later.ny * self.ny != 0.0):
+            return False
+        if self.face is None or later.face is None:
+            return True
+        return not are_decidable(self.face, later.face, elastic=self.elastic and later.elastic)
 
 
 class Recent:
@@ -57,12 +73,21 @@ class Recent:
     def __init__(self) -> None:
         self.furthest = self.across = LastContact()
 
-    def add_contact(self, time_s: float, resolution_s: float, nx: float, ny: float) -> bool:
+    def add_contact(
+        self,
+        time_s: float,
+        resolution_s: float,
+        nx: float,
+        ny: float,
+        face: Feature | None = None,
+        *,
+        elastic: bool = False,
+    ) -> bool:
         """Add an impact; return whether it is ambiguous."""
         furthest, begin_s = self.furthest, time_s - resolution_s
-        found = furthest.interferes(begin_s, nx, ny) or self.across.interferes(begin_s, nx, ny)
+        last = LastContact(time_s + resolution_s, nx, ny, face, elastic)
+        found = furthest.interferes(begin_s, last) or self.across.interferes(begin_s, last)
         parallel = nx * furthest.ny == ny * furthest.nx
-        last = LastContact(time_s + resolution_s, nx, ny)
         if last.latest_s > furthest.latest_s:
             if not parallel:
                 self.across = furthest
@@ -82,21 +107,28 @@ class ImpactLog:
         self._ambiguous: list[int] = []
         self._turns = arrays.turns
         self._spins = Rows(SPIN_DTYPE)
-        self._rubs_discs, self._rubs_walls = arrays.rubs_discs, arrays.rubs_walls
+        self._rubs_discs, self._materials = arrays.rubs_discs, arrays.materials
+        self._edges = None if arrays.has_half_planes else Rows(EDGE_DTYPE)
         self._recent = [Recent() if movable else None for movable in arrays.movable.tolist()]
 
     def __len__(self) -> int:
         return len(self.records)
 
-    def add(self, record: ImpactRecord, resolution_s: float = 0.0, *, kept: bool = True) -> bool:
+    def add(
+        self, record: ImpactRecord, resolution_s: float = 0.0, *, kept: bool = True, feature: Feature | None = None
+    ) -> bool:
         """Append one impact, whose instant is known to `resolution_s` either way; return whether it is ambiguous.
 
-        One that is not `kept` is only borne in mind for those that follow.
+        One that is not `kept` is only borne in mind for those that follow. `feature` is that of a finite wall.
         """
         discs = [self._recent[body] for body in (record.first, record.second) if body >= 0]
-        rubs = self._rubs_discs if record.second >= 0 else self._rubs_walls
+        material = None if record.second >= 0 else self._materials[wall_index(record.second)]
+        rubs = self._rubs_discs if material is None else material.friction > 0.0
         nx, ny = (math.nan, math.nan) if rubs else record.normal
-        found = [recent.add_contact(record.time_s, resolution_s, nx, ny) for recent in discs if recent]
+        face, elastic = None if rubs else feature, material is not None and material.restitution == 1.0
+        found = [
+            recent.add_contact(record.time_s, resolution_s, nx, ny, face, elastic=elastic) for recent in discs if recent
+        ]
         if any(found) and kept:
             self._ambiguous.append(len(self.records))
         if kept:
@@ -114,6 +146,12 @@ class ImpactLog:
         if self._turns and len(self._spins) < len(self.records):
             self._spins.add(spin_array(self.records[len(self._spins) :]))
         return self._spins.array() if self._turns else None
+
+    def edges(self) -> NDArray[np.void] | None:
+        """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
+        if self._edges is not None and len(self._edges) < len(self.records):
+            self._edges.add(edge_array(self.records[len(self._edges) :]))
+        return None if self._edges is None else self._edges.array()
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that are ambiguous."""

@@ -47,7 +47,7 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
             del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
             return BallisticRun(start, **asked)
-        if extension_available() and not all_pairs:
+        if extension_available() and not all_pairs and start.arrays.has_plain_walls:
             return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
 

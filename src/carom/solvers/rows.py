@@ -71,3 +71,6 @@ class RecordedImpacts:
         """Return the spins around the impacts so far; None where nothing turns."""
         self.array()
         return None if self._spins is None else self._spins.array()
+
+    def edges(self) -> None:
+        """Return the edges that the impacts were on: none, as compiled code solves half-planes alone."""

@@ -45,6 +45,9 @@ class RunImpacts(Protocol):
     def spins(self) -> NDArray[np.void] | None:
         """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
 
+    def edges(self) -> NDArray[np.void] | None:
+        """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
+
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
 
@@ -93,6 +96,7 @@ def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any)
     told: dict[str, Any] = {
         "impacts": run.log.array(),
         "spins": run.log.spins(),
+        "edges": run.log.edges(),
         "ambiguous": run.log.ambiguous(),
         "final_position_m": run.positions(),
         "final_velocity_m_s": run.velocities(),

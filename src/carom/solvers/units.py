@@ -184,6 +184,7 @@ class LogInUnits:
         self._log = log
         self._units = units
         self.ambiguous = log.ambiguous
+        self.edges = log.edges
 
     def __len__(self) -> int:
         return len(self._log)

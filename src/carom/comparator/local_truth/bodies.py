@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from carom.disc_arrays import HalfPlane
+from carom.physics.feature_time import normal_at
+from carom.physics.features import Feature, Mover
 from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
 from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
@@ -18,6 +21,7 @@ from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed, wall_time
 from carom.physics.wall_time_falling import descent_time
 from carom.scene import Scene
+from carom.solvers.plain.finite_walls import FiniteWall
 
 __all__ = ["BodyStates", "Law", "Met", "Pair", "Separation", "exact_run", "sampled_run"]
 
@@ -42,14 +46,18 @@ class Law:
         self.mass: list[float] = arrays.mass_kg.tolist()
         self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
         self.inverse_inertia_ratio: list[float] = (1.0 / arrays.inertia).tolist()
-        self.walls: list[tuple[float, float, float, float]] = [
-            (float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in arrays.half_planes("local truth")
+        self.walls: list[HalfPlane | FiniteWall] = [
+            tuple(map(float, wall)) if isinstance(wall, tuple) else FiniteWall(wall)  # type: ignore[misc] # four floats
+            for wall in arrays.walls
         ]
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
-        self.disc_restitution, self.wall_restitution = scene.restitution, scene.wall_restitution
+        self.disc_restitution = scene.restitution
+        self.wall_restitutions = [material.restitution for material in arrays.materials]
         self.disc_contact = ContactFriction(scene.friction, scene.tangential_restitution)
-        self.wall_contact = ContactFriction(scene.wall_friction, scene.wall_tangential_restitution)
+        self.wall_contacts = [
+            ContactFriction(material.friction, scene.wall_tangential_restitution) for material in arrays.materials
+        ]
         self.turns = bool(arrays.turns)
 
     def movable(self, body: int) -> bool:
@@ -62,7 +70,26 @@ class Law:
 
     def restitution(self, pair: Pair) -> float:
         """Return the coefficient of restitution of two bodies."""
-        return self.wall_restitution if pair[1] >= self.n else self.disc_restitution
+        return self.wall_restitutions[pair[1] - self.n] if pair[1] >= self.n else self.disc_restitution
+
+    def contact_of(self, pair: Pair) -> ContactFriction:
+        """Return the friction between two bodies."""
+        return self.wall_contacts[pair[1] - self.n] if pair[1] >= self.n else self.disc_contact
+
+    def side_of(self, wall: int, x: float, y: float) -> tuple[float, float, float]:
+        """Return how far a point is from a wall, by its number among walls, and the unit normal from there to it.
+
+        Of a point on the line of a finite wall no normal is given: (1, 0) is returned.
+        """
+        shape = self.walls[wall]
+        if isinstance(shape, tuple):
+            qx, qy, nx, ny = shape
+            return (x - qx) * nx + (y - qy) * ny, nx, ny
+        foot = shape.outline.nearest(x, y)
+        dx, dy = x - foot.x, y - foot.y
+        distance = math.sqrt(dx * dx + dy * dy)
+        nx, ny = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
+        return distance - shape.outline.half_width, nx, ny
 
     def reach(self, pair: Pair) -> float:
         """Return the distance of contact: of a wall from the centre, of a disc from the other centre."""
@@ -90,7 +117,7 @@ class Separation(NamedTuple):
 class BodyStates:
     """Position, velocity and spin of some discs, by number."""
 
-    __slots__ = ("law", "spin", "velocity", "xy")
+    __slots__ = ("law", "met", "spin", "velocity", "xy")
 
     def __init__(
         self,
@@ -100,6 +127,8 @@ class BodyStates:
         spin: dict[int, float],
     ) -> None:
         self.law, self.xy, self.velocity, self.spin = law, xy, velocity, spin
+        #: What of each finite wall was found to be met next.
+        self.met: dict[Pair, Feature] = {}
 
     def copy(self) -> BodyStates:
         """Return a state of its own."""
@@ -122,7 +151,7 @@ class BodyStates:
             vx, vy = self.velocity[disc]
             ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
             if resting is not None and resting[0] == disc and resting[1] >= law.n:
-                nx, ny = law.walls[resting[1] - law.n][2:]
+                _, nx, ny = law.side_of(resting[1] - law.n, x, y)
                 pull = min(ax * nx + ay * ny, 0.0)
                 ax, ay = ax - pull * nx, ay - pull * ny
             half = 0.5 * seconds * seconds
@@ -134,8 +163,8 @@ class BodyStates:
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= law.n:
-            qx, qy, nx, ny = law.walls[j - law.n]
-            return Separation((x - qx) * nx + (y - qy) * ny - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
+            away, nx, ny = law.side_of(j - law.n, x, y)
+            return Separation(away - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
         ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
@@ -153,18 +182,24 @@ class BodyStates:
         x, y = self.xy[i]
         reach = law.radius[i] * _TOUCH
         if j >= law.n:
-            qx, qy, nx, ny = law.walls[j - law.n]
-            return (x - qx) * nx + (y - qy) * ny <= reach
+            wall = law.walls[j - law.n]
+            wide = 0.0 if isinstance(wall, tuple) else (_TOUCH - 1.0) * wall.outline.half_width
+            return law.side_of(j - law.n, x, y)[0] <= reach + wide
         ox, oy = self.xy[j]
         reach += law.radius[j] * _TOUCH
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
-    def wait(self, pair: Pair) -> float:
-        """Return the seconds until the bodies of a pair meet, infinity for never; 0 where they overlap and close."""
+    def wait(self, pair: Pair, last: Feature | None = None) -> float:
+        """Return the seconds until the bodies of a pair meet, infinity for never; 0 where they overlap and close.
+
+        `last` is what the disc has just met of a finite wall.
+        """
         (i, j), law = pair, self.law
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
         if j >= law.n:
             wall = law.walls[j - law.n]
+            if not isinstance(wall, tuple):
+                return self._finite_wait(pair, wall, last)
             if not law.falls(i):
                 return wall_time(x, y, vx, vy, radius, *wall)
             normal = wall[2:]
@@ -178,22 +213,40 @@ class BodyStates:
             return encounter_time((x, y, vx, vy, radius), (ox, oy, law.radius[j]), law.gravity)
         return encounter_time((ox, oy, ux, uy, law.radius[j]), (x, y, radius), law.gravity)
 
+    def _finite_wait(self, pair: Pair, wall: FiniteWall, last: Feature | None) -> float:
+        i, law = pair[0], self.law
+        disc = Mover.at(self.xy[i], self.velocity[i], law.radius[i])
+        if law.falls(i):
+            wait, part = wall.next_time_falling(disc, law.gravity, last, self._leaving(disc, last))
+        else:
+            wait, part, _ = wall.next_time(disc, last)
+        if part is not None:
+            self.met[pair] = part.feature
+        return wait
+
+    def _leaving(self, disc: Mover, last: Feature | None) -> float:
+        if last is None:
+            return 0.0
+        nx, ny = normal_at(last, disc)
+        return max(0.0, disc.ux[0] * nx + disc.uy[0] * ny)
+
     def strike(self, pair: Pair) -> None:
         """Give the bodies of a pair, where they are, their velocities after an impact."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         w_i = law.inverse_mass[i]
         if j >= law.n:
-            _, _, nx, ny = law.walls[j - law.n]
+            _, nx, ny = law.side_of(j - law.n, x, y)
+            contact = law.contact_of(pair)
             along = vx * nx + vy * ny
             if not along < 0.0:
                 return
-            pressed = -(1.0 + law.wall_restitution) * along
+            pressed = -(1.0 + law.restitution(pair)) * along
             vx, vy = vx + pressed * nx, vy + pressed * ny
-            if law.wall_contact.friction > 0.0:
+            if contact.friction > 0.0:
                 before = self.velocity[i]
                 slip = before[0] * ny - before[1] * nx + law.radius[i] * self.spin[i]
-                rub = tangential_impulse(law.wall_contact, slip, 1.0 + law.inverse_inertia_ratio[i], pressed)
+                rub = tangential_impulse(contact, slip, 1.0 + law.inverse_inertia_ratio[i], pressed)
                 vx, vy = vx - rub * ny, vy + rub * nx
                 self.spin[i] -= rub * law.inverse_inertia_ratio[i] / law.radius[i]
             self.velocity[i] = (vx, vy)
@@ -254,7 +307,8 @@ def exact_run(
     """Return PIC's impacts from a state, and the pair that came to rest (None where none did).
 
     Two that have just met do not meet again before a third turns one of them, unless gravity brings one back to what
-    can't move. What closes on that no faster than `resting_speed`, metres a second, rests there, which ends the run.
+    can't move, or the wall bends round. What closes on what can't move no faster than `resting_speed`, metres a second,
+    where gravity brings it back, rests there, which ends the run.
     """
     state, now_s, met = start.copy(), 0.0, list[Met]()
     waits = {pair: state.wait(pair) for pair in pairs}
@@ -272,8 +326,11 @@ def exact_run(
         state.strike(pair)
         met.append(Met(now_s, pair, contact, state.copy()))
         struck = {body for body in pair if law.movable(body)}
+        bends = pair[1] >= law.n and not isinstance(law.walls[pair[1] - law.n], tuple)
         for other in waits:
-            if struck.intersection(other):
+            if other == pair and bends:
+                waits[other] = now_s + state.wait(other, state.met[pair])
+            elif struck.intersection(other):
                 waits[other] = math.inf if other == pair and not falls_back else now_s + state.wait(other)
     return met, None
 

@@ -236,10 +236,7 @@ def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
         return now - found.truth.energy()
     gained = now - window.start.energy()
     law = window.law
-    lossless = all(
-        law.restitution(pair) == 1.0 and (law.wall_contact if pair[1] >= law.n else law.disc_contact).friction == 0.0
-        for pair in window.chain.pairs
-    )
+    lossless = all(law.restitution(pair) == 1.0 and law.contact_of(pair).friction == 0.0 for pair in window.chain.pairs)
     return gained if lossless else max(gained, 0.0)
 
 
@@ -320,7 +317,7 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
         judged.late_steps = (_turn_s(window, first.pair) - first.time_s) / dt_s
     if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
         return
-    grip = law.wall_contact if first.pair[1] >= law.n else law.disc_contact
+    grip = law.contact_of(first.pair)
     was, now = _relative(window.start, first.pair), _relative(window.now, first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)

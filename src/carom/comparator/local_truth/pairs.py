@@ -83,7 +83,9 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     arrays, law = block.scene.arrays, block.law
     centre, reach = _reach(block, begin, end)
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
-    walls = np.array(arrays.half_planes("local truth"), dtype=np.float64).reshape(-1, 4)
+    yield from _finite_pairs(block, begin, end, centre, reach)
+    numbers = np.array([k for k, wall in enumerate(arrays.walls) if isinstance(wall, tuple)], dtype=np.intp)
+    walls = np.array([wall for wall in arrays.walls if isinstance(wall, tuple)], dtype=np.float64).reshape(-1, 4)
     for disc, wall in near_walls(centre, reach, arrays.movable, walls):
         if not len(disc):
             continue
@@ -105,9 +107,34 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             wait = np.where(pull == 0.0, straight, bent)
         wait = np.where((g <= touching) & (s < -still), 0.0, wait)
         wait = np.where((g <= touching) & (s >= -still) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
-        pairs = [(i, law.n + k) for i, k in zip(disc.tolist(), wall.tolist(), strict=True)]
+        pairs = [(i, law.n + k) for i, k in zip(disc.tolist(), numbers[wall].tolist(), strict=True)]
         pulled = np.full(len(pairs), law.pull)
         yield NearPairs(begin, pairs, gap, -speed, wait, pulled, touching, still)
+
+
+def _finite_pairs(block: Block, begin: int, end: int, centre: Array, reach: Array) -> Iterator[NearPairs]:
+    """Yield the discs and finite walls that are near in some steps, one by one."""
+    arrays, law = block.scene.arrays, block.law
+    for k, wall in enumerate(arrays.walls):
+        if isinstance(wall, tuple):
+            continue
+        far = block.place_unit * max(map(abs, wall.lengths))
+        for i in np.flatnonzero(arrays.movable).tolist():
+            if wall.gap(float(centre[i, 0]), float(centre[i, 1]), float(reach[i])) > 0.0:
+                continue
+            pair = (i, law.n + k)
+            met = [block.state(step, (i,)).contact(pair) for step in range(begin, end + 1)]
+            gap, closing = (np.array([[getattr(one, name)] for one in met]) for name in ("gap", "closing"))
+            touching, still = block.place_rounding[begin:end, [i]] + far, block.unit * block.own_speed[begin:end, [i]]
+            wait = np.full((end - begin, 1), np.inf)
+            near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * block.own_speed[begin:end, i] * block.step_s[begin:end]
+            for row in np.flatnonzero(near).tolist():
+                wait[row, 0] = block.state(begin + row, (i,)).wait(pair)
+            touches = gap[:-1] <= touching
+            wait = np.where(touches & (closing[:-1] > still), 0.0, wait)
+            wait = np.where(touches & (closing[:-1] <= still) & (wait == 0.0), np.inf, wait)
+            pulled = np.full(1, law.pull)
+            yield NearPairs(begin, [pair], gap, closing, wait, pulled, touching, still)
 
 
 def _reach(block: Block, begin: int, end: int) -> tuple[Array, Array]:

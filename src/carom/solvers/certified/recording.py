@@ -104,6 +104,9 @@ class Recording:
         """Return times, velocities and spins after as decimal numbers; nothing where float64 holds the digits."""
         return tuple(row.decimals for row in self.rows) if self.digits > MOST_FLOAT_DIGITS else ()
 
+    def edges(self) -> None:
+        """Return the edges that the impacts were on: none, as a certified run knows half-planes alone."""
+
     def ambiguous(self) -> tuple[int, ...]:
         """Return no rows: a certified run ends before an impact without a unique answer."""
         return ()

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from carom.physics.features import Face
 from carom.physics.pair_time import pair_time
 from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed
 from carom.physics.wall_time_falling import descent_time, return_time
 from carom.solvers.impact.resolution import gap_resolution, size_of
 from carom.solvers.plain.bodies import Bodies
+from carom.solvers.plain.finite_walls import bend_of, gap_of, sizes_of
 from carom.solvers.plain.instants import NEVER, START, Instant, after, between
 from carom.trace import wall_body
 
@@ -31,7 +33,11 @@ class FallingBodies(Bodies):
     def __init__(self, start: Start) -> None:
         super().__init__(start)
         self.gravity = start.gravity_m_s2
-        self.pull = [wall_speed(*self.gravity, nx, ny) for _, _, nx, ny in self.walls]
+        # Of a finite wall it goes by the place.
+        nowhere = (math.nan, math.nan)
+        self.pull = [
+            wall_speed(*self.gravity, *wall[2:]) if isinstance(wall, tuple) else nowhere for wall in self.walls
+        ]
         self.instant = [START] * len(self)
         # Speed along the normal after the last impact, where that was on a wall or an immovable disc.
         self.leaving = [0.0] * len(self)
@@ -114,20 +120,46 @@ class FallingBodies(Bodies):
         """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
         if self.inverse_mass[i] == 0.0:
             return NEVER
-        if self.last_partner[i] == wall_body(k):
+        wall = self.walls[k]
+        if not isinstance(wall, tuple):
+            last = self.last_feature(i, k)
+            wait, part = self._finite(k).next_time_falling(self.mover(i), self.gravity, last, self.leaving[i])
+            if part is not None:
+                self._expected[i, k] = (part, False)
+        elif self.last_partner[i] == wall_body(k):
             wait = return_time((self.leaving[i], 0.0), self.pull[k]) if self.pull[k][0] < 0.0 else math.inf
         else:
-            qx, qy, nx, ny = self.walls[k]
-            gap = wall_gap(self.x[i], self.y[i], self.radius[i], qx, qy, nx, ny)
-            wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], nx, ny), self.pull[k])
+            gap = wall_gap(self.x[i], self.y[i], self.radius[i], *wall)
+            wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], *wall[2:]), self.pull[k])
         return after(self.instant[i], wait)
 
-    def contact_with_wall(self, i: int, k: int) -> tuple[float, float, float]:
-        """Speed at which disc `i`, brought there, meets wall `k`; acceleration and resolution of their gap."""
-        qx, qy, nx, ny = self.walls[k]
-        again = self.last_partner[i] == wall_body(k)
+    def returns_to(self, i: int, k: int) -> bool:
+        """Whether disc `i` comes back to what it has left, where that is flat: with the speed that it left with."""
+        if self.last_partner[i] != wall_body(k):
+            return False
+        last = self.last_feature(i, k)
+        return self.finite[k] is None or (isinstance(last, Face) and self._expected[i, k][0].feature is last)
+
+    def contact_with_wall(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
+        """Speed at which disc `i`, brought there, meets wall `k`; acceleration and resolution of their gap.
+
+        `again` is what `returns_to` has said of it.
+        """
+        wall = self.walls[k]
+        if not isinstance(wall, tuple):
+            return self._contact_with_finite(i, k, again)
+        qx, qy, nx, ny = wall
         approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
         return approach, float(self.pull[k][0]), self._resolution_m(i, qx, qy, 0.0)
+
+    def _contact_with_finite(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
+        disc, feature = self.mover(i), self._expected[i, k][0].feature
+        self.last_hit[i] = self._hit(i, k)
+        nx, ny = self.normal(i, k)
+        approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
+        across = self.vx[i] * ny - self.vy[i] * nx
+        pull = self.gravity[0] * nx + self.gravity[1] * ny + across * across * bend_of(feature, disc)
+        return approach, pull, gap_resolution(size_of(self.x[i], self.y[i], self.radius[i]) + sizes_of(feature))
 
     def _resolution_m(self, i: int, x: float, y: float, radius: float) -> float:
         """Return how well the gap between disc `i` and a body is known, metres."""
@@ -157,21 +189,24 @@ class FallingBodies(Bodies):
 
         At the impact the gap is 0. What rounding makes of it is taken off, so that it can't add up over many bounces.
         """
-        qx, qy, nx, ny = self.walls[k]
-        before, spin = (self.vx[i], self.vy[i]), self.spin[i]
-        gap = float(wall_gap(self.x[i], self.y[i], self.radius[i], qx, qy, nx, ny)[0])
+        wall, (nx, ny) = self.walls[k], self.normal(i, k)
+        before, spin, restitution = (self.vx[i], self.vy[i]), self.spin[i], self.restitution_of_wall(k)
+        if isinstance(wall, tuple):
+            gap = float(wall_gap(self.x[i], self.y[i], self.radius[i], *wall)[0])
+        else:
+            gap = gap_of(self.mover(i), self._expected[i, k][0].feature)
         self.x[i] -= gap * nx
         self.y[i] -= gap * ny
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
-            self.leave_wall(i, k, self.wall_restitution * approach)
-            if self.wall_contact.friction > 0.0:
-                self.slide_on_wall(i, k, before, (1.0 + self.wall_restitution) * approach)
+            self.leave_wall(i, k, restitution * approach)
+            if self.contact_of_wall(k).friction > 0.0:
+                self.slide_on_wall(i, k, before, (1.0 + restitution) * approach)
         self.last_partner[i] = wall_body(k)
         return self.wall_record(i, k, before, spin)
 
     def leave_wall(self, i: int, k: int, speed: float) -> None:
         """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""
-        nx, ny = self.walls[k][2:]
+        nx, ny = self.normal(i, k)
         change = speed - float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
         self.vx[i] += change * nx
         self.vy[i] += change * ny

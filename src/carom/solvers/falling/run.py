@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.options import ALWAYS
 from carom.solvers.plain.run import AllPairsRun
-from carom.trace import Outcome, wall_body, wall_index
+from carom.trace import Outcome, wall_index
 
 if TYPE_CHECKING:
     import numpy as np
@@ -97,13 +97,13 @@ class BallisticRun(AllPairsRun):
 
     def _meet_wall(self, i: int, k: int) -> tuple[ImpactRecord, float] | None:
         bodies = self.bodies
-        again = bodies.last_partner[i] == wall_body(k)
+        again = bodies.returns_to(i, k)
         last = bodies.instant[i] if again else None
         bodies.bring_to(i, self._now)
-        approach, pull, gap_m = bodies.contact_with_wall(i, k)
+        approach, pull, gap_m = bodies.contact_with_wall(i, k, again)
         if self._is_at_rest(approach, pull, gap_m, last):
             bodies.leave_wall(i, k, 0.0)
-            self._end_at_rest(f"disc {i}", f"wall {k}", approach > 0.0 and 0.0 < bodies.wall_restitution < 1.0)
+            self._end_at_rest(f"disc {i}", f"wall {k}", approach > 0.0 and 0.0 < bodies.restitution_of_wall(k) < 1.0)
             return None
         record = bodies.bounce(i, k, approach)
         # Where a disc comes back to the wall that it has left, its time does not depend on a rounded gap.
@@ -134,7 +134,8 @@ class BallisticRun(AllPairsRun):
         self._ended = Outcome.AT_REST
 
     def _keep(self, record: ImpactRecord, resolution_s: float) -> None:
-        ambiguous = self.log.add(record, resolution_s, kept=self.options.keeps(record.time_s))
+        kept, feature = self.options.keeps(record.time_s), self.bodies.feature_of(record)
+        ambiguous = self.log.add(record, resolution_s, kept=kept, feature=feature)
         # Bodies that are pressed together by others collide without end, and soon faster than arithmetic can tell.
         self._unresolved = self._unresolved + 1 if ambiguous else 0
         if max(self._at_instant, self._unresolved) > self._standstill:

@@ -68,6 +68,7 @@ class PlainFrameLoop:
         for i in range(n):
             for k in range(len(bodies.walls)):
                 if bodies.wall_approaches_and_overlaps(i, k) and not bodies.are_parting(i, wall_body(k)):
+                    bodies.find(i, k)
                     log.add(bodies.collide_wall(i, k))
                     bodies.last_partner[i] = wall_body(k)
         self.frames += 1

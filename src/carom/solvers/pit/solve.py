@@ -143,8 +143,7 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
 def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
     straight = start.gravity_m_s2 == (0.0, 0.0)
-    start.arrays.half_planes("PIT")
-    if straight and extension_available():
+    if straight and start.arrays.has_plain_walls and extension_available():
         from carom.solvers.pit import frame_loop
 
         return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock)

@@ -10,6 +10,7 @@ import numpy as np
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.physics.double_double import two_sum
+from carom.physics.features import Mover
 from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
 from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
@@ -22,12 +23,15 @@ from carom.solvers.impact.resolution import (
     too_far_out,
     wall_resolution,
 )
+from carom.solvers.plain.finite_walls import FiniteWall, Hit, resolution_s
 from carom.solvers.plain.instants import NEVER, Instant
-from carom.trace import ImpactRecord, wall_body, wall_index
+from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from carom.physics.features import Feature
+    from carom.physics.wall_features import WallFeature
     from carom.solvers.run import Start
 
 __all__ = ["Bodies", "require_supported"]
@@ -66,7 +70,9 @@ class Bodies:
         self.x, self.y, self.vx, self.vy, self.radius, self.inverse_mass = floats
         self.time = [0.0] * len(start)
         self.last_partner: list[int | None] = [None] * len(start)
-        self.walls = start.half_planes("PIC")
+        self.walls = start.walls
+        self.finite = [None if isinstance(wall, tuple) else FiniteWall(wall) for wall in start.walls]
+        self.materials = start.wall_materials
         self.restitution = start.restitution
         self.wall_restitution = start.wall_restitution
         self.contact = ContactFriction(start.friction, start.tangential_restitution)
@@ -76,6 +82,9 @@ class Bodies:
         #: How easily each disc turns: 1/k, 0 for one that does not.
         self.inverse_inertia_ratio: list[float] = (1.0 / start.inertia).tolist()
         self.epoch = (0.0, 0.0)
+        #: Of a finite wall: what each disc met last of one, and what it meets next of each.
+        self.last_hit: list[Hit | None] = [None] * len(start)
+        self._expected: dict[tuple[int, int], tuple[WallFeature, bool]] = {}
 
     def since_start(self, time_s: float) -> float:
         """Return the time since the start of a time since the epoch."""
@@ -125,10 +134,70 @@ class Bodies:
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
         """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
-        if self.inverse_mass[i] == 0.0 or self.last_partner[i] == wall_body(k):
+        wall = self.walls[k]
+        if self.inverse_mass[i] == 0.0 or (isinstance(wall, tuple) and self.last_partner[i] == wall_body(k)):
             return NEVER
-        wait = wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *self.walls[k])
+        if isinstance(wall, tuple):
+            wait = wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *wall)
+        else:
+            wait, part, glides = self._finite(k).next_time(self.mover(i), self.last_feature(i, k))
+            if part is not None:
+                self._expected[i, k] = (part, glides)
         return (self.time[i] + wait, 0.0) if wait < math.inf else NEVER  # no number above 1e300 s or so
+
+    def mover(self, i: int) -> Mover:
+        """Return disc `i`, at its own clock, as a wall sees it."""
+        return Mover.at((self.x[i], self.y[i]), (self.vx[i], self.vy[i]), self.radius[i])
+
+    def last_feature(self, i: int, k: int) -> Feature | None:
+        """Return the feature of wall `k` that disc `i` met last; None where its last partner is another."""
+        last = self.last_hit[i]
+        return last.feature if last is not None and self.last_partner[i] == wall_body(k) else None
+
+    def feature_of(self, record: ImpactRecord) -> Feature | None:
+        """Return the feature of a finite wall that an impact just carried out was on; None for any other."""
+        hit = self.last_hit[record.first]
+        return None if hit is None or record.edge == NO_EDGE else hit.feature
+
+    def glides(self, i: int, k: int) -> bool:
+        """Whether what was predicted of disc `i` and wall `k` is that it comes to glide along it."""
+        return self.finite[k] is not None and self._expected[i, k][1]
+
+    def _finite(self, k: int) -> FiniteWall:
+        wall = self.finite[k]
+        if wall is None:
+            raise TypeError(f"wall {k} is a half-plane")
+        return wall
+
+    def _hit(self, i: int, k: int) -> Hit | None:
+        """Return what disc `i`, brought there, meets of wall `k`; None of a half-plane."""
+        wall = self.finite[k]
+        return None if wall is None else wall.hit(self.mover(i), self._expected[i, k][0])
+
+    def find(self, i: int, k: int) -> None:
+        """Note what of wall `k` disc `i` has met: what is nearest, as PIT finds it."""
+        if (wall := self.finite[k]) is not None:
+            self.last_hit[i] = wall.hit_from(self.x[i], self.y[i])
+
+    def normal(self, i: int, k: int) -> Vector:
+        """Return the unit vector from wall `k` to disc `i`, which it meets, or met last."""
+        wall = self.walls[k]
+        if isinstance(wall, tuple):
+            return wall[2], wall[3]
+        hit = self.last_hit[i]
+        if hit is None:
+            raise TypeError(f"disc {i} has met no finite wall")
+        return hit.normal
+
+    def restitution_of_wall(self, k: int) -> float:
+        """Return the coefficient of restitution of any disc and wall `k`."""
+        return self.wall_restitution if self.materials is None else self.materials[k].restitution
+
+    def contact_of_wall(self, k: int) -> ContactFriction:
+        """Return the friction between any disc and wall `k`."""
+        if self.materials is None:
+            return self.wall_contact
+        return self.wall_contact._replace(friction=self.materials[k].friction)
 
     def pair_approaches_and_overlaps(self, i: int, j: int) -> bool:
         """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT.
@@ -144,9 +213,17 @@ class Bodies:
 
     def wall_approaches_and_overlaps(self, i: int, k: int) -> bool:
         """Whether disc `i` approaches wall `k` and touches or overlaps it."""
-        px, py, nx, ny = self.walls[k]
-        approaching = self.vx[i] * nx + self.vy[i] * ny < 0.0
-        return approaching and (self.x[i] - px) * nx + (self.y[i] - py) * ny <= self.radius[i]
+        wall = self.walls[k]
+        if isinstance(wall, tuple):
+            px, py, nx, ny = wall
+            approaching = self.vx[i] * nx + self.vy[i] * ny < 0.0
+            return approaching and (self.x[i] - px) * nx + (self.y[i] - py) * ny <= self.radius[i]
+        hit = self._finite(k).hit_from(self.x[i], self.y[i])
+        if hit is None:
+            return False
+        foot = wall.nearest(self.x[i], self.y[i])
+        dx, dy, reach = self.x[i] - foot.x, self.y[i] - foot.y, wall.half_width + self.radius[i]
+        return self.vx[i] * dx + self.vy[i] * dy < 0.0 and dx * dx + dy * dy <= reach * reach
 
     def are_parting(self, first: int, second: int) -> bool:
         """Whether two bodies (a wall is negative) are on the paths that their own impact gave them.
@@ -155,6 +232,10 @@ class Bodies:
         restitution is 0, it is all that there is.
         """
         just_met = self._has_just_met(first, second)
+        if second < 0 and just_met and (finite := self.finite[wall_index(second)]) is not None:
+            # It bends, or has another side that the path leads to: the normal tells.
+            hit, last = finite.hit_from(self.x[first], self.y[first]), self.last_hit[first]
+            return hit is None or (last is not None and hit.normal == last.normal)
         return just_met if second < 0 else just_met and self._has_just_met(second, first)
 
     def collide(self, first: int, second: int, time_s: float, *, elastic: bool = False) -> ImpactRecord:
@@ -163,9 +244,11 @@ class Bodies:
         It can be elastic and without friction, whatever the scene says.
         """
         self.move_to(first, time_s)
-        self.last_partner[first] = second
         if second < 0:
+            self.last_hit[first] = self._hit(first, wall_index(second))
+            self.last_partner[first] = second
             return self.collide_wall(first, wall_index(second), elastic=elastic)
+        self.last_partner[first] = second
         self.move_to(second, time_s)
         self.last_partner[second] = first
         return self.collide_pair(first, second, elastic=elastic)
@@ -177,8 +260,13 @@ class Bodies:
         speed = (ax - bx) * nx + (ay - by) * ny
         size = size_of(self.x[i], self.y[i], self.radius[i])
         if j < 0:
-            px, py, _, _ = self.walls[wall_index(j)]
-            known = wall_resolution(size + size_of(px, py, 0.0), speed)
+            wall, hit = self.walls[wall_index(j)], self.last_hit[i]
+            if isinstance(wall, tuple):
+                known = wall_resolution(size + size_of(*wall[:2], 0.0), speed)
+            elif hit is not None and hit.feature is not None:
+                known = resolution_s(self.mover(i), hit.feature, speed, (ax, ay))
+            else:
+                known = math.inf
         else:
             size += size_of(self.x[j], self.y[j], self.radius[j])
             known = pair_resolution(size, self.radius[i] + self.radius[j], ax - bx, ay - by, speed)
@@ -225,33 +313,35 @@ class Bodies:
 
     def collide_wall(self, i: int, k: int, *, elastic: bool = False) -> ImpactRecord:
         """Give disc `i` its velocity after its impact on wall `k`, which it approaches; as `collide_pair` does."""
-        e = 1.0 if elastic else self.wall_restitution
-        _, _, nx, ny = self.walls[k]
+        e = 1.0 if elastic else self.restitution_of_wall(k)
+        nx, ny = self.normal(i, k)
         before = self._velocity(i)
         along = before[0] * nx + before[1] * ny
         if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.vx[i] -= (1.0 + e) * along * nx
             self.vy[i] -= (1.0 + e) * along * ny
         spin = self.spin[i]
-        if self.wall_contact.friction > 0.0 and along < 0.0 and not elastic:
+        if self.contact_of_wall(k).friction > 0.0 and along < 0.0 and not elastic:
             self.slide_on_wall(i, k, before, -((1.0 + e) * along))
         return self.wall_record(i, k, before, spin)
 
     def slide_on_wall(self, i: int, k: int, before: Vector, pressed: float) -> None:
         """Let the friction of wall `k` act on disc `i`, which came with a velocity and was given a speed off it."""
-        _, _, nx, ny = self.walls[k]
+        nx, ny = self.normal(i, k)
         slip = before[0] * ny - before[1] * nx + self.radius[i] * self.spin[i]
-        h = tangential_impulse(self.wall_contact, slip, 1.0 + self.inverse_inertia_ratio[i], pressed)
+        h = tangential_impulse(self.contact_of_wall(k), slip, 1.0 + self.inverse_inertia_ratio[i], pressed)
         self.vx[i] -= h * ny
         self.vy[i] += h * nx
         self.spin[i] -= h * self.inverse_inertia_ratio[i] / self.radius[i]
 
     def wall_record(self, i: int, k: int, before: Vector, spin: float) -> ImpactRecord:
         """Return the record of an impact on wall `k` carried out just now, given what disc `i` was like before."""
-        _, _, nx, ny = self.walls[k]
+        nx, ny = self.normal(i, k)
+        hit = None if self.finite[k] is None else self.last_hit[i]
         velocities = (before, (0.0, 0.0), self._velocity(i), (0.0, 0.0))
         spins = self._spins((spin, 0.0), (self.spin[i], 0.0))
-        return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), *velocities, spins)
+        edge = NO_EDGE if hit is None else hit.edge
+        return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), *velocities, spins, edge)
 
     def spins(self) -> NDArray[np.float64] | None:
         """Spins, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""

@@ -179,6 +179,10 @@ class AllPairsRun:
         None where it is no impact: one body rests on the other, and the run has ended.
         """
         now_s = self._now[0]
+        if second < 0 and self.bodies.glides(first, wall_index(second)):
+            self._ended = Outcome.GLIDES
+            self.notes = (f"disc {first} glides along wall {wall_index(second)} from {self._reported_s:.17g} s on",)
+            return None
         soon = [now_s - self._last_impact_s[disc] < self.options.contact_duration_s for disc in moved]
         for disc in moved:
             self._last_impact_s[disc] = now_s
@@ -187,7 +191,7 @@ class AllPairsRun:
 
     def _keep(self, record: ImpactRecord, resolution_s: float) -> None:
         if self.options.keeps(record.time_s):
-            self.log.add(record, resolution_s)
+            self.log.add(record, resolution_s, feature=self.bodies.feature_of(record))
 
     def _begin_epoch(self) -> None:
         now_s = self._now[0]

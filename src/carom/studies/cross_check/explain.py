@@ -18,7 +18,7 @@ from carom.runs.reference import reference_trace
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Outcome, Trace
+from carom.trace import Trace
 
 __all__ = ["explain"]
 
@@ -93,8 +93,8 @@ def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
     every = f"followed through all {steps} steps at {dt_s:.6g} s"
     if any(scene.gravity_m_s2):
-        rests = reference.outcome is Outcome.AT_REST
-        ends = f", and PIC ends at {reference.end_time_s:.4g} s, where a disc rests" if rests else ""
+        ended = f", and PIC ends at {reference.end_time_s:.4g} s, where a disc {reference.outcome.of_disc}"
+        ends = ended if reference.outcome.in_contact else ""
         return f"{every}: under gravity no flight keeps its velocity{ends}"
     until = "their own state shows nothing but free flight"
     if not _nothing_follows(scene, reference):

@@ -11,7 +11,6 @@ from carom.pages import wording
 from carom.pages.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Section, Table, Text
 from carom.runs.results import Results
 from carom.scenes import KnownAnswer
-from carom.trace import Outcome
 
 __all__ = ["known_section", "reference_section"]
 
@@ -59,9 +58,9 @@ def reference_section(results: Results) -> Section:
 def _rests(results: Results) -> Iterator[str]:
     """Say of each scene that comes to rest where its reference ended."""
     for name, reference in results.references.items():
-        if reference.outcome is Outcome.AT_REST:
+        if reference.outcome.in_contact:
             ended, asked = wording.seconds(reference.end_time_s), wording.seconds(reference.scene.duration_s)
-            yield f"{name}: the reference ends at {ended} of {asked}, where a disc comes to rest."
+            yield f"{name}: the reference ends at {ended} of {asked}, where a disc {reference.outcome.of_disc}."
 
 
 class _Known(NamedTuple):

@@ -13,7 +13,6 @@ from carom.pages.grid import Grid, GridCell, mark_of_grade
 from carom.pages.replay import replay_link
 from carom.runs.results import Results
 from carom.studies.cross_check.tables import mark_cell
-from carom.trace import Outcome
 
 __all__ = ["steps_section"]
 
@@ -99,7 +98,7 @@ def _found(results: Results, grid: Grid) -> Sequence[_Steps]:
 
 def _tells(score: Score, results: Results, scene: str) -> bool:
     """Whether the steps tell something that the trajectory does not."""
-    rests = results.references[scene].outcome is Outcome.AT_REST
+    rests = results.references[scene].outcome.in_contact
     return bool(score.beyond_horizon or rests or score.grade in _PARTED or _OF_STEPS & set(score.verdicts))
 
 

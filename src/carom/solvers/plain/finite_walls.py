@@ -1,0 +1,134 @@
+"""Finite walls as plain solvers see them: when a disc meets which feature, and the normal there."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from carom.physics.arc_time import reach_of
+from carom.physics.face_time import face_gap
+from carom.physics.feature_time import feature_time, feature_time_falling, normal_at
+from carom.physics.features import Face, Mover, Vertex
+from carom.physics.wall_features import WallFeature, features_of
+from carom.solvers.impact.resolution import pair_resolution, size_of, wall_resolution
+from carom.trace import EdgeKind
+
+if TYPE_CHECKING:
+    from carom.outline import Outline
+    from carom.physics.features import Feature
+
+__all__ = ["FiniteWall", "Hit", "bend_of", "gap_of", "resolution_s", "sizes_of"]
+
+Vector = tuple[float, float]
+
+
+class Hit(NamedTuple):
+    """What of a wall a disc meets, or has met.
+
+    Attributes:
+        feature: The feature; None where it was found late, by looking for what is nearest.
+        normal: Unit vector from the wall to the disc.
+        edge: Number of the edge in the file, and its kind, in the order of `carom.trace.EDGE_DTYPE`.
+    """
+
+    feature: Feature | None
+    normal: Vector
+    edge: tuple[int, int]
+
+
+class FiniteWall:
+    """A chain or a circle: its features, in the order in which they are met at one instant."""
+
+    def __init__(self, outline: Outline) -> None:
+        self.outline = outline
+        self.features = features_of(outline)
+
+    def next_time(self, disc: Mover, last: Feature | None) -> tuple[float, WallFeature | None, bool]:
+        """Return the seconds until a disc meets the wall, what of it, and whether it glides there.
+
+        Args:
+            disc: The disc.
+            last: The feature that it met last, on the path that it is on.
+        """
+        least: tuple[float, WallFeature | None, bool] = (math.inf, None, False)
+        for part in self.features:
+            touch = feature_time(disc, part.feature, just_left=part.feature is last)
+            if touch.time < least[0]:
+                least = (touch.time, part, touch.glides)
+        return least
+
+    def next_time_falling(
+        self, disc: Mover, gravity: Vector, last: Feature | None, leaving: float
+    ) -> tuple[float, WallFeature | None]:
+        """Return the same of a disc that falls, and left what it met last at a speed along the normal."""
+        least: tuple[float, WallFeature | None] = (math.inf, None)
+        for part in self.features:
+            back = leaving if part.feature is last else None
+            time = feature_time_falling(disc, part.feature, gravity, back)
+            if time < least[0]:
+                least = (time, part)
+        return least
+
+    def hit(self, disc: Mover, part: WallFeature) -> Hit:
+        """Return what a disc, brought to it, meets of a feature."""
+        normal = normal_at(part.feature, disc)
+        if len(part.edges) == 1:
+            return Hit(part.feature, normal, (part.edges[0], part.kind))
+        return Hit(part.feature, normal, (self.outline.edge_at(disc.x[0], disc.y[0], part.edges), part.kind))
+
+    def hit_from(self, x: float, y: float) -> Hit | None:
+        """Return what of the wall is nearest to a disc's centre; None where that is on the wall's line."""
+        foot = self.outline.nearest(x, y)
+        dx, dy = x - foot.x, y - foot.y
+        distance = math.sqrt(dx * dx + dy * dy)
+        if distance == 0.0:
+            return None
+        stretch = self.outline.stretches[foot.edge]
+        bent = EdgeKind.FACE if stretch.centre is None else EdgeKind.ARC
+        kind = bent if foot.inner else EdgeKind.VERTEX
+        return Hit(None, (dx / distance, dy / distance), (foot.edge, kind))
+
+
+def gap_of(disc: Mover, feature: Feature) -> float:
+    """Return the distance of a disc's rim from a feature, along the normal, metres."""
+    if isinstance(feature, Face):
+        return float(face_gap(disc, feature)[0]) / feature.length[0]
+    away, reach = _away(disc, feature)
+    inside = not isinstance(feature, Vertex) and feature.inside
+    return reach - away if inside else away - reach
+
+
+def bend_of(feature: Feature, disc: Mover) -> float:
+    """Return how the normal turns as the disc moves along a feature, radians a metre: above 0 where gaps open by it."""
+    if isinstance(feature, Face):
+        return 0.0
+    away, _ = _away(disc, feature)
+    return -1.0 / away if not isinstance(feature, Vertex) and feature.inside else 1.0 / away
+
+
+def _away(disc: Mover, feature: Feature) -> tuple[float, float]:
+    """Return how far a disc is from the centre of a vertex or arc, and how far where it touches."""
+    if isinstance(feature, Face):
+        raise TypeError("a face has no centre")
+    if isinstance(feature, Vertex):
+        x, y, reach = disc.x[0] - feature.at[0], disc.y[0] - feature.at[1], disc.radius + feature.half_width
+    else:
+        x, y, reach = disc.x[0] - feature.centre[0][0], disc.y[0] - feature.centre[1][0], reach_of(disc, feature)[0]
+    return math.sqrt(x * x + y * y), reach
+
+
+def sizes_of(feature: Feature) -> float:
+    """Return the sum of the magnitudes of a feature's coordinates and lengths, as `size_of` that of a disc's."""
+    if isinstance(feature, Face):
+        return size_of(*feature.a, feature.half_width)
+    if isinstance(feature, Vertex):
+        return size_of(*feature.at, feature.half_width)
+    return size_of(feature.centre[0][0], feature.centre[1][0], feature.radius[0] + feature.half_width)
+
+
+def resolution_s(disc: Mover, feature: Feature, speed: float, velocity: Vector) -> float:
+    """Return to how many seconds the instant is known at which a disc meets a feature, at a speed along its normal."""
+    sizes = size_of(disc.x[0], disc.y[0], disc.radius) + sizes_of(feature)
+    if isinstance(feature, Face):
+        return wall_resolution(sizes, speed)
+    return pair_resolution(sizes, _away(disc, feature)[1], *velocity, speed)

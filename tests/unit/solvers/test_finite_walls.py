@@ -1,0 +1,240 @@
+"""PIC and PIT of finite walls: order, edges, corners, gliding, and pieces that change no bit."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+
+from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
+from carom.errors import InputError
+from carom.runs.wire import CarriedTrace, Codec
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.trace import EdgeKind, Trace
+
+FACE, VERTEX, ARC = (kind.value for kind in EdgeKind)
+STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
+
+
+def table(*bodies: Any, **fields: Any) -> Scene:
+    """Return a scene of discs and walls in any order."""
+    discs = [body for body in bodies if isinstance(body, Disc)]
+    walls = [body for body in bodies if not isinstance(body, Disc)]
+    return Scene(name="table", discs=discs, walls=walls, **{"duration_s": 10.0, **fields})
+
+
+def edges(trace: Trace) -> list[tuple[int, int]]:
+    """Return the edges of a trace."""
+    assert trace.edges is not None
+    return [tuple(edge) for edge in trace.edges.tolist()]
+
+
+def test_a_wall_without_thickness_lets_nothing_through() -> None:
+    """A disc of a millimetre at 1e6 m/s comes back from a line, from either side."""
+    line = Chain(points_m=[(0, -1), (0, 1)])
+    for side in (-1.0, 1.0):
+        disc = Disc(position_m=(side * 10, 0.1), velocity_m_s=(-side * 1e6, 0), radius_m=1e-3)
+        trace = solve_pic(table(disc, line, duration_s=1.0))
+        assert trace.impacts["time_s"].tolist() == [9.999e-6]
+        assert trace.final_velocity_m_s.tolist() == [[side * 1e6, 0.0]]
+        assert edges(trace) == [(0, FACE)]
+
+
+def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
+    """A floor in four pieces is one face; its impacts are on the piece below the disc, at a seam on the lower one."""
+    floor = Chain(points_m=[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)])
+    for x, edge in ((0.5, 0), (1.0, 0), (2.5, 2), (3.75, 3)):
+        trace = solve_pic(table(Disc(position_m=(x, 2), velocity_m_s=(0, -1), radius_m=0.5), floor))
+        assert (trace.impacts["time_s"].tolist(), edges(trace)) == ([1.5], [(edge, FACE)])
+
+
+def test_a_disc_that_left_a_wall_meets_its_other_edges() -> None:
+    """In a stadium a disc goes from side to arc to side; an arc from inside is met again and again."""
+    trace = solve_pic(table(Disc(position_m=(0.5, 0.3), velocity_m_s=(0.7, 1), radius_m=0.5), STADIUM, duration_s=60.0))
+    assert set(edges(trace)) == {(0, FACE), (1, ARC), (2, FACE), (3, ARC)}
+    speed = np.hypot(*trace.impacts["velocity_first_after"].T)
+    assert np.max(np.abs(speed / math.hypot(0.7, 1.0) - 1.0)) < 1e-14
+
+
+def test_impacts_at_one_instant_come_in_the_order_of_walls_and_features() -> None:
+    """Into a right-angled corner of one chain: the lower edge first."""
+    corner = Chain(points_m=[(9, 0), (0, 0), (0, 9)])
+    trace = solve_pic(table(Disc(position_m=(2, 2), velocity_m_s=(-1, -1), radius_m=0.5), corner))
+    assert trace.impacts["time_s"].tolist() == [1.5, 1.5]
+    assert edges(trace) == [(0, FACE), (1, FACE)]
+    assert trace.final_velocity_m_s.tolist() == [[1.0, 1.0]]
+
+
+@pytest.mark.parametrize(
+    ("corner", "fields", "ambiguous"),
+    [
+        pytest.param([(9, 0), (0, 0), (0, 9)], {}, False, id="90 degrees"),
+        pytest.param([(9, 0), (0, 0), (0, 9)], {"wall_restitution": 0.5}, False, id="90 degrees with losses"),
+        pytest.param([(9, 0), (0, 0), (0, 9)], {"wall_friction": 0.5}, True, id="90 degrees with friction"),
+        pytest.param([(9, 0), (0, 0), (9, 9)], {}, False, id="45 degrees"),
+        pytest.param([(9, 0), (0, 0), (9, 9)], {"wall_restitution": 0.5}, True, id="45 degrees with losses"),
+    ],
+)
+def test_corners_are_ambiguous_but_for_those_whose_order_does_not_matter(
+    corner: list[tuple[float, float]], fields: dict[str, float], ambiguous: bool
+) -> None:
+    """A right angle has one answer without friction, and a half of it where nothing is lost either."""
+    middle = (math.atan2(corner[2][1], corner[2][0])) / 2
+    apex = 1.0 / math.sin(middle)  # of the paths of a centre of radius 1, on the bisector
+    way = complex(math.cos(middle), math.sin(middle))
+    # To rounding both faces are met at one instant.
+    start, velocity = (apex + 2) * way, -way
+    disc = Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=1.0)
+    trace = solve_pic(table(disc, Chain(points_m=corner), **fields))
+    assert len(trace.impacts) >= 2
+    assert bool(trace.ambiguous) is ambiguous
+
+
+@pytest.mark.parametrize(
+    ("disc", "wall", "time_s"),
+    [
+        pytest.param(
+            Disc(position_m=(1, 0), velocity_m_s=(0, 1), radius_m=0.25), Ring(centre_m=(0, 0), radius_m=1.25), 0.0
+        ),
+        pytest.param(Disc(position_m=(0, -1.5), velocity_m_s=(1, 0), radius_m=0.5), STADIUM, 2.0),
+    ],
+)
+def test_a_disc_that_glides_along_an_arc_ends_the_run_by_name(disc: Disc, wall: Any, time_s: float) -> None:
+    """Contact without approach that an arc keeps up is no impact: the run ends there, and says which disc and wall."""
+    for trace in (solve_pic(table(disc, wall)), solve_pic_framewise(table(disc, wall))):
+        assert trace.outcome is Outcome.GLIDES
+        assert (trace.end_time_s, len(trace.impacts)) == (time_s, 0)
+        assert trace.notes == (f"disc 0 glides along wall 0 from {time_s:g} s on",)
+
+
+def cut(points: list[tuple[float, float]], n: int, closed: bool) -> list[tuple[float, float]]:
+    """Return the points of a chain each edge of which is in n pieces; n is a power of two, so no point is rounded."""
+    ends = [*points[1:], *points[:1]]
+    found = [
+        (a[0] + (b[0] - a[0]) * k / n, a[1] + (b[1] - a[1]) * k / n)
+        for a, b in zip(points, ends, strict=True)
+        for k in range(n)
+    ]
+    return found if closed else found[: n * (len(points) - 1) + 1]
+
+
+def pieces(n: int, seed: int) -> Scene:
+    """Return a table with a re-entrant corner, a thick bar and an island, all of which are in n pieces an edge."""
+    draw = random.Random(seed)
+    room = [(0.0, 0.0), (8.0, 0.0), (8.0, 4.0), (4.0, 4.0), (4.0, 8.0), (0.0, 8.0)]
+    return table(
+        Disc(position_m=(2, 2), velocity_m_s=(draw.gauss(0, 1), draw.gauss(0, 1)), radius_m=0.25),
+        Disc(position_m=(1, 1), velocity_m_s=(draw.gauss(0, 1), draw.gauss(0, 1)), radius_m=0.25, mass_kg=2),
+        Chain(points_m=cut(room, n, closed=True), closed=True),
+        Chain(points_m=cut([(1.0, 5.0), (3.0, 7.0)], n, closed=False), half_width_m=0.125),
+        Chain(points_m=cut([(5.0, 1.0), (7.0, 1.0), (6.0, 2.5)], n, closed=True), closed=True, solid=True),
+        duration_s=100.0,
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_wall_in_pieces_is_the_same_wall_to_the_bit(seed: int) -> None:
+    """Points that are exactly on an edge change no bit of any impact: a seam can't be met."""
+    whole = solve_pic(pieces(1, seed), max_impacts=60)
+    assert len(whole.impacts) == 60
+    for n in (2, 8):
+        parts = solve_pic(pieces(n, seed), max_impacts=60)
+        assert parts.impacts.tobytes() == whole.impacts.tobytes()
+        assert parts.final_position_m.tobytes() == whole.final_position_m.tobytes()
+        of_whole = [(edge // n if edge >= 0 else edge, kind) for edge, kind in edges(parts)]
+        assert [kind for _, kind in of_whole] == [kind for _, kind in edges(whole)]
+
+
+def test_pieces_that_are_asked_of_engines_change_nothing() -> None:
+    """PIC and PIT do not look at them."""
+    disc = Disc(position_m=(0.5, 0.3), velocity_m_s=(0.7, 1), radius_m=0.5)
+    for solve in (solve_pic, solve_pit):
+        one, many = (solve(table(disc, STADIUM.model_copy(update={"pieces": n}))) for n in (1, 9))
+        assert one.impacts.tobytes() == many.impacts.tobytes()
+
+
+def test_each_wall_has_its_own_restitution_and_friction() -> None:
+    """A disc comes back from each wall as that wall, and not the scene, has it."""
+    disc = Disc(position_m=(0, 0), velocity_m_s=(4, 0), radius_m=0.5)
+    walls = (
+        Wall(point_m=(2, 0), normal=(-1, 0), restitution=0.5),
+        Chain(points_m=[(-2, -1), (-2, 1)], restitution=0.25),
+    )
+    trace = solve_pic(table(disc, *walls, wall_restitution=0.9))
+    assert trace.impacts["velocity_first_after"][:, 0].tolist()[:3] == [-2.0, 0.5, -0.25]
+    rough = table(
+        Disc(position_m=(0, 2), velocity_m_s=(1, -1), radius_m=0.5), Chain(points_m=[(-9, 0), (9, 0)], friction=0.1)
+    )
+    # Coulomb: the tangential velocity loses friction times what the normal one changes by.
+    assert solve_pic(rough).final_velocity_m_s.tolist()[0] == pytest.approx([1.0 - 0.1 * 2.0, 1.0], abs=1e-15)
+
+
+def test_pit_finds_a_wall_by_its_nearest_point() -> None:
+    """At frames of 1/60 s, late by less than one, with the normal of the place where it is found."""
+    scene = table(Disc(position_m=(-3, 1.25), velocity_m_s=(1, 0), radius_m=0.5), Chain(points_m=[(0, -1), (0, 1)]))
+    exact, found = solve_pic(scene), solve_pit(scene)
+    late = found.impacts["time_s"][0] - exact.impacts["time_s"][0]
+    assert 0.0 <= late < 1 / 60
+    assert edges(found) == edges(exact) == [(0, VERTEX)]
+    x = -3 + float(found.impacts["time_s"][0])
+    distance = math.hypot(x, 0.25)
+    np.testing.assert_allclose(found.impacts["normal"][0], (-x / distance, -0.25 / distance), atol=1e-15)
+
+
+def test_pit_goes_through_a_thin_wall_as_often_as_a_step_leads_past_it() -> None:
+    """With a step of q radii a centre is seen on its side of the line with the probability 1/q; else it is through.
+
+    Of 4,000 starts 1 - 1/q are through, to four deviations of a sum of independent draws.
+    """
+    draws = np.random.default_rng(8).uniform(size=4000)
+    for q in (1.5, 3.0):
+        through = 0
+        for phase in draws[:400].tolist():
+            disc = Disc(position_m=(-0.1 * q * (3 + phase), 0), velocity_m_s=(6.0 * q, 0), radius_m=0.1)
+            trace = solve_pit(table(disc, Chain(points_m=[(0, -1), (0, 1)]), duration_s=0.2))
+            through += trace.final_velocity_m_s[0, 0] > 0.0
+        missed = 1 - 1 / q
+        assert abs(through / 400 - missed) < 4 * math.sqrt(missed * (1 - missed) / 400)
+
+
+def test_a_trace_of_finite_walls_goes_over_the_wire() -> None:
+    """What a worker answers has the edges of the impacts."""
+    trace = solve_pic(table(Disc(position_m=(0.5, 0.3), velocity_m_s=(0.7, 1), radius_m=0.5), STADIUM))
+    codec: Codec[Trace] = Codec(CarriedTrace)
+    assert codec.loads(codec.dumps(trace)) == trace
+
+
+def test_what_takes_half_planes_alone_says_so() -> None:
+    """The compiled kernel refuses a chain, and walls of their own coefficients, by name."""
+    with pytest.raises(InputError, match="wall 0 is no half-plane, which the event-driven kernel does not support"):
+        EventDrivenRun(table(Disc(position_m=(0, 0), radius_m=0.5), STADIUM))
+    own = Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5)
+    with pytest.raises(InputError, match="walls have restitution or friction of their own"):
+        EventDrivenRun(table(Disc(position_m=(0, 0), radius_m=0.5), own))
+
+
+def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:
+    """It comes back to the floor with the speed that it left with, and falls beyond the end for ever."""
+    floor = Chain(points_m=[(-2, 0), (2, 0)])
+    disc = Disc(position_m=(0, 1.25), velocity_m_s=(1, 0), radius_m=0.25)
+    trace = solve_pic(table(disc, floor, gravity_m_s2=(0, -8), duration_s=9.0))
+    # h = 1 m: falls at .5, 1.5 s; at 2.5 s the centre is .5 m beyond the end.
+    assert trace.impacts["time_s"].tolist() == [0.5, 1.5]
+    assert trace.outcome is Outcome.COMPLETED
+    assert trace.final_position_m[0, 1] < -100.0
+
+
+def test_a_ball_comes_to_rest_at_the_bottom_of_a_bowl() -> None:
+    """Its bounces have no end, as on a floor, and the run says so."""
+    bowl = Ring(centre_m=(0, 0), radius_m=2.25)
+    scene = table(
+        Disc(position_m=(0, 1), radius_m=0.25), bowl, gravity_m_s2=(0, -8), wall_restitution=0.5, duration_s=60.0
+    )
+    trace = solve_pic(scene)
+    assert trace.outcome is Outcome.AT_REST
+    # The first fall of 3 m takes sqrt(6/8); each flight after it is half as long as the one before: 2 e/(1-e) of it.
+    first = math.sqrt(6 / 8)
+    assert trace.end_time_s == pytest.approx(first * (1 + 2 * 0.5 / (1 - 0.5)), rel=1e-6)
