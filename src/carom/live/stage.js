@@ -1,0 +1,293 @@
+// What the page and a replay share: where a disc is at an instant, and how discs, walls, paths and marks are drawn.
+// A track is [times, xs, ys] of one disc, metres and seconds: between two of them it flies freely under its pull.
+// Colours are CSS variables: --s0 to --s7 of discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
+export const make = (name, attributes = {}, ...children) => {
+  const e = document.createElement(name);
+  for (const [k, v] of Object.entries(attributes))
+    if (k.startsWith("on")) e.addEventListener(k.slice(2), v);
+    else if (v !== false) e.setAttribute(k, v === true ? "" : v);
+  e.append(...children);
+  return e;
+};
+export const digits = (v, n = 3) =>
+  v === undefined || v === null || Number.isNaN(v) ? "–" : String(Number(v.toPrecision(n)));
+const flightAt = (times, t) => {
+  let a = 0,
+    b = times.length - 1;
+  while (b - a > 1) {
+    const m = (a + b) >> 1;
+    if (times[m] <= t) a = m;
+    else b = m;
+  }
+  return a;
+};
+export const placeAt = ([times, xs, ys], pull, time) => {
+  const t = Math.min(Math.max(time, times[0]), times.at(-1)),
+    k = flightAt(times, t),
+    n = Math.min(k + 1, times.length - 1),
+    b = times[k],
+    e = times[n];
+  const part = e > b ? (t - b) / (e - b) : 0,
+    bulge = 0.5 * (t - b) * (t - e);
+  return [xs[k] * (1 - part) + xs[n] * part + bulge * pull[0], ys[k] * (1 - part) + ys[n] * part + bulge * pull[1]];
+};
+export const angleAt = ([times, angles], t) => {
+  const k = Math.min(flightAt(times, t), times.length - 2),
+    d = times[k + 1] - times[k],
+    p = d > 0 ? Math.min(Math.max((t - times[k]) / d, 0), 1) : 0;
+  return angles[k] * (1 - p) + angles[k + 1] * p;
+};
+// Tracks of a run by its impacts: discs fly freely between them.
+export const tracksOf = (scene, run) => {
+  const tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);
+  const add = (i, t, [x, y]) => {
+    tracks[i][0].push(t);
+    tracks[i][1].push(x);
+    tracks[i][2].push(y);
+  };
+  for (const r of run.impacts) {
+    add(r.first, r.time_s, r.at[0]);
+    if (r.second >= 0) add(r.second, r.time_s, r.at[1]);
+  }
+  run.positions.forEach((p, i) => add(i, run.end_s, p));
+  return tracks;
+};
+// The times and angles of each disc of a run in which discs spin.
+export const anglesOf = (scene, run) => {
+  const turned = scene.discs.map((d) => ({ times: [0], angles: [0], spin: d.spin_rad_s ?? 0 }));
+  const add = (one, t, spin) => {
+    one.angles.push(one.angles.at(-1) + one.spin * (t - one.times.at(-1)));
+    one.times.push(t);
+    one.spin = spin;
+  };
+  for (const r of run.impacts)
+    if (r.spins) {
+      add(turned[r.first], r.time_s, r.spins[2]);
+      if (r.second >= 0) add(turned[r.second], r.time_s, r.spins[3]);
+    }
+  for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
+  return turned.map(({ times, angles }) => [times, angles]);
+};
+// How long two discs that fly on would overlap from their impact on: they approach for the first half of it.
+export const overlapOf = (scene, impact) => {
+  if (impact.second < 0) return Infinity;
+  const [v, w] = impact.before,
+    ux = w[0] - v[0],
+    uy = w[1] - v[1],
+    speed = Math.hypot(ux, uy),
+    reach = scene.discs[impact.first].radius_m + scene.discs[impact.second].radius_m;
+  return (2 * Math.abs(impact.normal[0] * ux + impact.normal[1] * uy) * reach) / (speed * speed);
+};
+
+export class Stage {
+  constructor(label) {
+    this.canvas = make("canvas", { role: "img", "aria-label": label });
+    this.flat = 0.3;
+    this.tall = 0.66;
+  }
+  fit(box, most = 0.62) {
+    this.box = box;
+    const [l, b, r, t] = box,
+      width = this.canvas.clientWidth || 480,
+      dense = (this.dense = window.devicePixelRatio || 1);
+    const height = Math.round(
+      Math.min(
+        Math.max(width * Math.min(this.tall, Math.max(this.flat, (t - b) / (r - l))), 150),
+        Math.max(innerHeight * most, 170),
+      ),
+    );
+    this.canvas.style.height = `${height}px`;
+    this.canvas.width = Math.round(width * dense);
+    this.canvas.height = Math.round(height * dense);
+    this.view(box);
+    this.pen = this.canvas.getContext("2d");
+    const style = getComputedStyle(document.documentElement);
+    this.colour = (n) => style.getPropertyValue(n).trim();
+  }
+  view([l, b, r, t], [x, y, w, h] = [0, 0, this.canvas.width, this.canvas.height]) {
+    this.scale = Math.min(w / (r - l), h / (t - b));
+    this.origin = [x + (w - this.scale * (l + r)) / 2, y + (h + this.scale * (b + t)) / 2];
+  }
+  at([x, y]) {
+    return [this.origin[0] + this.scale * x, this.origin[1] - this.scale * y];
+  }
+  metres(event) {
+    const r = this.canvas.getBoundingClientRect(),
+      x = (event.clientX - r.left) * this.dense,
+      y = (event.clientY - r.top) * this.dense;
+    return [(x - this.origin[0]) / this.scale, (this.origin[1] - y) / this.scale];
+  }
+  clear() {
+    this.pen.clearRect(0, 0, this.canvas.width, this.canvas.height);
+  }
+  hue(scene, i) {
+    return scene.discs[i].mass_kg === "inf" ? this.colour("--wall") : this.colour(`--s${i % 8}`);
+  }
+  walls(list) {
+    const { pen, dense } = this,
+      far = this.canvas.width + this.canvas.height;
+    pen.strokeStyle = this.colour("--wall");
+    for (const {
+      point_m,
+      normal: [nx, ny],
+    } of list) {
+      const [x, y] = this.at(point_m),
+        ax = ny,
+        ay = nx;
+      pen.lineWidth = 1.5 * dense;
+      pen.beginPath();
+      pen.moveTo(x - far * ax, y - far * ay);
+      pen.lineTo(x + far * ax, y + far * ay);
+      pen.stroke();
+      pen.lineWidth = 0.6 * dense;
+      pen.beginPath();
+      for (let s = -far; s < far; s += 9 * dense) {
+        const hx = x + s * ax,
+          hy = y + s * ay;
+        pen.moveTo(hx, hy);
+        pen.lineTo(hx - 7 * dense * nx + 4 * dense * ax, hy + 7 * dense * ny + 4 * dense * ay);
+      }
+      pen.stroke();
+    }
+  }
+  path(track, pull, colour, from, to, { dash = [], width = 1.6, alpha = 0.8 } = {}) {
+    if (!(to > from)) return;
+    const { pen, dense } = this,
+      times = track[0];
+    pen.strokeStyle = colour;
+    pen.globalAlpha = alpha;
+    pen.lineWidth = width * dense;
+    pen.setLineDash(dash.map((d) => d * dense));
+    pen.beginPath();
+    pen.moveTo(...this.at(placeAt(track, pull, from)));
+    const curved = pull[0] || pull[1],
+      last = flightAt(times, to);
+    for (let k = flightAt(times, from); k <= last; k++) {
+      const b = Math.max(from, times[k]),
+        e = Math.min(to, times[Math.min(k + 1, times.length - 1)]),
+        pieces = curved ? 16 : 1;
+      for (let j = 1; j <= pieces; j++)
+        pen.lineTo(...this.at(placeAt(track, pull, b + ((e - b) * j) / pieces - (j === pieces ? (e - b) * 1e-9 : 0))));
+    }
+    pen.stroke();
+    pen.setLineDash([]);
+    pen.globalAlpha = 1;
+  }
+  ring(place, radius, colour, { dash = [], width = 1.5, alpha = 1, fill = null } = {}) {
+    const { pen, dense } = this,
+      [x, y] = this.at(place);
+    pen.beginPath();
+    pen.arc(x, y, Math.max(radius * this.scale, 2 * dense), 0, 2 * Math.PI);
+    pen.globalAlpha = alpha;
+    if (fill) {
+      pen.fillStyle = fill;
+      pen.fill();
+    }
+    pen.strokeStyle = colour;
+    pen.lineWidth = width * dense;
+    pen.setLineDash(dash.map((d) => d * dense));
+    if (width) pen.stroke();
+    pen.setLineDash([]);
+    pen.globalAlpha = 1;
+  }
+  disc(place, radius, colour, name, angle) {
+    const { pen, dense } = this;
+    this.ring(place, radius, colour, { fill: colour, alpha: 0.85 });
+    const r = radius * this.scale,
+      [x, y] = this.at(place);
+    if (angle !== undefined) {
+      // a quarter, light: it turns visibly, and hides no number
+      pen.fillStyle = this.colour("--surface");
+      pen.globalAlpha = 0.45;
+      for (const a of [0, Math.PI]) {
+        pen.beginPath();
+        pen.moveTo(x, y);
+        pen.arc(x, y, r * 0.94, -angle - a - Math.PI / 4, -angle - a + Math.PI / 4);
+        pen.fill();
+      }
+      pen.globalAlpha = 1;
+    }
+    if (name !== undefined && r > 8 * dense) {
+      pen.fillStyle = angle === undefined ? this.colour("--surface") : this.colour("--ink");
+      pen.font = `600 ${Math.min(13, r / dense) * dense}px sans-serif`;
+      pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      pen.fillText(name, x, y);
+    }
+  }
+  cross(place, size = 8, colour = this.colour("--wrong")) {
+    const { pen, dense } = this,
+      [x, y] = this.at(place),
+      s = size * dense;
+    pen.strokeStyle = colour;
+    pen.lineWidth = 3 * dense;
+    pen.lineCap = "round";
+    pen.beginPath();
+    pen.moveTo(x - s, y - s);
+    pen.lineTo(x + s, y + s);
+    pen.moveTo(x + s, y - s);
+    pen.lineTo(x - s, y + s);
+    pen.stroke();
+    pen.lineCap = "butt";
+  }
+  // A label stands where it covers no disc and no other label, with a line to its place: of twelve spots around, the first that is free.
+  label(place, text, colour, taken, bold = true) {
+    const { pen, dense } = this,
+      [x, y] = this.at(place);
+    pen.font = `${bold ? 600 : 400} ${12 * dense}px sans-serif`;
+    const w = pen.measureText(text).width + 10 * dense,
+      h = 18 * dense;
+    for (let away = 26; away <= 150; away += 22)
+      for (let k = 0; k < 12; k++) {
+        const a = -Math.PI / 2 + ((k % 2 ? -1 : 1) * Math.ceil(k / 2) * Math.PI) / 6,
+          cx = x + away * dense * Math.cos(a),
+          cy = y + away * dense * Math.sin(a),
+          box = [cx + (Math.cos(a) < -0.1 ? -w : Math.cos(a) > 0.1 ? 0 : -w / 2), cy - h / 2, w, h];
+        if (box[0] < 2 || box[1] < 2 || box[0] + w > this.canvas.width - 2 || box[1] + h > this.canvas.height - 2)
+          continue;
+        if (
+          taken.some(([tx, ty, tw, th]) => box[0] < tx + tw && tx < box[0] + w && box[1] < ty + th && ty < box[1] + h)
+        )
+          continue;
+        taken.push(box);
+        pen.strokeStyle = colour;
+        pen.lineWidth = dense;
+        pen.beginPath();
+        pen.moveTo(x, y);
+        pen.lineTo(Math.min(Math.max(x, box[0]), box[0] + w), Math.min(Math.max(y, box[1]), box[1] + h));
+        pen.stroke();
+        pen.fillStyle = this.colour("--surface");
+        pen.globalAlpha = 0.9;
+        pen.fillRect(...box);
+        pen.globalAlpha = 1;
+        pen.strokeRect(...box);
+        pen.fillStyle = colour;
+        pen.textAlign = "left";
+        pen.textBaseline = "middle";
+        pen.fillText(text, box[0] + 5 * dense, box[1] + h / 2);
+        return true;
+      }
+    return false;
+  }
+  square(place, radius) {
+    const [x, y] = this.at(place),
+      r = radius * this.scale;
+    return [x - r, y - r, 2 * r, 2 * r];
+  }
+  arrow(from, to, colour) {
+    const { pen, dense } = this,
+      [x, y] = this.at(from),
+      [u, v] = this.at(to),
+      a = Math.atan2(v - y, u - x);
+    pen.strokeStyle = pen.fillStyle = colour;
+    pen.lineWidth = 2 * dense;
+    pen.beginPath();
+    pen.moveTo(x, y);
+    pen.lineTo(u, v);
+    pen.stroke();
+    pen.beginPath();
+    pen.moveTo(u + 4 * dense * Math.cos(a), v + 4 * dense * Math.sin(a));
+    for (const s of [2.6, -2.6]) pen.lineTo(u + 9 * dense * Math.cos(a + s), v + 9 * dense * Math.sin(a + s));
+    pen.fill();
+  }
+}

@@ -1,0 +1,222 @@
+"""PIC and PIT in JavaScript give the bits of Carom's: in node, over the catalogue and scenes drawn at random."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import shutil
+import subprocess
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import carom
+from carom.live.page import SOURCES
+from carom.scenes import all_scenes
+from carom.trace import Trace
+
+HERE = Path(__file__).parent
+#: Enough of the impacts of the longest scenes.
+MOST = 2000
+#: The one list of what the JavaScript refuses, by the names that it says; `test_what_is_refused` holds it to the catalogue.
+REFUSED = {"walls of edges, arcs or circles", "walls of their own material", "numbers of extreme size"}
+
+Job = tuple[carom.Scene, str]
+
+
+def _node() -> str:
+    found = shutil.which("node")
+    if found is None:
+        pytest.skip("there is no node here to run the page's JavaScript in: install Debian's package nodejs")
+    return found
+
+
+def _bits(numbers: Any) -> str:
+    return np.asarray(numbers, dtype="<f8").tobytes().hex()
+
+
+_KNOWN = dict[tuple[str, str], dict[str, Any]]()
+
+
+def _of_carom(scene: carom.Scene, method: str) -> dict[str, Any]:
+    """What Carom makes of a scene, solved once: no two scenes of these tests have one name."""
+    if (scene.name, method) not in _KNOWN:
+        _KNOWN[scene.name, method] = _solved(scene, method)
+    return _KNOWN[scene.name, method]
+
+
+def _solved(scene: carom.Scene, method: str) -> dict[str, Any]:
+    """What Carom makes of a scene, in the words of `bits.mjs`."""
+    trace: Trace = carom.solve_pic(scene, max_impacts=MOST) if method == "pic" else carom.solve_pit(scene)
+    rows = trace.impacts
+    names = [name for name in rows.dtype.names or () if name not in ("first", "second")]
+    return {
+        "outcome": trace.outcome.name.lower(),
+        "bodies": [[int(row["first"]), int(row["second"])] for row in rows],
+        "floats": [_bits(np.hstack([row[name] for name in names])) for row in rows],
+        "spins": None if trace.spins is None else [_bits(list(row)) for row in trace.spins.tolist()],
+        "final": _bits(np.hstack([trace.final_position_m.ravel(), trace.final_velocity_m_s.ravel()])),
+    }
+
+
+def _of_javascript(jobs: Sequence[Job], folder: Path = SOURCES) -> list[dict[str, Any]]:
+    lines = [
+        json.dumps({"scene": json.loads(scene.model_dump_json()), "method": method, "most": MOST})
+        for scene, method in jobs
+    ]
+    done = subprocess.run(
+        [_node(), HERE / "bits.mjs", folder], input="\n".join(lines), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def _unlike(jobs: Sequence[Job], folder: Path = SOURCES) -> list[str]:
+    """Name the runs that differ in any bit."""
+    found = _of_javascript(jobs, folder)
+    assert len(found) == len(jobs)
+    return [
+        f"{scene.name} by {method}: {sorted(key for key in want if got.get(key) != want[key])}"
+        for (scene, method), got in zip(jobs, found, strict=True)
+        if "refused" not in got and got != (want := _of_carom(scene, method))
+    ]
+
+
+def _catalogue() -> list[Job]:
+    return [(entry.scene, method) for entry in all_scenes().values() for method in ("pic", "pit")]
+
+
+def test_every_scene_of_the_catalogue_has_carom_s_bits() -> None:
+    """Every time, normal, velocity, spin and final state of every scene that is not refused by name is the same float."""
+    assert _unlike(_catalogue()) == []
+
+
+def test_what_is_refused_stands_in_one_list() -> None:
+    """A scene of the catalogue is refused for what the list names alone, and one that only has half-planes never is."""
+    jobs = [(entry.scene, "pic") for entry in all_scenes().values()]
+    for (scene, _), got in zip(jobs, _of_javascript(jobs), strict=True):
+        assert set(got.get("refused", ())) <= REFUSED, scene.name
+        ported = all(isinstance(wall, carom.Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
+        assert ("refused" in got) == (not ported), scene.name
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ({"walls": [{"points_m": [[-1.0, -3.0], [1.0, -3.0]]}]}, "walls of edges, arcs or circles"),
+        (
+            {"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "restitution": 0.5}]},
+            "walls of their own material",
+        ),
+        ({"duration_s": 2.0**201}, "numbers of extreme size"),
+        ({"drag": 0.1}, "drag"),
+    ],
+)
+def test_a_scene_that_is_not_ported_is_refused_by_name(change: dict[str, Any], name: str) -> None:
+    """What the JavaScript can't do, and a field that it doesn't know, it says by name; it never runs without them."""
+    scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0, **change}
+    line = json.dumps({"scene": scene, "method": "pic"})
+    done = subprocess.run([_node(), HERE / "bits.mjs", SOURCES], input=line, capture_output=True, text=True, check=True)
+    assert json.loads(done.stdout) == {"refused": [name]}
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [
+        ("bodies.js", "const distance = sqrt(dx * dx + dy * dy)", "const distance = Math.hypot(dx, dy)"),
+        ("meeting.js", "near + 0.5 * step * (1 + bend * (0.25 + 0.125 * bend))", "near"),
+        ("meeting.js", "return t - (gap[0] + p", "return t - 0 * (gap[0] + p"),
+        ("flying.js", "(EPOCH_IMPACTS * n)", "(EPOCH_IMPACTS * n + 1)"),
+        ("encounter.js", "<< 55n", "<< 51n"),
+        ("falling.js", "0.5 * gy * dt", "gy * dt * 0.25"),
+    ],
+)
+def test_a_change_of_the_formula_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
+    """A formula that is the same but for rounding, or wrong by little, does not pass as the same bits."""
+    for source in SOURCES.glob("*.js"):
+        shutil.copy(source, tmp_path)
+    (tmp_path / "package.json").write_text('{"type": "module"}')
+    text = (tmp_path / module).read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / module).write_text(text.replace(old, new), encoding="utf-8")
+    jobs = [*_catalogue(), *((_drawn(seed, kind), "pic") for seed in range(10) for kind in KINDS)]
+    assert _unlike(jobs, tmp_path)
+
+
+KINDS = ("pair", "gas", "rough", "falling")
+
+
+def _drawn(seed: int, kind: str) -> carom.Scene:
+    """Draw a scene: two discs of sizes over six decades that may graze, or three to ten in a box that leans."""
+    draw = random.Random(f"{seed} {kind}")
+    if kind == "pair":
+        size = 10 ** draw.uniform(-3, 3)
+        radii = [size * draw.uniform(0.05, 1) for _ in range(2)]
+        offset = sum(radii) * draw.choice([draw.uniform(0, 1), 1 - 10 ** draw.uniform(-12, -3)])
+        far, speed = sum(radii) * 10 ** draw.uniform(0.05, 3), 10 ** draw.uniform(-2, 3)
+        masses = [10 ** draw.uniform(-3, 3) for _ in range(2)]
+        return carom.Scene(
+            name=f"pair {seed}",
+            discs=[
+                carom.Disc(position_m=(0.0, 0.0), radius_m=radii[0], mass_kg=masses[0]),
+                carom.Disc(position_m=(far, offset), velocity_m_s=(-speed, 0.0), radius_m=radii[1], mass_kg=masses[1]),
+            ],
+            duration_s=2 * far / speed,
+            frame_rate_hz=draw.uniform(10, 200) * speed / far,
+            restitution=draw.random(),
+        )
+    rough, count, discs = kind == "rough", draw.randint(3, 10), list[carom.Disc]()
+    while len(discs) < count:
+        place, radius = (draw.uniform(-4, 4), draw.uniform(-3, 3)), draw.uniform(0.1, 0.5)
+        if any(math.dist(place, disc.position_m) < radius + disc.radius_m + 0.01 for disc in discs):
+            continue
+        turning = {"spin_rad_s": draw.uniform(-20, 20), "inertia_factor": draw.choice([0.5, 0.4, 1.0])}
+        moving = {"velocity_m_s": (draw.uniform(-9, 9), draw.uniform(-9, 9)), "mass_kg": draw.uniform(0.2, 5)}
+        fixed = draw.random() < 0.15
+        own: dict[str, Any] = {"mass_kg": math.inf} if fixed else {**moving, **(turning if rough else {})}
+        discs.append(carom.Disc(position_m=place, radius_m=radius, **own))
+    walls = [((-5.0, 0.0), (1.0, 0.0)), ((5.0, 0.0), (-1.0, 0.0)), ((0.0, -4.0), (0.0, 1.0))]
+    grip = {
+        "friction": draw.uniform(0, 1),
+        "wall_friction": draw.uniform(0, 1),
+        "tangential_restitution": draw.uniform(-1, 1),
+        "wall_tangential_restitution": draw.uniform(-1, 1),
+    }
+    return carom.Scene(
+        name=f"{kind} {seed}",
+        discs=discs,
+        walls=[carom.Wall(point_m=p, normal=n) for p, n in [*walls, ((0.0, 4.0), (draw.uniform(0, 0.1), -1.0))]],
+        duration_s=draw.uniform(2, 12),
+        frame_rate_hz=draw.uniform(20, 240),
+        restitution=draw.uniform(0.8, 1),
+        wall_restitution=draw.uniform(0.8, 1),
+        gravity_m_s2=(draw.uniform(-2, 2), -9.81) if kind == "falling" else (0.0, 0.0),
+        **(grip if rough else {}),
+    )
+
+
+def _random_unlike(seeds: range) -> list[str]:
+    return _unlike([(_drawn(seed, kind), how) for seed in seeds for kind in KINDS for how in ("pic", "pit")])
+
+
+def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
+    """Grazing pairs, gases among fixed discs and walls, with friction and spin, and under gravity: no bit differs."""
+    assert _random_unlike(range(10)) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(0, 500, 50))
+def test_two_thousand_scenes_have_carom_s_bits(first: int) -> None:
+    """Two thousand of them, five hundred of each kind."""
+    assert _random_unlike(range(first, first + 50)) == []
+
+
+def test_the_scenes_drawn_at_random_meet() -> None:
+    """A draw without impacts would compare nothing: nearly every scene has one, and no kind is without."""
+    met = Counter(kind for seed in range(10) for kind in KINDS if len(_of_carom(_drawn(seed, kind), "pic")["bodies"]))
+    assert all(met[kind] >= 9 for kind in KINDS)
