@@ -1,1 +1,1 @@
-"""A page on which one throws the discs: PIC and PIT in JavaScript, with Carom's bits, and engines that run in a browser."""
+"""A page on which one throws the discs: PIC and PIT in JavaScript, with the bits of Carom's own."""

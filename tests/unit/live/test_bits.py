@@ -23,7 +23,7 @@ from carom.trace import Trace
 HERE = Path(__file__).parent
 #: Enough of the impacts of the longest scenes.
 MOST = 2000
-#: The one list of what the JavaScript refuses, by the names that it says; `test_what_is_refused` holds it to the catalogue.
+#: All that the JavaScript refuses, by the names that it says.
 REFUSED = {"walls of edges, arcs or circles", "walls of their own material", "numbers of extreme size"}
 
 Job = tuple[carom.Scene, str]
@@ -92,7 +92,7 @@ def _catalogue() -> list[Job]:
 
 
 def test_every_scene_of_the_catalogue_has_carom_s_bits() -> None:
-    """Every time, normal, velocity, spin and final state of every scene that is not refused by name is the same float."""
+    """Every time, normal, velocity, spin and final state of every scene that is not refused is the same float."""
     assert _unlike(_catalogue()) == []
 
 
