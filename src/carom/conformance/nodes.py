@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 import pytest
 
 from carom.conformance.cases import Case
+from carom.conformance.known_failures import here
 from carom.conformance.suite import EnginePlan, Suite
 from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
+from carom.conformance.written import write_known_failures
 from carom.errors import CaromError
 from carom.registry import asked_as
 from carom.scene import save_scene
@@ -92,11 +94,24 @@ class CaseItem(pytest.Item):
         return shlex.join(["carom", "run", scene, *on])
 
 
+def _what(error: CaromError) -> str:
+    """Return what failed in a line."""
+    return (error.what if isinstance(error, Violation) else str(error)).partition("\n")[0]
+
+
 class ConformanceRun:
     """The hooks of a run that was asked for."""
 
-    def __init__(self, plan: Suite) -> None:
-        self._plan = plan
+    def __init__(self, plan: Suite, write_to: Path | None = None) -> None:
+        """Run a plan.
+
+        Args:
+            plan: What is to be run.
+            write_to: The file of known failures that is to be brought up to date; None where it is let be.
+        """
+        self._plan, self._write_to = plan, write_to
+        self._failed: dict[str, str] = {}
+        self._passed: set[str] = set()
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_collection_modifyitems(self, session: pytest.Session, items: list[pytest.Item]) -> None:
@@ -108,13 +123,20 @@ class ConformanceRun:
             items.extend(session.genitems(collector))  # as a test file is collected, with every report of it
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_makereport(self, item: pytest.Item) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         """Fail what is listed as a known failure and is none: it passes, or does not even apply."""
         report = yield
         if not isinstance(item, CaseItem) or report.when != "call":
             return report
         name = f"{item.engine.info.name}::{item.case.name}"
         reason = self._plan.known.get(name)
+        # As an attribute it comes to pytest-xdist's controller, which alone writes the file.
+        if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
+            vars(report)["carom_failed"] = [name, _what(call.excinfo.value)]
+        elif reason is not None and not hasattr(report, "wasxfail"):
+            vars(report)["carom_passed"] = name
         if reason is not None and not hasattr(report, "wasxfail") and not item.config.option.runxfail:
             how = "passes" if report.failed else "does not apply"
             report.outcome = "failed"
@@ -122,6 +144,14 @@ class ConformanceRun:
                 f"XPASS(strict): {name} {how}, but {self._plan.known_file} lists it ({reason}): take it out"
             )
         return report
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Keep what the file of known failures is to be told."""
+        if told := getattr(report, "carom_failed", None):
+            name, what = told
+            self._failed[name] = what
+        elif name := getattr(report, "carom_passed", ""):
+            self._passed.add(name)
 
     def pytest_report_header(self) -> list[str]:
         """Say what the suite runs on."""
@@ -150,6 +180,19 @@ class ConformanceRun:
             )
             brought = f" ({info.distribution})" if info.distribution else ""  # a manifest has none
             write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
+        if self._write_to is not None:
+            write(self._written(self._write_to))
+
+    def _written(self, path: Path) -> str:
+        """Bring the file of known failures up to date, and say what became of it."""
+        try:
+            done = write_known_failures(
+                path, self._plan.entries, self._failed, self._passed, self._plan.versions, here()
+            )
+        except CaromError as error:
+            return f"known failures were not written: {error}"
+        told = f"{path}: {len(done.added)} known failures added, {len(done.dropped)} dropped"
+        return f"{told}; {len(done.without_reason)} have a reason to be written" if done.without_reason else told
 
     def pytest_sessionfinish(self) -> None:
         """End the engines' processes."""

@@ -40,6 +40,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "write it with =, as pytest looks for its rootdir near any other argument",
     )
     group.addoption(
+        "--write-known-failures",
+        action="store_true",
+        dest="carom_write_known_failures",
+        help="bring the file of known failures up to date: what fails joins it with its reason to be written, what "
+        "passes leaves it, reasons that stand are kept",
+    )
+    group.addoption(
         "--carom-time-limit",
         metavar="SECONDS",
         help="an engine that gives no answer for this long is ended, and its case fails (default: 60)",
@@ -57,6 +64,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if not wanted:
         return
     config.addinivalue_line("markers", MARKER)
+    from carom.conformance.known_failures import FILE_NAME
     from carom.conformance.suite import make_suite
     from carom.errors import CaromError
     from carom.runs.options import Limited
@@ -65,16 +73,19 @@ def pytest_configure(config: pytest.Config) -> None:
         "time_limit_s": config.getoption("carom_time_limit"),
         "memory_limit_mb": config.getoption("carom_memory_limit"),
     }
+    file, writes = config.getoption("carom_known_failures"), config.getoption("carom_write_known_failures")
+    is_new = writes and file is not None and not file.exists()
     try:
         suite = make_suite(
             wanted,
             config.getoption("carom_profile"),
-            config.getoption("carom_known_failures"),
-            (config.rootpath, config.invocation_params.dir),
+            None if is_new else file,
+            () if is_new else (config.rootpath, config.invocation_params.dir),
             Limited.said(limits, before="--carom-"),
         )
     except CaromError as error:
         raise pytest.UsageError(f"--carom-engine: {error}") from error
     from carom.conformance.nodes import ConformanceRun
 
-    config.pluginmanager.register(ConformanceRun(suite), "carom-conformance")
+    write_to = (file or suite.known_file or config.rootpath / FILE_NAME) if writes else None
+    config.pluginmanager.register(ConformanceRun(suite, write_to), "carom-conformance")

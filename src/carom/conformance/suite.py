@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from carom.conformance.cases import Case, cases
-from carom.conformance.known_failures import FILE_NAME, check_names, load_known_failures
+from carom.conformance.known_failures import (
+    FILE_NAME,
+    KnownFailure,
+    check_names,
+    here,
+    known_reasons,
+    load_known_failures,
+)
 from carom.conformance.subject import Subject
 from carom.errors import InputError, UnknownNameError
 from carom.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, engine_named
@@ -43,13 +50,20 @@ class Suite:
 
     Attributes:
         engines: The adapters.
-        known: Reason of each known failure, by the full name of its case.
+        known: Reason of each known failure of these releases on this platform, by the full name of its case.
         known_file: Where these stand; None where there is no such file.
+        entries: All that the file lists.
     """
 
     engines: tuple[EnginePlan, ...]
     known: Mapping[str, str]
     known_file: Path | None
+    entries: tuple[KnownFailure, ...] = ()
+
+    @property
+    def versions(self) -> dict[str, str]:
+        """Version of each engine that is run, by its adapter's name."""
+        return {plan.info.name: plan.info.version for plan in self.engines if plan.subject is not None}
 
 
 def make_suite(
@@ -91,11 +105,13 @@ def make_suite(
             raise InputError(f"--carom-profile: no profile {name!r}; there are: {', '.join(there_are)}, or {ALL!r}")
     if known_file is None:
         known_file = next((path for folder in folders if (path := folder / FILE_NAME).is_file()), None)
-    known = {} if known_file is None else load_known_failures(known_file)
-    if known_file is not None:
-        skipped = {name: skip for name, skip in everything.items() if skip}
-        check_names(known, everything, skipped, {*adapter_points()}, known_file)
-    return Suite(tuple(planned), known, known_file)
+    if known_file is None:
+        return Suite(tuple(planned), {}, None)
+    suite = Suite(tuple(planned), {}, known_file, load_known_failures(known_file))
+    known = known_reasons(suite.entries, suite.versions, here(), known_file)
+    skipped = {name: skip for name, skip in everything.items() if skip}
+    check_names(suite.entries, known, everything, skipped, {*adapter_points()}, known_file)
+    return replace(suite, known=known)
 
 
 def selected_engines(wanted: Sequence[str], pool: Pool) -> list[EngineInfo]:

@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from carom.errors import CaromError
-from carom.studies.history.releases import require_version
 from carom.text import last_words, shown
+from carom.versions import require_version
 
 __all__ = ["CLIENTS", "Client", "ClientError", "Npm", "Pip"]
 

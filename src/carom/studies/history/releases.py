@@ -3,40 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
-from carom.errors import InputError, UnknownNameError
-from carom.text import near, release_numbers, shown
+from carom.errors import UnknownNameError
+from carom.text import near, release_numbers
+from carom.versions import require_version, version_condition
 
-__all__ = ["in_order", "is_final", "require_version", "selected"]
+__all__ = ["in_order", "is_final", "selected"]
 
-#: What goes to a client as a version: nothing that it could take for an option, a path or a range.
-_VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
 #: Without a tag that marks it as not final, an alpha, a nightly; `post` mends the packaging of a final one.
 _FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 
 #: The newest release, by this word.
 LATEST = "latest"
-
-_CONDITIONS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
-    ">=": lambda one, other: one >= other,
-    "<=": lambda one, other: one <= other,
-    ">": lambda one, other: one > other,
-    "<": lambda one, other: one < other,
-}
-
-
-def require_version(version: str) -> str:
-    """Return a version as it may go to a client.
-
-    Raises:
-        InputError: It is none.
-    """
-    if not _VERSION.fullmatch(version):
-        raise InputError(
-            f"a version must begin with a digit and hold letters, digits, . + ! _ - alone, got {shown(version)}"
-        )
-    return version
 
 
 def is_final(version: str) -> bool:
@@ -71,11 +50,11 @@ def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> t
     if LATEST in words:
         newest = in_order(filter(is_final, listed))[-1:]
         words = [*(word for word in words if word != LATEST), *newest]
-    named = [word for word in words if _condition(word) is None]
+    named = [word for word in words if version_condition(word) is None]
     for word in named:
         if require_version(word) not in listed:
             raise UnknownNameError(f"no release {word!r} is listed; {near(word, listed)}there are: {_shortly(listed)}")
-    conditions = [found for word in words if (found := _condition(word)) is not None]
+    conditions = [found for word in words if (found := version_condition(word)) is not None]
     able = [
         one
         for one in in_order(filter(is_final, listed))
@@ -87,16 +66,3 @@ def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> t
 def _shortly(listed: Sequence[str]) -> str:
     ordered = in_order(listed)
     return ", ".join(ordered if len(ordered) <= 20 else (*ordered[:3], "...", *ordered[-12:]))
-
-
-def _condition(word: str) -> Callable[[tuple[int, ...]], bool] | None:
-    """Return what a word asks of a release's numbers; None where it names one."""
-    low, dots, high = word.partition("..")
-    if dots:
-        first, last = release_numbers(require_version(low)), release_numbers(require_version(high))
-        return lambda one: first <= one <= last
-    for sign, meets in _CONDITIONS.items():
-        if word.startswith(sign):
-            limit = release_numbers(require_version(word.removeprefix(sign).strip()))
-            return lambda one, meets=meets, limit=limit: meets(one, limit)  # type: ignore[misc]
-    return None
