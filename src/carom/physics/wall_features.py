@@ -76,15 +76,16 @@ def features_of(outline: Outline) -> tuple[WallFeature, ...]:
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
-    """Whether a disc that meets two smooth faces at one instant goes on in the same way, whichever comes first.
+    """Whether a disc that meets two smooth features at one instant goes on in the same way, whichever comes first.
 
     So it is at a corner of 90 degrees, and, if both are elastic, of 60, 45 and 30 degrees (that of pi/n in general, of
-    which these have cosines whose squares are rational); and of a face with itself.
+    which these have cosines whose squares are rational); and of a feature with itself, which is met again only after
+    it was left.
     """
-    if not isinstance(one, Face) or not isinstance(other, Face):
-        return False
     if one == other:
         return True
+    if not isinstance(one, Face) or not isinstance(other, Face):
+        return False
     (ax, ay), (bx, by) = _along(one), _along(other)
     dot = ax * bx + ay * by  # of the normals, too, which are the ways turned by a quarter
     if dot == 0:

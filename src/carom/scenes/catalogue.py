@@ -21,6 +21,7 @@ from carom.scenes import (
     many_discs,
     paper,
     spin,
+    tables,
     two_discs,
     walled,
 )
@@ -32,7 +33,7 @@ _TAG_PREFIX = "tag:"
 
 #: What runs by default, and what is asked for by name, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
-_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin, engines)
+_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin, tables, engines)
 
 
 @cache

@@ -172,7 +172,10 @@ class Bodies:
     def _hit(self, i: int, k: int) -> Hit | None:
         """Return what disc `i`, brought there, meets of wall `k`; None of a half-plane."""
         wall = self.finite[k]
-        return None if wall is None else wall.hit(self.mover(i), self._expected[i, k][0])
+        if wall is None:
+            return None
+        part, _ = self._expected[i, k]
+        return wall.hit(self.mover(i), part)._replace(again=part.feature is self.last_feature(i, k))
 
     def find(self, i: int, k: int) -> None:
         """Note what of wall `k` disc `i` has met: what is nearest, as PIT finds it."""
@@ -263,6 +266,8 @@ class Bodies:
             wall, hit = self.walls[wall_index(j)], self.last_hit[i]
             if isinstance(wall, tuple):
                 known = wall_resolution(size + size_of(*wall[:2], 0.0), speed)
+            elif hit is not None and hit.again:
+                known = 0.0
             elif hit is not None and hit.feature is not None:
                 known = resolution_s(self.mover(i), hit.feature, speed, (ax, ay))
             else:

@@ -29,11 +29,13 @@ class Hit(NamedTuple):
         feature: The feature; None where it was found late, by looking for what is nearest.
         normal: Unit vector from the wall to the disc.
         edge: Number of the edge in the file, and its kind, in the order of `carom.trace.EDGE_DTYPE`.
+        again: Whether the disc comes back to it, with nothing between: then no rounded gap bears on the instant.
     """
 
     feature: Feature | None
     normal: Vector
     edge: tuple[int, int]
+    again: bool = False
 
 
 class FiniteWall:

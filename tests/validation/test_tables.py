@@ -1,0 +1,130 @@
+"""Finite walls against known answers: the group `tables`, wedges, long orbits and growth of errors, to 1e-12.
+
+The answers are theorems, or rational arithmetic here; nothing of them comes from the code under test.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise
+from carom.scenes import CatalogueScene, find_scenes
+from carom.scenes.entry import deviation
+
+TABLES = find_scenes(["tables"])
+#: What rounding may leave of an answer, over the scene's sizes. Of the three posts an impact multiplies an error by
+#: 11.8, so that the three of the scene leave 1,600 roundings of 1e-16.
+ROUNDING = 1e-12
+
+
+@pytest.mark.parametrize("entry", TABLES, ids=lambda entry: entry.name)
+def test_every_table_has_its_known_answer(entry: CatalogueScene) -> None:
+    """All impacts, their times, velocities and the end are those of the closed form, in both forms of PIC."""
+    trace = solve_pic(entry.scene)
+    assert deviation(trace, entry.known, entry.scene) < ROUNDING
+    assert trace.ambiguous == ()
+    assert trace.outcome is Outcome.COMPLETED
+    if entry.scene.step_count(1.0 / entry.scene.frame_rate_hz) < 10_000:
+        assert solve_pic_framewise(entry.scene).impacts.tobytes() == trace.impacts.tobytes()
+
+
+def wedge(degrees: float, side: float = 1e6) -> Chain:
+    """Return a wedge with its corner at the origin and its lower side along x."""
+    tip = side * cmath.exp(1j * math.radians(degrees))
+    return Chain(points_m=[(side, 0.0), (0.0, 0.0), (tip.real, tip.imag)])
+
+
+def thrown(degrees: float, place: complex, velocity: complex, restitution: float, most: int) -> int:
+    """Return how many impacts a disc has in a wedge; its place is that of its centre in the wedge left to it."""
+    radius = 0.01
+    start = place + radius * complex(1.0 / math.tan(math.radians(degrees) / 2.0), 1.0)
+    disc = Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=radius)
+    scene = Scene(name="wedge", discs=[disc], walls=[wedge(degrees)], wall_restitution=restitution, duration_s=1e60)
+    return len(solve_pic(scene, max_impacts=most).impacts)
+
+
+@pytest.mark.parametrize("degrees", [17, 30, 45, 77, 110])
+def test_a_wedge_is_left_after_as_many_impacts_as_unfolding_says(degrees: int) -> None:
+    """Seen from the apex a straight path turns from one angle to another, over as many images as lie between."""
+    draw = np.random.default_rng(degrees)
+    angle = math.radians(degrees)
+    for _ in range(20):
+        place = draw.uniform(1, 50) * cmath.exp(1j * draw.uniform(0.05, 0.95) * angle)
+        velocity = cmath.exp(1j * draw.uniform(-math.pi, math.pi))
+        # The path ends in its direction: it turns by less than pi from where it begins.
+        turned = cmath.phase(place) + math.remainder(cmath.phase(velocity) - cmath.phase(place), math.tau)
+        assert thrown(degrees, place, velocity, 1.0, 100) == abs(math.floor(turned / angle))
+
+
+@pytest.mark.parametrize("degrees", [60, 45, 30])
+def test_a_wedge_with_losses_collapses_below_its_restitution(degrees: int) -> None:
+    """Impacts have no end if and only if cos(a) >= 2 sqrt(e)/(1 + e): the product of two has real eigenvalues then.
+
+    With R = 1 - (1 + e) n n^T of each side, the trace of the product is (1 + e)^2 cos^2(a) - 2 e, its determinant e^2.
+    At 60 degrees e is 7 - 4 sqrt(3), that of three discs on a line (McNamara & Young, Phys. Fluids A 4 (1992) 496).
+    """
+    cosine = math.cos(math.radians(degrees))
+    root = (1.0 - math.sqrt(1.0 - cosine**2)) / cosine  # of cos(a) (1 + x^2) = 2 x, with x^2 = e
+    critical = root**2
+    if degrees == 60:
+        assert critical == pytest.approx(7 - 4 * math.sqrt(3), abs=1e-15)
+    angle = math.radians(degrees)
+    starts = [cmath.exp(1j * angle * part) for part in (0.2, 0.5, 0.8)]
+    below = [thrown(degrees, place, -place * cmath.exp(0.02j), 0.97 * critical, 100) for place in starts]
+    above = [thrown(degrees, place, -place * cmath.exp(0.02j), 1.03 * critical, 100) for place in starts]
+    assert below == [100] * 3
+    assert max(above) < 40
+
+
+def test_a_box_is_unfolded_to_its_366th_impact() -> None:
+    """After 1,000 s in a box of 5 x 3 m, place and number of impacts are those of rational numbers."""
+    draw = np.random.default_rng(2410)
+    for _ in range(2):
+        place = (int(draw.integers(64, 256)) / 64, int(draw.integers(64, 128)) / 64)
+        velocity = (int(draw.integers(1, 200)) / 64, int(draw.integers(1, 200)) / 128)
+        disc = Disc(position_m=place, velocity_m_s=velocity, radius_m=0.25)
+        walls = [Chain(points_m=[(0, 0), (5, 0), (5, 3), (0, 3)], closed=True)]
+        trace = solve_pic(Scene(name="box", discs=[disc], walls=walls, duration_s=1000.0))
+        crossed = 0
+        for axis, room in ((0, Fraction(9, 2)), (1, Fraction(5, 2))):
+            line = Fraction(place[axis]) - Fraction(1, 4) + 1000 * Fraction(velocity[axis])
+            images, rest = divmod(line, room)
+            crossed += int(images)
+            end = Fraction(1, 4) + (rest if images % 2 == 0 else room - rest)
+            assert abs(trace.final_position_m[0, axis] - float(end)) < 1e-11
+        assert len(trace.impacts) == crossed
+
+
+def test_a_circle_turns_by_one_angle_a_chord_for_two_thousand_impacts() -> None:
+    """The k-th impact in a container is k chords away, and the disc stays on its rim."""
+    for n, k in ((5, 2), (97, 31)):
+        step = math.tau * k / n
+        velocity = cmath.exp(1j * step) - 1
+        velocity /= abs(velocity)
+        disc = Disc(position_m=(1.0, 0.0), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.25)
+        scene = Scene(name="star", discs=[disc], walls=[Ring(centre_m=(0, 0), radius_m=1.25)], duration_s=4000.0)
+        trace = solve_pic(scene, max_impacts=2000)
+        times = 2 * abs(math.sin(step / 2)) * np.arange(1, 2001)
+        # The direction is rounded, so that each chord is off by parts of 1e-16 of itself, all the same way.
+        assert np.max(np.abs(trace.impacts["time_s"] / times - 1)) < 1e-13
+        assert abs(math.hypot(*trace.final_position_m[0]) - 1.0) < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("posts", "growth"),
+    [
+        pytest.param([(3.0, 0.0), (-3.0, 0.0)], 5 + math.sqrt(24), id="two, 1 + l/rho + sqrt((1 + l/rho)^2 - 1)"),
+    ],
+)
+def test_errors_grow_between_posts_as_their_curvature_says(posts: list[tuple[float, float]], growth: float) -> None:
+    """An offset grows by the larger eigenvalue of a flight of l and an impact on a circle of rho (Sinai 1970)."""
+    walls = [Ring(centre_m=post, radius_m=0.75) for post in posts]
+    disc = Disc(position_m=(0.0, 1e-9), velocity_m_s=(1.0, 0.0), radius_m=0.25)
+    trace = solve_pic(Scene(name="posts", discs=[disc], walls=walls, duration_s=60.0), max_impacts=6)
+    offsets = np.abs(trace.impacts["normal"][:, 1])
+    assert offsets[5] / offsets[4] == pytest.approx(growth, rel=1e-4)
