@@ -115,6 +115,19 @@ def test_a_circle_turns_by_one_angle_a_chord_for_two_thousand_impacts() -> None:
         assert abs(math.hypot(*trace.final_position_m[0]) - 1.0) < 1e-12
 
 
+@pytest.mark.parametrize("delta", [1e-5, 1e-9, 1e-12])
+def test_a_whispering_gallery_is_right_at_any_angle(delta: float) -> None:
+    """At 1e-12 of a radian to the wall, too, each chord takes 2 rho sin(delta), and the disc stays on its circle."""
+    disc = Disc(position_m=(1.0, 0.0), velocity_m_s=(-math.sin(delta), math.cos(delta)), radius_m=0.25)
+    scene = Scene(name="gallery", discs=[disc], walls=[Ring(centre_m=(0, 0), radius_m=1.25)], duration_s=1.0)
+    trace = solve_pic(scene, max_impacts=500)
+    times = 2 * math.sin(delta) * np.arange(1, 501)
+    # A velocity is rounded at each impact, by 1e-16 of it: of 1e-12 of a radian a ten thousandth, at worst each way.
+    assert np.max(np.abs(trace.impacts["time_s"] / times - 1)) < 500 * 2.0**-52 / delta
+    assert abs(math.hypot(*trace.final_position_m[0]) - 1.0) < 1e-14
+    assert trace.ambiguous == ()
+
+
 @pytest.mark.parametrize(
     ("posts", "growth"),
     [

@@ -16,7 +16,7 @@ from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, Tag, listed
 from carom.scenes.walled import bounces_in_a_box
 
 _LAW = "Newton's law: the part of the velocity along the normal is turned round"
-_BUNIMOVICH = "Bunimovich, Commun. Math. Phys. 65 (1979) 295: the stadium"
+_BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
 _CHORDS = "Each chord of a circle subtends the same angle"
 
 
@@ -139,14 +139,14 @@ def _star() -> Staged:
 
 @listed("tables")
 def _whispering_gallery() -> Staged:
-    """A disc runs along a circular wall at a billionth of a radian: hundreds of impacts in less than a microsecond."""
-    rho, radius, delta, count = 1.0, 0.25, 1e-9, 300
+    """A disc runs along a circular wall at a thousandth of a radian: a hundred impacts in 12 degrees."""
+    rho, radius, delta, count = 1.0, 0.25, 1e-3, 100
     velocity, chord = cmath.exp(1j * (math.pi / 2.0 + delta)), 2.0 * rho * math.sin(delta)
     scene = scene_of(
         [Disc(position_m=(rho, 0.0), velocity_m_s=(-math.sin(delta), math.cos(delta)), radius_m=radius)],
         walls=[Ring(centre_m=(0, 0), radius_m=rho + radius)],
         duration_s=(count + 0.5) * chord,
-        frame_rate_hz=1e9,
+        frame_rate_hz=3000.0,  # six frames an impact
     )
     impacts = [impact(k * chord, 0, -1, velocity * cmath.exp(2j * delta * k)) for k in range(1, count + 1)]
     return answered(scene, impacts, f"{_CHORDS}: 2 rho sin(delta) an impact")

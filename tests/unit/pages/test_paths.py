@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from carom.pages.paths import exact_paths
+from carom.scene import Wall
 from carom.scenes import all_scenes
 from carom.solvers.pic import solve_pic
 from carom.trace import wall_body
@@ -30,6 +31,9 @@ def test_the_drawn_bodies_touch_at_every_impact_of_the_reference(name: str) -> N
             reach = scene.discs[first].radius_m + scene.discs[second].radius_m
             gap = float(np.hypot(*(next(stands).position_m - here))) - reach
         else:
-            wall = scene.half_planes()[wall_body(second)]
-            gap = float(np.dot(here - np.array(wall.point_m), wall.normal)) - scene.discs[first].radius_m
+            wall, radius = scene.walls[wall_body(second)], scene.discs[first].radius_m
+            if isinstance(wall, Wall):
+                gap = float(np.dot(here - np.array(wall.point_m), wall.normal)) - radius
+            else:
+                gap = wall.outline.gap(float(here[0]), float(here[1]), radius)
         assert abs(gap) <= DRAWN_EXACTLY * length

@@ -30,8 +30,11 @@ def test_the_bodies_of_every_impact_touch(group: str) -> None:
             if second >= 0:
                 gap = float(np.linalg.norm(tracks[second].at(when)[0] - place)) - scene.discs[second].radius_m
             else:
-                wall = scene.half_planes()[-1 - second]
-                gap = float(np.dot(place - np.array(wall.point_m), wall.normal))
+                wall = scene.walls[-1 - second]
+                if isinstance(wall, carom.Wall):
+                    gap = float(np.dot(place - np.array(wall.point_m), wall.normal))
+                else:
+                    gap = wall.outline.gap(float(place[0]), float(place[1]), 0.0)
             assert abs(gap - scene.discs[first].radius_m) <= near
 
 

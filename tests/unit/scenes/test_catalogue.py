@@ -106,6 +106,8 @@ TAGS = {
     "gravity/free-fall": "gravity no-impact",
     "gravity/ladder": "chain gravity inelastic two-bodies walls",
     "spin/english-stick": "two-bodies",
+    "tables/stadium-rhombus": "chain two-bodies unstable walls",
+    "tables/end-missed": "no-impact two-bodies walls",
     "engines/film": "fast two-bodies",
     "engines/near-miss": "no-impact two-bodies",
     "engines/gas-of-25": "chain conserved walls",

@@ -158,12 +158,14 @@ class BodyStates:
             self.xy[disc] = (x + vx * seconds + ax * half, y + vy * seconds + ay * half)
             self.velocity[disc] = (vx + ax * seconds, vy + ay * seconds)
 
-    def contact(self, pair: Pair) -> Separation:
-        """Return how the two bodies of a pair are to each other."""
+    def contact(self, pair: Pair, feature: Feature | None = None) -> Separation:
+        """Return how the two bodies of a pair are to each other; of a finite wall, with `feature`, at what of it."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= law.n:
             away, nx, ny = law.side_of(j - law.n, x, y)
+            if feature is not None:
+                nx, ny = normal_at(feature, Mover.at((x, y), (vx, vy), law.radius[i]))
             return Separation(away - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
@@ -230,13 +232,14 @@ class BodyStates:
         nx, ny = normal_at(last, disc)
         return max(0.0, disc.ux[0] * nx + disc.uy[0] * ny)
 
-    def strike(self, pair: Pair) -> None:
-        """Give the bodies of a pair, where they are, their velocities after an impact."""
+    def strike(self, pair: Pair, feature: Feature | None = None) -> None:
+        """Give the bodies of a pair, where they are, their velocities after an impact; `feature` as of `contact`."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         w_i = law.inverse_mass[i]
         if j >= law.n:
-            _, nx, ny = law.side_of(j - law.n, x, y)
+            _, (mx, my), _ = self.contact(pair, feature)
+            nx, ny = -mx, -my
             contact = law.contact_of(pair)
             along = vx * nx + vy * ny
             if not along < 0.0:
@@ -319,11 +322,12 @@ def exact_run(
             break
         state.fly(max(at_s - now_s, 0.0))
         now_s = max(at_s, now_s)
-        contact, law = state.contact(pair), state.law
+        feature, law = state.met.get(pair), state.law
+        contact = state.contact(pair, feature)
         falls_back = law.falls(pair[0]) != law.falls(pair[1])
         if falls_back and contact.closing <= resting_speed:
             return met, pair
-        state.strike(pair)
+        state.strike(pair, feature)
         met.append(Met(now_s, pair, contact, state.copy()))
         struck = {body for body in pair if law.movable(body)}
         bends = pair[1] >= law.n and not isinstance(law.walls[pair[1] - law.n], tuple)
