@@ -18,7 +18,21 @@ __all__ = ["app", "app_of", "command"]
 
 #: In the order of `carom --help`. Each is the function of its own name in the module of that name, or of `_SPELT`.
 COMMANDS = (
-    *("demo", "run", "diff", "report", "bench", "advise", "certify", "stress", "tune", "history", "scenes", "engines"),
+    *(
+        "demo",
+        "play",
+        "run",
+        "diff",
+        "report",
+        "bench",
+        "advise",
+        "certify",
+        "stress",
+        "tune",
+        "history",
+        "scenes",
+        "engines",
+    ),
     *("explain", "import", "serve"),
 )
 

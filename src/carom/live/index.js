@@ -8,7 +8,7 @@ export const falls = (scene) => (scene.gravity_m_s2 ?? [0, 0]).some((g) => g !==
 // carom/limits.py: a scene whose numbers are not all within this is run by Carom in other units.
 const ORDINARY = 2 ** 200;
 const extreme = (x) => x !== 0 && Math.abs(x) !== Infinity && !(Math.abs(x) <= ORDINARY && Math.abs(x) >= 1 / ORDINARY);
-const numbers = (scene) => [
+const numbersOf = (scene) => [
   scene.duration_s,
   ...(scene.gravity_m_s2 ?? []),
   ...scene.discs.flatMap((d) => [
@@ -25,7 +25,7 @@ export const NOT_PORTED = {
   "walls of edges, arcs or circles": (scene) => (scene.walls ?? []).some((wall) => !("normal" in wall)),
   "walls of their own material": (scene) =>
     (scene.walls ?? []).some((wall) => wall.restitution != null || wall.friction != null),
-  "numbers of extreme size": (scene) => numbers(scene).some(extreme),
+  "numbers of extreme size": (scene) => numbersOf(scene).some(extreme),
 };
 const KNOWN = {
   scene: [

@@ -51,7 +51,7 @@ export function pairTime(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2) {
   }
   return exactPairTime(e);
 }
-const advanced = (late, early, p, v) => {
+const flown = (late, early, p, v) => {
   const [fast, slow] = split(v[0]),
     [head, error] = twoSum(p[0], late * fast);
   return [head, error + (late * slow + early * fast + (early * slow + (p[1] + late * v[1])))];
@@ -59,8 +59,8 @@ const advanced = (late, early, p, v) => {
 function refined(near, [x, y, ux, uy, [radius, radiusRest]]) {
   const [late, early] = split(near),
     grid = GRID * radius;
-  const [xh, xr] = advanced(late, early, x, ux),
-    [yh, yr] = advanced(late, early, y, uy);
+  const [xh, xr] = flown(late, early, x, ux),
+    [yh, yr] = flown(late, early, y, uy);
   const px = xh + xr,
     py = yh + yr;
   const hx = px + grid - grid,

@@ -1,9 +1,98 @@
-"""The page as one file."""
+"""The page as one file, with a policy that lets nothing else run or be fetched."""
 
 from __future__ import annotations
 
+import base64
+import gzip
+import hashlib
+import html
+import json
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-__all__ = ["SOURCES"]
+from carom.errors import InputError
+from carom.live.linked import PageEngine
+from carom.scene import Scene, Wall
+
+__all__ = ["GALLERY", "MOST_DISCS", "SOURCES", "page_html", "page_script"]
 
 SOURCES = Path(__file__).parent
+#: The modules of the page, each after those that it imports.
+_MODULES = (
+    *("arithmetic", "meeting", "bodies", "flying", "encounter", "falling", "index", "stage", "scene", "compare"),
+    *("engines", "page"),
+)
+MOST_DISCS = 10
+#: Scenes of the catalogue that a reader is led to, the first of them being shown.
+GALLERY = (
+    *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
+    *("classics/cradle-gaps", "classics/galperin-100", "gravity/falling-pair", "spin/throw-stick"),
+)
+_IMPORT = re.compile(r"^import (?:\{[^}]*\}) from \"\./\w+\.js\";\n", re.MULTILINE)
+_RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
+
+
+def page_script() -> str:
+    """Return all modules as one script: no two of them give one name to different things."""
+    joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in _MODULES)
+    own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
+    # Comments of whole lines and indents are for who reads the modules; no text of a module goes over lines.
+    lines = (line.strip() for line in own.splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
+
+
+def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
+    """Return the page with scenes to choose from, the first of them being shown, and engines that are installed.
+
+    Raises:
+        InputError: A scene is beyond what the page shows.
+    """
+    script, loader = page_script(), (SOURCES / "loader.js").read_text(encoding="utf-8")
+    hashes = [_hash(text) for text in (loader, script, *(engine.script for engine in engines))]
+    wasm = ["'wasm-unsafe-eval'"] if any(engine.wasm for engine in engines) else []
+    policy = (
+        f"default-src 'none'; script-src {' '.join([*hashes, *wasm])}; style-src 'unsafe-inline'; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    about = [{"name": one.name, "label": one.label, "profiles": one.profiles, "lacks": one.lacks} for one in engines]
+    parts = {
+        "policy": policy,
+        "style": (SOURCES / "page.css").read_text(encoding="utf-8"),
+        "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
+        "scenes": _json({scene.name: _fields(scene) for scene in scenes}),
+        "engines": _json(about),
+        "blocks": "\n".join(
+            f'<script type="text/plain" data-engine="{html.escape(one.name)}">{_packed(one.script)}</script>'
+            for one in engines
+        ),
+        "page": _packed(script),
+        "loader": loader,
+    }
+    return _filled((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
+
+
+def _fields(scene: Scene) -> object:
+    """Return what the page is given of a scene; it checks each number itself."""
+    if len(scene.discs) > MOST_DISCS:
+        raise InputError(f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}")
+    if any(not isinstance(wall, Wall) or not wall.restitution is wall.friction is None for wall in scene.walls):
+        raise InputError(f"the page shows half-planes of one material alone; {scene.name} has other walls")
+    return json.loads(scene.model_dump_json())
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    return re.sub(r"@(\w+)@", lambda found: parts[found[1]], template)
+
+
+def _json(value: object) -> str:
+    """Return JSON that can't end the element that it stands in."""
+    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _packed(text: str) -> str:
+    return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

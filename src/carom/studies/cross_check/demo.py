@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 import tempfile
 import webbrowser
 from collections.abc import Iterator
@@ -11,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from carom.errors import AdapterError, CaromError, InputError
+from carom.live.opened import has_display as _has_display
 from carom.pages import wording
 from carom.pages.files import require_report_extra
 from carom.runs.engines import engines
@@ -94,10 +93,3 @@ def _methods() -> Iterator[str]:
     yield _FIRST
     yield from (info.name for info in engines() if info.available and info.engine != "Carom" and info.name != _FIRST)
     yield PIT_METHOD.engine
-
-
-def _has_display() -> bool:
-    """Whether there is a screen to open a browser on; a text browser would take the terminal."""
-    if sys.platform in {"win32", "darwin"}:
-        return True
-    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))

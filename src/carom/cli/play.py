@@ -1,0 +1,60 @@
+"""`carom play`: a page on which one throws the discs, exact beside a method that looks once a frame."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli import shared
+from carom.cli.shared import guarded, say
+from carom.errors import InputError
+
+__all__ = ["play"]
+
+
+@guarded
+def play(
+    scene: Annotated[
+        str | None, typer.Argument(help="A scene file or a scene of the catalogue, of ten discs at most.")
+    ] = None,
+    engine: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--engine",
+            "-e",
+            help="An engine to run in the page, where it is installed: matter, planck or rapier2d; `none` for none. "
+            "By default matter and planck, where they are.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="The page to write, .html. In a temporary folder by default.")
+    ] = None,
+    opened: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in a browser.")] = True,
+) -> None:
+    """Throw the discs yourself: one page, exact beside looking once a frame, that fetches nothing.
+
+    Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
+    """
+    from carom.folders import write_file
+    from carom.live.installed import DEFAULT_ENGINES, page_engines
+    from carom.live.opened import open_page
+    from carom.live.page import GALLERY, page_html
+
+    if out is not None and out.suffix != ".html":
+        raise InputError(f"the page ends in .html, got {str(out)!r}")
+    own = shared.plain_scenes_named([scene]) if scene is not None else []
+    if len(own) > 1:
+        raise InputError(f"{scene} are {len(own)} scenes: name one")
+    names = {one.name for one in own}
+    others = [one for name in GALLERY if name not in names for one in shared.plain_scenes_named([name])]
+    asked = [] if engine == ["none"] else engine
+    installed = page_engines(DEFAULT_ENGINES if asked is None else asked, required=asked is not None)
+    page = Path(tempfile.mkdtemp(prefix="carom-")) / "play.html" if out is None else out
+    write_file(page, page_html([*own, *others], installed))
+    say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
+    shared.say_place("page", page)
+    if opened and not open_page(page.resolve()):
+        say("No browser could be opened here: open the page in one.")

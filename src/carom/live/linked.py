@@ -1,0 +1,116 @@
+"""An engine of npm as one script for a page: its package, what adapters share, and the adapter's own module.
+
+No bundler is asked for: the imports of these files are few and plain, so they are linked here, line by line, and any
+other import is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from carom.errors import InputError
+
+__all__ = ["SCRIPTS", "PageEngine", "linked", "page_engine"]
+
+#: By adapter, the script of its package that a page can run, and whether it holds WebAssembly. box2d3 is not here: the
+#: glue of its package makes functions of text, which the policy of the page forbids.
+SCRIPTS = {
+    "matter": ("build/matter.min.js", False),
+    "planck": ("dist/planck.min.js", False),
+    "rapier2d": ("dist/rapier.cjs", True),
+}
+_IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
+_EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
+_SHARED = "../serve.mjs"
+
+
+@dataclass(frozen=True)
+class PageEngine:
+    """An engine that runs in the page.
+
+    Attributes:
+        name: The adapter's.
+        label: The engine's name and version.
+        profiles: The settings of each fixed-step profile.
+        script: What the page runs.
+        licence: The text of the package's licence, which goes where the package goes.
+        wasm: Whether it needs WebAssembly.
+        lacks: Which of spin and friction it does not have.
+    """
+
+    name: str
+    label: str
+    profiles: dict[str, dict[str, Any]]
+    script: str
+    licence: str
+    wasm: bool
+    lacks: tuple[str, ...] = ()
+
+
+def page_engine(name: str, manifest: Path) -> PageEngine | None:
+    """Return an engine from its manifest, ``engine.toml``, or None where its npm package is not installed.
+
+    Raises:
+        InputError: Its adapter imports what is not linked.
+        OSError: A file of an installed package can't be read.
+    """
+    about = tomllib.loads(manifest.read_text(encoding="utf-8"))
+    description = manifest.parent / about["package"]
+    if not description.is_file():
+        return None
+    package = json.loads(description.read_text(encoding="utf-8"))
+    path, wasm = SCRIPTS[name]
+    script = linked(
+        name,
+        package=(description.parent / path).read_text(encoding="utf-8"),
+        package_name=package["name"],
+        shared=(manifest.parent / _SHARED).read_text(encoding="utf-8"),
+        module=(manifest.parent / about["command"][1]).read_text(encoding="utf-8"),
+    )
+    licences = [path for path in sorted(description.parent.glob("LICENSE*")) if path.is_file()]
+    licence = licences[0].read_text(encoding="utf-8") if licences else f"{package['name']}: {package['license']}"
+    profiles = {
+        name: profile["settings"] for name, profile in about["profiles"].items() if not profile.get("located", False)
+    }
+    return PageEngine(name, f"{about['engine']} {package['version']}", profiles, script, licence, wasm)
+
+
+def linked(name: str, *, package: str, package_name: str, shared: str, module: str) -> str:
+    """Return a script that runs an engine's module unchanged but for its imports, and hands its class to the page."""
+
+    def bound(match: re.Match[str]) -> str:
+        names, source = match["names"], match["source"]
+        if source == _SHARED:
+            return f"const {names} = caromShared;"
+        if source == package_name:
+            return f"const {names} = {'caromPackage' if names[0] == '{' else 'caromPackage.default ?? caromPackage'};"
+        raise InputError(f"the adapter of {name} imports {source}, which the page does not link")
+
+    own = _IMPORT.sub(bound, module)
+    if re.search(r"^\s*import\b", own, re.MULTILINE):
+        raise InputError(f"the adapter of {name} has an import that the page does not link")
+    exported = ", ".join(_EXPORTED.findall(shared))
+    helpers = re.sub(r"^export ", "", _IMPORT.sub("", shared), flags=re.MULTILINE)
+    key = json.dumps(name)
+    return f"""(async () => {{
+const caromModule = {{ exports: {{}} }};
+(function (module, exports) {{
+{package}
+}}).call(globalThis, caromModule, caromModule.exports);
+await (async () => {{
+"use strict";
+const caromPackage = caromModule.exports;
+const caromShared = (() => {{
+{helpers}
+return {{ {exported} }};
+}})();
+caromShared.serve = (World) => caromEngines[{key}].done(World);
+{own}
+}})();
+}})().catch((error) => caromEngines[{key}].fail(error));
+"""

@@ -1,0 +1,337 @@
+"""The page of `carom play` in Chromium: every control, the link, the file, and the digits of engines."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser, BrowserContext, Page
+from tests.browser.conftest import Faults
+
+import carom
+from carom.live.installed import page_engines
+from carom.live.page import GALLERY, page_html
+from carom.registry import load_adapter
+from carom.scenes import all_scenes
+
+pytestmark = pytest.mark.browser
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page without engines."""
+    path = tmp_path_factory.mktemp("play") / "play.html"
+    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def opened(browser: Browser) -> Iterator[Callable[..., Page]]:
+    """Open the page in a context of given options; the test fails where a script does, or where anything is fetched."""
+    faults, contexts = Faults(), list[BrowserContext]()
+
+    def show(path: Path, link: str = "", **options: Any) -> Page:
+        contexts.append(browser.new_context(**options))
+        page = contexts[-1].new_page()
+        faults.watch(page)
+        page.goto(path.as_uri() + link)
+        page.wait_for_selector("#sentence:not(:empty)")
+        return page
+
+    yield show
+    for context in contexts:
+        context.close()
+    assert not faults
+
+
+def _state(page: Page, what: str = "scene") -> Any:
+    return json.loads(page.evaluate(f"JSON.stringify(caromPage.state.{what})"))
+
+
+def _drag(page: Page, spot: list[float], by: tuple[float, float]) -> None:
+    page.mouse.move(*spot)
+    page.mouse.down()
+    page.mouse.move(spot[0] + by[0], spot[1] + by[1], steps=4)
+    page.mouse.up()
+
+
+def _slide(page: Page, label: str, value: float) -> None:
+    page.get_by_label(label, exact=True).evaluate(
+        "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }", value
+    )
+
+
+def test_a_disc_and_its_arrow_are_dragged_with_the_mouse(file: Path, opened: Callable[..., Page]) -> None:
+    """The centre changes a disc's position alone, the head of its arrow its velocity alone, and the answer follows."""
+    page = opened(file)
+    before, said = _state(page)["discs"][1], page.inner_text(".says")
+    _drag(page, page.evaluate("caromPage.spot(1)"), (0, -30))
+    moved = _state(page)["discs"][1]
+    assert moved["position_m"][1] > before["position_m"][1]
+    assert moved["velocity_m_s"] == before["velocity_m_s"]
+    _drag(page, page.evaluate("caromPage.spot(1, 'head')"), (-25, 0))
+    thrown = _state(page)["discs"][1]
+    assert thrown["velocity_m_s"][0] < moved["velocity_m_s"][0]
+    assert thrown["position_m"] == moved["position_m"]
+    assert page.inner_text(".says") != said
+
+
+def test_a_disc_is_not_dragged_into_another(file: Path, opened: Callable[..., Page]) -> None:
+    """A place where discs would overlap at the start is not taken."""
+    page = opened(file)
+    spots = [page.evaluate(f"caromPage.spot({i})") for i in range(2)]
+    _drag(page, spots[1], (spots[0][0] - spots[1][0], spots[0][1] - spots[1][1]))
+    first, second = _state(page)["discs"]
+    assert math.dist(first["position_m"], second["position_m"]) >= first["radius_m"] + second["radius_m"]
+
+
+def test_keys_move_a_disc_and_its_velocity(file: Path, opened: Callable[..., Page]) -> None:
+    """In the picture a number chooses a disc, arrow keys move it, with Ctrl its velocity, with Shift finely."""
+    page = opened(file)
+    before = _state(page)["discs"][1]
+    page.locator("canvas").first.focus()
+    page.keyboard.press("1")
+    page.keyboard.press("ArrowUp")
+    up = _state(page)["discs"][1]["position_m"][1] - before["position_m"][1]
+    page.keyboard.press("Shift+ArrowUp")
+    finely = _state(page)["discs"][1]["position_m"][1] - before["position_m"][1] - up
+    assert up == pytest.approx(before["radius_m"] / 5)
+    assert finely == pytest.approx(up / 10)
+    page.keyboard.press("Control+ArrowLeft")
+    assert _state(page)["discs"][1]["velocity_m_s"][0] < before["velocity_m_s"][0]
+    assert page.locator("canvas").first.get_attribute("aria-label")
+
+
+@pytest.mark.parametrize("on_disc", [True, False])
+def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Callable[..., Page], on_disc: bool) -> None:
+    """A swipe beside the discs scrolls the page and moves none; one that begins on a disc moves that and no page."""
+    page = opened(file, viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True)
+    x, y = page.evaluate("caromPage.spot(0)")
+    box = page.locator("canvas").first.bounding_box()
+    assert box is not None
+    start = (x, y) if on_disc else (box["x"] + box["width"] / 2, box["y"] + 10)
+    before = _state(page)["discs"]
+    client = page.context.new_cdp_session(page)
+    client.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": start[0], "y": start[1]}]})
+    for step in range(1, 9):
+        point = {"x": start[0], "y": start[1] - 12 * step}
+        client.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [point]})
+    client.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+    page.wait_for_timeout(300)
+    assert (page.evaluate("scrollY") > 0) == (not on_disc)
+    assert (_state(page)["discs"] != before) == on_disc
+
+
+def test_every_slider_and_box_changes_the_scene(file: Path, opened: Callable[..., Page]) -> None:
+    """Frames a second, phase, restitution, friction, walls, gravity, discs and their numbers are what the scene has."""
+    page = opened(file)
+    _slide(page, "frames a second", 1)
+    _slide(page, "phase of the looks", 0.25)
+    _slide(page, "restitution", 0.5)
+    _slide(page, "friction", 0.4)
+    page.check("#walls")
+    page.check("#gravity")
+    page.click("#more")
+    scene = _state(page)
+    assert (scene["frame_rate_hz"], scene["phase"]) == (1000, 0.25)
+    assert scene["restitution"] == scene["wall_restitution"] == 0.5
+    assert scene["friction"] == scene["wall_friction"] == 0.4
+    assert (len(scene["walls"]), len(scene["discs"]), scene["gravity_m_s2"]) == (4, 3, [0, -9.81])
+    page.click("#fewer")
+    assert page.is_disabled("#fewer")
+    page.click("summary")
+    page.get_by_label("disc 1, spin", exact=True).fill("3.5")
+    page.keyboard.press("Enter")
+    assert _state(page)["discs"][1]["spin_rad_s"] == 3.5
+    for _ in range(8):
+        page.click("#more")
+    assert page.is_disabled("#more") == (len(_state(page)["discs"]) == 10)
+
+
+def test_the_clock_plays_pauses_and_is_set(file: Path, opened: Callable[..., Page]) -> None:
+    """It plays by itself unless less motion is asked for; the button stops it, and the slider sets it."""
+    page = opened(file)
+    assert page.inner_text("#run") == "pause"
+    page.click("#run")
+    _slide(page, "time", 0.5)
+    assert _state(page, "time") == 0.5 * _state(page)["duration_s"]
+    page.select_option("#speed", index=3)
+    assert opened(file, reduced_motion="reduce").inner_text("#run") == "play"
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Callable[..., Page]) -> None:
+    """A link to each scene of the gallery shows it, with the impacts of carom.solve_pic and solve_pit to the bit."""
+    page = opened(file, f"#{name}")
+    scene = all_scenes()[name].scene
+    for what, trace in (("truth", carom.solve_pic(scene)), ("seen", carom.solve_pit(scene))):
+        assert _state(page, f"{what}.impacts.map((r) => r.time_s)") == trace.impacts["time_s"].tolist()
+        assert _state(page, f"{what}.impacts.map((r) => r.after[0])") == trace.impacts["velocity_first_after"].tolist()
+
+
+def test_a_link_carries_the_scene_to_the_bit(file: Path, opened: Callable[..., Page]) -> None:
+    """What was dragged and slid is the same scene, with the same impacts, where its link is opened."""
+    page = opened(file, "#spin/throw-stick")
+    _slide(page, "phase of the looks", 0.137)
+    _drag(page, page.evaluate("caromPage.spot(0)"), (-7, 3))
+    page.wait_for_timeout(400)
+    link = page.evaluate("location.hash")
+    assert link.startswith("#1=")
+    other = opened(file, link)
+    for what in ("scene", "truth.impacts", "seen.impacts"):
+        assert _state(other, what) == _state(page, what)
+
+
+def _link(values: Any) -> str:
+    return "#1=" + base64.urlsafe_b64encode(json.dumps(values).encode()).decode().rstrip("=")
+
+
+_DISC = [0, 0, 1, 0, 0.25, 1, 0, 0.5]
+_REST = [[], [1, 1, 0, 0, 0, 0], [0, 0], 1, 24, 0, "pit"]
+HOSTILE = {
+    "text": [[["<img src=x onerror=window.reached=1>", *_DISC[1:]]], *_REST],
+    "range": [[[1e300, *_DISC[1:]]], *_REST],
+    "many": [[_DISC] * 11, *_REST],
+    "none": [[], *_REST],
+    "endless": [[_DISC], [], _REST[1], [0, 0], 1e9, *_REST[4:]],
+    "fast": [[_DISC], [], _REST[1], [0, 0], 1, 1e9, 0, "pit"],
+    "method": [[_DISC], *_REST[:-1], {"a": 1}],
+    "wall": [[_DISC], [[0, -1, 0, 0]], *_REST[1:]],
+    "short": [[_DISC]],
+    "no list": {"discs": 1},
+}
+
+
+@pytest.mark.parametrize("case", [*HOSTILE, "version", "noise"])
+def test_a_hostile_link_is_refused(case: str, file: Path, opened: Callable[..., Page]) -> None:
+    """A number that is text, out of its range or missing is said in words; the page goes on with its first scene."""
+    link = {"version": "#2=W10", "noise": "#1=%00<b>"}.get(case) or _link(HOSTILE[case])
+    page = opened(file, link)
+    assert "no scene of this page" in page.inner_text("#problem")
+    assert page.evaluate("window.reached") is None
+    assert _state(page)["discs"][0]["position_m"] == list(all_scenes()[GALLERY[0]].scene.discs[0].position_m)
+
+
+@pytest.mark.parametrize("phase", [0, 0.3])
+def test_the_file_runs_and_gives_the_page_s_numbers(
+    phase: float, file: Path, opened: Callable[..., Page], tmp_path: Path
+) -> None:
+    """The file that is downloaded is a scene of Carom's; PIT finds in it what the page's found, at the same looks."""
+    page = opened(file, "#paper/multiple", accept_downloads=True)
+    page.check("#gravity")
+    _slide(page, "phase of the looks", phase)
+    with page.expect_download() as download:
+        page.click("#save")
+    download.value.save_as(tmp_path / "scene.toml")
+    scene = carom.load_scene(tmp_path / "scene.toml")
+    early = phase / _state(page)["frame_rate_hz"]
+    for what, trace in (("truth", carom.solve_pic(scene)), ("seen", carom.solve_pit(scene))):
+        times = _state(page, f"{what}.impacts.map((r) => r.time_s)")
+        assert times
+        # with a phase the start is taken forward, once rounded
+        assert trace.impacts["time_s"].tolist() == pytest.approx([t - early for t in times], abs=1e-9 if phase else 0)
+
+
+def test_the_page_fits_a_phone_and_says_what_it_needs(file: Path, opened: Callable[..., Page]) -> None:
+    """At 360 pixels nothing goes over the edge, dark or light; without scripts the page says what it needs."""
+    for scheme in ("light", "dark"):
+        page = opened(file, viewport={"width": 360, "height": 740}, color_scheme=scheme)
+        assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    text = file.read_text(encoding="utf-8")
+    assert "<noscript>" in text
+    assert "unsafe-eval" not in text
+    assert "script-src 'sha256-" in text
+
+
+def test_an_altered_script_does_not_run(file: Path, browser: Browser, tmp_path: Path) -> None:
+    """The policy knows the page's scripts by their hashes: another one is not run."""
+    altered = tmp_path / "altered.html"
+    text = file.read_text(encoding="utf-8")
+    altered.write_text(text.replace("globalThis.caromUnpacked = ", "window.reached = 1; globalThis.caromUnpacked = "))
+    page = browser.new_page()
+    page.goto(altered.as_uri())
+    assert page.evaluate("window.reached") is None
+    assert page.locator("#sentence").count() == 0
+    page.close()
+
+
+@pytest.fixture(scope="module")
+def with_engines(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page with all the engines that it can have; skipped where `make engines` was not run."""
+    names = ("matter", "planck", "rapier2d")
+    engines = page_engines(names, required=False)
+    if len(engines) < len(names):
+        pytest.skip("the engines from npm are not installed: make engines")
+    path = tmp_path_factory.mktemp("engines") / "play.html"
+    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY], engines), encoding="utf-8")
+    return path
+
+
+_STEPS = 60
+_DRIVEN = """async ([name, scene, settings, steps]) => {
+  const World = await caromPage.load(name), world = new World(scene, settings), seen = [];
+  world.observe();
+  for (let k = 0; k < steps; k++) {
+    world.step();
+    const { position_m, velocity_m_s, contacts } = world.observe();
+    const touched = contacts.map((c) => [c.first, c.second, c.time_s]);
+    seen.push(JSON.parse(JSON.stringify([position_m, velocity_m_s, touched])));
+  }
+  world.free?.();
+  return seen;
+}"""
+
+
+@pytest.mark.parametrize("name", ["matter", "planck", "rapier2d"])
+def test_an_engine_gives_in_the_page_what_it_gives_in_node(
+    name: str, with_engines: Path, opened: Callable[..., Page]
+) -> None:
+    """Places, velocities and contacts of each step are the adapter's, digit for digit, over profiles and scenes."""
+    page = opened(with_engines)
+    page.evaluate("console.warn = () => {}")  # matter.js warns of each long step, and runs it
+    adapter = load_adapter(name)
+    compared = 0
+    for profile in (one for key, one in adapter.profiles.items() if key != "located"):
+        for entry in (all_scenes()[scene] for scene in GALLERY if not scene.startswith("spin/")):
+            scene, dt = entry.scene, 1.0 / entry.scene.frame_rate_hz
+            settings = {**profile.settings(dt), "dt_s": dt}
+            world = adapter.prepare(scene, settings)
+            seen = []
+            for _ in range(_STEPS):
+                world.advance(1)
+                now = world.observe()
+                contacts = [[contact.first, contact.second, contact.time_s] for contact in now.contacts]
+                seen.append([now.position_m.tolist(), now.velocity_m_s.tolist(), contacts])
+            told = [name, json.loads(scene.model_dump_json()), settings, _STEPS]
+            assert page.evaluate(_DRIVEN, told) == seen, scene.name
+            world.close()
+            compared += 1
+    assert compared >= len(GALLERY) - 1
+
+
+def test_an_engine_without_friction_is_not_shown_with_it(with_engines: Path, opened: Callable[..., Page]) -> None:
+    """A scene with friction is not run by an engine that has none here, and the page says so."""
+    page = opened(with_engines, "#spin/throw-stick")
+    page.select_option("#method", "matter/default")
+    page.wait_for_timeout(500)
+    assert "has no friction here" in page.inner_text("#sentence")
+    assert page.evaluate("caromPage.state.seen") is None
+
+
+def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened: Callable[..., Page]) -> None:
+    """Each method of the list runs where it is chosen; with two engines the page is below 200 kB."""
+    page = opened(with_engines)
+    page.evaluate("console.warn = () => {}")
+    options = page.locator("#method option").all()
+    for value in [option.get_attribute("value") for option in options]:
+        page.select_option("#method", value)
+        page.wait_for_timeout(500)
+        assert page.inner_text("#problem") == ""
+        assert _state(page, "seen.tracks.length") == len(_state(page)["discs"])
+    small = page_html([all_scenes()[name].scene for name in GALLERY], page_engines(("matter", "planck"), required=True))
+    assert len(small.encode()) < 200_000

@@ -1,0 +1,59 @@
+"""`carom play`: what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from carom.cli import app_of
+from carom.errors import InputError
+from carom.live.linked import linked
+from carom.live.page import page_script
+
+
+def _play(*words: str) -> tuple[int, str]:
+    found = CliRunner().invoke(app_of(["play"]), ["play", *words, "--no-open"])
+    return found.exit_code, found.output
+
+
+def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
+    """The page has the scene that was named, first of those to choose from, and a policy without unsafe scripts."""
+    page = tmp_path / "play.html"
+    code, said = _play("paper/late", "-e", "none", "--out", str(page))
+    text = page.read_text(encoding="utf-8")
+    assert (code, "play.html" in said) == (0, True)
+    assert '<script type="application/json" id="scenes">{"paper/late":' in text
+    assert "default-src 'none'; script-src 'sha256-" in text
+    assert "http" not in text.replace("http-equiv", "")
+
+
+@pytest.mark.parametrize(
+    ("words", "why"),
+    [
+        (["classics/gas"], "10 discs at most"),
+        (["paper"], "name one"),
+        (["-e", "pymunk"], "the page runs"),
+        (["-e", "box2d3"], "the page runs"),
+        (["--out", "play.txt"], "ends in .html"),
+        (["nowhere.toml"], "nowhere.toml"),
+    ],
+)
+def test_what_the_page_can_t_show_is_refused(words: list[str], why: str) -> None:
+    """A crowd, several scenes, an engine that no browser runs and a file of another kind are bad usage, and say why."""
+    code, said = _play(*words)
+    assert code == 2
+    assert why in " ".join(said.split())
+
+
+def test_the_scripts_are_one() -> None:
+    """The joined script has no import or export of its own left, which a page from a file can't have."""
+    lines = page_script().splitlines()
+    assert not [line for line in lines if line.startswith(("import ", "export ", "//"))]
+
+
+def test_an_import_that_is_not_linked_is_refused() -> None:
+    """An adapter that comes to import something else is not put into the page without it."""
+    with pytest.raises(InputError, match="imports other"):
+        linked("matter", package="", package_name="matter-js", shared="", module='import Other from "other";\n')
