@@ -84,11 +84,11 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
 def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
     """As `claim`, before work whose results go there; a folder into which nothing came is as it was before."""
     new, marked = not folder.exists(), (folder / MARKER).exists()
-    claim(folder, purpose, option)
     try:
+        claim(folder, purpose, option)
         yield
     finally:
-        if not marked and set(os.listdir(folder)) <= {MARKER}:
+        if not marked and folder.is_dir() and os.access(folder, os.R_OK) and set(os.listdir(folder)) <= {MARKER}:
             (folder / MARKER).unlink(missing_ok=True)  # whoever claimed it again has removed it
             if new:
                 folder.rmdir()

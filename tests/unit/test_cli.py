@@ -8,6 +8,7 @@ import sys
 import time
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import tomli_w
@@ -291,3 +292,43 @@ def test_ctrl_c_before_anything_is_finished_promises_no_journal(tmp_path: Path) 
     (tmp_path / "journal.jsonl").touch()
     with pytest.raises(typer.Exit):
         interrupt()
+
+
+COMMANDS_WITH_JOURNALS = {
+    "run": ("run", "classics/bullet", "-e", "pit"),
+    "bench": ("bench", "classics/bullet", "-e", "pit"),
+    "grow": ("bench", "--grow", "-e", "pic"),
+    "stress": ("stress", "grazing", "--quick", "-e", "pit"),
+    "tune": ("tune", "pit", "classics/bullet"),
+}
+
+
+@pytest.mark.parametrize("moment", ["marked", "opened", "written", "made"])
+@pytest.mark.parametrize("command", COMMANDS_WITH_JOURNALS)
+def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
+    command: str, moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A signal when the folder is marked, or a journal opened, begun or just made, ends in 130 and leaves no folder."""
+
+    def ends(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    def opens(path: object, *arguments: object) -> int:
+        file = os.open(path, *arguments)  # type: ignore[call-overload]
+        if str(path).endswith(".jsonl"):
+            os.close(file)
+            raise KeyboardInterrupt
+        return int(file)
+
+    if moment == "marked":
+        monkeypatch.setattr("carom.folders._put", lambda path, _: (path.touch(), ends()))
+    elif moment == "opened":
+        monkeypatch.setattr("carom.runs.journal.os", SimpleNamespace(**{**vars(os), "open": opens}))
+    elif moment == "written":
+        monkeypatch.setattr("carom.runs.journal.os", SimpleNamespace(**{**vars(os), "fsync": ends}))
+    else:
+        monkeypatch.setattr("carom.runs.journal.Journal.__enter__", ends)
+    out = tmp_path / "out"
+    result = carom_command(*COMMANDS_WITH_JOURNALS[command], "--out", out)
+    assert result.exit_code == 130, result.output
+    assert not out.exists(), list(out.iterdir())

@@ -62,12 +62,12 @@ def bench(
         raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
     found = shared.plain_scenes_named(scenes)
     require_report_extra()
-    scored = out / "journal.jsonl"
+    scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (
         claimed(out, "bench", "--out"),
-        shared.resumable(scored),
+        shared.resumable(scored, timed),
         score_journal(scored, resume=resume, retry=retry) as journal,
-        timing_journal(out / "timings.jsonl", resume=resume, retry=retry) as timings,
+        timing_journal(timed, resume=resume, retry=retry) as timings,
         shared.progress_bar() as progress,
     ):
         result = work_precision(

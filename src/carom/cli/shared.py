@@ -146,11 +146,16 @@ def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
 
 
 @contextmanager
-def resumable(journal: Path) -> Iterator[None]:
-    """Say how to go on with what a signal ended."""
+def resumable(journal: Path, *others: Path) -> Iterator[None]:
+    """Say how to go on with what a signal ended; journals that are opened within, and hold nothing yet, are removed."""
+    from carom.runs.journal import remove_unused
+
+    new = [path for path in (journal, *others) if not path.exists()]
     try:
         yield
     except KeyboardInterrupt as error:
+        for path in new:  # the signal can have come before the journal itself was there to do so
+            remove_unused(path)
         if not journal.exists():  # nothing was finished, so nothing is left behind
             raise
         word, code = _ended(error)

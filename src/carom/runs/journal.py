@@ -27,7 +27,7 @@ from carom.runs.pool import Closing
 from carom.runs.wire import Codec
 from carom.text import shortened, visible
 
-__all__ = ["Entry", "Journal", "Notes", "Partial", "canonical"]
+__all__ = ["Entry", "Journal", "Notes", "Partial", "canonical", "remove_unused"]
 
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
 JOURNAL_FORMAT = 5
@@ -136,8 +136,8 @@ class Journal(Notes[K, T], Closing):
     def close(self) -> None:
         """Close the file; the lock goes with it. A journal without an entry leaves nothing behind."""
         # Ctrl-C can come between a line and what is remembered of it: the file decides.
-        if not self._entries and len([*islice(_lines(self._file, os.fstat(self._file).st_size), 2)]) < 2:
-            self.discard()
+        if not self._entries:
+            remove_unused(self.path)
         os.close(self._file)
 
     def discard(self) -> None:
@@ -178,6 +178,16 @@ class Journal(Notes[K, T], Closing):
         if not head:
             self._append([json.dumps(stamp).encode()])
         return found
+
+
+def remove_unused(path: Path) -> None:
+    """Remove a journal in which nothing stands but what it is of, where there is one."""
+    if not path.exists():
+        return
+    with path.open("rb") as file:
+        used = len([*islice(_lines(file.fileno(), os.fstat(file.fileno()).st_size), 2)]) > 1
+    if not used:
+        path.unlink()
 
 
 def canonical(path: Path) -> list[bytes]:
