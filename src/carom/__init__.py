@@ -6,7 +6,10 @@ The names below are loaded when they are first used, so ``import carom`` costs n
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
+
+from carom.display import shown_by
 
 if TYPE_CHECKING:
     from carom.comparator import Score as Score
@@ -88,3 +91,21 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return list(_HOME)
+
+
+def _view(name: str) -> Callable[..., Any]:
+    """Return what shows a result; pages lie above results, and are imported when one is first shown."""
+    if name == "summary":
+        from carom.pages.summary import summary
+
+        return summary
+    if name == "to_pandas":
+        from carom.pages.frames import to_pandas
+
+        return to_pandas
+    from carom.pages import notebook
+
+    return notebook.html_of if name == "html_of" else notebook.plot
+
+
+shown_by(_view)

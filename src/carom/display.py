@@ -1,8 +1,8 @@
-"""How results show themselves: the report does it, found by name when it is asked, so that nothing here imports it."""
+"""How results show themselves: `carom` itself says what does it, when it is asked, so that nothing here imports it."""
 
 from __future__ import annotations
 
-import importlib
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from carom.text import visible
@@ -11,25 +11,29 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
 
-__all__ = ["Drawn", "Shown", "Tabular"]
+__all__ = ["Drawn", "Shown", "Tabular", "shown_by"]
+
+_view: Callable[[str], Callable[..., Any]]
 
 
-def _report(module: str) -> Any:
-    return importlib.import_module(f"carom.pages.{module}")
+def shown_by(view: Callable[[str], Callable[..., Any]]) -> None:
+    """Say what returns the function that shows a result as ``summary``, ``html_of``, ``plot`` or ``to_pandas`` says."""
+    global _view  # noqa: PLW0603 - told once, by the package when it is imported
+    _view = view
 
 
 class Shown:
     """A result that is shown in a few lines. A dataclass of its kind is declared with ``repr=False``."""
 
     def __repr__(self) -> str:
-        text: str = _report("summary").summary(self)
+        text: str = _view("summary")(self)
         return visible(text)
 
     def __str__(self) -> str:
         return repr(self)
 
     def _repr_html_(self) -> str | None:
-        page: str | None = _report("notebook").html_of(self)
+        page: str | None = _view("html_of")(self)
         return page and visible(page)
 
 
@@ -43,7 +47,7 @@ class Drawn(Shown):
             MissingExtraError: The extra `report` is not installed.
             InputError: A number of a trace is NaN or infinite.
         """
-        axes: Axes = _report("notebook").plot(self, ax)
+        axes: Axes = _view("plot")(self, ax)
         return axes
 
 
@@ -56,5 +60,5 @@ class Tabular(Drawn):
         Raises:
             MissingExtraError: pandas is not installed.
         """
-        frame: DataFrame = _report("frames").to_pandas(self)
+        frame: DataFrame = _view("to_pandas")(self)
         return frame
