@@ -29,7 +29,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history stress campaign campaign-pic mutants arm bench check coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history stress campaign campaign-pic mutants arm bench check changelog coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: an engine that misses an impact, beside the exact run"
@@ -53,6 +53,7 @@ help:
 	@echo "make quick              lint and format of what is there, in seconds: before each commit"
 	@echo "make generated          write schemas, README's table and snapshots of outputs as the code has them; read the diff"
 	@echo "make check              lint, format, spelling, types, import contracts"
+	@echo "make changelog          put the fragments of changelog.d into CHANGELOG.md"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
 
@@ -158,6 +159,9 @@ check: $(BUILT)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	MYPYPATH=src $(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml $(MODULES)
+
+changelog:
+	$(PYTHON) docs/figures/changelog.py
 
 coverage-compiled: $(BUILT)
 	$(BIN)/python -m tests.compiled_coverage
