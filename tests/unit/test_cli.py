@@ -313,15 +313,19 @@ def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
     def ends(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    def opens(path: object, *arguments: object) -> int:
-        file = os.open(path, *arguments)  # type: ignore[call-overload]
+    def opens(path: str | Path, flags: int, mode: int = 0o777) -> int:
+        file = os.open(path, flags, mode)
         if str(path).endswith(".jsonl"):
             os.close(file)
             raise KeyboardInterrupt
-        return int(file)
+        return file
+
+    def begins(path: Path, _: object) -> None:
+        path.touch()
+        raise KeyboardInterrupt
 
     if moment == "marked":
-        monkeypatch.setattr("carom.folders._put", lambda path, _: (path.touch(), ends()))
+        monkeypatch.setattr("carom.folders._put", begins)
     elif moment == "opened":
         monkeypatch.setattr("carom.runs.journal.os", SimpleNamespace(**{**vars(os), "open": opens}))
     elif moment == "written":
@@ -329,6 +333,6 @@ def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
     else:
         monkeypatch.setattr("carom.runs.journal.Journal.__enter__", ends)
     out = tmp_path / "out"
-    result = carom_command(*COMMANDS_WITH_JOURNALS[command], "--out", out)
+    result = carom_command(*COMMANDS_WITH_JOURNALS[command], "--out", str(out))
     assert result.exit_code == 130, result.output
     assert not out.exists(), list(out.iterdir())
