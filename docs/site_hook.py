@@ -3,6 +3,7 @@
 - The README is the first page, and CONTRIBUTING.md is a page.
 - A file outside docs/ that a page links to is a page with its text, so that no link leaves the site; the sample
   report is there as it is.
+- The page on which one throws the discs is a file of the site, and stands in the pages that say so.
 - The tutorial, a notebook, is a page with what its cells show, and the gallery has its replays.
 - Formulas become MathML here, so that a reader's browser fetches no script for them.
 - A page of docs/ that the navigation in mkdocs.yml has not got stands at its end.
@@ -22,6 +23,8 @@ from mkdocs.plugins import get_plugin_logger
 from mkdocs.structure.files import File
 
 import carom
+from carom.live.page import GALLERY, page_html
+from carom.scenes import find_scenes
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -38,6 +41,9 @@ _LINK = re.compile(r"(\]\(|\b(?:src|srcset)=\")([^)#\":\s]+)(?=[)#\"])")
 _FORMULA = re.compile(r'<(span|div) class="arithmatex">\\[(\[](.*?)\\[)\]]</\1>', re.DOTALL)
 #: A replay of PIC and PIT: the name of a scene, and the frames a second of PIT, the scene's own by default.
 _REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
+#: The page on which one throws the discs, as a file of the site, and where it stands in a page.
+THROWN = "throw.html"
+_THROW = "<!-- throw -->"
 _LANGUAGES = {".md": "markdown", ".pxd": "cython", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
 #: What a terminal takes for bold and plain.
@@ -62,6 +68,8 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
         files.append(File.generated(config, page, content=_from_root(texts[page])))
     files.append(File.generated(config, "tutorial.md", content=_tutorial()))
     files.append(File.generated(config, SAMPLE, abs_src_path=str(ROOT / SAMPLE)))
+    scenes = [one.scene for name in GALLERY for one in find_scenes([name])]
+    files.append(File.generated(config, THROWN, content=page_html(scenes)))
     for page, text in texts.items():
         folder = ROOT if page in PAGES.values() else (ROOT / "docs" / page).parent
         for _, target in _LINK.findall(text):
@@ -82,6 +90,7 @@ def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
     if page.file.generated_by:
         return markdown
     markdown = _REPLAY.sub(lambda found: replay(found[1], found[2]), markdown)
+    markdown = markdown.replace(_THROW, throw())
     folder = (ROOT / "docs" / page.file.src_uri).parent
     up = "../" * page.file.src_uri.count("/")
 
@@ -108,6 +117,14 @@ def replay(scene: str, rate: str | None) -> str:
     if frame is None:
         raise PluginError("replays of the gallery need the extra report: pip install 'carom[report]'")
     return frame
+
+
+def throw() -> str:
+    """Return the page on which one throws the discs as a frame, with a link to each of its scenes."""
+    links = " · ".join(f'<a href="{THROWN}#{name}" target="throw">{name}</a>' for name in GALLERY)
+    style = "width:100%;height:60rem;border:0"
+    frame = f'<iframe name="throw" src="{THROWN}" title="Throw the discs" style="{style}"></iframe>'
+    return f"{frame}\n\n<p>{links}</p>"
 
 
 def _tutorial() -> str:

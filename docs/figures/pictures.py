@@ -1,17 +1,22 @@
-"""The pictures of the README, taken of the committed sample's page in Chromium: `make pictures` makes them anew.
+"""The pictures of the README and of docs/play.md, taken in Chromium: `make pictures` makes them anew.
 
-The first screen of the page, and one of its replays as an animated picture; each in light and in dark.
+Of the committed sample's page the first screen, and one of its replays as an animated picture; and the page on which one
+throws the discs. Each in light and in dark.
 """
 
 from __future__ import annotations
 
 import io
 import shutil
+import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from PIL import Image
 from playwright.sync_api import sync_playwright
+
+from carom.live.page import GALLERY, page_html
+from carom.scenes import find_scenes
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -24,6 +29,8 @@ SCHEMES: tuple[Scheme, Scheme] = ("light", "dark")
 REPLAY = "paper/missed/pymunk/tuned"
 #: How many pictures of how many seconds the replay is shown in, and how long the last one stands.
 _FRAMES, _LASTS_S, _LAST_S = 40, 5.0, 1.5
+#: The part of the time of paper/missed at which the discs have just met.
+_AT = 0.46
 
 
 def first_screen(scheme: Scheme) -> Path:
@@ -34,6 +41,11 @@ def first_screen(scheme: Scheme) -> Path:
 def replay(scheme: Scheme) -> Path:
     """Return where the animated picture of the replay is kept."""
     return FOLDER / f"replay-{scheme}.webp"
+
+
+def thrown(name: str) -> Path:
+    """Return where a picture of the page on which one throws the discs is kept."""
+    return FOLDER / f"throw-{name}.webp"
 
 
 def _opened(browser: Browser, scheme: Scheme, width: int, height: int, key: str = "") -> Page:
@@ -77,6 +89,23 @@ def take_replay(browser: Browser, scheme: Scheme) -> None:
     page.close()
 
 
+def take_thrown(browser: Browser, scheme: Scheme) -> None:
+    """Write the picture of the page on which one throws the discs, just after the impact; in light a found one, too."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "throw.html"
+        file.write_text(page_html([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")
+        page = browser.new_page(viewport={"width": 900, "height": 760}, color_scheme=scheme, reduced_motion="reduce")
+        page.goto(file.as_uri())
+        page.wait_for_selector("#sentence:not(:empty)")
+        slide = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
+        page.get_by_label("time", exact=True).evaluate(slide, _AT)
+        _taken(page).save(thrown(scheme), quality=70, method=6)
+        if scheme == "light":
+            page.get_by_label("phase of the looks", exact=True).evaluate(slide, 0.5)
+            _taken(page).save(thrown("found"), quality=70, method=6)
+        page.close()
+
+
 if __name__ == "__main__":
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     with sync_playwright() as playwright:
@@ -84,4 +113,5 @@ if __name__ == "__main__":
         for scheme in SCHEMES:
             take_first_screen(browser, scheme)
             take_replay(browser, scheme)
+            take_thrown(browser, scheme)
         browser.close()

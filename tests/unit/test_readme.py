@@ -29,12 +29,12 @@ def test_the_readme_is_short() -> None:
 
 
 def test_the_pictures_are_there_and_small() -> None:
-    """The first screen and a replay that moves, in light and in dark, each with words for who can't see it."""
+    """A replay that moves, the page on which one throws the discs, and a first screen, in light and in dark, each with words for who can't see it."""
     root = Path(__file__).resolve().parents[2]
     shown = re.findall(
         r'<source media="\(prefers-color-scheme: dark\)" srcset="(.+?)"><img alt="(.+?)" src="(.+?)">', README
     )
-    assert len(shown) == README.count("<img") == 2
+    assert len(shown) == README.count("<img") == 3
     assert all(len(words) > 50 for _, words, _ in shown)
     paths = [root / path for dark, _, light in shown for path in (dark, light)]
     assert sum(path.stat().st_size for path in paths) <= 500_000
@@ -42,7 +42,7 @@ def test_the_pictures_are_there_and_small() -> None:
     for path in paths:
         with Image.open(path) as picture:
             frames.append(getattr(picture, "n_frames", 1) > 1)
-    assert frames == [True, True, False, False]
+    assert frames == [True, True, False, False, False, False]
 
 
 def test_the_page_of_the_whole_suite_is_small() -> None:

@@ -27,3 +27,4 @@ def demo(
         say("No browser could be opened here: open the page in one.")
     trace = found.replay.observed
     say(f"The numbers: carom run {trace.scene.name} -e {trace.method} -p {trace.profile} --dt 1/{1 / trace.dt_s:g} -v")
+    say("Throw the discs yourself: carom play")
