@@ -1,7 +1,7 @@
 """The pictures of the README and of docs/play.md, taken in Chromium: `make pictures` makes them anew.
 
-Of the committed sample's page the first screen, and one of its replays as an animated picture; and the page on which one
-throws the discs. Each in light and in dark.
+Of the sample's page the first screen, and one of its replays as an animated picture; and the page on which one throws
+the discs. Each in light and in dark.
 """
 
 from __future__ import annotations
@@ -99,10 +99,10 @@ def take_thrown(browser: Browser, scheme: Scheme) -> None:
         page.wait_for_selector("#sentence:not(:empty)")
         slide = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
         page.get_by_label("time", exact=True).evaluate(slide, _AT)
-        _taken(page).save(thrown(scheme), quality=70, method=6)
+        _taken(page).save(thrown(scheme), quality=25, method=6)
         if scheme == "light":
             page.get_by_label("phase of the looks", exact=True).evaluate(slide, 0.5)
-            _taken(page).save(thrown("found"), quality=70, method=6)
+            _taken(page).save(thrown("found"), quality=25, method=6)
         page.close()
 
 

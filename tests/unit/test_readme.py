@@ -29,7 +29,7 @@ def test_the_readme_is_short() -> None:
 
 
 def test_the_pictures_are_there_and_small() -> None:
-    """A replay that moves, the page on which one throws the discs, and a first screen, in light and in dark, each with words for who can't see it."""
+    """A replay that moves, the discs that one throws, and a first screen, in light and dark, each with words for it."""
     root = Path(__file__).resolve().parents[2]
     shown = re.findall(
         r'<source media="\(prefers-color-scheme: dark\)" srcset="(.+?)"><img alt="(.+?)" src="(.+?)">', README
