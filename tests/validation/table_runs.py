@@ -1,0 +1,394 @@
+"""Brute force on tables of finite walls: one disc with 600 bits, sharing no code and no formula with Carom.
+
+Every edge has a vertex at both of its ends, two sides, and no joint is looked at twice: nothing is merged. An arc's
+circle follows from its chord by trigonometry, its sector from angles, and a fall's instant from all roots of a
+polynomial. The answer is that of the very floats of the scene.
+
+What rounding may do to a run of floats is followed beside it: the derivative of each flight and impact with respect to
+where it begins, and to the point of contact, by differences of 10^-40. The sum of what each rounding has grown to is a
+bound to first order; where it passes a part of the radius, floats say nothing more.
+
+Run as a program it is a campaign against `carom.solve_pic`: ``python tests/validation/table_runs.py 1000``.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from flint import acb, acb_poly, arb, ctx
+from numpy.typing import NDArray
+
+from carom import Disc, Scene, SceneError, solve_pic
+from carom.trace import Outcome
+from carom.walls import Chain
+
+Point = tuple[float, float]
+
+#: Bits of a number: forty impacts, each of which may cost ten, leave more than a float has.
+PRECISION = 600
+#: A difference of this size is far above a ball's radius, and its square far below what a float can tell.
+STEP = arb(10) ** -40
+#: An instant so soon after an impact is that impact.
+AT_ONCE = arb(10) ** -60
+#: Roundings of a coordinate on its way to a contact: the wait, its product with the velocity, the sum, and two in the
+#: normal of a circle, where a coordinate of the centre is subtracted; and one for the rounding of that centre.
+ROUNDINGS_OF_PLACE = 6
+#: Roundings of a velocity in an impact: a normal's component, two products and a sum along it, one times 1 + e, a
+#: product and a difference.
+ROUNDINGS_OF_VELOCITY = 8
+UNIT = 2.0**-53
+#: Of the radius: where the bound of its place has passed this part of it, a run of floats is compared no further.
+PART = 1e-3
+
+
+class Line(NamedTuple):
+    """A finite wall: points, bulges, whether it is closed, half width."""
+
+    points: tuple[Point, ...]
+    bulges: tuple[float, ...]
+    closed: bool
+    half_width: float
+
+
+@dataclass(frozen=True)
+class Table:
+    """Lines that one disc moves among."""
+
+    lines: tuple[Line, ...]
+    place: Point
+    velocity: Point
+    radius: float
+    restitution: float = 1.0
+    gravity: Point = (0.0, 0.0)
+
+
+class State(NamedTuple):
+    """A disc at an instant."""
+
+    time: arb
+    x: arb
+    y: arb
+    vx: arb
+    vy: arb
+
+
+class Side(NamedTuple):
+    """What may be met of a line: as a function of a state, when, and the normal at a place then, or None."""
+
+    line: int
+    meet: Callable[[State], arb | None]
+    normal: Callable[[State], tuple[arb, arb]]
+
+
+class Met(NamedTuple):
+    """One impact: with which line, the state after it, and how far floats may be from that, component by component."""
+
+    line: int
+    state: State
+    bound: NDArray[np.float64]
+
+
+def sides(table: Table) -> list[Side]:
+    """Return all that may be met in a table."""
+    found = []
+    for number, line in enumerate(table.lines):
+        reach = arb(table.radius) + arb(line.half_width)
+        ends = [*line.points[1:], line.points[0]] if line.closed else line.points[1:]
+        found += [_circle(table, number, arb(x), arb(y), reach, inside=False, within=None) for x, y in line.points]
+        for a, b, bulge in zip(line.points, ends, line.bulges, strict=False):
+            found += _straight(table, number, a, b, reach) if bulge == 0.0 else _bent(table, number, a, b, bulge, reach)
+    return found
+
+
+def _moved(table: Table, s: State, wait: arb) -> tuple[arb, arb]:
+    """Return a disc's place after a wait."""
+    gx, gy = map(arb, table.gravity)
+    return s.x + wait * (s.vx + wait * gx / 2), s.y + wait * (s.vy + wait * gy / 2)
+
+
+def _straight(table: Table, line: int, a: Point, b: Point, reach: arb) -> Iterator[Side]:
+    length = ((arb(b[0]) - a[0]) ** 2 + (arb(b[1]) - a[1]) ** 2).sqrt()
+    tx, ty = (arb(b[0]) - a[0]) / length, (arb(b[1]) - a[1]) / length
+    for sign in (1, -1):
+        nx, ny = -ty * sign, tx * sign
+
+        def meet(s: State, nx: arb = nx, ny: arb = ny) -> arb | None:
+            gx, gy = map(arb, table.gravity)
+            powers = [(s.x - a[0]) * nx + (s.y - a[1]) * ny - reach, s.vx * nx + s.vy * ny, (gx * nx + gy * ny) / 2]
+            for wait in _falls(powers):
+                x, y = _moved(table, s, wait)
+                if 0 <= (x - a[0]) * tx + (y - a[1]) * ty <= length:
+                    return wait
+            return None
+
+        def normal(_: State, nx: arb = nx, ny: arb = ny) -> tuple[arb, arb]:
+            return nx, ny
+
+        yield Side(line, meet, normal)
+
+
+def _bent(table: Table, line: int, a: Point, b: Point, bulge: float, reach: arb) -> Iterator[Side]:
+    turn = 4 * arb(bulge).atan()
+    chord = ((arb(b[0]) - a[0]) ** 2 + (arb(b[1]) - a[1]) ** 2).sqrt()
+    radius, height = chord / (2 * (abs(turn) / 2).sin()), chord / 2 * (turn / 2).cos() / (turn / 2).sin()
+    x = (arb(a[0]) + b[0]) / 2 - (arb(b[1]) - a[1]) / chord * height
+    y = (arb(a[1]) + b[1]) / 2 + (arb(b[0]) - a[0]) / chord * height
+    begin, sense = arb.atan2(a[1] - y, a[0] - x), 1 if bulge > 0 else -1
+
+    def within(px: arb, py: arb) -> bool:
+        way = (arb.atan2(py - y, px - x) - begin) * sense
+        return any(0 <= way + 2 * k * arb.pi() <= abs(turn) for k in (-1, 0, 1))
+
+    for inside in (True, False):
+        if radius - reach > 0 or not inside:
+            rim = radius - reach if inside else radius + reach
+            yield _circle(table, line, x, y, rim, inside=inside, within=within)
+
+
+def _circle(
+    table: Table,
+    line: int,
+    cx: arb,
+    cy: arb,
+    rim: arb,
+    *,
+    inside: bool,
+    within: Callable[[arb, arb], bool] | None,
+) -> Side:
+    sign = -1 if inside else 1
+
+    def meet(s: State) -> arb | None:
+        x, y, ux, uy, (gx, gy) = s.x - cx, s.y - cy, s.vx, s.vy, map(arb, table.gravity)
+        powers = [
+            x * x + y * y - rim * rim,
+            2 * (x * ux + y * uy),
+            ux * ux + uy * uy + x * gx + y * gy,
+            ux * gx + uy * gy,
+            (gx * gx + gy * gy) / 4,
+        ]
+        for wait in _falls([sign * power for power in powers]):
+            x, y = _moved(table, s, wait)
+            if within is None or within(x, y):
+                return wait
+        return None
+
+    def normal(s: State) -> tuple[arb, arb]:
+        distance = ((s.x - cx) ** 2 + (s.y - cy) ** 2).sqrt()
+        return sign * (s.x - cx) / distance, sign * (s.y - cy) / distance
+
+    return Side(line, meet, normal)
+
+
+def _falls(powers: list[arb]) -> list[arb]:
+    """Return the roots after now at which a polynomial falls, in their order."""
+    while powers and powers[-1] == 0:
+        powers = powers[:-1]
+    if len(powers) < 2:
+        return []
+    if len(powers) == 2:
+        roots = [-powers[0] / powers[1]]
+    elif len(powers) == 3:
+        c, b, a = powers
+        square = b * b - 4 * a * c
+        roots = [(-b + sign * square.sqrt()) / (2 * a) for sign in (1, -1)] if square > 0 else []
+    else:
+        roots = [
+            root.real
+            for root in acb_poly([acb(power.mid()) for power in powers]).roots(tol=1e-120)
+            if root.imag.contains(0)
+        ]
+    falling = [t for t in roots if t > AT_ONCE and sum(k * p * t ** (k - 1) for k, p in enumerate(powers) if k) < 0]
+    return sorted(falling, key=lambda t: float(t.mid()))
+
+
+def _after(table: Table, side: Side, s: State, wait: arb, off: tuple[arb, arb]) -> State:
+    """Return the state after an impact, where the disc strikes so far off the point of contact."""
+    gx, gy = map(arb, table.gravity)
+    x = s.x + wait * (s.vx + wait * gx / 2) + off[0]
+    y = s.y + wait * (s.vy + wait * gy / 2) + off[1]
+    vx, vy, time = s.vx + wait * gx, s.vy + wait * gy, s.time + wait
+    nx, ny = side.normal(State(time, x, y, vx, vy))
+    push = (1 + arb(table.restitution)) * (vx * nx + vy * ny)
+    return State(time, x, y, vx - push * nx, vy - push * ny)
+
+
+def _floats(s: State) -> NDArray[np.float64]:
+    return np.array([float(value.mid()) for value in s])
+
+
+@dataclass
+class Walk:
+    """A disc's way from impact to impact, with the derivatives that say how its roundings grow."""
+
+    table: Table
+    state: State = field(init=False)
+    sides: list[Side] = field(init=False)
+    grown: list[NDArray[np.float64]] = field(default_factory=list)  # what each rounding has become, as columns
+
+    def __post_init__(self) -> None:
+        self.sides = sides(self.table)
+        self.state = State(arb(0), *map(arb, (*self.table.place, *self.table.velocity)))
+
+    def bound(self) -> NDArray[np.float64]:
+        """Return a bound on how far floats may be from the state, component by component."""
+        return sum((abs(columns).sum(axis=1) for columns in self.grown), np.zeros(5))
+
+    def first(self, s: State) -> tuple[arb, Side] | None:
+        """Return the next impact after a state: the wait, and with what."""
+        found = [(wait, side) for side in self.sides if (wait := side.meet(s)) is not None]
+        return min(found, key=lambda one: float(one[0].mid())) if found else None
+
+    def step(self) -> Met | None:
+        """Go on through the next impact; None where there is none."""
+        found = self.first(self.state)
+        if found is None:
+            return None
+        wait, side = found
+        begin, here = self.state, (arb(0), arb(0))
+        end = _after(self.table, side, begin, wait, here)
+        by_start = []
+        for k in range(5):
+            other = State(*(value + STEP if k == i else value for i, value in enumerate(begin)))
+            if (later := side.meet(other)) is None:
+                return None  # a graze that a hair makes a miss
+            by_start.append(_slope(end, _after(self.table, side, other, later, here)))
+        by_place = [_slope(end, _after(self.table, side, begin, wait, off)) for off in ((STEP, arb(0)), (arb(0), STEP))]
+        growth = np.stack(by_start, axis=1)
+        flight = float(wait.mid())
+        sizes = abs(_floats(begin)) + abs(_floats(end))
+        speed = float(np.hypot(*sizes[3:]))
+        place = ROUNDINGS_OF_PLACE * UNIT * (sizes[1:3] + speed * flight + _largest(self.table.lines[side.line]))
+        direct = np.array([2 * UNIT * sizes[0], 0.0, 0.0, *[ROUNDINGS_OF_VELOCITY * UNIT * speed] * 2])
+        self.grown = [growth @ columns for columns in self.grown]
+        self.grown.append(np.concatenate([np.stack(by_place, axis=1) * place, np.diag(direct)], axis=1))
+        self.state = State(*(value.mid() for value in end))  # some 170 digits: what balls would lose is dropped
+        return Met(side.line, end, self.bound())
+
+
+def _slope(end: State, other: State) -> NDArray[np.float64]:
+    return np.array([float(((b - a) / STEP).mid()) for a, b in zip(end, other, strict=True)])
+
+
+def _largest(line: Line) -> float:
+    return max(abs(value) for point in line.points for value in point)
+
+
+def is_near_miss(walk: Walk, before: State, bound: NDArray[np.float64], line: int, time: float) -> bool:
+    """Whether a start within the bound of a flight's leads to another line about then, so that rounding chooses."""
+    for signs in product((-1, 0, 1), repeat=4):
+        shifts = (0, *signs)
+        start = State(*(value + shift * arb(off) for value, shift, off in zip(before, shifts, bound, strict=True)))
+        found = walk.first(start)
+        if found is not None and found[1].line == line and abs(float((before.time + found[0]).mid()) - time) <= 0.01:
+            return True
+    return False
+
+
+def random_table(rnd: random.Random) -> Table:
+    """Return a table with bulges of both signs, re-entrant joints, a thick bar, an island, and an open arc."""
+
+    def about(x: float, y: float) -> Point:
+        return x + rnd.uniform(-0.7, 0.7), y + rnd.uniform(-0.7, 0.7)
+
+    corners = ((-8, -8), (0, -9), (8, -8), (9, 0), (8, 8), (0, 7), (-8, 8), (-7, 0))
+    rim = tuple(rnd.choice((0.0, rnd.uniform(-0.3, 0.5))) for _ in corners)
+    lines = (
+        Line(tuple(about(*corner) for corner in corners), rim, closed=True, half_width=0.0),
+        Line((about(-3, -3), about(-1, -4), about(0, -2)), (0.0, 0.0), closed=False, half_width=rnd.uniform(0.05, 0.3)),
+        Line((about(3, 3), about(4, 1), about(2, 1)), (0.4, 0.0, -0.3), closed=True, half_width=0.125),
+        Line((about(-4, 3), about(-2, 4)), (rnd.uniform(-1.5, 1.5),), closed=False, half_width=0.1),
+    )
+    place, velocity = (rnd.uniform(-0.5, 0.5), rnd.uniform(-0.5, 0.5)), (rnd.gauss(0, 1), rnd.gauss(0, 1))
+    falls = rnd.random() < 0.25
+    restitution = 1.0 if falls else rnd.choice((1.0, 0.9))
+    return Table(lines, place, velocity, 0.2, restitution, (rnd.gauss(0, 0.3), -1.0) if falls else (0.0, 0.0))
+
+
+def scene_of(table: Table) -> Scene:
+    """Return a table as a scene."""
+    walls = tuple(
+        Chain(points_m=line.points, bulges=line.bulges, closed=line.closed, half_width_m=line.half_width)
+        for line in table.lines
+    )
+    disc = Disc(position_m=table.place, velocity_m_s=table.velocity, radius_m=table.radius)
+    return Scene(
+        name="random table",
+        discs=(disc,),
+        walls=walls,
+        wall_restitution=table.restitution,
+        gravity_m_s2=table.gravity,
+        duration_s=1e4,
+    )
+
+
+class Comparison(NamedTuple):
+    """How a run of floats compares with brute force.
+
+    Attributes:
+        agreed: Impacts that agree within their bounds.
+        ended: Why no more were compared: "bound" (it has passed a thousandth of the radius), "near miss" (rounding
+            chooses what is met), "most", "over" (no more impacts), or "contradiction".
+        worst: Greatest error of an impact over its bound.
+    """
+
+    agreed: int
+    ended: str
+    worst: float
+
+
+def compare(table: Table, most: int) -> Comparison:
+    """Compare the first impacts of a table, as far as floats say anything."""
+    ctx.prec = PRECISION
+    trace = solve_pic(scene_of(table), max_impacts=most)
+    walk, worst = Walk(table), 0.0
+    for number in range(most):
+        before, bound = walk.state, walk.bound()
+        met = walk.step()
+        if met is None or number == len(trace.impacts):
+            # A graze that a hair makes a miss, or nothing left to be met by either.
+            alike = number == len(trace.impacts) and (met is None or trace.outcome is not Outcome.COMPLETED)
+            return Comparison(number, "over" if alike else "contradiction", worst)
+        row = trace.impacts[number]
+        if not float(max(met.bound[1:3])) <= PART * table.radius:
+            return Comparison(number, "bound", worst)
+        if -1 - row["second"] != met.line:
+            near = is_near_miss(walk, before, bound, -1 - row["second"], row["time_s"])
+            return Comparison(number, "near miss" if near else "contradiction", worst)
+        found = np.array([row["time_s"], *row["velocity_first_after"]])
+        error = abs(found - _floats(met.state)[[0, 3, 4]]) / met.bound[[0, 3, 4]]
+        if not np.all(error <= 1.0):
+            return Comparison(number, "contradiction", float(error.max()))
+        worst = max(worst, float(error.max()))
+    return Comparison(most, "most", worst)
+
+
+def campaign(tables: int, most: int, seed: int = 0) -> tuple[Counter[str], int, float]:
+    """Compare random tables; return why each ended, how many impacts agreed in all, and the worst error over bound."""
+    ends, agreed, worst = Counter[str](), 0, 0.0
+    number = 0
+    while sum(ends.values()) < tables:
+        table = random_table(random.Random(f"{seed} {number}"))
+        number += 1
+        try:
+            scene_of(table)
+        except SceneError:  # two of its edges cross, or the disc overlaps
+            continue
+        comparison = compare(table, most)
+        ends[comparison.ended] += 1
+        agreed += comparison.agreed
+        worst = max(worst, comparison.worst)
+        if comparison.ended == "contradiction":
+            sys.stderr.write(f"table {number - 1} of seed {seed}: {comparison}\n")
+    return ends, agreed, worst
+
+
+if __name__ == "__main__":
+    why, impacts, ratio = campaign(int(sys.argv[1]), 40, int(sys.argv[2]) if len(sys.argv) > 2 else 0)
+    sys.stdout.write(f"{why.total()} tables, {impacts} impacts agree, worst error {ratio:.2g} of its bound: {why}\n")
