@@ -16,7 +16,8 @@ SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "S
 #: them takes a fifteenth of the processor time of a short command.
 _COLLECTED_FROM = 50_000
 
-#: A signal that was lost comes again after so long, seconds: where it could not be heard is left in microseconds.
+#: A signal that was lost comes again this often, seconds, until a command has heard it: where it could not be heard is
+#: left in microseconds, and C code that called what it is raised in can drop it once more, without a word.
 AGAIN_S = 0.01
 
 #: Those that have come.
@@ -82,7 +83,8 @@ def _end(number: int, _frame: object) -> None:
         if isinstance(error, Ended):
             return
         error = error.__context__
-    CAME.append(signal.Signals(number))
+    if number not in CAME:
+        CAME.append(signal.Signals(number))
     raise Ended(number)
 
 
@@ -92,7 +94,7 @@ def _hear_again(lost: sys.UnraisableHookArgs) -> None:
         sys.__unraisablehook__(lost)
     elif hasattr(signal, "setitimer"):
         signal.signal(signal.SIGALRM, lambda _, frame: _end(CAME[-1], frame))
-        signal.setitimer(signal.ITIMER_REAL, AGAIN_S)
+        signal.setitimer(signal.ITIMER_REAL, AGAIN_S, AGAIN_S)
 
 
 def _hear_no_more(heard: list[signal.Signals]) -> None:

@@ -134,6 +134,28 @@ def test_a_signal_that_python_ignores_comes_again(tmp_path: Path) -> None:
     assert (done.returncode, done.stderr) == (128 + signal.SIGHUP, "carom: ended by SIGHUP\n")
 
 
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
+def test_a_signal_that_is_dropped_again_and_again_is_heard_in_the_end(tmp_path: Path) -> None:
+    """Lost in a destructor, and dropped without a word three times when it comes again, it still ends the command."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import signal, time; from carom import __main__, cli\n"
+        "class Lost:\n"
+        "    def __del__(self): signal.raise_signal(signal.SIGINT)\n"
+        "def command():\n"
+        "    Lost()\n"
+        "    for _ in range(3):\n"
+        "        try: time.sleep(60)\n"
+        "        except KeyboardInterrupt: pass\n"
+        "    time.sleep(60)\n"
+        "    return 4\n"
+        "cli.command = command\n"
+        "__main__.main()\n"
+    )
+    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=50)
+    assert (done.returncode, done.stderr) == (130, "carom: ended by SIGINT\n")
+
+
 def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:
     monkeypatch.setattr(cli, "command", command)
     with pytest.raises(SystemExit) as end:

@@ -141,6 +141,8 @@ def say_lines(lines: Iterable[str]) -> None:
 
 def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
     """Return what to say of the signal that ended a command, Ctrl-C unless it is told, and the exit code."""
+    if hasattr(signal, "setitimer"):  # heard: it need not come again
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
     number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
     return "interrupted" if number is signal.SIGINT else f"ended by {number.name}", EXIT_SIGNAL + number
 
