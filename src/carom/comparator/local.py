@@ -21,10 +21,11 @@ from numpy.typing import NDArray
 from carom.comparator.finite import finite_impacts
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales
+from carom.physics.feature_time import normal_at
 from carom.physics.features import Mover
 from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.physics.time_of_impact import time_of_impact
-from carom.solvers.plain.finite_walls import FiniteWall
+from carom.solvers.plain.finite_walls import FiniteWall, overlap_since
 from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
 __all__ = ["LocalErrors", "local_errors", "own_states"]
@@ -237,14 +238,15 @@ def _meetings_with_walls(trace: Trace, bodies: _Bodies, at: NDArray[np.intp]) ->
             normal[row] = -into
             continue
         (x, y), (vx, vy), radius = place.tolist(), velocity.tolist(), float(bodies.radius[0, k])
-        ahead, part, _ = finite[number].next_time(Mover.at((x, y), (vx, vy), radius), None)
-        hit = None if part is None else finite[number].hit_from(x + vx * ahead, y + vy * ahead)
-        if hit is None:
+        mover = Mover.at((x, y), (vx, vy), radius)
+        ahead, part, _ = finite[number].next_time(mover, None)
+        if part is None:
             continue
-        wait[row], normal[row] = ahead, (-hit.normal[0], -hit.normal[1])
         if ahead == 0.0:
-            speed = vx * hit.normal[0] + vy * hit.normal[1]
-            wait[row] = min(0.0, -wall.gap(x, y, radius) / speed) if speed < 0.0 else 0.0
+            ahead = overlap_since(mover, part.feature)
+        met = mover._replace(x=(x + vx * ahead, 0.0), y=(y + vy * ahead, 0.0))
+        nx, ny = normal_at(part.feature, met)
+        wait[row], normal[row] = ahead, (-nx, -ny)
     return wait, normal
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from carom.outline import Outline
     from carom.physics.features import Feature
 
-__all__ = ["FiniteWall", "Hit", "bend_of", "gap_of", "resolution_s", "sizes_of"]
+__all__ = ["FiniteWall", "Hit", "bend_of", "gap_of", "overlap_since", "resolution_s", "sizes_of"]
 
 Vector = tuple[float, float]
 
@@ -98,6 +98,24 @@ def gap_of(disc: Mover, feature: Feature) -> float:
     away, reach = _away(disc, feature)
     inside = not isinstance(feature, Vertex) and feature.inside
     return reach - away if inside else away - reach
+
+
+def overlap_since(disc: Mover, feature: Feature) -> float:
+    """Return when the rim of a disc that overlaps a feature, and closes on it, came to it: seconds from now, 0 or less.
+
+    On a straight path, by plain formulas.
+    """
+    (vx, _), (vy, _) = disc.ux, disc.uy
+    gap = min(gap_of(disc, feature), 0.0)
+    if isinstance(feature, Face):
+        return -gap / (vx * feature.normal[0] + vy * feature.normal[1])
+    away, reach = _away(disc, feature)
+    nx, ny = normal_at(feature, disc)
+    sign = -1.0 if not isinstance(feature, Vertex) and feature.inside else 1.0
+    # |d + t u| = reach, with d out from the centre: the root in the past that is nearer.
+    a, b, c = vx * vx + vy * vy, sign * away * (vx * nx + vy * ny), sign * gap * (away + reach)
+    root = math.sqrt(max(b * b - a * c, 0.0))
+    return (-b - root) / a if sign > 0.0 else -c / (b + root)
 
 
 def bend_of(feature: Feature, disc: Mover) -> float:
