@@ -25,7 +25,8 @@ def test_where_an_overlap_began_the_rim_touched(
     feature: Feature, place: tuple[float, float], velocity: tuple[float, float]
 ) -> None:
     """Brought back by that time along its path, a disc that overlaps a feature touches it."""
-    assert gap_of(disc := Mover.at(place, velocity, 0.25), feature) < -0.01
+    disc = Mover.at(place, velocity, 0.25)
+    assert gap_of(disc, feature) < -0.01
     ago = overlap_since(disc, feature)
     assert ago < 0.0
     back = Mover.at((place[0] + velocity[0] * ago, place[1] + velocity[1] * ago), velocity, 0.25)
