@@ -1,0 +1,120 @@
+"""PIC and PIT of the page of `carom play` in Firefox: the bits that they have in Chromium, and so Carom's."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import socket
+import subprocess
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from playwright.sync_api import Browser
+
+from carom.live.page import GALLERY, page_html
+from carom.scenes import all_scenes
+
+pytestmark = pytest.mark.browser
+
+#: Where Firefox listens for who drives it, unless its profile says another port.
+_PORT, _START_WITHIN_S = 2828, 60.0
+#: What a run says, as text in which every float keeps its bits.
+_SOLVED = """(text) => {
+  const [scene, method] = JSON.parse(text), run = method === "pic" ? caromPage.pic(scene, 500) : caromPage.pit(scene);
+  return JSON.stringify([run.impacts, run.positions, run.velocities], (_, x) => (Object.is(x, -0) ? "-0" : x));
+}"""
+
+
+class Firefox:
+    """Firefox without a window, driven by its own protocol: Playwright drives builds of its own alone."""
+
+    def __init__(self, program: str, profile: Path) -> None:
+        words = [program, "--headless", "--marionette", "--no-remote", "--profile", str(profile)]
+        environment = {**os.environ, "HOME": str(profile)}
+        self.process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=environment)
+        self._socket = self._connected()
+        self._stream = self._socket.makefile("rwb")
+        self._told()
+        self._asked = 0
+        self.ask("WebDriver:NewSession", capabilities={})
+
+    def _connected(self) -> socket.socket:
+        until = time.monotonic() + _START_WITHIN_S
+        while True:
+            try:
+                found = socket.create_connection(("127.0.0.1", _PORT), 1.0)
+            except OSError:
+                assert time.monotonic() < until, "Firefox does not listen"
+                time.sleep(0.2)
+            else:
+                found.settimeout(_START_WITHIN_S)
+                return found
+
+    def _told(self) -> Any:
+        length = b""
+        while (byte := self._stream.read(1)) != b":":
+            length += byte
+        return json.loads(self._stream.read(int(length)))
+
+    def ask(self, command: str, **arguments: Any) -> Any:
+        """Send a command and return its result."""
+        self._asked += 1
+        message = json.dumps([0, self._asked, command, arguments]).encode()
+        self._stream.write(str(len(message)).encode() + b":" + message)
+        self._stream.flush()
+        _, _, error, result = self._told()
+        assert error is None, error
+        return result
+
+    def close(self) -> None:
+        """End it."""
+        self._stream.close()
+        self._socket.close()
+        self.process.terminate()
+        self.process.wait()
+
+    def run(self, function: str, *arguments: Any) -> Any:
+        """Call a function of JavaScript in the page."""
+        script = f"return ({function})(...arguments)"
+        return self.ask("WebDriver:ExecuteScript", script=script, args=list(arguments), sandbox=None)["value"]
+
+
+@pytest.fixture
+def firefox(tmp_path: Path) -> Iterator[Firefox]:
+    """Firefox; the test is skipped where there is none."""
+    program = shutil.which("firefox-esr") or shutil.which("firefox")
+    if program is None:
+        pytest.skip("there is no Firefox here: install Debian's package firefox-esr")
+    found = Firefox(program, tmp_path)
+    yield found
+    found.close()
+
+
+def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
+    """Every impact and final state of every scene that the page takes is the same in both browsers, to the bit."""
+    path = tmp_path / "play.html"
+    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
+    page = browser.new_page()
+    page.goto(path.as_uri())
+    page.wait_for_selector("#sentence:not(:empty)")
+    firefox.ask("WebDriver:Navigate", url=path.as_uri())
+    shown = "() => document.getElementById('sentence')?.textContent ?? ''"
+    until = time.monotonic() + _START_WITHIN_S
+    while not firefox.run(shown):
+        assert time.monotonic() < until, "the page does not start in Firefox"
+        time.sleep(0.1)
+    assert firefox.run(shown) == page.inner_text("#sentence")
+    compared = 0
+    for entry in all_scenes().values():
+        if not all("normal" in type(wall).model_fields for wall in entry.scene.walls):
+            continue
+        for method in ("pic", "pit"):
+            asked = json.dumps([json.loads(entry.scene.model_dump_json()), method])
+            assert firefox.run(_SOLVED, asked) == page.evaluate(_SOLVED, asked), (entry.name, method)
+            compared += 1
+    assert compared >= 2 * len(GALLERY)
+    page.close()
