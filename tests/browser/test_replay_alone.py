@@ -65,3 +65,31 @@ def test_it_plays_and_its_name_stays_text(browser: Browser, tmp_path: Path, numb
     assert frame.evaluate("window.frameElement === null")  # a frame that shares nothing with its notebook can't see it
     page.close()
     assert [fault for fault in faults if not fault.startswith("about:")] == []
+
+
+_RED = """() => [...document.querySelectorAll('.views canvas')].map(one => {
+  const probe = document.createElement('canvas').getContext('2d');
+  probe.fillStyle = getComputedStyle(one).getPropertyValue('--wrong-bar').trim();
+  probe.fillRect(0, 0, 1, 1);
+  const red = probe.getImageData(0, 0, 1, 1).data;
+  const all = one.getContext('2d').getImageData(0, 0, one.width, one.height).data;
+  let count = 0;
+  for (let k = 0; k < all.length; k += 4) count += [0, 1, 2, 3].every(j => all[k + j] === red[j]);
+  return count;
+})"""
+
+
+def test_the_cross_of_a_missed_impact_stays(browser: Browser, tmp_path: Path) -> None:
+    """At the end of the run the impact that PIT missed is still marked, in its picture and not in the exact one."""
+    path = carom.replay(carom.solve_pic("paper/missed"), carom.solve_pit("paper/missed")).save(tmp_path / "replay.html")
+    page = browser.new_page(viewport={"width": 1000, "height": 800})
+    page.goto(path.as_uri())
+    time = page.get_by_role("slider", name="Time in the scene")
+    time.press("Home")
+    before = page.evaluate(_RED)
+    time.press("End")
+    after = page.evaluate(_RED)
+    page.screenshot(path=tmp_path / "end.png")
+    page.close()
+    assert sorted(after)[0] == 0 < sorted(after)[1]
+    assert before == [0, 0]

@@ -104,17 +104,31 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return figure
 
 
-def line_style(number: int, *, pit: bool, hollow: bool) -> dict[str, Any]:
-    """Return how the line of an engine, the n-th, is drawn in every diagram.
+#: One dash a profile, the same in every diagram; `tuned` is solid, and so is a profile that is not here.
+_DASHES: dict[str, Any] = {
+    "default": "--",
+    "located": ":",
+    "swept": "-.",
+    "ccd": (0, (6, 1.5, 1, 1.5, 1, 1.5)),
+    "event-driven": (0, (9, 2)),
+    "no-ccd": (0, (2, 2)),
+    "cylinder": (0, (4, 1, 1, 1)),
+    "cylinder-plain": (0, (1, 3)),
+}
 
-    PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes is
-    dashed, with hollow marks.
+
+def line_style(number: int, *, pit: bool, profile: str = "tuned") -> dict[str, Any]:
+    """Return how the line of an engine, the n-th, is drawn in every diagram: a colour an engine, a dash a profile.
+
+    PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes
+    has hollow marks.
     """
+    hollow = profile == "default"
     return {
         "color": INK if pit else SERIES[number % len(SERIES)],
         "linewidth": 3.2 if pit else 1.3,
         "alpha": 0.4 if pit else 0.9,
-        "linestyle": "--" if hollow else "-",
+        "linestyle": _DASHES.get(profile, "-"),
         "marker": _MARKERS[number % len(_MARKERS)],
         "markersize": 5.0,
         "markerfacecolor": "none" if hollow else None,

@@ -408,8 +408,9 @@
       const shown = this.end / 12;
       for (const row of this.run.impacts) {
         const when = observed ? row.reported ?? row.true : row.true;
-        if (when === undefined || when === null || this.time < when || this.time > when + shown) continue;
-        const missed = row.flag === "missed";
+        if (when === undefined || when === null || this.time < when) continue;
+        const missed = row.flag === "missed", old = this.time > when + shown;
+        if (old && !(observed && missed)) continue; // the cross of what was missed stays, without its word
         if (!observed && row.flag === "invented") continue;
         const source = observed && !missed ? tracks : this.scene.reference;
         const [first, second] = row.bodies;
@@ -425,7 +426,7 @@
           towards = wall.line ? towardsLine(wall.line, a) : [-wall[2], -wall[3]];
         }
         const place = [a[0] + radius * towards[0], a[1] + radius * towards[1]];
-        if (observed) picture.flag(place, MARKS[row.flag], row.became, row.flag !== "found");
+        if (observed) picture.flag(place, MARKS[row.flag], old ? "" : row.became, row.flag !== "found");
         else picture.flag(place, "•", "", false); // a ring: words would hide each other
       }
     }

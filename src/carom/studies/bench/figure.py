@@ -89,8 +89,7 @@ class _Drawing:
 
     def curve(self, curve: Curve) -> None:
         engines = list(dict.fromkeys(entry.engine for entry in self.bench.curves))
-        default = curve.profile == "default"
-        style = line_style(engines.index(curve.engine), pit=curve.engine == "pit", hollow=default)
+        style = line_style(engines.index(curve.engine), pit=curve.engine == "pit", profile=curve.profile)
         own = [(self.place(p), p) for p in curve.points if not p.reason and not math.isnan(p.error)]
         kept = [(place, point) for place, point in own if not any(map(math.isnan, place))]
         if not kept:

@@ -156,7 +156,7 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Fig
             [discs for discs, _, _ in places],
             [height for _, height, _ in places],
             label=f"{curve.engine} {curve.profile}\n{_power(exponent).text}",
-            **line_style(k, pit=curve.engine == "pit", hollow=False),
+            **line_style(k, pit=curve.engine == "pit"),
         )
         for place in places:
             aim(axes, *place)

@@ -160,7 +160,7 @@ def price_chart(found: Sequence[EnginePrice], label: str) -> str:
             return at
 
         for k, (_, total, own) in enumerate(shown):
-            colour = line_style(k, pit=False, hollow=False)["color"]
+            colour = line_style(k, pit=False)["color"]
             axes.plot([along(own), along(total)], [-k, -k], color=colour, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=colour, markersize=6)

@@ -233,7 +233,7 @@ def error_chart(found: History) -> str:
             errors = _errors(ran, profile)
             if not errors or not errors[0]:
                 continue
-            style = line_style(number, pit=False, hollow=False)
+            style = line_style(number, pit=False)
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
             axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | {"linestyle": ":"})
         moved = [k for k, step in enumerate(found.transitions, 1) if step.count(Moved.NOTHING) < step.compared]
