@@ -1,7 +1,8 @@
 """The tables of the engines' pages: `python docs/figures/engine_pages.py` writes them into `docs/engines/*.md`.
 
-They are made of `measured.json`, which `make atlas` writes, and of the tables of `docs/hazards.md`, which `make
-hazards` does. What stands between `<!-- made by ...: NAME -->` and `<!-- end -->` is written here, the rest by hand.
+They are made of `measured.json`, which `make atlas` writes, of the tables of `docs/hazards.md`, which `make hazards`
+does, and of the sentences of `docs/history.md`, which `make history` does. What stands between `<!-- made by ...: NAME
+-->` and `<!-- end -->` is written here, the rest by hand.
 """
 
 from __future__ import annotations
@@ -14,12 +15,14 @@ from pathlib import Path
 from typing import Any
 
 from carom.pages.wording import listed
+from carom.registry import load_adapter
 from carom.scenes import all_scenes
 
 DOCS = Path(__file__).resolve().parents[1]
 PAGES = DOCS / "engines"
 MEASURED = DOCS / "figures" / "measured.json"
 HAZARDS = DOCS / "hazards.md"
+HISTORY = DOCS / "history.md"
 
 _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
 #: What a row of `docs/hazards.md` says where no start is off.
@@ -97,6 +100,15 @@ def settings_of(engine: str) -> str:
     return f"Profile `{own['profile']}`:\n\n```text\n{own['settings']}\n```\n"
 
 
+def history_of(engine: str) -> str:
+    """Return what an engine's releases came to: the sentences that stand over its tables on the page of histories."""
+    name = load_adapter(engine).engine.name
+    part = HISTORY.read_text(encoding="utf-8").partition(f"\n## {name}\n")[2]
+    said = [text for text in part.partition("\n### ")[0].split("\n\n") if text.strip()]
+    anchor = re.sub(r"[^a-z0-9-]", "", name.lower().replace(" ", "-"))
+    return f"{' '.join(text.strip() for text in said)} [The tables](../history.md#{anchor}).\n"
+
+
 def version() -> str:
     """Return what was measured, when and on what."""
     here = measured()["measured"]
@@ -120,7 +132,7 @@ SHARED = {
     "limits": lambda: table(measured()["limits"]),
     "commands": commands,
 }
-OWN = {"hazards": hazards_of, "profiles": profiles_of, "settings": settings_of}
+OWN = {"hazards": hazards_of, "profiles": profiles_of, "settings": settings_of, "history": history_of}
 
 
 def filled(page: Path) -> str:

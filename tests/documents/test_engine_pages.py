@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from docs.figures import engine_pages
 
-from carom.registry import adapter_points
+from carom.registry import adapter_points, load_adapter
 
 PAGES = sorted(engine_pages.PAGES.glob("*.md"))
 #: What is about all engines.
@@ -30,6 +30,20 @@ def test_each_adapter_has_a_page() -> None:
     for name, text in own.items():
         for heading in ("When to choose it", "Hazards", "Best settings", "What each profile finds"):
             assert f"\n## {heading}\n" in text, name
+
+
+def test_an_engine_that_has_a_history_tells_it_on_its_page() -> None:
+    """Each engine of the page of histories, and no other, has its sentences on its own page."""
+    names = {
+        name: load_adapter(name).engine.name
+        for name, point in adapter_points().items()
+        if point.distribution == "carom"
+    }
+    told = {page.stem for page in PAGES if "engine_pages.py: history -->" in page.read_text(encoding="utf-8")}
+    text = engine_pages.HISTORY.read_text(encoding="utf-8")
+    assert told == {name for name, engine in names.items() if f"\n## {engine}\n" in text}
+    for engine in told:
+        assert not engine_pages.history_of(engine).startswith(" "), engine
 
 
 def test_a_hazard_is_what_is_off_at_some_start() -> None:

@@ -8,6 +8,7 @@ import statistics
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -62,6 +63,38 @@ def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
         assert told[speed] == pytest.approx([1.0] * 32, abs=1e-4)
 
 
+def bare_matter(version: str, kept: Kept) -> dict[str, list[Any]]:
+    """Return what a release of matter.js comes to without Carom."""
+    script = Path(__file__).with_name("matter_releases.mjs")
+    command = ["node", script, release(kept, "npm", "matter-js", version)]
+    found: dict[str, list[Any]] = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    return found
+
+
+@pytest.mark.parametrize(("version", "off"), [("0.18.0", 0.109), ("0.19.0", 0.238), ("0.20.0", 0.238)])
+def test_slow_bounces_of_matter(version: str, off: float, kept: Kept) -> None:
+    """Bare, at each of 32 phases, equal discs in a row end further from the exchanged velocities since 0.19."""
+    exact = [velocity / 2.5 for velocity in (-1.9, -0.8, 0.5, 1.6, 2.5)]  # equal and elastic: velocities are exchanged
+    runs = bare_matter(version, kept)["velocities"]
+    worst = [max(abs(found - wanted) for found, wanted in zip(run, exact, strict=True)) for run in runs]
+    assert worst == pytest.approx([off] * 32, abs=5e-4)  # as the two are rounded
+
+
+def test_carom_sees_the_slow_bounces_of_matter(kept: Kept) -> None:
+    """`carom history` calls 0.19 worse where the bare runs are, and 0.20 neither."""
+    moved = told("matter", ">=0.18,<0.21", kept, "classics/sorting")
+    assert Moved.WORSE in moved["0.19.0"]
+    assert not any(one.real for one in moved["0.20.0"])
+
+
+def test_walls_fill_the_grid_of_old_releases_of_matter(kept: Kept) -> None:
+    """Before 0.18 a body takes the cells of 48 pixels that it covers, four times as many for twice the side."""
+    small, large = bare_matter("0.17.1", kept)["cells"]
+    assert small >= (4800 / 48) ** 2
+    assert large >= (9600 / 48) ** 2
+    assert bare_matter("0.18.0", kept)["cells"] == [0, 0]
+
+
 def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[Moved]]:
     """Return what became of the cells of each release since the one before."""
     plain = [entry.scene for entry in find_scenes(scenes)]
@@ -77,6 +110,7 @@ def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[
         ("pymunk", "6.3.0,6.11.1,7.0.0,7.3.1"),
         ("planck", "1.0.5,1.3.0,1.5.0"),
         ("mujoco", "3.0.0,3.3.0"),
+        ("jolt", "0.29.0,1.1.0"),
     ],
 )
 def test_not_one_bit_has_moved(engine: str, versions: str, kept: Kept) -> None:

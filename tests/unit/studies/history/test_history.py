@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from docs.figures.history import section
 from tests.distribution import forget
 from tests.unit.studies.history.toy import Toys, toys
 from typer.testing import CliRunner
@@ -70,6 +71,9 @@ def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> N
     text = markdown(history_document(found))
     assert "its adapter sees no contact of this release" in text
     assert "1.1 → 1.2: 1 worse." in text
+    part = section(found, "By hand.")  # of the page that `make history` writes
+    assert part.startswith(f"## {found.origin.engine}\n\nBy hand.\n\n")
+    assert "1.1 → 1.2: 1 worse." in part
     assert not any(name.startswith("toy-") for name in adapter_points())
 
 
