@@ -66,7 +66,7 @@ def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
 def bare_matter(version: str, kept: Kept) -> dict[str, list[Any]]:
     """Return what a release of matter.js comes to without Carom."""
     script = Path(__file__).with_name("matter_releases.mjs")
-    command = ["node", script, release(kept, "npm", "matter-js", version)]
+    command = ["node", str(script), str(release(kept, "npm", "matter-js", version))]
     found: dict[str, list[Any]] = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     return found
 
