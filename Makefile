@@ -29,7 +29,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history stress campaign campaign-pic mutants arm bench check changelog coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism stress campaign campaign-pic mutants arm bench check changelog coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: an engine that misses an impact, beside the exact run"
@@ -45,6 +45,7 @@ help:
 	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write the tables of docs/engines"
 	@echo "make stress             (fifteen minutes) the full stress campaign; write docs/stress-results.md"
 	@echo "make history            (minutes, from the registries) engines over their releases; write docs/history.md"
+	@echo "make determinism        whether the installed engines come to the same bits again; write docs/determinism.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
@@ -121,6 +122,9 @@ stress: $(BUILT)
 # Installs releases, each into a folder of its own: see docs/security.md.
 history: $(BUILT)
 	$(BIN)/python docs/figures/history.py
+
+determinism: $(BUILT)
+	$(BIN)/python docs/figures/determinism.py
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json

@@ -1,0 +1,117 @@
+"""`make determinism`: whether engines come to the same bits again; the page `docs/determinism.md` is written of it.
+
+One scene, a gas of 16 discs in a box, with the settings as shipped and the best known. What is compared is SHA-256 of
+every position and velocity at the end and of every impact, to the bit.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from carom.errors import CaromError
+from carom.registry import adapter_points, load_adapter, why_unavailable
+from carom.runs.observe import observe_run
+from carom.scene import Scene
+from carom.scenes import all_scenes
+from carom.trace import Trace
+
+PAGE = Path(__file__).resolve().parents[1] / "determinism.md"
+COUNTED = ("again", "after another", "another process")
+SCENE, PROFILES = "classics/gas", ("default", "tuned")
+
+# ruff: noqa: E501 - lines of the page are as long as they are
+HEAD = f"""# The same bits again?
+
+Written by `make determinism`, on one machine, of `{SCENE}` at its own frame rate. What is compared is each position and velocity at the end, and
+each impact, to the bit.
+
+- **again**: a second run in the same process.
+- **after another**: the same, after a world of another scene has run between.
+- **another process**: a process of its own, started for it.
+- **order**: the discs are handed over in the opposite order, and the answer is turned back. That it differs is a fact and no fault: an
+  engine that solves contacts one after another comes to other sums in another order.
+
+The score counts *again*, *after another* and *another process*. Threads were not varied.
+"""
+
+
+def digest(trace: Trace, *, impacts: bool = True) -> str:
+    """Return a digest of what a run came to."""
+    found = hashlib.sha256(np.ascontiguousarray(trace.final_position_m).tobytes())
+    found.update(np.ascontiguousarray(trace.final_velocity_m_s).tobytes())
+    if impacts:
+        found.update(trace.impacts.tobytes())
+    return found.hexdigest()
+
+
+def ran(engine: str, profile: str, scene: Scene) -> Trace:
+    """Return a run in this process."""
+    return observe_run(load_adapter(engine), scene, profile, 1.0 / scene.frame_rate_hz)
+
+
+def measured(engine: str, profile: str) -> None:
+    """Print, as JSON, which runs of this process came to the bits of the first, and its digest."""
+    scene, other = all_scenes()[SCENE].scene, all_scenes()["paper/late"].scene
+    turned = scene.model_copy(update={"discs": scene.discs[::-1]})
+    first = ran(engine, profile, scene)
+    again = ran(engine, profile, scene)
+    ran(engine, profile, other)
+    after, back = ran(engine, profile, scene), ran(engine, profile, turned)
+    back = replace(back, final_position_m=back.final_position_m[::-1], final_velocity_m_s=back.final_velocity_m_s[::-1])
+    same = {
+        "again": digest(again) == digest(first),
+        "after another": digest(after) == digest(first),
+        "order": digest(back, impacts=False) == digest(first, impacts=False),
+    }
+    sys.stdout.write(json.dumps({"same": same, "digest": digest(first)}) + "\n")
+
+
+def asked(engine: str, profile: str) -> dict[str, object]:
+    """Return what a process of its own found."""
+    command = [sys.executable, __file__, engine, profile]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)  # noqa: S603 - this script
+    if done.returncode:
+        raise CaromError((done.stderr.strip().splitlines() or ["it ended without a word"])[-1])
+    found: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def rows(lacking: list[str]) -> Iterator[list[str]]:
+    """Return a row an engine and profile; engines that can't be run here join those that are lacking."""
+    for engine in sorted(adapter_points()):
+        adapter = load_adapter(engine)
+        if why_unavailable(adapter):
+            lacking.append(adapter.engine.name)
+            continue
+        for profile in PROFILES:
+            one, two = asked(engine, profile), asked(engine, profile)
+            same = dict(one["same"]) | {"another process": one["digest"] == two["digest"]}  # type: ignore[call-overload]
+            counted = [same[name] for name in COUNTED]
+            words = ["same" if value else "other" for value in (*counted, same["order"])]
+            yield [engine, profile, f"{sum(counted)} of {len(counted)}", *words]
+
+
+def main() -> None:
+    """Run what is installed, print the table and write the page."""
+    lacking: list[str] = []
+    heads = ["engine", "profile", "score", *COUNTED, "order"]
+    lines = [heads, ["---"] * len(heads), *rows(lacking)]
+    table = "\n".join(f"| {' | '.join(line)} |" for line in lines) + "\n"
+    missing = f"\nNot installed where this was run, and so not measured: {', '.join(lacking)}.\n" if lacking else ""
+    sys.stdout.write(table + missing)
+    PAGE.write_text(f"{HEAD}\n{table}{missing}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    if sys.argv[1:]:
+        measured(*sys.argv[1:])
+    else:
+        main()
