@@ -17,7 +17,7 @@ from carom.comparator.finite import not_finite
 from carom.comparator.grade import equals_pit, grade, grade_of_trajectory
 from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches, wrong_branches
-from carom.comparator.horizon import before_rest, before_tie, reach_of
+from carom.comparator.horizon import before_tie, reach_of
 from carom.comparator.local import LocalErrors, local_errors
 from carom.comparator.local_truth.reports import reports_and_states, shown_by_states
 from carom.comparator.local_truth.score import LocalScore, local_score
@@ -25,6 +25,7 @@ from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, largest, scales_of
+from carom.comparator.settling import before_rest
 from carom.comparator.sound import require_sound
 from carom.comparator.step_findings import has_left
 from carom.comparator.thresholds import THRESHOLDS
@@ -172,7 +173,7 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
 
 def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: float | None) -> Score:
     scales, given = scales_of(reference.scene, reference), reach_of(reference, horizon)
-    reach, tie = before_rest(reference, given, observed.dt_s), before_tie(reference)
+    reach, tie = before_rest(reference, given, observed.dt_s, sampling), before_tie(reference)
     up_to_tie = None
     if tie is not None and tie.until_s < reach.until_s:
         # What is certain before a tie is so whatever follows it.

@@ -9,16 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import Reach, by_pair
-from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
 from carom.scene import Disc, Scene, as_scene
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
-from carom.trace import Outcome, Trace, Vector, rim_speeds, velocities
+from carom.trace import Trace, Vector, rim_speeds, velocities
 
-__all__ = ["Horizon", "before_rest", "before_tie", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
+__all__ = ["Horizon", "before_tie", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
 
 #: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
 #: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
@@ -172,24 +171,6 @@ def reach_of(reference: Trace, horizon: float | None) -> Reach:
     if horizon >= reference.scene.duration_s:
         return Reach(count, math.inf)
     return Reach(int(np.searchsorted(times, horizon, side="right")), float(horizon))
-
-
-def before_rest(reference: Trace, reach: Reach, dt_s: float) -> Reach:
-    """Return what of a reach lies before a disc comes to rest, at a step, as far as steps can tell.
-
-    The reference ends there. Before that come impacts, often without end, that close on something by no more than is
-    fallen in a step or two: a method that looks once a step rests already.
-    """
-    if not reference.outcome.in_contact:
-        return reach
-    impacts = reference.impacts
-    if reference.outcome is Outcome.GLIDES:
-        return reach if reach.until_s <= reference.end_time_s else Reach(len(impacts), reference.end_time_s)
-    closing = np.sum((impacts["velocity_first_before"] - impacts["velocity_second_before"]) * impacts["normal"], axis=1)
-    weak = np.flatnonzero(closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s)
-    count = int(weak[0]) if len(weak) else len(impacts)
-    until_s = float(np.nextafter(impacts["time_s"][count], -math.inf)) if len(weak) else reference.end_time_s
-    return reach if reach.until_s <= until_s else Reach(min(count, reach.impacts), until_s)
 
 
 def before_tie(reference: Trace) -> Reach | None:
