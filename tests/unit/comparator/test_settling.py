@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged, wall_at
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator.align import Reach
@@ -14,7 +15,6 @@ from carom.comparator.grades import Grade
 from carom.comparator.settling import before_rest
 from carom.scene import Scene
 from carom.trace import Outcome, Trace
-from tests.stage import disc_at, staged, wall_at
 
 #: Nothing ends it.
 WHOLE = Reach(10**6, math.inf)
