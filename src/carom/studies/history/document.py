@@ -113,10 +113,10 @@ def bisection_lines(found: Bisection | None) -> Iterator[str]:
     if found is None:
         yield "The oldest and the newest release do the same in this cell, as far as phases tell."
         return
-    yield (
-        f"{_cell_words(found.cell)}: {found.last} does as {found.asked[0]} does, and {found.first} does not "
-        f"({found.change.moved.value}: {found.change.why})."
-    )
+    oldest = found.asked[0]
+    before = f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which does as {oldest}, the oldest"
+    why = f"{found.change.moved.value}: {found.change.why}"
+    yield f"{_cell_words(found.cell)}: {found.first} does otherwise than {before} ({why})."
     yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
 
 
@@ -125,21 +125,19 @@ def _cell_words(cell: RunCell) -> str:
 
 
 def _lead(found: History) -> Iterator[str]:
-    ran = found.ran
-    cells = wording.count(max((len(one.seen) for one in ran), default=0), "cell")
-    releases = wording.count(len(ran), "release")
-    yield f"{releases} of {found.origin.engine} ran, of {len(found.releases)} asked for, on {cells} each."
+    ran, engine = found.ran, found.origin.engine
     moved = [step for step in found.transitions if step.real]
-    if len(ran) < 2:
-        return
-    if not moved:
+    if len(ran) >= 2 and not moved:
         still = all(step.count(Moved.NOTHING) == step.compared for step in found.transitions)
         nothing = "not one bit changed" if still else "nothing changed that is the engine's and no chance of phase"
-        yield f"From {ran[0].version} to {ran[-1].version} {nothing}."
+        yield f"{engine} from {ran[0].version} to {ran[-1].version}: {nothing}."
     for step in reversed(moved):
         counts = Counter(change.moved for change in step.real.values())
         said = [f"{counts[kind]} {kind.value}" for kind in (Moved.WORSE, Moved.BETTER, Moved.OTHERWISE) if counts[kind]]
-        yield f"{step.old.version} → {step.new.version}: {wording.listed(said)}."
+        yield f"{engine} {step.old.version} → {step.new.version}: {wording.listed(said)}."
+    cells = wording.count(max((len(one.seen) for one in ran), default=0), "cell")
+    releases = wording.count(len(ran), "release")
+    yield f"{releases} of {engine} ran, of {len(found.releases)} asked for, on {cells} each."
 
 
 def _release_columns(found: History) -> tuple[Column, ...]:
