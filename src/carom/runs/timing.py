@@ -9,6 +9,7 @@ from __future__ import annotations
 import gc
 import math
 import statistics
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -125,7 +126,8 @@ def time_run(
 def _shown(world: TimedWorld, before_s: float) -> float:
     """Return the seconds that a world's own clock shows since it showed `before_s`."""
     found = world.seconds
-    if not (isinstance(found, int | float) and before_s <= found < math.inf):
+    numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
+    if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
         raise slip(f"seconds of a world must be a finite number that never falls, got {found!r} after {before_s!r}")
     return float(found) - before_s
 

@@ -76,6 +76,13 @@ def test_a_clock_that_shows_no_number_is_refused_by_value(shown: Any) -> None:
         time_run(Adapter(0.0, shown), SCENE, "tuned", DT_S)
 
 
+@pytest.mark.parametrize("begun", ["1", None, math.nan, -math.inf, -(10**400)])
+def test_a_clock_that_begins_at_no_number_is_refused_by_value(begun: Any) -> None:
+    """What it shows before the first step counts as well, though it shows a number after it."""
+    with pytest.raises(AdapterError, match="seconds of a world must be a finite number that never falls, got"):
+        time_run(Adapter(begun, 1.0), SCENE, "tuned", DT_S)
+
+
 @pytest.mark.parametrize("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
 def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
     """In a timing pass an engine with such a clock is not timed, with the reason; PIT beside it is."""
