@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
 
@@ -54,6 +53,8 @@ def shown(value: object) -> str:
 
 def near(name: str, known: Iterable[str]) -> str:
     """Return the question whether a name that is not known was meant to be a near one; empty where none is near."""
+    import difflib  # here, as `import carom` loads this module, and few are told of a name
+
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"did you mean {found[0]!r}? " if found else ""
 

@@ -6,15 +6,13 @@ import math
 from typing import TYPE_CHECKING
 
 from carom.physics.arc_time import Touch, from_pair, inner_arc_time, outer_arc_time, vertex_time
-from carom.physics.arc_time_falling import arc_time_falling, vertex_time_falling
 from carom.physics.face_time import face_time
-from carom.physics.face_time_falling import face_time_falling
 from carom.physics.features import Face, Vertex
 
 if TYPE_CHECKING:
     from carom.physics.features import Feature, Mover, Point
 
-__all__ = ["feature_time", "feature_time_falling", "normal_at"]
+__all__ = ["feature_time", "normal_at"]
 
 
 def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> Touch:
@@ -30,18 +28,6 @@ def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> T
     if feature.inside:
         return inner_arc_time(disc, feature, just_left=just_left)
     return Touch(math.inf if just_left else outer_arc_time(disc, feature))
-
-
-def feature_time_falling(disc: Mover, feature: Feature, gravity: Point, leaving: float | None = None) -> float:
-    """Return the seconds until a falling disc touches a feature; 0 for one that rests on it, infinity for never.
-
-    Where the feature is the last thing that the disc met, `leaving` is the speed at which it left it, along the normal.
-    """
-    if isinstance(feature, Face):
-        return face_time_falling(disc, feature, gravity, leaving)
-    if isinstance(feature, Vertex):
-        return vertex_time_falling(disc, feature, gravity, leaving)
-    return arc_time_falling(disc, feature, gravity, leaving)
 
 
 def normal_at(feature: Feature, disc: Mover) -> Point:

@@ -78,6 +78,10 @@ def _array(dtype: DTypeLike) -> Any:
     return Annotated[Any, PlainSerializer(packed), _sound(unpacked)]
 
 
+#: What a journal of this format may lack, as it was written before Carom knew it: it is None there.
+LATER = frozenset({"edges"})
+
+
 def _carried(kind: type[Any], **carried: Any) -> Any:
     """Return a dataclass as pydantic can carry it: as the text of an object, with these types for some of its fields.
 
@@ -87,7 +91,7 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
         get_type_hints(kind, localns={"Scene": Scene, "LocalTruth": LocalTruth, "np": np, "NDArray": NDArray}) | carried
     )
     names = [field.name for field in dataclasses.fields(kind)]
-    types: dict[str, Any] = {name: (hints[name], ...) for name in names}
+    types: dict[str, Any] = {name: (hints[name], None if name in LATER else ...) for name in names}
     config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
     twin: Any = create_model(kind.__name__, __config__=config, **types)
 

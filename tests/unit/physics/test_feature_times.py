@@ -16,7 +16,8 @@ from mpmath import atan2, mp, mpf, sqrt
 from carom.physics.arc_time import inner_arc_time
 from carom.physics.double_double import Pair
 from carom.physics.face_time import face_gap, face_time, is_before_face
-from carom.physics.feature_time import feature_time, feature_time_falling, normal_at
+from carom.physics.feature_time import feature_time, normal_at
+from carom.physics.feature_time_falling import feature_time_falling
 from carom.physics.features import Arc, Face, Feature, Mover, Point, Vertex, circle_through
 
 DIGITS = 80

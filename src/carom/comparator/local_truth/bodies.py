@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from carom.disc_arrays import HalfPlane
 from carom.physics.feature_time import normal_at
+from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Feature, Mover
 from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
 from carom.physics.impact_law import normal_impulse
@@ -219,7 +220,7 @@ class BodyStates:
         i, law = pair[0], self.law
         disc = Mover.at(self.xy[i], self.velocity[i], law.radius[i])
         if law.falls(i):
-            wait, part = wall.next_time_falling(disc, law.gravity, last, self._leaving(disc, last))
+            wait, part = first_feature_falling(disc, wall.features, law.gravity, last, self._leaving(disc, last))
         else:
             wait, part, _ = wall.next_time(disc, last)
         if part is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Face
 from carom.physics.pair_time import pair_time
 from carom.physics.pair_time_falling import encounter_time
@@ -123,7 +124,9 @@ class FallingBodies(Bodies):
         wall = self.walls[k]
         if not isinstance(wall, tuple):
             last = self.last_feature(i, k)
-            wait, part = self._finite(k).next_time_falling(self.mover(i), self.gravity, last, self.leaving[i])
+            wait, part = first_feature_falling(
+                self.mover(i), self._finite(k).features, self.gravity, last, self.leaving[i]
+            )
             if part is not None:
                 self._expected[i, k] = (part, False)
         elif self.last_partner[i] == wall_body(k):

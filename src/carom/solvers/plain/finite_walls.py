@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.arc_time import reach_of
 from carom.physics.face_time import face_gap
-from carom.physics.feature_time import feature_time, feature_time_falling, normal_at
+from carom.physics.feature_time import feature_time, normal_at
 from carom.physics.features import Face, Mover, Vertex
 from carom.physics.wall_features import WallFeature, features_of
 from carom.solvers.impact.resolution import pair_resolution, size_of, wall_resolution
@@ -57,18 +57,6 @@ class FiniteWall:
             touch = feature_time(disc, part.feature, just_left=part.feature is last)
             if touch.time < least[0]:
                 least = (touch.time, part, touch.glides)
-        return least
-
-    def next_time_falling(
-        self, disc: Mover, gravity: Vector, last: Feature | None, leaving: float
-    ) -> tuple[float, WallFeature | None]:
-        """Return the same of a disc that falls, and left what it met last at a speed along the normal."""
-        least: tuple[float, WallFeature | None] = (math.inf, None)
-        for part in self.features:
-            back = leaving if part.feature is last else None
-            time = feature_time_falling(disc, part.feature, gravity, back)
-            if time < least[0]:
-                least = (time, part)
         return least
 
     def hit(self, disc: Mover, part: WallFeature) -> Hit:
