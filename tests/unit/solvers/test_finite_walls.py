@@ -110,6 +110,22 @@ def test_a_disc_that_glides_along_an_arc_ends_the_run_by_name(disc: Disc, wall: 
         assert trace.notes == (f"disc 0 glides along wall 0 from {time_s:g} s on",)
 
 
+def test_all_chords_of_a_circle_take_equally_long() -> None:
+    """Also those that a disc is on when time begins to be counted anew, for all the impacts of another in its box."""
+    around, box = Ring(centre_m=(0, 0), radius_m=5.0), [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
+    discs = (
+        Disc(position_m=(0, 3), velocity_m_s=(3, 0.1), radius_m=0.25),
+        Disc(position_m=(0, 0), velocity_m_s=(0.9, 0.37), radius_m=0.1),
+    )
+    trace = solve_pic(table(*discs, around, Chain(points_m=box, closed=True), duration_s=1e3), max_impacts=300)
+    assert trace.counts["epochs"] == 4
+    chords = np.diff(trace.impacts["time_s"][trace.impacts["first"] == 0])
+    assert len(chords) == 60
+    # A chord at the distance h of the path from the centre: 2 sqrt(R^2 - h^2) / v, with h = 9/|v|.
+    square = 3.0**2 + 0.1**2
+    np.testing.assert_allclose(chords, 2 * math.sqrt(4.75**2 - 81 / square) / math.sqrt(square), rtol=1e-13)
+
+
 def cut(points: list[tuple[float, float]], n: int, closed: bool) -> list[tuple[float, float]]:
     """Return the points of a chain each edge of which is in n pieces; n is a power of two, so no point is rounded."""
     ends = [*points[1:], *points[:1]]

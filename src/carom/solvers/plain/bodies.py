@@ -10,7 +10,7 @@ import numpy as np
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.physics.double_double import two_sum
-from carom.physics.features import Mover
+from carom.physics.features import Arc, Mover
 from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
 from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
@@ -95,9 +95,15 @@ class Bodies:
         return (time_s - self.epoch[0]) - self.epoch[1]
 
     def begin_epoch(self, now_s: float) -> None:
-        """Bring every disc to `now_s` since the epoch, and count time from there."""
+        """Bring every disc to `now_s` since the epoch, and count time from there.
+
+        One that is on its way from an arc's inner side is no longer where it left it: the next chord is none.
+        """
         for i in range(len(self)):
             if self.inverse_mass[i] > 0.0:
+                hit = self.last_hit[i]
+                if self.time[i] < now_s and hit is not None and isinstance(hit.feature, Arc) and hit.feature.inside:
+                    self.last_hit[i] = hit._replace(feature=None)
                 self.move_to(i, now_s)
             self.time[i] = 0.0
         total, rest = two_sum(self.epoch[0], now_s)
