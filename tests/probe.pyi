@@ -4,6 +4,8 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.physics.features import Mover
+
 EVALUATION_METHOD: int
 
 def two_sum(a: float, b: float) -> tuple[float, float]: ...
@@ -18,6 +20,8 @@ def exact_time(
 def wall_time(
     x: float, y: float, vx: float, vy: float, radius: float, qx: float, qy: float, nx: float, ny: float
 ) -> float: ...
+def feature_time(numbers: NDArray[np.float64], disc: Mover, just_left: bool) -> tuple[float, bool]: ...
+def normal_at(numbers: NDArray[np.float64], disc: Mover) -> tuple[float, float]: ...
 def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float: ...
 def pair_rub(
     grip: tuple[float, float],

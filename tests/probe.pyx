@@ -5,6 +5,9 @@ Built with the extension where that is built in place, see setup.py; it is in no
 
 from carom.constants cimport INF
 from carom.physics cimport double_double, wall_time as wall
+from carom.physics.feature_time cimport feature_time as compiled_feature_time, normal_at as compiled_normal_at
+from carom.physics.double_double cimport DoubleDouble
+from carom.physics.features cimport FEATURE_NUMBERS, Mover, feature_from
 from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, put, take, tile_count, tile_of
@@ -59,6 +62,29 @@ def exact_time(
 
 def wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny):
     return wall.wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
+
+
+cdef Mover mover_of(disc):
+    (x, xl), (y, yl), (ux, uxl), (uy, uyl), radius = disc
+    return Mover(DoubleDouble(x, xl), DoubleDouble(y, yl), DoubleDouble(ux, uxl), DoubleDouble(uy, uyl), radius)
+
+
+def feature_time(const double[::1] numbers, disc, bint just_left):
+    """Return when a disc touches a feature, given by its numbers, and whether it glides there."""
+    if numbers.shape[0] != FEATURE_NUMBERS:
+        raise ValueError("not the numbers of a feature")
+    feature = feature_from(&numbers[0])
+    mover = mover_of(disc)
+    touch = compiled_feature_time(&mover, &feature, just_left)
+    return touch.time, touch.glides
+
+
+def normal_at(const double[::1] numbers, disc):
+    """Return the unit vector from a feature to a disc."""
+    feature = feature_from(&numbers[0])
+    mover = mover_of(disc)
+    normal = compiled_normal_at(&feature, &mover)
+    return normal.x, normal.y
 
 
 def pair_push(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):

@@ -10,7 +10,7 @@
 /* Of times (seconds): never. Of resolutions: known to no time at all. */
 #define CAROM_INF HUGE_VAL
 
-/* ---- physics: double_double, pair_time, pair_times ---- */
+/* ---- physics: double_double, pair_time, face_time, arc_time, pair_times ---- */
 
 /* 2^27 + 1, Veltkamp's constant: 53 bits become 26, 26 and a sign. */
 #define CAROM_SPLITTER 134217729.0
@@ -24,6 +24,10 @@
 #define CAROM_DOUBTFUL_SUM 0x1p-140
 /* D is right to some 2^-99 of its terms, so its root, where D is above this part of them, to 2^-55 of theirs. */
 #define CAROM_DOUBTFUL_DISCRIMINANT 0x1p-90
+/* The length of a face is right to 2^-106 of itself: below this part of the terms, the gap is made of squares instead. */
+#define CAROM_DOUBTFUL_GAP 0x1p-44
+/* More than the roundings of an end's direction and of a place, which are pairs, make of their cross product. */
+#define CAROM_PAIR_ERROR 0x1p-100
 /* In place of a time of impact, which is 0 or more: the error-free form must decide. */
 #define CAROM_UNCERTAIN (-1.0)
 /* Relative positions and velocities, and sums of radii, whose terms of fourth degree stay within the range of floats:

@@ -8,6 +8,8 @@ cdef extern from "carom/constants.h":
     const double GRID "CAROM_GRID"
     const double DOUBTFUL_SUM "CAROM_DOUBTFUL_SUM"
     const double DOUBTFUL_DISCRIMINANT "CAROM_DOUBTFUL_DISCRIMINANT"
+    const double DOUBTFUL_GAP "CAROM_DOUBTFUL_GAP"
+    const double PAIR_ERROR "CAROM_PAIR_ERROR"
     const double UNCERTAIN "CAROM_UNCERTAIN"
     const double PAIR_LEAST "CAROM_PAIR_LEAST"
     const double PAIR_MOST "CAROM_PAIR_MOST"

@@ -22,6 +22,8 @@ PLAIN = {
     "GRID": "carom.physics.pair_time._GRID",
     "DOUBTFUL_SUM": "carom.physics.pair_time._DOUBTFUL_SUM",
     "DOUBTFUL_DISCRIMINANT": "carom.physics.pair_time._DOUBTFUL_DISCRIMINANT",
+    "DOUBTFUL_GAP": "carom.physics.face_time._DOUBTFUL_GAP",
+    "PAIR_ERROR": "carom.physics.arc_time._PAIR_ERROR",
     "PAIR_LEAST": "carom.physics.any_size._LEAST",
     "PAIR_MOST": "carom.physics.any_size._MOST",
     "ORDINARY": "carom.limits.ORDINARY",

@@ -152,21 +152,39 @@ cdef inline DoubleDouble scaled(DoubleDouble a, int exponent) noexcept nogil:
     return DoubleDouble(ldexp(a.high, exponent), ldexp(a.low, exponent))
 
 
-cdef inline DoubleDouble exact_closing(Encounter e) noexcept nogil:
-    """Return ``b = d.u``, whose sign is exact."""
+cdef inline DoubleDouble exact_inner_product(
+    DoubleDouble x, DoubleDouble y, DoubleDouble ux, DoubleDouble uy
+) noexcept nogil:
     cdef double[16] terms
-    write_pair_products(terms, e.x, e.ux, 1.0)
-    write_pair_products(terms + 8, e.y, e.uy, 1.0)
+    write_pair_products(terms, x, ux, 1.0)
+    write_pair_products(terms + 8, y, uy, 1.0)
     return exact_sum(terms, 16)
 
 
-cdef inline DoubleDouble exact_gap(Encounter e) noexcept nogil:
-    """Return ``c = d.d - R^2``, whose sign is exact."""
+cdef inline DoubleDouble inner_product(
+    DoubleDouble x, DoubleDouble y, DoubleDouble ux, DoubleDouble uy
+) noexcept nogil:
+    """Return ``b = d.u``, whose sign is exact."""
+    b = rounded(add_pair_product(add_pair_product(no_terms(), x, ux), y, uy))
+    if fabs(b.high) <= DOUBTFUL_SUM * (fabs(x.high * ux.high) + fabs(y.high * uy.high)):
+        return exact_inner_product(x, y, ux, uy)
+    return b
+
+
+cdef inline DoubleDouble exact_excess(DoubleDouble x, DoubleDouble y, DoubleDouble reach) noexcept nogil:
     cdef double[24] terms
-    write_pair_products(terms, e.x, e.x, 1.0)
-    write_pair_products(terms + 8, e.y, e.y, 1.0)
-    write_pair_products(terms + 16, e.reach, e.reach, -1.0)
+    write_pair_products(terms, x, x, 1.0)
+    write_pair_products(terms + 8, y, y, 1.0)
+    write_pair_products(terms + 16, reach, reach, -1.0)
     return exact_sum(terms, 24)
+
+
+cdef inline DoubleDouble excess(DoubleDouble x, DoubleDouble y, DoubleDouble reach) noexcept nogil:
+    """Return ``c = d.d - R^2``, whose sign is exact."""
+    c = rounded(add_square(add_square(add_square(no_terms(), x, 1.0), y, 1.0), reach, -1.0))
+    if fabs(c.high) <= DOUBTFUL_SUM * (reach.high * reach.high):
+        return exact_excess(x, y, reach)
+    return c
 
 
 cdef inline DoubleDouble exact_discriminant(Encounter e) noexcept nogil:
@@ -199,15 +217,11 @@ cdef inline double exact_pair_time(Encounter e) noexcept nogil:
     e.reach = scaled(e.reach, -length)
     e.ux = scaled(e.ux, -pace)
     e.uy = scaled(e.uy, -pace)
-    b = rounded(add_pair_product(add_pair_product(no_terms(), e.x, e.ux), e.y, e.uy))
-    if fabs(b.high) <= DOUBTFUL_SUM * (fabs(e.x.high * e.ux.high) + fabs(e.y.high * e.uy.high)):
-        b = exact_closing(e)
+    b = inner_product(e.x, e.y, e.ux, e.uy)
     # A velocity below 2^-1022 of the other component is lost in scaling, but not its sign.
     if not b.high < 0.0 and not (b.high == 0.0 and e.x.high * ux + e.y.high * uy < 0.0):
         return INF
-    c = rounded(add_square(add_square(add_square(no_terms(), e.x, 1.0), e.y, 1.0), e.reach, -1.0))
-    if fabs(c.high) <= DOUBTFUL_SUM * (e.reach.high * e.reach.high):
-        c = exact_gap(e)
+    c = excess(e.x, e.y, e.reach)
     if c.high <= 0.0:
         return 0.0
     a = rounded(add_square(add_square(no_terms(), e.ux, 1.0), e.uy, 1.0))
@@ -241,6 +255,20 @@ cdef inline double pair_time(
     if d.value < -d.error:
         return INF
     e = encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
+    time = refined_time(b.value, d.value, e)
+    if unlikely(time < 0.0):
+        return exact_pair_time(e)
+    return time
+
+
+cdef inline double meeting_time(Encounter e) noexcept nogil:
+    """Return the seconds until two circles meet whose place, velocity and reach are pairs; as `pair_time` does."""
+    b = approach(e.x.high, e.y.high, e.ux.high, e.uy.high)
+    if b.value > b.error:
+        return INF
+    d = discriminant(e.x.high, e.y.high, e.ux.high, e.uy.high, e.reach.high)
+    if d.value < -d.error:
+        return INF
     time = refined_time(b.value, d.value, e)
     if unlikely(time < 0.0):
         return exact_pair_time(e)

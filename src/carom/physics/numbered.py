@@ -1,0 +1,49 @@
+"""Features of walls as rows of numbers, which compiled code makes its own of: see `features.pxd`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from carom.physics.features import Face, Vertex
+
+if TYPE_CHECKING:
+    from carom.disc_arrays import HalfPlane
+    from carom.physics.double_double import Pair
+    from carom.physics.features import Feature, Point
+
+__all__ = ["numbers_of"]
+
+#: `FeatureKind` of features.pxd.
+_PLANE, _FACE, _VERTEX, _OUTER_ARC, _INNER_ARC = range(5)
+_NONE = (0.0, 0.0)
+
+
+def numbers_of(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
+    """Return a feature of a wall, or a half-plane, as the row of numbers that `feature_from` reads."""
+    if isinstance(feature, tuple):
+        x, y, *normal = feature
+        return _row(_PLANE, wall, 0.0, (normal[0], normal[1]), (x, 0.0), (y, 0.0))
+    if isinstance(feature, Face):
+        (ax, ay), (bx, by) = feature.a, feature.b
+        place = (ax, 0.0), (ay, 0.0), feature.length, *feature.along, (bx, 0.0), (by, 0.0)
+        return _row(_FACE, wall, feature.half_width, feature.normal, *place)
+    if isinstance(feature, Vertex):
+        return _row(_VERTEX, wall, feature.half_width, _NONE, (feature.at[0], 0.0), (feature.at[1], 0.0))
+    sector = feature.sector
+    ends = () if sector is None else (*sector.first, *sector.last)
+    kind, reflex = _INNER_ARC if feature.inside else _OUTER_ARC, sector is not None and sector.reflex
+    circle = *feature.centre, feature.radius
+    return _row(kind, wall, feature.half_width, _NONE, *circle, *ends, whole=sector is None, reflex=reflex)
+
+
+def _row(
+    kind: int,
+    wall: int,
+    half_width: float,
+    normal: Point,
+    *pairs: Pair,
+    whole: bool = False,
+    reflex: bool = False,
+) -> tuple[float, ...]:
+    filled = (*pairs, *[_NONE] * (7 - len(pairs)))
+    return (kind, wall, whole, reflex, half_width, *normal, *(part for pair in filled for part in pair))
