@@ -29,7 +29,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism stress campaign campaign-pic mutants arm bench check changelog coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism stress campaign campaign-pic mutants arm bench check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: an engine that misses an impact, beside the exact run"
@@ -55,6 +55,7 @@ help:
 	@echo "make generated          write schemas, README's table and snapshots of outputs as the code has them; read the diff"
 	@echo "make check              lint, format, spelling, types, import contracts"
 	@echo "make changelog          put the fragments of changelog.d into CHANGELOG.md"
+	@echo "make coverage           the tests with the lines and branches that they reach; fewer than pyproject.toml asks for fail"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
 
@@ -166,6 +167,12 @@ check: $(BUILT)
 
 changelog:
 	$(PYTHON) docs/figures/changelog.py
+
+coverage: $(BUILT)
+	$(BIN)/coverage erase
+	$(BIN)/coverage run -m pytest --ignore tests/browser -n auto --dist worksteal
+	$(BIN)/coverage combine --quiet
+	$(BIN)/coverage report
 
 coverage-compiled: $(BUILT)
 	$(BIN)/python -m tests.compiled_coverage
