@@ -1,5 +1,6 @@
 // node matter_releases.mjs FOLDER: five equal discs in a row, bare, 60 steps a second, at 32 phases of the step, as JSON.
-// Of each phase, the velocities at the end over the fastest at the start; a static body's cells in the grid, by its side.
+// Of each phase, the velocities at the end over the fastest at the start; a static body's cells in the grid, by its side;
+// the inertia of a disc over mass times radius squared, as made and after `Body.setMass`.
 import { createRequire } from "node:module";
 
 const { Bodies, Body, Composite, Engine, Resolver } = createRequire(`${process.argv[2]}/x.cjs`)("matter-js");
@@ -8,7 +9,8 @@ const SCALE = 128; // pixels a metre
 Resolver._restingThresh = 2; // as 0.20 ships it; 0.18 ships 4
 
 function sorted(phase) {
-  const engine = Engine.create({ gravity: { x: 0, y: 0 } });
+  const engine = Engine.create({});
+  Object.assign(engine.gravity ?? engine.world.gravity, { x: 0, y: 0 }); // the world's until 0.16
   const at = [0, 0.65, 1.9, 2.45, 3.9];
   const velocities = [2.5, 1.6, 0.5, -0.8, -1.9];
   const discs = at.map((x, k) => {
@@ -26,11 +28,19 @@ function sorted(phase) {
 }
 
 function cells(side) {
-  const engine = Engine.create();
+  const engine = Engine.create({});
   Composite.add(engine.world, [Bodies.rectangle(-side, 0, side, side, { isStatic: true }), Bodies.circle(100, 0, 10)]);
   Engine.update(engine, STEP);
   return Object.keys((engine.grid ?? engine.broadphase)?.buckets ?? {}).length;
 }
 
+function inertia() {
+  const body = Bodies.circle(0, 0, 10);
+  const made = body.inertia / body.mass / 100;
+  Body.setMass(body, 1);
+  return [made, body.inertia / body.mass / 100];
+}
+
 const phases = [...Array(32).keys()].map((k) => k / 32);
-process.stdout.write(JSON.stringify({ velocities: phases.map(sorted), cells: [4800, 9600].map(cells) }) + "\n");
+const found = { velocities: phases.map(sorted), cells: [4800, 9600].map(cells), inertia: inertia() };
+process.stdout.write(JSON.stringify(found) + "\n");

@@ -71,9 +71,13 @@ def bare_matter(version: str, kept: Kept) -> dict[str, list[Any]]:
     return found
 
 
-@pytest.mark.parametrize(("version", "off"), [("0.18.0", 0.109), ("0.19.0", 0.238), ("0.20.0", 0.238)])
+#: How far off equal discs in a row end.
+ROW_OF_MATTER = {"0.10.0": 0.206, "0.12.0": 0.206, "0.14.0": 0.109, "0.18.0": 0.109, "0.19.0": 0.238, "0.20.0": 0.238}
+
+
+@pytest.mark.parametrize(("version", "off"), ROW_OF_MATTER.items())
 def test_slow_bounces_of_matter(version: str, off: float, kept: Kept) -> None:
-    """Bare, at each of 32 phases, equal discs in a row end further from the exchanged velocities since 0.19."""
+    """Bare, at each of 32 phases, equal discs in a row end nearer to the exchanged velocities in 0.14 to 0.18 alone."""
     exact = [velocity / 2.5 for velocity in (-1.9, -0.8, 0.5, 1.6, 2.5)]  # equal and elastic: velocities are exchanged
     runs = bare_matter(version, kept)["velocities"]
     worst = [max(abs(found - wanted) for found, wanted in zip(run, exact, strict=True)) for run in runs]
@@ -81,14 +85,22 @@ def test_slow_bounces_of_matter(version: str, off: float, kept: Kept) -> None:
 
 
 def test_carom_sees_the_slow_bounces_of_matter(kept: Kept) -> None:
-    """`carom history` calls 0.19 worse where the bare runs are, and 0.20 neither."""
-    moved = told("matter", ">=0.18,<0.21", kept, "classics/sorting")
+    """`carom history` calls 0.14 better and 0.19 worse where the bare runs are, and no other."""
+    moved = told("matter", "0.10.0,0.12.0,0.14.0,0.17.1,0.18.0,0.19.0,0.20.0", kept, "classics/sorting")
+    assert Moved.BETTER in moved["0.14.0"]
     assert Moved.WORSE in moved["0.19.0"]
-    assert not any(one.real for one in moved["0.20.0"])
+    assert {version for version, moves in moved.items() if any(one.real for one in moves)} == {"0.14.0", "0.19.0"}
+
+
+@pytest.mark.parametrize(("version", "scaled"), [("0.12.0", False), ("0.14.0", True), ("0.20.0", True)])
+def test_the_inertia_of_matter_follows_the_mass_since_0_14(version: str, scaled: bool, kept: Kept) -> None:
+    """Until 0.12 `Body.setMass` leaves a body the moment of inertia that it was made with."""
+    made, given = bare_matter(version, kept)["inertia"]
+    assert (given == pytest.approx(made)) is scaled
 
 
 def test_walls_fill_the_grid_of_old_releases_of_matter(kept: Kept) -> None:
-    """Before 0.18 a body takes the cells of 48 pixels that it covers, four times as many for twice the side."""
+    """Before 0.18 a body takes the cells of 48 pixels that it covers: the adapter gives its grid larger ones."""
     small, large = bare_matter("0.17.1", kept)["cells"]
     assert small >= (4800 / 48) ** 2
     assert large >= (9600 / 48) ** 2
