@@ -3,6 +3,8 @@
 It reads `results.jsonl` of a cross-check of all scenes with all engines, of one of a few scenes that was timed,
 `stress.json` of a stress campaign, and the figures over many starts of `make hazards`. Every number of these tables is
 reduced from them here; what is not finite is null there, and left out. `engine_pages.py` puts them into the pages.
+`atlas.py --alone REPORT HAZARDS` takes up engines that were measured after that, alone: into their own tables, and
+into none of those that rank all.
 """
 
 from __future__ import annotations
@@ -282,6 +284,18 @@ def measured(
     }
 
 
+def with_alone(known: dict[str, Any], head: dict[str, Any], rows: Sequence[Row], hazards: Sequence[Row]) -> None:
+    """Put engines into the data that were measured without the others: into tables of their own, and when that was."""
+    here = head["environment"]
+    methods = [one for one in methods_of(rows, (), hazards) if one.engine not in OWN]
+    versions = {name: version for name, version in here["versions"].items() if name != "numpy"}
+    known["engines"] |= tables_of(methods, {"lines": [], "methods": []})["engines"]
+    known["alone"] = known.get("alone", {}) | dict.fromkeys(
+        (f"{name} {version}" for name, version in versions.items()),
+        f"{here['date'][:10]} on {len(head['scenes'])} scenes",
+    )
+
+
 def tables_of(methods: Sequence[Method], stress: dict[str, Any]) -> dict[str, Any]:
     """Return all tables: which engine for which need, a crowd, where each gives way, and an engine's own."""
     engines: dict[str, list[Method]] = {}
@@ -422,6 +436,12 @@ def _engine(own: Sequence[Method]) -> dict[str, Any]:
 
 def main() -> None:
     """Write the data from the three folders and the file named."""
+    if sys.argv[1] == "--alone":
+        report, figures = map(Path, sys.argv[2:4])
+        known = json.loads(MEASURED.read_text(encoding="utf-8"))
+        with_alone(known, *raw_records(report / "results.jsonl"), json.loads(figures.read_text(encoding="utf-8")))
+        _write(known)
+        return
     report, speeds, campaign, figures = map(Path, sys.argv[1:5])
     head, rows = raw_records(report / "results.jsonl")
     timing, timed = raw_records(speeds / "results.jsonl")
@@ -429,6 +449,10 @@ def main() -> None:
     commands = (head["command"], timing["command"], stress["command"])
     hazards = json.loads(figures.read_text(encoding="utf-8"))
     found = measured(head, rows, timed, stress, hazards, commands, timing["environment"]["date"][:10])
+    _write(found)
+
+
+def _write(found: dict[str, Any]) -> None:
     MEASURED.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 

@@ -113,9 +113,11 @@ def version() -> str:
     """Return what was measured, when and on what."""
     here = measured()["measured"]
     versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
+    alone = [f"{name} ({when})" for name, when in measured().get("alone", {}).items()]
+    later = f"Alone, and so in no table that ranks engines: {listed(alone)}.\n" if alone else ""
     return (
         f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, {here['processor']}, "
-        f"{here['system']}, on {here['scenes']} scenes: {versions}. Run times are of {here['timed']}.\n"
+        f"{here['system']}, on {here['scenes']} scenes: {versions}. Run times are of {here['timed']}.\n{later}"
     )
 
 

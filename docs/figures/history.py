@@ -89,6 +89,11 @@ ENTRIES = (
         "0.29.0,0.31.0,0.33.0,0.34.0,0.36.0,0.38.1,1.0.0,1.1.0",
         "Not one bit has moved, though each release is another build.",
     ),
+    Entry(
+        "cannon",
+        "0.9.1,0.10.0,0.12.0,0.15.1,0.16.0,0.17.1,0.19.0,0.20.0",
+        "Not one bit has moved. Releases before 0.9.1 need a package that they do not name, and do not load.",
+    ),
 )
 
 # ruff: noqa: E501 - lines of the page are as long as they are

@@ -117,3 +117,18 @@ def test_a_crowd_ranks_by_what_looking_once_a_step_does_not_explain() -> None:
     rows = [" | ".join(row) for row in atlas.data(atlas.crowd_table(ranked))["rows"]]
     assert "loses tuned | parted | sampled | 900 | 0 (0) | 0 | 0 | 0.5 | 1 | 2e-6 | 20" in rows
     assert any("not bounded" in row for row in rows)
+
+
+def test_an_engine_measured_alone_joins_its_own_tables_only(
+    found: tuple[dict[str, Any], list[dict[str, Any]]],
+) -> None:
+    """It has its profiles and its day; what ranks all engines stays as it was."""
+    head, rows = found
+    there = {**head, "environment": {**head["environment"], "versions": {"numpy": "2.4.6", "newcomer": "1.0"}}}
+    ranked = {name: {"rows": [["as it was"]]} for name in ("needs", "crowd", "limits")}
+    known: dict[str, Any] = {**ranked, "engines": {"other": {}}, "measured": {"scenes": 43}}
+    other = [row | {"engine": "newcomer"} for row in rows if row["engine"] == "pit"]
+    atlas.with_alone(known, there, [*rows, *other], HAZARDS)
+    assert {name: known[name] for name in ranked} == ranked
+    assert set(known["engines"]) == {"other", "newcomer"}
+    assert known["alone"] == {"newcomer 1.0": f"{head['environment']['date'][:10]} on 4 scenes"}

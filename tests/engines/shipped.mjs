@@ -196,5 +196,32 @@ async function rapier2d() {
   return { values, run };
 }
 
-const { values, run } = await { planck, matter, box2d3, jolt, rapier2d }[engine]();
+async function cannon() {
+  const { Body, ContactMaterial, Material, Sphere, Vec3, World } = await import("cannon-es");
+  const [world, material] = [new World(), new Material()];
+  const [contact, body] = [new ContactMaterial(material, material), new Body({ mass: 1, shape: new Sphere(1) })];
+  const values = {
+    ...pick(world.solver, ["iterations", "tolerance"]),
+    ...pick(contact, ["contactEquationStiffness", "contactEquationRelaxation", "restitution", "friction"]),
+    allowSleep: world.allowSleep,
+    linearDamping: body.linearDamping,
+    linearFactor: body.linearFactor.toArray(),
+  };
+  const run = (discs) => {
+    const own = new World();
+    own.defaultContactMaterial.restitution = 1;
+    own.defaultContactMaterial.friction = 0;
+    const bodies = discs.map(({ x, y, v, r, m }) => {
+      const options = { position: new Vec3(x, y, 0), velocity: new Vec3(v, 0, 0), linearDamping: 0 };
+      const one = new Body({ mass: m, shape: new Sphere(r), ...options });
+      own.addBody(one);
+      return one;
+    });
+    repeat(() => own.step(dt));
+    return bodies.map(({ position, velocity }) => [position.x, position.y, velocity.x, velocity.y]);
+  };
+  return { values, run };
+}
+
+const { values, run } = await { planck, matter, box2d3, jolt, rapier2d, cannon }[engine]();
 process.stdout.write(JSON.stringify({ values, ends: scenes.map(run) }));

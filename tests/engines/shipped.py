@@ -183,4 +183,5 @@ OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
     "box2d3": lambda: _of_npm("box2d3", 3),
     "jolt": lambda: _of_npm("jolt", 3),
     "rapier2d": lambda: _of_npm("rapier2d", 0),
+    "cannon": lambda: _of_npm("cannon", 0),
 }

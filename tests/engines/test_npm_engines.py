@@ -1,4 +1,4 @@
-"""What matter.js, Box2D v3, Jolt and Rapier 2D do by themselves, each beside what mechanics says."""
+"""What matter.js, Box2D v3, Jolt, Rapier 2D and cannon-es do by themselves, each beside what mechanics says."""
 
 from __future__ import annotations
 
@@ -8,7 +8,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.engines.staged import PHASES, STARTS, Finish, Named, after_oblique, at_starts, energy_part, head_on, oblique
+from tests.engines.staged import (
+    PHASES,
+    STARTS,
+    Drive,
+    Finish,
+    Named,
+    after_oblique,
+    at_starts,
+    energy_part,
+    head_on,
+    oblique,
+)
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, Setting
@@ -208,3 +219,48 @@ def test_a_gas_cools_as_shipped(name: str, left: float, named: Named, finish: Fi
     ]
     assert max(parts) < 1
     assert sorted(parts)[STARTS // 2] < left
+
+
+def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 1.0) -> list[float]:
+    """What part of the closing speed equal elastic discs part with, at each of 16 starts."""
+    found = []
+    for phase in PHASES:
+        scene = head_on(5.0, phase=phase + 0.5 / STARTS)
+        heavy = scene.model_copy(
+            update={"discs": tuple(disc.model_copy(update={"mass_kg": mass_kg}) for disc in scene.discs)}
+        )
+        first, second = speeds(adapter, heavy, finish, profile)
+        found.append((second - first) / 5.0)
+    return found
+
+
+def test_cannon_as_shipped_gives_back_what_a_stage_of_the_overlap_makes_of_it(named: Named, finish: Finish) -> None:
+    """Of a relaxation of 3 steps: 12/13 of the impulse, and 4/13 of the overlap pushed apart, so 11/13 to 15/13.
+
+    By the formula of the SPOOK stepper (Lacoursiere 2007) a = 4 / (h (1 + 4 d)), b = 4 d / (1 + 4 d) with d = 3; its
+    softness, 4 / (h^2 k (1 + 4 d)) with k = 1e7, takes less than a thousandth of it from discs of 1 kg.
+    """
+    found = given_back(named("cannon"), finish, "default")
+    middles = [11 / 13 + 4 / 13 * (k + 0.5) / STARTS for k in range(STARTS)]
+    assert sorted(found) == pytest.approx(middles, abs=1e-3)
+    assert given_back(named("cannon"), finish, "tuned") == pytest.approx([1.0] * STARTS, abs=1e-12)
+
+
+def test_cannon_gives_heavy_discs_less(named: Named, finish: Finish) -> None:
+    """Its springs are as stiff whatever the mass, and no impulse is above 1e6 N s: discs of 1000 t get a part back."""
+    assert max(given_back(named("cannon"), finish, "default", 1e4)) < 0.4
+    assert given_back(named("cannon"), finish, "tuned", 1e4) == pytest.approx([1.0] * STARTS, abs=1e-12)
+    assert max(given_back(named("cannon"), finish, "tuned", 1e6)) < 0.5
+
+
+def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> None:
+    """An impulse of 1e6 N s, the most that it gives, is told of; a lesser one is not."""
+
+    def warned(mass_kg: float) -> bool:
+        scene = head_on(5.0)
+        discs = tuple(disc.model_copy(update={"mass_kg": mass_kg}) for disc in scene.discs)
+        looks = drive(named("cannon"), scene.model_copy(update={"discs": discs}), DT_S, "tuned")
+        return any("an impulse was cut" in look.warning for look in looks)
+
+    assert warned(1e6)
+    assert not warned(1e4)

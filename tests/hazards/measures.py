@@ -28,8 +28,8 @@ STARTS, GAS_STARTS = 32, 16
 
 #: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
 ENGINES = (
-    "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "rapier", "dart",
-    "drake",
+    "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon",
+    "rapier", "dart", "drake",
 )  # fmt: skip
 
 #: Speeds at which two discs close, m/s: below, about and above where engines stop to bounce.
@@ -63,18 +63,20 @@ class Figure:
     refused: str = ""
 
 
-def head_on(speed_m_s: float, radius_m: float = 0.5, *, at_m: float = 0.0, both: bool = False) -> Scene:
+def head_on(
+    speed_m_s: float, radius_m: float = 0.5, *, at_m: float = 0.0, both: bool = False, mass_kg: float = 1.0
+) -> Scene:
     """A disc runs into an equal one, at rest `at_m` from the origin, or both close at half the speed; in 8 to 9 steps.
 
     Time is left for discs that are polygons, whose sides meet later than circles do.
     """
     half, steps = (speed_m_s / 2 if both else 0.0), 8
     gap = speed_m_s * (steps + 0.37) * DT_S
+    starts = ((at_m - 2 * radius_m - gap, speed_m_s - half), (at_m, -half))
     return Scene(
         name="head-on",
         discs=[
-            Disc(position_m=(at_m - 2 * radius_m - gap, 0), velocity_m_s=(speed_m_s - half, 0), radius_m=radius_m),
-            Disc(position_m=(at_m, 0), velocity_m_s=(-half, 0), radius_m=radius_m),
+            Disc(position_m=(x, 0), velocity_m_s=(speed, 0), radius_m=radius_m, mass_kg=mass_kg) for x, speed in starts
         ],
         duration_s=12 * steps * DT_S,
     )
@@ -171,6 +173,7 @@ def _findings() -> Iterator[Finding]:
         yield Finding(says, "mujoco", "default", scene, off_the_plane, 0.0, count=GAS_STARTS)
     yield from _swept()
     yield from _far_out()
+    yield from _heavy()
 
 
 def _entry(name: str) -> CatalogueScene:
@@ -238,6 +241,13 @@ def _far_out() -> Iterator[Finding]:
         "parts over closing, discs of 5 cm, 100 m/s at one at rest, 100 m out", "planck", "swept",
         head_on(100.0, 0.05, at_m=100.0), parted, 1.0,
     )  # fmt: skip
+
+
+def _heavy() -> Iterator[Finding]:
+    for profile in ("default", "tuned"):
+        for mass_kg in (1e2, 1e4, 1e6):
+            says = f"parts over closing, 5 m/s, discs of {mass_kg:g} kg"
+            yield Finding(says, "cannon", profile, head_on(5.0, mass_kg=mass_kg), parted, 1.0)
 
 
 FINDINGS: tuple[Finding, ...] = tuple(_findings())

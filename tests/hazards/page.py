@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from operator import itemgetter
 
-from tests.hazards.measures import GAS, GAS_STARTS, SPEEDS, STARTS, Figure
+from tests.hazards.measures import ENGINES, GAS, GAS_STARTS, SPEEDS, STARTS, Figure
 from tests.hazards.spread import OFF, Spread
 
 from carom.adapter import Adapter
@@ -16,7 +16,7 @@ from carom.pages.render.markdown import markdown
 from carom.pages.wording import number, percent
 from carom.scenes.catalogue import find_scenes
 
-__all__ = ["SHOWN_TO", "lines_of", "page", "ranges"]
+__all__ = ["SHOWN_TO", "lines_of", "page", "ranges", "with_engines"]
 
 #: What is nearer to another number than this is shown as that number: the tables are of hazards, not of roundings.
 SHOWN_TO = 1e-6
@@ -105,13 +105,15 @@ def tables(figures: Sequence[Figure]) -> dict[str, Table]:
     }
 
 
+def _rows(table: Table) -> list[str]:
+    """Return the rows of a table in Markdown, without its head."""
+    lines = markdown(Document("", Headline(""), (Section("", (table,)),))).splitlines()
+    return [line for line in lines if line.startswith("| ")][2:]
+
+
 def lines_of(figures: Sequence[Figure]) -> list[str]:
     """Return the rows that figures are on the page, without the tables' heads."""
-    found: list[str] = []
-    for table in tables(figures).values():
-        lines = markdown(Document("", Headline(""), (Section("", (table,)),))).splitlines()
-        found += [line for line in lines if line.startswith("| ")][2:]
-    return found
+    return [line for table in tables(figures).values() for line in _rows(table)]
 
 
 def ranges(text: str, heading: str) -> dict[str, tuple[float, float]]:
@@ -149,6 +151,37 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
     changes = Section("What default changes", (replace(_changes(adapters), note=CHANGES),))
     return markdown(Document("Hazards, over many starts", Headline.of(lead), (*sections, changes)))
+
+
+def _with_rows(part: str, names: Sequence[str], rows: Sequence[str]) -> str:
+    """Return a section of the page whose table has these rows of these engines, in the order of the page."""
+
+    def engine(row: str) -> str:
+        return row.split()[1]
+
+    lines = part.splitlines()
+    table = [k for k, line in enumerate(lines) if line.startswith("| ")]
+    kept = [line for line in lines[table[2] : table[-1] + 1] if engine(line) not in names]
+    whole = sorted([*kept, *rows], key=lambda row: ENGINES.index(engine(row)))
+    return "\n".join([*lines[: table[2]], *whole, *lines[table[-1] + 1 :]]) + "\n"
+
+
+def with_engines(text: str, figures: Sequence[Figure], adapters: Sequence[Adapter], versions: Mapping[str, str]) -> str:
+    """Return a page with the rows of some engines measured again, and all others' as they stand.
+
+    `versions` are those of the engines that were measured, by their names.
+    """
+    names = [adapter.name for adapter in adapters]
+    rows = {heading: _rows(table) for heading, table in tables(figures).items()}
+    rows["What default changes"] = _rows(_changes(adapters))
+    head, *parts = text.split("\n## ")
+    before, measured_on, after = head.partition("\nMeasured on ")
+    known, made, rest = after.partition(". Made by")
+    carom, *engines = known.split(", ")
+    own = dict(one.rsplit(" ", 1) for one in engines) | dict(versions)
+    listed = ", ".join([carom, *(f"{name} {own[name]}" for name in sorted(own, key=str.casefold))])
+    head = f"{before}{measured_on}{listed}{made}{rest}".rstrip("\n") + "\n"
+    return "\n## ".join([head, *(_with_rows(part, names, rows[part.partition("\n")[0]]) for part in parts)])
 
 
 CHANGES = (

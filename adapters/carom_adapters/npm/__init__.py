@@ -10,11 +10,12 @@ from pathlib import Path
 
 from carom_adapters.npm.code import NpmAdapter
 
-__all__ = ["box2d3", "jolt", "matter", "planck", "rapier2d"]
+__all__ = ["box2d3", "cannon", "jolt", "matter", "planck", "rapier2d"]
 
 _HERE = Path(__file__).parent
 
 box2d3 = NpmAdapter(_HERE / "box2d3/engine.toml")
+cannon = NpmAdapter(_HERE / "cannon/engine.toml")
 jolt = NpmAdapter(_HERE / "jolt/engine.toml")
 matter = NpmAdapter(_HERE / "matter/engine.toml")
 planck = NpmAdapter(_HERE / "planck/engine.toml")
