@@ -6,6 +6,7 @@ import json
 import os
 import statistics
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -105,6 +106,27 @@ def test_walls_fill_the_grid_of_old_releases_of_matter(kept: Kept) -> None:
     assert small >= (4800 / 48) ** 2
     assert large >= (9600 / 48) ** 2
     assert bare_matter("0.18.0", kept)["cells"] == [0, 0]
+
+
+#: Of releases of DART, bare, over 32 phases: the worst row, fewest and most turns in a box, how far normals lean.
+DART_BARE = {
+    "6.16.2": (1.1768, 0, 0, 0.3764),
+    "6.17.1": (1.1768, 22, 30, 0.3764),
+    "6.19.5": (1.1768, 22, 30, 0.3764),
+    "6.20.0": (4.56e-5, 13, 13, 0.0),
+}
+
+
+@pytest.mark.parametrize("version", DART_BARE)
+def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: Kept) -> None:
+    """Bare, as shipped: until 6.19 spheres are meshes, and a disc leaves a box, or from 6.17 on turns too often."""
+    script = Path(__file__).with_name("dart_releases.py")
+    command = [sys.executable, str(script), str(release(kept, "pip", "dartpy", version))]
+    told = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    row, fewest, most, lean = DART_BARE[version]
+    assert max(told["row"]) == pytest.approx(row, rel=1e-3)  # as the numbers are rounded
+    assert (min(told["box"]), max(told["box"])) == (fewest, most)
+    assert max(told["leans"]) == pytest.approx(lean, abs=5e-5)
 
 
 def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[Moved]]:

@@ -9,12 +9,14 @@ from typing import Any
 import numpy as np
 
 from carom.adapter import (
+    AdapterError,
     Contact,
     Observation,
     Scene,
     Setting,
     StepClock,
     factored_restitutions,
+    flattened,
     oriented_contact,
     pair_of,
     require_sound,
@@ -40,12 +42,11 @@ class DartWorld:
         self._world = dartpy.simulation.World()
         self._world.setGravity([*scene.gravity_m_s2, 0.0])
         self._world.setTimeStep(self._clock.dt_s)
+        self._solver: Any = self._world.getConstraintSolver()
         if "collision_detector" in settings:
-            self._world.setCollisionDetector(
-                getattr(dartpy.simulation.CollisionDetectorType, str(settings["collision_detector"]))
-            )
-        if "split_impulse" in settings:
-            self._world.getConstraintSolver().setSplitImpulseEnabled(bool(settings["split_impulse"]))
+            self._detect_by(str(settings["collision_detector"]))
+        if "split_impulse" in settings and hasattr(self._solver, "setSplitImpulseEnabled"):  # from 6.20 on
+            self._solver.setSplitImpulseEnabled(bool(settings["split_impulse"]))
         self._discs: list[Any] = []
         # DART multiplies the coefficients of two bodies.
         of_disc, of_wall = factored_restitutions(scene)
@@ -59,6 +60,16 @@ class DartWorld:
             skeleton.setMobile(False)
             self._world.addSkeleton(skeleton)
         self._put([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
+
+    def _detect_by(self, name: str) -> None:
+        if hasattr(self._world, "setCollisionDetector"):
+            self._world.setCollisionDetector(getattr(self._dart.simulation.CollisionDetectorType, name))
+            return
+        kinds = self._dart.collision  # until 6.19 it is the solver's, and given as an object
+        kind = next((kind for kind in dir(kinds) if kind.upper() == f"{name}COLLISIONDETECTOR"), None)
+        if kind is None:
+            raise AdapterError(f"this release of dartpy has no collision detector of {name}; choose another")
+        self._solver.setCollisionDetector(getattr(kinds, kind)())
 
     def _add_disc(self, i: int, radius_m: float, mass_kg: float | None, restitution: float) -> None:
         skeleton = self._dart.dynamics.Skeleton(f"disc {i}")
@@ -87,12 +98,14 @@ class DartWorld:
 
     @property
     def settings(self) -> Mapping[str, Setting]:
-        """The settings, read back from DART."""
-        detector = type(self._world.getCollisionDetector()).__name__.upper()
+        """The settings, read back from DART; a release without split impulses reads as one that has them off."""
+        told_by = self._world if hasattr(self._world, "getCollisionDetector") else self._solver
+        detector = type(told_by.getCollisionDetector()).__name__.upper()
+        split = getattr(self._solver, "isSplitImpulseEnabled", lambda: False)
         return {
             "dt_s": self._world.getTimeStep(),
             "collision_detector": next(name for name in DETECTORS if detector.startswith(name)),
-            "split_impulse": self._world.getConstraintSolver().isSplitImpulseEnabled(),
+            "split_impulse": split(),
         }
 
     def advance(self, steps: int) -> None:
@@ -114,13 +127,16 @@ class DartWorld:
 
     def _contacts(self) -> list[Contact]:
         found = []
-        for contact in self._world.getLastCollisionResult().getContacts():
-            impulse = math.hypot(*contact.force) * self._clock.dt_s
+        result = self._world.getLastCollisionResult()  # kept: until 6.19 its contacts are gone with it
+        for contact in result.getContacts():
+            nx, ny, nz = map(float, contact.normal)  # from the second object to the first
+            normal, impulse = (nx, ny), math.hypot(*contact.force) * self._clock.dt_s
+            if nz != 0.0:  # until 6.19 spheres are meshes, as shipped, whose contacts lean out of the plane
+                normal, impulse = flattened(normal, impulse)
             if impulse == 0.0:  # a contact that pushes nothing
                 continue
-            nx, ny, _ = contact.normal  # from the second object to the first
             a, b = self._pair(contact)
-            found.append(oriented_contact(b, a, self._clock.step_began_s, (float(nx), float(ny)), impulse))
+            found.append(oriented_contact(b, a, self._clock.step_began_s, normal, impulse))
         return found
 
     def _pair(self, contact: Any) -> tuple[int, int]:
