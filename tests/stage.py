@@ -24,3 +24,13 @@ def staged(name: str, *bodies: Disc | Wall, **fields: Any) -> Scene:
     discs = [body for body in bodies if isinstance(body, Disc)]
     walls = [body for body in bodies if isinstance(body, Wall)]
     return Scene(name=name, discs=discs, walls=walls, **fields)
+
+
+def line(*positions: float, velocities: tuple[float, ...], restitution: float = 1.0, duration_s: float = 10.0) -> Scene:
+    """Return discs of 1 kg and radius 0.5 on the x axis."""
+    return staged(
+        "line",
+        *[disc_at(x, 0.0, v, 0.0) for x, v in zip(positions, velocities, strict=True)],
+        restitution=restitution,
+        duration_s=duration_s,
+    )

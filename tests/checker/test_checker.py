@@ -16,7 +16,7 @@ from tests.campaign.run import run_of
 from tests.checker import RULES, Report, Stretch, check, watch
 from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
-from tests.unit.solvers.scenes import box, random_start
+from tests.drawn import box, jittered
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -31,7 +31,7 @@ ROW = 150
 @cache
 def right() -> tuple[DiscArrays, Stretch]:
     """A gas with walls and immovable discs, and its first impacts."""
-    start = random_start(np.random.default_rng(5), 30, immovable=4, spread=2.0, restitution=0.9)
+    start = jittered(np.random.default_rng(5), 30, immovable=4, spread=2.0, restitution=0.9)
     (stretch,) = watch(EventDrivenRun(start), start, 1e9, 300)
     return start, stretch
 
@@ -240,7 +240,7 @@ def test_a_disc_that_goes_through_a_wall_is_found() -> None:
 
 def test_an_overlooked_impact_of_a_gas_is_found() -> None:
     """A disc that nobody sees is passed through again and again, and no other rule is broken."""
-    start = random_start(np.random.default_rng(6), 40, spread=1.5)
+    start = jittered(np.random.default_rng(6), 40, spread=1.5)
     seen = DiscArrays(
         start.position_m[:-1], start.velocity_m_s[:-1], start.radius_m[:-1], start.mass_kg[:-1], start.walls
     )

@@ -14,7 +14,7 @@ from tests.campaign.gases import Gas, Kind
 from tests.campaign.run import checked
 from tests.checker import Report, check, watch
 from tests.checker.laws import elastic_of
-from tests.unit.solvers.scenes import random_start
+from tests.drawn import jittered
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -29,7 +29,7 @@ IMPACTS = 1_000
 @cache
 def gas() -> Gas:
     """20 rough discs in a box, three of them immovable."""
-    start = random_start(np.random.default_rng(5), 20, immovable=3, spread=1.5, restitution=0.98)
+    start = jittered(np.random.default_rng(5), 20, immovable=3, spread=1.5, restitution=0.98)
     rough = replace(start, wall_restitution=0.95, friction=0.01, wall_friction=0.01)
     return Gas(0, Kind.CONTACT, 0.0, rough, 10_000, 0.1)
 

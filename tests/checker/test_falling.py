@@ -15,7 +15,7 @@ from tests.campaign.gases import Gas, Kind
 from tests.campaign.run import checked
 from tests.checker import Report, Stretch, check
 from tests.checker.passes import _lowest
-from tests.unit.solvers.scenes import random_start
+from tests.drawn import jittered
 
 from carom import DiscArrays
 from carom.physics.pair_time import pair_time
@@ -36,7 +36,7 @@ SLIGHTLY = 1.0 + 1e-9
 @cache
 def gas() -> Gas:
     """Twelve rough discs on a slope between walls, three of them immovable."""
-    start = random_start(np.random.default_rng(8), 12, immovable=3, spread=2.0, restitution=0.98)
+    start = jittered(np.random.default_rng(8), 12, immovable=3, spread=2.0, restitution=0.98)
     assert start.walls[FLOOR] == (0.0, 0.0, 0.0, 1.0)
     rough = replace(start, wall_restitution=0.95, friction=0.1, wall_friction=0.1)
     return Gas(0, Kind.FALLING, 0.0, rough, 10_000, gravity_m_s2=(1.0, -9.8))

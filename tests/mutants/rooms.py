@@ -18,7 +18,12 @@ _S, _U, _V = "src/carom/solvers", "tests/unit/solvers", "tests/validation"
 _PIC = (
     *(f"{_U}/event_driven", f"{_U}/plain", f"{_U}/test_pic.py", f"{_U}/test_resolution.py", f"{_U}/test_impact_log.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
-    *(f"{_V}/test_pic_against_all_pairs.py", f"{_V}/test_pic_kernel_known_answers.py", f"{_V}/test_friction_law.py"),
+    *(f"{_V}/test_equivalences.py::test_every_form_of_pic", f"{_V}/test_equivalences.py::test_the_kernel"),
+    *(
+        f"{_V}/test_equivalences.py::test_frames_change",
+        f"{_V}/test_pic_kernel_known_answers.py",
+        f"{_V}/test_friction_law.py",
+    ),
 )
 
 ROOMS = {
@@ -27,10 +32,14 @@ ROOMS = {
         (f"{_S}/event_driven/*.p[yx]*", f"{_S}/impact/*.p[yx]*", f"{_S}/resolution.p*", f"{_S}/two_discs.pyx"), _PIC
     ),
     "plain": Room(
-        (f"{_S}/*.py", f"{_S}/plain/*.py"), (*_PIC, "tests/unit/test_disc_arrays.py", f"{_V}/test_invariance.py")
+        (f"{_S}/*.py", f"{_S}/plain/*.py"),
+        (*_PIC, "tests/unit/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
     ),
-    "falling": Room((f"{_S}/falling/*.py",), (f"{_V}/test_gravity.py", f"{_U}/test_falling.py", f"{_U}/test_run.py")),
-    "pit": Room((f"{_S}/pit/*.p[yx]*",), (f"{_U}/pit", f"{_U}/test_run.py")),
+    "falling": Room(
+        (f"{_S}/falling/*.py",),
+        (f"{_V}/test_equivalences.py", f"{_V}/test_gravity.py", f"{_U}/test_falling.py", f"{_U}/test_run.py"),
+    ),
+    "pit": Room((f"{_S}/pit/*.p[yx]*",), (f"{_U}/pit", f"{_U}/test_run.py", f"{_V}/test_equivalences.py")),
     "certified": Room(
         (f"{_S}/certified/*.p[yx]*",),
         (f"{_U}/certified", f"{_V}/test_certified_known_answers.py", f"{_V}/test_certified_friction.py"),

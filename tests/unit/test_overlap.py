@@ -11,7 +11,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.unit.solvers.scenes import random_start
+from tests.drawn import jittered
 
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError, SceneError
@@ -130,9 +130,9 @@ def test_a_run_refuses_overlapping_arrays_and_discs_within_walls() -> None:
         EventDrivenRun(walled)
 
 
-def test_random_starts_without_overlap_pass() -> None:
+def test_jittereds_without_overlap_pass() -> None:
     """What the tests' own packing of discs keeps apart is let through, with radii from 1 to 100."""
-    random_start(np.random.default_rng(5), 60, spread=100.0).require_apart()
+    jittered(np.random.default_rng(5), 60, spread=100.0).require_apart()
 
 
 def test_many_walls_and_discs_in_a_polygon_are_apart() -> None:

@@ -12,16 +12,15 @@ import numpy as np
 import pytest
 from tests.campaign.gases import draw
 from tests.checker import Report, check, watch
+from tests.drawn import impacts_of, small
 from tests.forms import needs_extension
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
-from tests.validation.rough_scenes import body_of, length_of, rough_scene, worst_law_error, worst_of_impact
-from tests.validation.small_scenes import impacts_of
+from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
 
-from carom import DiscArrays, solve_pic, solve_pic_framewise, solve_pit
+from carom import DiscArrays, solve_pic, solve_pit
 from carom.limits import LARGEST
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.bodies import Bodies
-from carom.solvers.plain.run import AllPairsRun
 from carom.trace import impact_array, spin_array
 
 #: In units in the last place of the greatest speed (`worst_of_impact`): some twenty roundings of half a unit, of which
@@ -176,7 +175,7 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
 def test_whole_runs_obey_the_exact_law_impact_by_impact(first: int) -> None:
     """Each impact of PIC is what the exact law makes of the state before it, and that is what the last impact left."""
     for number in range(first, first + 40):
-        scene = rough_scene(number)
+        scene = small(number, rough=True)
         if scene.arrays.turns:
             assert worst_law_error(solve_pic(scene, max_impacts=min(impacts_of(number), 60))) < ULPS, number
 
@@ -184,7 +183,7 @@ def test_whole_runs_obey_the_exact_law_impact_by_impact(first: int) -> None:
 def test_falling_runs_obey_the_exact_law_impact_by_impact() -> None:
     """So does each impact under gravity, immovable discs and oblique walls included."""
     for number in range(30):
-        scene = rough_scene(number, gravity=True)
+        scene = small(number, rough=True, gravity=(0.25, -1.0))
         if scene.arrays.turns:
             assert worst_law_error(solve_pic(scene, max_impacts=25)) < ULPS, number
 
@@ -192,35 +191,11 @@ def test_falling_runs_obey_the_exact_law_impact_by_impact() -> None:
 def test_pit_obeys_the_exact_law_with_full_arms_impact_by_impact() -> None:
     """PIT finds its impacts late, overlapped and turned; its friction acts at full radius along the line of centres."""
     for number in range(30):
-        scene = rough_scene(number)
+        scene = small(number, rough=True)
         if scene.arrays.turns:
             trace = solve_pit(scene, frame_rate_hz=20.0)
             if len(trace.impacts) < 500:
                 assert worst_law_error(trace) < ULPS, number
-
-
-def everything(run: EventDrivenRun | AllPairsRun) -> dict[str, object]:
-    """Return all that a run gives, in its bits."""
-    spins, now = run.log.spins(), run.spins()
-    return {
-        "impacts": run.log.array().tobytes(),
-        "spins": None if spins is None else spins.tobytes(),
-        "ambiguous": run.log.ambiguous(),
-        "positions": run.positions().tobytes(),
-        "velocities": run.velocities().tobytes(),
-        "final": None if now is None else now.tobytes(),
-    }
-
-
-@needs_extension
-@pytest.mark.parametrize("first", [0, *(pytest.param(first, marks=pytest.mark.long) for first in range(80, 2000, 80))])
-def test_the_kernel_gives_the_bits_of_all_pairs_with_friction(first: int) -> None:
-    """Impacts, spins, ambiguities and the end of small rough scenes are those of the all-pairs run, bit for bit."""
-    for number in range(first, first + 80):
-        scene, most = rough_scene(number), impacts_of(number)
-        one, other = EventDrivenRun(scene), AllPairsRun(scene)
-        assert one.advance_to(scene.duration_s, most) is other.advance_to(scene.duration_s, most), number
-        assert everything(one) == everything(other), number
 
 
 @pytest.mark.long
@@ -259,17 +234,6 @@ def test_a_gas_obeys_the_exact_law_impact_by_impact() -> None:
     assert max(worst_of_impact(start, one[k], spins[k]) for k in range(0, 16_000, 16)) < ULPS
 
 
-def test_algorithm_2_gives_the_same_spins() -> None:
-    """Frame by frame every impact and spin is that of the event-driven run, bit for bit."""
-    scene = rough_scene(5).model_copy(update={"duration_s": 10.0})
-    framewise, event_driven = solve_pic_framewise(scene, frame_rate_hz=4.0), solve_pic(scene)
-    assert len(event_driven.impacts) > 5
-    assert framewise.spins is not None
-    assert event_driven.spins is not None
-    assert framewise.impacts.tobytes() == event_driven.impacts.tobytes()
-    assert framewise.spins.tobytes() == event_driven.spins.tobytes()
-
-
 def test_the_length_of_the_checker_is_a_length() -> None:
     """The checker's own root is that of 3, 4, 5 and of 2 to 30 digits."""
     assert abs(length_of(Fraction(3), Fraction(4)) - 5) < Fraction(1, 10**30)
@@ -278,7 +242,7 @@ def test_the_length_of_the_checker_is_a_length() -> None:
 
 def test_the_checker_sees_a_wrong_spin() -> None:
     """A spin that is off by a part in 10^12, or of the wrong sign, is seen."""
-    scene = rough_scene(5)
+    scene = small(5, rough=True)
     trace = solve_pic(scene, max_impacts=5)
     assert trace.spins is not None
     k = next(k for k in range(len(trace.spins)) if trace.spins[k]["first_after"] != 0.0)

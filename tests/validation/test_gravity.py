@@ -6,28 +6,24 @@ import math
 import subprocess
 import sys
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.rebuilt import assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
 from carom.scenes import CatalogueScene, Tag, catalogue
-from carom.solvers.falling.run import BallisticRun
-from carom.trace import Vector, impact_array
+from carom.trace import Vector
 
 G = 9.81
 ROUNDING = 1e-12
 
 ENTRIES = [entry for entry in catalogue().values() if Tag.GRAVITY in entry.tags]
 each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
-each_pic = pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
 FEWER = settings(max_examples=settings().max_examples // 5)
 
 
@@ -301,21 +297,6 @@ def test_a_box_of_falling_discs_holds(seed: int, restitutions: tuple[float, floa
         assert end <= start + 1e-11
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_pieces_frames_and_looking_change_nothing(seed: int) -> None:
-    """A run taken forward in pieces, or frame by frame, has the impacts of the whole run to the bit."""
-    scene = box_scene(seed)
-    whole = solve_pic(scene, max_impacts=60)
-    run = BallisticRun(scene)
-    for k in range(1, 40):
-        run.advance_to(0.1 * k, 60)
-    run.advance_to(scene.duration_s, 60)
-    assert impact_array(run.log.records[:60]).tobytes() == whole.impacts.tobytes()
-    framewise = solve_pic_framewise(scene)
-    count = min(len(framewise.impacts), len(whole.impacts))
-    assert framewise.impacts[:count].tobytes() == whole.impacts[:count].tobytes()
-
-
 def test_an_elastic_run_turned_round_retraces_itself() -> None:
     """With all velocities turned round at the end, the discs go back to where they started: gravity knows no past."""
     scene = box_scene(7).model_copy(update={"duration_s": 0.8})
@@ -328,32 +309,6 @@ def test_an_elastic_run_turned_round_retraces_itself() -> None:
     back = solve_pic(scene.model_copy(update={"discs": tuple(turned)}))
     assert len(back.impacts) == len(there.impacts)
     assert back.final_position_m == pytest.approx(np.array([disc.position_m for disc in scene.discs]), abs=1e-9)
-
-
-# Symmetries, to the bit -----------------------------------------------------------------------------------------------
-
-
-SYMMETRIC = [*(entry.scene for entry in ENTRIES), box_scene(5), ball(1.0, 0.5), on_top(1.0, 0.9, 0.01, 2.0)]
-
-
-@each_pic
-@pytest.mark.parametrize("turn", [mirrored, quarter_turned])
-@pytest.mark.parametrize("scene", SYMMETRIC, ids=lambda scene: scene.name)
-def test_a_mirrored_fall_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: Any, solve: Any) -> None:
-    """Changing signs and exchanging x and y, gravity's too, does just that to the trace."""
-    assert_mirrored(scene, turn, solve)
-
-
-@pytest.mark.parametrize(
-    "scene",
-    [pytest.param(scene, id=scene.name, marks=[pytest.mark.long] * (scene.name == "crowd")) for scene in SYMMETRIC],
-)
-@FEWER
-@given(length=st.integers(-20, 20), time=st.integers(-20, 20), mass=st.integers(-20, 20))
-def test_units_that_are_powers_of_two_change_no_bit_of_a_fall(scene: Scene, length: int, time: int, mass: int) -> None:
-    """Metres, seconds and kilograms are conventions: in others, by powers of two, every bit is the same."""
-    units = {"length": 2.0**length, "time": 2.0**time}
-    assert_scaled(solve_pic(scene), solve_pic(in_units(scene, **units, mass=2.0**mass)), **units)
 
 
 # PIT: the sampling error alone ----------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.rebuilt import Map, assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned, rebuilt, same, turned
+from tests.rebuilt import Map, rebuilt, same, turned
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise
 from carom.scenes import CatalogueScene, KnownAnswer, Tag, catalogue, deviation
@@ -18,8 +18,6 @@ from carom.trace import Vector
 
 ROUNDING = 1e-12
 
-#: Symmetries under gravity have tests of their own, in `test_gravity.py`.
-WITHOUT_GRAVITY = [entry for entry in catalogue().values() if Tag.GRAVITY not in entry.tags]
 UNIQUE = [entry for entry in catalogue().values() if not entry.tags & {Tag.CONVENTION, Tag.GRAVITY}]
 #: A scene at rest in its own frame only: walls and immovable discs single that frame out.
 FREE = [entry for entry in UNIQUE if not entry.tags & {Tag.WALLS, Tag.IMMOVABLE}]
@@ -87,29 +85,6 @@ def test_a_moving_frame_sees_the_same_impacts(entry: CatalogueScene, boost: tupl
 
     scene = rebuilt(entry.scene, same, faster)
     assert deviation(solve_pic(scene), mapped(entry.known, carried, faster), scene) <= ROUNDING
-
-
-@each_pic
-@pytest.mark.parametrize("turn", [mirrored, quarter_turned])
-@pytest.mark.parametrize("entry", WITHOUT_GRAVITY, ids=lambda entry: entry.name)
-def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(
-    entry: CatalogueScene, turn: Map, solve: Callable[[Scene], Trace]
-) -> None:
-    """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows neither sign nor axis.
-
-    That holds for scenes without a unique answer too, since the order of body numbers does not change.
-    """
-    assert_mirrored(entry.scene, turn, solve)
-
-
-@each_unique
-@FEWER
-@given(length=st.integers(-20, 20), time=st.integers(-20, 20), mass=st.integers(-20, 20))
-def test_units_that_are_powers_of_two_change_no_bit(entry: CatalogueScene, length: int, time: int, mass: int) -> None:
-    """Measured in units that differ by powers of two, every time, position and velocity is the same number, scaled."""
-    units = {"length": 2.0**length, "time": 2.0**time}
-    other = solve_pic(in_units(entry.scene, **units, mass=2.0**mass))
-    assert_scaled(solve_pic(entry.scene), other, **units)
 
 
 @each_unique

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from tests.validation.small_scenes import small_scene
+from tests.drawn import small
 
-from carom import CertifiedTrace, Scene, certify, solve_pic
+from carom import CertifiedTrace, certify, solve_pic
 from carom.solvers.certified.result import Ending
 
 #: Impacts of a scene: few, so that float64 has not yet lost the trajectory.
@@ -20,24 +21,21 @@ def in_one_order(impacts: list[tuple[int, int]], certified: CertifiedTrace) -> l
     return ordered
 
 
-def has_repeated_walls(scene: Scene) -> bool:
-    """Whether two walls are parallel and face one way: a plane given twice is met twice, in an order of roundings."""
-    return len({wall.normal for wall in scene.half_planes()}) < len(scene.half_planes())
-
-
 @pytest.mark.parametrize("parity", [0, 1], ids=["whole numbers", "anywhere"])
 def test_the_impacts_are_those_that_are_proven(parity: int) -> None:
     """As far as ball arithmetic decides, PIC has the same impacts in the same order, and no other before the end."""
     proven = 0
-    for number in range(parity, 400, 2):
-        scene = small_scene(number)
-        if has_repeated_walls(scene):
-            continue
+    for number in range(parity, 300, 2):
+        scene = small(number, repeated=False)
         certified = certify(scene, max_impacts=IMPACTS)
         found = solve_pic(scene, max_impacts=IMPACTS).impacts[["first", "second"]].tolist()
+        times = certified.trace.impacts["time_s"]
         truth = certified.trace.impacts[["first", "second"]].tolist()
         if certified.ending is not Ending.COMPLETED:
             found = found[: len(truth)]
-        assert in_one_order(found, certified) == in_one_order(truth, certified), f"small_scene({number})"
+        if certified.ending is Ending.MAX_IMPACTS:  # the limit may fall between impacts of one instant, in either order
+            before = int(np.sum(times < times[-1]))
+            found, truth = found[:before], truth[:before]
+        assert in_one_order(found, certified) == in_one_order(truth, certified), f"small({number})"
         proven += len(truth)
     assert proven > 300

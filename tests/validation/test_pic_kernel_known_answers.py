@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 import pytest
+from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
-from tests.unit.solvers.scenes import random_start, scene_of
 from tests.validation.own import galperin
 
 from carom import Outcome
@@ -135,7 +135,7 @@ def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
 @pytest.mark.long
 def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -> None:
     """Inelastic collapse ends with an outcome; with a contact time the run goes on (Luding & McNamara 1998)."""
-    gas = random_start(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)
+    gas = jittered(np.random.default_rng(2), 100, spread=1.2, restitution=0.3)
     for contact_duration_s, expected in ((0.0, {Outcome.STANDSTILL, Outcome.MAX_IMPACTS}), (1e-4, {Outcome.COMPLETED})):
         run = EventDrivenRun(gas, record="none", contact_duration_s=contact_duration_s)
         assert run.advance_to(100.0, 2_000_000) in expected
@@ -143,7 +143,7 @@ def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -
 
 def test_the_contact_time_of_the_tc_model_is_counted_from_impacts_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """An impact soon after a new epoch is elastic only if the disc's own last impact is recent."""
-    start = random_start(np.random.default_rng(4), 5, restitution=0.9)
+    start = jittered(np.random.default_rng(4), 5, restitution=0.9)
     found = []
     for impacts_per_epoch in (1, 1000):
         monkeypatch.setattr(AllPairsRun, "epoch_impacts", impacts_per_epoch)

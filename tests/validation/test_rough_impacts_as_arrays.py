@@ -6,7 +6,7 @@ import random
 
 import numpy as np
 import pytest
-from tests.validation.rough_scenes import worst_of_impact
+from tests.validation.rough_impacts import worst_of_impact
 from tests.validation.test_friction_law import ULPS, drawn_pair
 
 from carom import DiscArrays

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from tests.planted.faults import replayed
-from tests.unit.solvers.strategies import line
+from tests.stage import line
 
 import carom
 from carom import CertifiedTrace, Trace, certify, compare, solve_pic

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.stage import disc_at, staged, wall_at
+from tests.drawn import drawn
+from tests.stage import disc_at, line, staged, wall_at
 
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
@@ -19,8 +20,6 @@ from carom.solvers.pic import pic_run, solve_pic
 from carom.solvers.plain.framewise import solve_pic_framewise
 from carom.solvers.plain.run import AllPairsRun
 from carom.trace import Outcome, kinetic_energy
-
-from .strategies import line, scenes
 
 U = 2.0**-53
 VELOCITIES = ("velocity_first_after", "velocity_second_after")
@@ -79,8 +78,8 @@ def test_a_touching_pair_that_approaches_collides_at_once_and_one_that_does_not_
     assert len(solve_pic(line(0.0, 1.0, velocities=(1.0, 1.0))).impacts) == 0
 
 
-@given(scenes())
-def test_energy_never_grows_and_no_two_discs_end_in_each_other(scene: Scene) -> None:
+@given(st.integers(0, 10**6))
+def test_energy_never_grows_and_no_two_discs_end_in_each_other(number: int) -> None:
     """Whatever the scene, every impact takes or keeps energy, and the discs end apart, both to rounding.
 
     Energy: the tests of the impact law derive ``(m1 + m2) 3 S 80 U S`` for one impact, where S, the sum of both speeds,
@@ -88,6 +87,7 @@ def test_energy_never_grows_and_no_two_discs_end_in_each_other(scene: Scene) -> 
     Distance: a position is a few roundings of numbers no larger than the reach of the scene, and its last impact
     brought two discs to touch by a time that is off by the like; 256 units are ample, and far less than any disc.
     """
+    scene = drawn("anywhere", number)
     trace = solve_pic(scene, max_impacts=1000)
     if trace.outcome is not Outcome.COMPLETED:
         return
@@ -102,6 +102,8 @@ def test_energy_never_grows_and_no_two_discs_end_in_each_other(scene: Scene) -> 
     reach = 10.0 + speed * scene.duration_s
     for i, one in enumerate(scene.discs):
         for j in range(i):
+            if one.immovable and scene.discs[j].immovable:
+                continue  # these may overlap
             distance = math.dist(trace.final_position_m[i], trace.final_position_m[j])
             assert distance >= one.radius_m + scene.discs[j].radius_m - 256 * U * reach
 
@@ -123,23 +125,6 @@ def test_a_graze_far_from_the_origin_pushes_or_does_nothing(offset: float, depth
 
 
 # Pausing --------------------------------------------------------------------------------------------------------------
-
-
-@given(scenes(), st.lists(st.integers(0, 3 * 97), max_size=8))
-def test_pausing_anywhere_changes_nothing(scene: Scene, stops: list[int]) -> None:
-    """A run taken forward in pieces ends in the same impacts and the same state, bit for bit, as one in one go."""
-    whole = solve_pic(scene)
-    run = pic_run(scene)
-    outcome = Outcome.COMPLETED
-    for stop in [*sorted(stops), 3 * 97]:
-        outcome = run.advance_to(stop / 97)
-        run.positions()
-        if outcome is not Outcome.COMPLETED:
-            break
-    assert run.log.array().tobytes() == whole.impacts.tobytes()
-    assert outcome is whole.outcome
-    np.testing.assert_array_equal(run.positions(), whole.final_position_m)
-    np.testing.assert_array_equal(run.velocities(), whole.final_velocity_m_s)
 
 
 def test_time_does_not_run_backwards_when_asked_for_the_past() -> None:

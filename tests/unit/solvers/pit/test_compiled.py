@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
+from tests.stage import line
 from tests.unit.solvers.pit.forms import bits, compiled_forms, finished
-from tests.unit.solvers.pit.scenes import KINDS, random_scene
-from tests.unit.solvers.strategies import line, scenes
 
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
@@ -29,48 +28,11 @@ def assert_identical(scene: Scene, clock: FrameClock) -> FrameRun:
     return definition
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_random_scenes_are_the_definitions_to_the_bit(kind: str) -> None:
-    """Impacts, ambiguous rows, positions and velocities are the definition's, over scenes that do have impacts."""
-    impacts = 0
-    for seed in range(12):
-        scene, rate = random_scene(kind, seed)
-        impacts += len(assert_identical(scene, FrameClock.at_rate(rate)).log)
-    assert impacts > 12
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("kind", KINDS)
-def test_more_random_scenes_are_the_definitions_to_the_bit(kind: str) -> None:
-    """So it is for hundreds of scenes of each kind."""
-    for seed in range(12, 400):
-        scene, rate = random_scene(kind, seed)
-        assert_identical(scene, FrameClock(step_s=1.0 / rate))
-
-
-@given(scene=scenes(max_discs=7), rate=st.sampled_from([0.7, 3.0, 7.0, 12.0, 24.0]))
-def test_drawn_scenes_are_the_definitions_to_the_bit(scene: Scene, rate: float) -> None:
-    """So it is for scenes that a counterexample can be shrunk from."""
-    assert_identical(scene, FrameClock.at_rate(rate))
-
-
-def crowd(seed: int, *, ratio: float, speed: float, discs: int = 150) -> Scene:
+def crowd(seed: int, *, ratio: float, speed: float) -> Scene:
     """Discs of radii in a ratio of up to `ratio`, jostling in a box that they fill to some 4 parts in 10."""
-    rng = np.random.default_rng(seed)
-    side = math.ceil(math.sqrt(discs))
-    placed = []
-    for k in range(discs):
-        radius = 0.495 * ratio ** -rng.uniform(0, 1)
-        place = np.array([k % side, k // side]) + 0.5 + rng.uniform(-1, 1, 2) * (0.499 - radius)
-        mass = math.inf if k % 16 == 5 else radius**2
-        velocity = (0.0, 0.0) if mass == math.inf else tuple(rng.normal(size=2) * speed)
-        placed.append(Disc(position_m=tuple(place), velocity_m_s=velocity, radius_m=radius, mass_kg=mass))
-    box = [
-        Wall(point_m=(p, p), normal=normal)
-        for p, normal in ((0, (1, 0)), (0, (0, 1)), (side, (-1, 0)), (side, (0, -1)))
-    ]
-    restitution = (1.0, 0.9, 0.0)[seed % 3]
-    return Scene(name="crowd", discs=placed, walls=box[seed % 2 :], restitution=restitution, duration_s=8.0)
+    e = (1.0, 0.9, 0.0)[seed % 3]
+    start = jittered(np.random.default_rng(seed), 150, spread=ratio, immovable=9, restitution=e)
+    return scene_of(replace(start, velocity_m_s=start.velocity_m_s * speed, walls=start.walls[seed % 2 :]), 8.0)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 3.0, 100.0])

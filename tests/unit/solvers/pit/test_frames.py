@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, line, staged, wall_at
 from tests.unit.solvers.pit.forms import finished
-from tests.unit.solvers.strategies import line
 
 from carom.errors import InputError
 from carom.solvers.pic import solve_pic

@@ -10,14 +10,13 @@ from contextlib import contextmanager
 
 import pytest
 from tests.forms import needs_extension
+from tests.stage import line
 from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, definition, finished
-from tests.unit.solvers.strategies import line
 
 from carom import extension
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.run import Run
 from carom.studies.bench.gas import gas_scene
 from carom.trace import Outcome
 
@@ -34,7 +33,7 @@ def form(request: pytest.FixtureRequest) -> Form:
     return forms()[request.param]
 
 
-def billiard(*, gravity: float = 0.0) -> Scene:
+def billiard() -> Scene:
     """Three discs in a box; the impacts of one frame are several now and then."""
     return Scene(
         name="billiard",
@@ -46,35 +45,8 @@ def billiard(*, gravity: float = 0.0) -> Scene:
         walls=[
             Wall(point_m=(p, p), normal=normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (4, (-1, 0)), (4, (0, -1)))
         ],
-        gravity_m_s2=(0.0, -gravity),
         duration_s=10.0,
     )
-
-
-def test_pieces_change_no_bit(form: Form) -> None:
-    """Stopped at any times, between frames and at frames, and looked at there, a run ends as one taken in one go."""
-    scene = billiard()
-    run: Run = form(scene, CLOCK)
-    times = (0.0, 0.01, 1 / 24, 0.05, 0.05, 2.0, 2.0000001, 7.77, 3.0, 10.0)
-    for time_s in times:
-        run.advance_to(time_s)
-        run.positions()
-        run.velocities()
-        run.log.array()
-    whole = finished(scene, CLOCK, form)
-    assert run.time_s == 10.0
-    assert bits(run) == bits(whole)  # type: ignore[arg-type]  # a Run, and a FrameRun too
-    assert len(whole.log) > 50
-
-
-def test_pieces_change_no_bit_under_gravity() -> None:
-    """So it is for discs that fall, whose velocities change between frames, too."""
-    scene = billiard(gravity=9.8)
-    run = definition(scene, CLOCK)
-    for k in range(1, 1001):
-        run.advance_to(0.01 * k)
-        run.velocities()
-    assert bits(run) == bits(finished(scene, CLOCK))
 
 
 def test_a_state_between_frames_is_that_of_free_flight(form: Form) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from tests.forms import needs_extension, plain_form
-from tests.unit.solvers.strategies import line
+from tests.stage import line
 
 from carom import extension
 from carom.scene import Scene

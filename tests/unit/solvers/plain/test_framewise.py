@@ -4,42 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 import pytest
-from hypothesis import example, given, settings
-from hypothesis import strategies as st
-from tests.unit.solvers.strategies import line, scenes
+from tests.stage import line
 
 from carom.errors import InputError
-from carom.scene import Disc, Scene
-from carom.solvers.pic import solve_pic
 from carom.solvers.plain.framewise import solve_pic_framewise
-
-# Two discs reach one immovable disc one after the other: its clock must not tell the second of the first.
-SHARED_PEG = Scene(
-    name="shared peg",
-    duration_s=3.0,
-    discs=[
-        Disc(position_m=(0.1, 0.2), radius_m=0.5, mass_kg=math.inf),
-        Disc(position_m=(-1.7, 0.3), velocity_m_s=(1.1, 0.1), radius_m=0.3),
-        Disc(position_m=(2.9, 0.7), velocity_m_s=(-1.3, -0.17), radius_m=0.3),
-    ],
-)
-
-
-@pytest.mark.long
-@given(scenes(), st.sampled_from([0.1, 1.0, 7.0, 1 / 0.3, 30.0]))
-@example(SHARED_PEG, 7.0)
-@settings(deadline=None)
-def test_the_impacts_are_those_of_event_driven_pic_to_the_bit(scene: Scene, frame_rate_hz: float) -> None:
-    """At any frame rate, both forms of PIC give identical impacts, flags, outcome and final state, bit for bit."""
-    event_driven = solve_pic(scene)
-    framewise = solve_pic_framewise(scene, frame_rate_hz=frame_rate_hz)
-    assert framewise.impacts.tobytes() == event_driven.impacts.tobytes()
-    assert framewise.ambiguous == event_driven.ambiguous
-    assert framewise.outcome is event_driven.outcome
-    np.testing.assert_array_equal(framewise.final_position_m, event_driven.final_position_m)
-    np.testing.assert_array_equal(framewise.final_velocity_m_s, event_driven.final_velocity_m_s)
 
 
 def test_all_impacts_of_one_frame_are_carried_out() -> None:

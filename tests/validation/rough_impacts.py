@@ -1,17 +1,15 @@
-"""Small random scenes with friction and spin, each drawn from its number alone; every second one is full of ties."""
+"""What friction and spin make of an impact, held to the law in rational numbers."""
 
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Sequence
 from fractions import Fraction
 
 import numpy as np
 from tests.validation.exact_impact import Body, Law, after_impact
-from tests.validation.small_scenes import small_scene
 
-from carom import DiscArrays, Scene, Trace
+from carom import DiscArrays, Trace
 
 #: Units in the last place of 1.
 ULP = 2.0**-52
@@ -19,29 +17,6 @@ ULP = 2.0**-52
 LEAST = 2.0**-900
 #: Bits to which lengths are taken.
 BITS = 120
-
-
-def rough_scene(number: int, gravity: bool = False) -> Scene:
-    """Return a small scene, the same discs and walls as `small_scene`, with friction and spin."""
-    plain = small_scene(number)
-    rng = random.Random(f"rough {number}")
-    whole = number % 2 == 0
-    discs = []
-    for disc in plain.discs:
-        inertia = rng.choice([0.5, 0.5, 0.5, 1.0, 0.25, math.inf] if whole else [0.5, 0.4, 1.0, 1e-3, math.inf])
-        turns = not disc.immovable and inertia < math.inf
-        spin = float(rng.randint(-4, 4)) if whole else rng.gauss(0.0, 3.0)
-        discs.append({**disc.model_dump(), "inertia_factor": inertia, "spin_rad_s": spin if turns else 0.0})
-    coefficients = [0.0, 0.125, 0.5, 1.0, 16.0] if whole else [0.0, 0.01, 0.3, 1.0, 1e19]
-    fields = {
-        "discs": discs,
-        **({"gravity_m_s2": (0.25, -1.0)} if gravity else {}),
-        "friction": rng.choice(coefficients),
-        "wall_friction": rng.choice(coefficients),
-        "tangential_restitution": rng.choice([0.0, 0.0, 0.5, 1.0, -1.0]),
-        "wall_tangential_restitution": rng.choice([0.0, 0.0, 0.5, 1.0, -0.5]),
-    }
-    return Scene(**{**plain.model_dump(), **fields})
 
 
 def length_of(x: Fraction, y: Fraction) -> Fraction:

@@ -1,0 +1,296 @@
+"""One table of equivalences: forms of a method that must give one another's bits, over every kind of scene drawn.
+
+Two algorithms and one answer, for PIC with and without friction and gravity, and for PIT; and what mirrors a scene, or
+measures it in other units, does just that to its answer. `tests/drawn.py` says what the kinds are for.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
+from tests.forms import needs_extension
+from tests.rebuilt import Map, assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned
+from tests.unit.solvers.pit.forms import Form, compiled_forms, definition
+
+from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
+from carom.scenes import catalogue
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.falling.run import BallisticRun
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.plain.run import AllPairsRun
+from carom.solvers.run import Run
+from carom.trace import Outcome
+
+#: Scenes of a kind, and how many times as many with `-m long`.
+SCENES, MORE = 24, 20
+#: Of the kinds of few discs there are more; half of all scenes are rough.
+TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6)
+GRAVITY = (0.25, -1.0)
+
+Bits = dict[str, object]
+
+each_batch = pytest.mark.parametrize("batch", [0, *(pytest.param(k, marks=pytest.mark.long) for k in range(1, MORE))])
+each_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+class Asked(NamedTuple):
+    """What is asked of a run: a scene, up to how many impacts, and what is kept."""
+
+    scene: Scene
+    impacts: int
+    options: dict[str, Any]
+
+
+def asked(kind: str, number: int, **more: Any) -> Asked:
+    """Return what is asked with a number: some runs keep a window, and some take the TC model's contacts."""
+    rng = random.Random(f"asked {number}")
+    window_s = (1.0, 8.0) if rng.random() < 0.2 else (-math.inf, math.inf)
+    options = {"contact_duration_s": rng.choice([0.0, 0.0, 0.1]), "window_s": window_s}
+    return Asked(drawn(kind, number, rough=number % 4 > 1, **more), impacts_of(number), options)
+
+
+def bits(run: Any, outcome: Outcome) -> Bits:
+    """Return everything that a run has found out, as bytes: -0 differs from 0 here, too."""
+    arrays = {
+        "impacts": run.log.array(),
+        "spins": run.log.spins(),
+        "positions": run.positions(),
+        "velocities": run.velocities(),
+        "spin": run.spins(),
+        "impacts per disc": run.impacts_per_disc(),
+    }
+    return {
+        **{name: None if array is None else np.ascontiguousarray(array).tobytes() for name, array in arrays.items()},
+        "ambiguous": run.log.ambiguous(),
+        "time": run.time_s,
+        "outcome": outcome,
+    }
+
+
+def taken(run: Run, ask: Asked) -> Bits:
+    """Return what a run has found out at its end."""
+    return bits(run, run.advance_to(ask.scene.duration_s, ask.impacts))
+
+
+def in_pieces(run: Run, ask: Asked, ends_s: float) -> Bits:
+    """Take a run forward in pieces, by time and by count, and look at it between them."""
+    rng = random.Random(ask.scene.name)
+    for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(3)):
+        run.advance_to(time_s, rng.randint(0, ask.impacts))
+        bits(run, Outcome.COMPLETED)
+    return taken(run, ask)
+
+
+def resumed(ask: Asked) -> Bits:
+    """Take a run half the way, and another from its state; what both have kept is joined."""
+    first = EventDrivenRun(ask.scene, **ask.options)
+    first.advance_to(ask.scene.duration_s, ask.impacts // 2)
+    second = EventDrivenRun(ask.scene, resume=first.state(), **ask.options)
+    found = taken(second, ask)
+    for name, rows in (("impacts", first.log.array()), ("spins", first.log.spins())):
+        if rows is not None:
+            later = found[name]
+            assert isinstance(later, bytes)
+            found[name] = rows.tobytes() + later
+    kept = len(first.log)
+    return {**found, "ambiguous": (*first.log.ambiguous(), *(kept + row for row in second.log.ambiguous()))}
+
+
+def in_cells(factor: float) -> Callable[[Asked, float], Bits]:
+    return lambda ask, _: taken(EventDrivenRun(ask.scene, cell_factor=factor, **ask.options), ask)
+
+
+#: Each is given what is asked, and the time at which the kernel's run of it ended.
+PIC_FORMS: dict[str, Callable[[Asked, float], Bits]] = {
+    "all pairs": lambda ask, _: taken(AllPairsRun(ask.scene, **ask.options), ask),
+    "wider cells": in_cells(1.5),
+    "wide cells": in_cells(3.0),
+    "one cell": in_cells(math.inf),
+    "in pieces": lambda ask, ends_s: in_pieces(EventDrivenRun(ask.scene, **ask.options), ask, ends_s),
+    "all pairs, in pieces": lambda ask, ends_s: in_pieces(AllPairsRun(ask.scene, **ask.options), ask, ends_s),
+    "resumed": lambda ask, _: resumed(ask),
+}
+
+
+def unlike(expected: Bits, found: Bits, what: str) -> list[str]:
+    """Return in which of its fields a form differs."""
+    return [f"{what}: {name}" for name in expected if found[name] != expected[name]]
+
+
+@needs_extension
+@each_kind
+@each_batch
+def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, batch: int) -> None:
+    """All pairs, cells of any width, pieces, a resumed run: the same impacts, spins, ambiguities, outcome and end."""
+    n, different, impacts = SCENES * TIMES[kind], list[str](), 0
+    for number in range(batch * n, (batch + 1) * n):
+        ask = asked(kind, number)
+        kernel = EventDrivenRun(ask.scene, **ask.options)
+        expected = taken(kernel, ask)
+        for name, form in PIC_FORMS.items():
+            different += unlike(expected, form(ask, kernel.time_s), f"drawn({kind!r}, {number}), {name}")
+        impacts += kernel.impacts
+    assert different == []
+    assert impacts > n
+
+
+@needs_extension
+@each_kind
+def test_the_kernel_counts_what_all_pairs_count(kind: str) -> None:
+    """Impacts, those with walls and epochs are counted alike."""
+    for number in range(8):
+        ask = asked(kind, number)
+        kernel, plain = EventDrivenRun(ask.scene, **ask.options), AllPairsRun(ask.scene, **ask.options)
+        for run in (kernel, plain):
+            taken(run, ask)
+        assert {name: kernel.counts[name] for name in plain.counts} == plain.counts, number
+
+
+@each_kind
+@each_batch
+def test_pieces_change_no_bit_of_a_fall(kind: str, batch: int) -> None:
+    """Under gravity, too, a run in pieces is the run in one go, with friction and without."""
+    for number in range(batch * 6, (batch + 1) * 6):
+        ask = Asked(drawn(kind, number, rough=number % 4 > 1, gravity=GRAVITY), min(impacts_of(number), 25), {})
+        run = BallisticRun(ask.scene)
+        expected = taken(run, ask)
+        found = in_pieces(BallisticRun(ask.scene), ask, run.time_s)
+        assert unlike(expected, found, f"drawn({kind!r}, {number})") == []
+
+
+def same(one: Trace, other: Trace) -> bool:
+    """Whether two traces are the same but for their method and its steps."""
+    rows = [(trace.impacts, trace.spins, trace.final_spin_rad_s) for trace in (one, other)]
+    found, expected = ([None if part is None else part.tobytes() for part in parts] for parts in rows)
+    return (
+        found == expected
+        and (one.ambiguous, one.outcome) == (other.ambiguous, other.outcome)
+        and one.final_position_m.tobytes() == other.final_position_m.tobytes()
+        and one.final_velocity_m_s.tobytes() == other.final_velocity_m_s.tobytes()
+    )
+
+
+@pytest.mark.parametrize("gravity", [(0.0, 0.0), GRAVITY], ids=["floating", "falling"])
+@pytest.mark.parametrize("frame_rate_hz", [0.7, 60.0])
+def test_frames_change_no_bit(frame_rate_hz: float, gravity: tuple[float, float]) -> None:
+    """Algorithm 2, which stops at every frame, gives the trace of event-driven PIC, whatever the frame rate."""
+    for number in range(40):
+        scene = small(number, rough=number % 4 > 1, gravity=gravity)
+        # Half the time of its first impacts: a collapse would go on without end.
+        end_s = solve_pic(scene, max_impacts=30).end_time_s
+        scene = scene.model_copy(update={"duration_s": max(end_s / 2, 0.01)})
+        assert same(solve_pic(scene), solve_pic_framewise(scene, frame_rate_hz=frame_rate_hz)), number
+
+
+# PIT ------------------------------------------------------------------------------------------------------------------
+
+
+def pit_forms() -> dict[str, Form]:
+    return {"definition": definition, **compiled_forms()}
+
+
+def frames_taken(form: Form, scene: Scene, clock: FrameClock) -> Bits:
+    run = form(scene, clock)
+    return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
+
+
+def frames_in_pieces(form: Form, scene: Scene, clock: FrameClock) -> Bits:
+    """Stop between frames, at frames and in the past, and look at the run there."""
+    run, rng = form(scene, clock), random.Random(scene.name)
+    for part in (0.0, rng.random(), 0.5, rng.random(), 0.25):
+        run.advance_to(part * scene.duration_s)
+        bits(run, Outcome.COMPLETED)
+        run.advance_to(clock.time_s(run.frames) if clock.time_s(run.frames) < scene.duration_s else 0.0)
+    return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
+
+
+@needs_extension
+@each_kind
+@each_batch
+def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: int) -> None:
+    """Compiled, skipping what can find nothing or not, in one go or in pieces: the definition's, over its impacts."""
+    impacts = 0
+    for number in range(12 * batch, 12 * (batch + 1)):
+        scene = drawn(kind, number, rough=number % 4 == 3)
+        clock = FrameClock.at_rate(scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
+        expected = frames_taken(definition, scene, clock)
+        forms = pit_forms()
+        for name, form in forms.items():
+            different = unlike(expected, frames_taken(form, scene, clock), f"drawn({kind!r}, {number}), {name}")
+            assert different == []
+        name = sorted(forms)[number % len(forms)]
+        pieces = frames_in_pieces(forms[name], scene, clock)
+        assert unlike(expected, pieces, f"drawn({kind!r}, {number}), {name}, in pieces") == []
+        impacts += len(solve_pit(scene).impacts)
+    assert impacts > 12
+
+
+def test_pieces_change_no_bit_of_a_fall_by_frames() -> None:
+    """So it is for discs that fall, whose velocities change between frames, too."""
+    for kind in KINDS:
+        scene = drawn(kind, 3, gravity=GRAVITY)
+        clock = FrameClock.at_rate(scene.frame_rate_hz)
+        whole, pieces = frames_taken(definition, scene, clock), frames_in_pieces(definition, scene, clock)
+        assert unlike(whole, pieces, kind) == []
+
+
+# Mirrors and units ----------------------------------------------------------------------------------------------------
+
+SOLVERS: dict[str, Callable[[Scene], Trace]] = {
+    "pic": lambda scene: solve_pic(scene, max_impacts=60),
+    "framewise": solve_pic_framewise,
+    "pit": solve_pit,
+}
+#: How far each unit is changed: well within `carom.limits`, which also have to hold the scene.
+MOST = 500
+#: Powers of two by which lengths, times and masses are multiplied: the extremes, and those at which a sum, a product or
+#: a square of sizes first leaves what is taken without scaling.
+UNITS = [
+    *((power, 0, 0) for power in (MOST, -MOST, 196, 201)),
+    *((0, power, 0) for power in (MOST, -MOST, -199, 200)),
+    *((0, 0, power) for power in (MOST, -MOST)),
+    *((MOST, MOST, 3), (-MOST, -MOST, -3), (MOST // 2, -MOST // 2, MOST), (-17, 20, -5)),
+]
+
+
+def symmetric() -> list[Any]:
+    """Return scenes of the catalogue, with gravity and without, and of each kind that is drawn."""
+    found = [pytest.param(entry.scene, id=entry.name) for entry in catalogue().values()]
+    for gravity in ((0.0, 0.0), GRAVITY):
+        for number in range(4):
+            scene = small(number, gravity=gravity, restitutions=(0.5, 0.75, 1.0))
+            scene = scene.model_copy(update={"duration_s": 6.0})
+            found.append(pytest.param(scene, id=f"{scene.name} {'falling' if any(gravity) else 'floating'}"))
+    return found
+
+
+each_symmetric = pytest.mark.parametrize("scene", symmetric())
+
+
+@pytest.mark.parametrize("solver", ["pic", "framewise"])
+@pytest.mark.parametrize("turn", [mirrored, quarter_turned])
+@each_symmetric
+def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: Map, solver: str) -> None:
+    """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows neither sign nor axis.
+
+    That holds for scenes without a unique answer too, since the order of body numbers does not change.
+    """
+    assert_mirrored(scene, turn, SOLVERS[solver])
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@each_symmetric
+def test_a_scene_in_other_units_is_the_same_scene(scene: Scene, solver: str) -> None:
+    """Scaling lengths, times, speeds and masses by powers of two, 2^-500 to 2^500, changes exponents, no other bit."""
+    plain = SOLVERS[solver](scene)
+    for length, time, mass in UNITS:
+        if any(scene.gravity_m_s2) and abs(length - 2 * time) > MOST:  # an acceleration has the time squared
+            length, time = length // 3, time // 3  # noqa: PLW2901 - what the limits hold
+        units = {"length": 2.0**length, "time": 2.0**time}
+        assert_scaled(plain, SOLVERS[solver](in_units(scene, **units, mass=2.0**mass)), **units)
