@@ -1,4 +1,4 @@
-"""Time of impact: against the truth to a few hundred digits, and at the edges where naive forms fail."""
+"""Time of impact at the edges where naive forms fail; `test_time_of_impact_accuracy.py` has it against the truth."""
 
 from __future__ import annotations
 
@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mpmath import mp, mpf
-from numpy.typing import NDArray
 
 from carom.errors import InputError
 from carom.physics import pair_time as pair_module
@@ -45,100 +43,6 @@ FORMS = [pytest.param(pair_time, id="scalar"), pytest.param(array_form, id="arra
 PairTime = Callable[[float, float, float, float, float], float]
 
 
-# Against the truth ----------------------------------------------------------------------------------------------------
-
-
-def expected(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> tuple[mpf, mpf] | None:
-    """Return the true time and a bound of the relative error of the stable form, or None where rounding may decide.
-
-    The bound follows the formula operation by operation, each at most `U` off, a hypotenuse at most two:
-
-    - ``b`` and the cross product: two products and a sum, so ``2 U |d||u|`` at most;
-    - ``c = (h - R)(h + R)``: ``h - R`` inherits ``2 U h``, which counts ``h / (h - R)`` times; the rest makes 5 U;
-    - ``D = a R^2 - cross^2``: ``4 U a R^2``, twice ``|cross|`` times the cross product's own error, and a rounding each
-      of the square and the difference;
-    - ``sqrt(D)``: the error of D over sqrt(D), and one rounding;
-    - the sum with ``-b``, the division: a rounding each.
-
-    First order in U; where the bound is below 1/8, a quarter more covers every higher order.
-    """
-    mp.prec = 1200
-    x, y, vx, vy, r = (mpf(value) for value in (dx, dy, ux, uy, contact_distance))
-    a, b, cross = vx * vx + vy * vy, x * vx + y * vy, x * vy - y * vx
-    c, d = x * x + y * y - r * r, a * r * r - cross * cross
-    h, reach = mp.sqrt(x * x + y * y), mp.sqrt((x * x + y * y) * a)
-    error_b = 2 * U * reach
-    error_d = U * (4 * a * r * r + 4 * abs(cross) * reach + cross * cross + abs(d))
-    if abs(b) <= 2 * error_b or abs(d) <= 2 * error_d or abs(h - r) <= 4 * U * h:
-        return None
-    if b > 0 or (c > 0 and d < 0):
-        return mp.inf, mpf(0)
-    if c < 0:
-        return mpf(0), mpf(0)
-    denominator = mp.sqrt(d) - b
-    relative_c = U * (2 * h / (h - r) + 5)
-    relative_denominator = (error_d / mp.sqrt(d) + 2 * U * mp.sqrt(d) + error_b) / denominator + U
-    bound = relative_c + relative_denominator + U
-    return (c / denominator, bound * mpf(1.25)) if bound < 0.125 else None
-
-
-def cases(kind: str, count: int) -> NDArray[np.float64]:
-    """Return rows ``dx, dy, ux, uy, R`` of one kind, aimed so that hits and misses both are frequent."""
-    rng = np.random.default_rng([ord(letter) for letter in kind])
-    r = rng.uniform(0.5, 2.0, count)
-    distance = r * (1 + rng.uniform(0.1, 10, count))
-    speed = rng.uniform(0.1, 10, count)
-    miss = rng.uniform(0, 1.3, count)  # the miss distance in units of R
-    if kind == "grazing":
-        miss = 1 + rng.choice([-1, 1], count) * 10 ** rng.uniform(-12, -3, count)
-    if kind == "far":
-        distance = r * 10 ** rng.uniform(2, 8, count)
-    if kind == "slow":
-        speed *= 1e-9
-    if kind == "small":
-        r = r * 1e-9
-    if kind == "near contact":
-        distance = r * (1 + 10 ** rng.uniform(-13, -3, count))
-        miss = rng.uniform(0, 0.9, count)
-    if kind == "overlapping":
-        distance = r * rng.uniform(0.01, 0.999, count)
-    bearing = rng.uniform(0, 2 * math.pi, count)
-    aside = np.arcsin(np.clip(miss * r / distance, -1, 1)) * rng.choice([-1, 1], count)
-    heading = bearing + math.pi + aside + np.where(rng.uniform(0, 1, count) < 0.1, math.pi, 0)
-    return np.column_stack(
-        [distance * np.cos(bearing), distance * np.sin(bearing), speed * np.cos(heading), speed * np.sin(heading), r]
-    )
-
-
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("kind", ["random", "grazing", "far", "slow", "small", "near contact", "overlapping"])
-def test_the_time_is_within_the_derived_bound_of_the_truth(kind: str, form: PairTime) -> None:
-    """Wherever rounding cannot decide between hit and miss, the answer is right, and no further off than derived."""
-    decided = 0
-    for row in cases(kind, 200).tolist():
-        truth = expected(*row)
-        if truth is None:
-            continue
-        decided += 1
-        time, bound = truth
-        found = form(*row)
-        if mp.isinf(time) or time == 0:
-            assert found == time, row
-        else:
-            assert math.isfinite(found), row
-            assert abs(found - time) <= bound * time, row
-    assert decided > 100  # or the test would say nothing
-
-
-@pytest.mark.parametrize("kind", ["random", "grazing", "far", "near contact", "overlapping"])
-def test_one_array_call_gives_what_single_calls_give(kind: str) -> None:
-    """An array of pairs is answered as each pair alone would be, to the bit."""
-    rows = cases(kind, 100)
-    half = rows[:, 4] / 2
-    together = time_of_impact(np.zeros(2), np.zeros(2), half, rows[:, :2], rows[:, 2:4], half)
-    np.testing.assert_array_equal(together, [array_form(*row) for row in rows.tolist()])
-
-
 # Inputs that break a naive least positive root; contact distance 1 ----------------------------------------------------
 
 
@@ -166,7 +70,7 @@ def test_a_gap_however_small_is_crossed_and_not_skipped(form: PairTime, gap: flo
 @pytest.mark.parametrize("form", FORMS)
 def test_a_disc_from_afar_keeps_its_miss_distance(form: PairTime) -> None:
     """From 10^8 contact distances away, half of one off the centre, the hit is found; b^2 - a c loses it."""
-    # 1e8 - sqrt(.75), to the rounding of a number of that size: 6 roundings by the bound above.
+    # 1e8 - sqrt(.75), to the rounding of a number of that size: 2 units in its last place, and the root's own rounding.
     assert abs(form(1e8, 0.5, -1.0, 0.0, 1.0) - (1e8 - math.sqrt(0.75))) <= 6 * U * 1e8
 
 
@@ -204,7 +108,7 @@ def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None
 )
 def test_whether_and_when(form: PairTime, d: tuple[float, float], u: tuple[float, float], time: float) -> None:
     """Approaching decides: a separating, sliding or resting pair never collides, a touching one that approaches now."""
-    # Each of these is exact but the last, whose inputs are decimals: by the bound above, under 8 roundings.
+    # Each of these is exact but the last, whose inputs are decimals: their rounding, and 2 units in the last place.
     assert form(*d, *u, 1.0) == pytest.approx(time, rel=8 * U, abs=0.0)
 
 
@@ -226,15 +130,6 @@ radii = st.floats(1e-3, 1e3)
 def test_seen_from_the_other_disc_the_time_is_the_same(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
     """Exchanging the discs turns both vectors round and changes no bit of the time."""
     assert pair_time(-dx, -dy, -ux, -uy, r) == pair_time(dx, dy, ux, uy, r)
-
-
-@given(st.integers(-50, 50), st.integers(-50, 50), *[st.integers(-100, 100)] * 4, st.integers(1, 100))
-def test_powers_of_two_scale_the_time_exactly(k: int, m: int, dx: int, dy: int, ux: int, uy: int, r: int) -> None:
-    """Other units of length and of time, by powers of two, scale the time and change nothing else."""
-    length, duration = 2.0**k, 2.0**m
-    speed = length / duration
-    scaled = pair_time(dx * length, dy * length, ux * speed, uy * speed, r * length)
-    assert scaled == pair_time(dx, dy, ux, uy, r) * duration
 
 
 @given(coordinates, coordinates, coordinates, coordinates, radii)
@@ -273,8 +168,8 @@ def test_plain_numbers_give_a_float() -> None:
     """Two discs given as lists and numbers are answered by a plain float: 9 m of gap at 5 m/s are 1.8 s."""
     time = time_of_impact([0, 0], [3, 4], 0.5, [6, 8], [0, 0], 0.5)
     assert type(time) is float
-    # The bound of a head-on impact: c inherits 2 U h/(h - R) = 2.3 U; the cross product is 0; 16 U hold it all.
-    assert abs(time - 1.8) <= 16 * U * 1.8
+    # Two units in the last place.
+    assert abs(time - 1.8) <= 4 * U * 1.8
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ from flint import arb, ctx
 from tests.forms import needs_extension, plain_form
 from tests.unit.physics.exact import exact_time, ulps
 
-import carom
 from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
@@ -30,10 +29,14 @@ def assert_right(row: np.ndarray, found: float) -> None:
         assert ulps(found, exact) <= 2.0
 
 
-@pytest.mark.parametrize("name", CLASSES)
-def test_every_class_is_right_to_two_units_in_the_last_place(name: str) -> None:
-    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input."""
+@pytest.mark.parametrize(("name", "larger"), [*((name, 1.0) for name in CLASSES), ("random", 8.0)])
+def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: float) -> None:
+    """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input.
+
+    Radii eight times as large make two of three random pairs overlap.
+    """
     columns = pairs_of_class(name, CASES, 1)
+    columns[[4, 9]] *= larger
     for row, found in zip(columns.T, carom_form(columns).tolist(), strict=True):
         assert_right(row, found)
 
@@ -121,61 +124,6 @@ def test_ties_of_numbers_with_all_their_bits() -> None:
         low, m = (float(a) for a in rng.uniform(0, 1, 2) * 2.0 ** -rng.integers(54, 62))
         assert pair_time(-low, 0.0, 0.0, 0.0, low, h, 0.0, -1.0, 0.5, h) == 0.0
         assert pair_time(-low, -m, m, -low, 9.0, h, k, -k, h, 9.0) == math.inf
-
-
-@pytest.mark.parametrize("length", [1e-100, 1.0, 1e150])
-@pytest.mark.parametrize("speed", [1e-100, 1.0, 1e150])
-def test_no_length_or_speed_is_too_small_or_too_large(length: float, speed: float) -> None:
-    """Lengths and speeds from 1e-100 to 1e150 give right times: nothing over- or underflows on the way."""
-    columns = pairs_of_class("random", 50, 3)
-    columns[[0, 1, 4, 5, 6, 9]] *= length
-    columns[[2, 3, 7, 8]] *= speed
-    for row, found in zip(columns.T, carom_form(columns).tolist(), strict=True):
-        assert_right(row, found)
-        assert pair_time(*row.tolist()) == found
-
-
-@pytest.mark.parametrize(
-    ("p2", "v2", "expected"),
-    [
-        ((1 - 2.0**-53, 0.0), (-1.0, 0.0), 0.0),
-        ((0.6, 0.8), (-1.0, -1e-3), None),
-        ((1e8, 0.5), (-1.0, 0.0), None),
-        ((2.0, 0.0), (-1e-170, 0.0), 1e170),
-        ((2.0, 1.0), (-1.0, 0.0), math.inf),
-        ((1.0, 0.0), (1.0, 0.0), math.inf),
-        ((1.0, 0.0), (0.0, 1.0), math.inf),
-        ((2.0, 0.0), (0.0, 0.0), math.inf),
-    ],
-)
-def test_inputs_that_break_the_least_positive_root(
-    p2: tuple[float, float], v2: tuple[float, float], expected: float | None
-) -> None:
-    """Inputs on which textbook forms tunnel, miss, divide by zero or invent an impact have their right answers."""
-    found = carom.time_of_impact((0.0, 0.0), (0.0, 0.0), 0.5, p2, v2, 0.5)
-    if expected is None:
-        assert_right(np.array([0.0, 0.0, 0.0, 0.0, 0.5, *p2, *v2, 0.5]), float(found))
-        assert math.isfinite(float(found))
-    else:
-        assert found == expected
-
-
-def test_a_gap_of_one_unit_in_the_last_place_is_a_gap() -> None:
-    """Discs 1e-10 apart or less are not taken to touch: the time is that of the gap, to rounding."""
-    for gap in (1e-10, 2.0**-52):
-        row = np.array([0.0, 0.0, 0.0, 0.0, 0.5, 1.0 + gap, 0.0, -1.0, 0.0, 0.5])
-        assert_right(row, pair_time(*row.tolist()))
-        assert 0 < pair_time(*row.tolist()) < 2 * gap
-
-
-def test_time_of_impact_broadcasts_and_returns_a_float_for_plain_numbers() -> None:
-    """Arrays of any shapes that fit broadcast; plain numbers give a plain float."""
-    positions = np.array([[2.0, 0.0], [3.0, 0.0], [4.0, 0.0]])
-    times = carom.time_of_impact((0, 0), (1, 0), 0.5, positions[:, None, :], np.zeros((1, 2, 2)), [0.5, 0.25])
-    assert np.asarray(times).shape == (3, 2)
-    assert isinstance(carom.time_of_impact((0, 0), (1, 0), 0.5, (3, 0), (0, 0), 0.5), float)
-    assert carom.time_of_impact((0, 0), (1, 0), 0.5, (3, 0), (0, 0), 0.5) == 2.0
-    assert np.asarray(carom.time_of_impact(np.zeros((0, 2)), (1, 0), 0.5, (3, 0), (0, 0), 0.5)).shape == (0,)
 
 
 @pytest.mark.parametrize("gap", ["ordinary", "near", "offset"])
