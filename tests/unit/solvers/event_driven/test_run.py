@@ -42,11 +42,18 @@ STARTS = {
 
 
 @pytest.mark.parametrize("name", STARTS)
-def test_no_result_depends_on_the_cells_in_the_long_run(name: str) -> None:
-    """Wider cells, and a single cell in which all pairs are looked at, give identical bits over many epochs."""
-    impacts, wide = (100_000, 3.0) if name == "large" else (20_000, math.inf)
-    narrow, wider = (run_for(STARTS[name], impacts, cell_factor=factor) for factor in (1.0, wide))
+def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) -> None:
+    """Wider cells, one cell for all, or a run taken up from its state amid an epoch: the same outcome."""
+    start, (impacts, wide) = STARTS[name], (100_000, 3.0) if name == "large" else (20_000, math.inf)
+    narrow, wider, first = (
+        run_for(start, n, cell_factor=factor)
+        for n, factor in ((impacts, 1.0), (impacts, wide), (impacts // 2 + 16 * len(start) + 7, 1.0))
+    )
     assert outcome_of(narrow) == outcome_of(wider)
+    second = EventDrivenRun(start, resume=first.state())
+    second.advance_to(math.inf, impacts)
+    log, *state = outcome_of(second)
+    assert (first.log.array().tobytes() + log, *state) == outcome_of(narrow)
 
 
 @pytest.mark.parametrize("room", [1.0, 8.0])
