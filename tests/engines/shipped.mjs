@@ -223,5 +223,30 @@ async function cannon() {
   return { values, run };
 }
 
-const { values, run } = await { planck, matter, box2d3, jolt, rapier2d, cannon }[engine]();
+async function p2() {
+  const { Body, Circle, ContactMaterial, Material, World } = await import("p2-es");
+  const [world, body] = [new World(), new Body({ mass: 1 })];
+  const contact = new ContactMaterial(new Material(), new Material());
+  const values = {
+    ...pick(world.solver, ["iterations", "tolerance"]),
+    ...pick(contact, ["stiffness", "relaxation", "contactSkinSize", "restitution", "friction"]),
+    ...pick(body, ["ccdSpeedThreshold", "ccdIterations", "damping"]),
+    islandSplit: world.islandSplit,
+  };
+  const run = (discs) => {
+    const own = new World({ gravity: [0, 0] });
+    [own.defaultContactMaterial.restitution, own.defaultContactMaterial.friction] = [1, 0];
+    const bodies = discs.map(({ x, y, v, r, m }) => {
+      const one = new Body({ mass: m, position: [x, y], velocity: [v, 0], damping: 0 });
+      one.addShape(new Circle({ radius: r }));
+      own.addBody(one);
+      return one;
+    });
+    repeat(() => own.step(dt));
+    return bodies.map(({ position, velocity }) => [...position, ...velocity]);
+  };
+  return { values, run };
+}
+
+const { values, run } = await { planck, matter, box2d3, jolt, rapier2d, cannon, p2 }[engine]();
 process.stdout.write(JSON.stringify({ values, ends: scenes.map(run) }));

@@ -184,4 +184,5 @@ OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
     "jolt": lambda: _of_npm("jolt", 3),
     "rapier2d": lambda: _of_npm("rapier2d", 0),
     "cannon": lambda: _of_npm("cannon", 0),
+    "p2": lambda: _of_npm("p2", 0),
 }

@@ -1,4 +1,4 @@
-"""What matter.js, Box2D v3, Jolt, Rapier 2D and cannon-es do by themselves, each beside what mechanics says."""
+"""What matter.js, Box2D v3, Jolt, Rapier 2D, cannon-es and p2-es do by themselves, each beside what mechanics says."""
 
 from __future__ import annotations
 
@@ -221,16 +221,16 @@ def test_a_gas_cools_as_shipped(name: str, left: float, named: Named, finish: Fi
     assert sorted(parts)[STARTS // 2] < left
 
 
-def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 1.0) -> list[float]:
+def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 1.0, dt_s: float = DT_S) -> list[float]:
     """What part of the closing speed equal elastic discs part with, at each of 16 starts."""
     found = []
     for phase in PHASES:
-        scene = head_on(5.0, phase=phase + 0.5 / STARTS)
+        scene = head_on(5.0, phase=phase + 0.5 / STARTS, dt_s=dt_s)
         heavy = scene.model_copy(
             update={"discs": tuple(disc.model_copy(update={"mass_kg": mass_kg}) for disc in scene.discs)}
         )
-        first, second = speeds(adapter, heavy, finish, profile)
-        found.append((second - first) / 5.0)
+        first, second = finish(adapter, heavy, dt_s, profile).velocity_m_s[:, 0]
+        found.append(float(second - first) / 5.0)
     return found
 
 
@@ -264,3 +264,22 @@ def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> 
 
     assert warned(1e6)
     assert not warned(1e4)
+
+
+@pytest.mark.parametrize(("rate_hz", "mass_kg"), [(60, 1.0), (240, 1.0), (960, 1.0), (60, 100.0)])
+def test_p2_as_shipped_gives_less_back_of_a_finer_step_and_of_a_heavier_disc(
+    rate_hz: int, mass_kg: float, named: Named, finish: Finish
+) -> None:
+    """Of the law's impulse it gives 1 / (1 + e / (2 / m)), e = 4 / (h^2 k (1 + 4 d)), k = 1e6, d = 4 (Lacoursiere)."""
+    softness = 4 * rate_hz**2 / (1e6 * (1 + 4 * 4))
+    given = 1 / (1 + softness / (2 / mass_kg))
+    p2, dt_s = named("p2"), 1 / rate_hz
+    assert given_back(p2, finish, "default", mass_kg, dt_s) == pytest.approx([2 * given - 1] * STARTS, abs=1e-3)
+    assert given_back(p2, finish, "tuned", mass_kg, dt_s) == pytest.approx([1.0] * STARTS, abs=SINGLE)
+
+
+def test_p2_stops_fast_discs_where_its_ray_hits(named: Named, finish: Finish) -> None:
+    """At 100 m/s a disc of 5 cm hits another head-on in each of 16 starts where it is swept."""
+    for both in (False, True):
+        assert hits(named("p2"), 100, finish, "swept", both=both) == STARTS
+        assert hits(named("p2"), 100, finish, "default", both=both) <= 2

@@ -28,7 +28,7 @@ STARTS, GAS_STARTS = 32, 16
 
 #: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
 ENGINES = (
-    "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon",
+    "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2",
     "rapier", "dart", "drake",
 )  # fmt: skip
 
@@ -219,6 +219,7 @@ def _swept() -> Iterator[Finding]:
         "planck": ("tuned", "swept", "event-driven"),
         "box2d3": ("swept",),
         "jolt": ("tuned", "swept"),
+        "p2": ("tuned", "swept"),
         "rapier2d": ("ccd", "swept"),
         "rapier": ("tuned", "swept"),
         "pybullet": ("no-ccd", "tuned"),
@@ -247,7 +248,11 @@ def _heavy() -> Iterator[Finding]:
     for profile in ("default", "tuned"):
         for mass_kg in (1e2, 1e4, 1e6):
             says = f"parts over closing, 5 m/s, discs of {mass_kg:g} kg"
-            yield Finding(says, "cannon", profile, head_on(5.0, mass_kg=mass_kg), parted, 1.0)
+            for name in ("cannon", "p2"):
+                yield Finding(says, name, profile, head_on(5.0, mass_kg=mass_kg), parted, 1.0)
+        for rate in (60, 240, 960):
+            scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})
+            yield Finding(f"parts over closing, 5 m/s, {rate} Hz", "p2", profile, scene, parted, 1.0)
 
 
 FINDINGS: tuple[Finding, ...] = tuple(_findings())
