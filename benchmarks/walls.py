@@ -1,8 +1,9 @@
 """What walls cost a gas that meets few of them: ``python -m benchmarks.walls [walls ...]``.
 
-A gas at packing .3 in a box, and the same gas with walls more. "Far" are walls that touch a circle around the box, of
-the radius of its side, so that the gas meets none of them: what they cost is due to their number alone. "Around" the
-gas stands a polygon of that many walls instead of the box, and it meets them all.
+A gas at packing .3 in a box, and the same gas with walls more: half-planes, or segments that make up a polygon. "Far"
+are walls that touch a circle around the box, of the radius of its side, so that the gas meets none of them: what they
+cost is due to their number alone. "Around" the gas stands a polygon of that many walls instead of the box, and it meets
+them all.
 
 Each row times both gases in turn, each in an interpreter of its own, and prints the median of the paired ratios of
 processor time, with the quartiles; with ``--baseline`` (the path of its Python) the same of another environment.
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import statistics
 from contextlib import ExitStack
+from itertools import product
 from typing import TYPE_CHECKING
 
 from benchmarks.arguments import count, parser, run
@@ -29,6 +31,7 @@ _SIZES = (100, 1000, 10_000)
 _GAS = """
 import dataclasses, math, sys, time
 import numpy as np
+from carom.outline import Outline
 from carom.studies.bench.gas import hard_disc_gas
 from carom.solvers.event_driven.run import EventDrivenRun
 gas, walls = hard_disc_gas({discs}, 0.3), {walls}
@@ -39,6 +42,12 @@ if walls:
     angles = 2 * math.pi * (np.arange(walls) + 0.5) / walls
     turned = [(math.cos(angle), math.sin(angle)) for angle in angles]
     more = tuple((middle + far * x, middle + far * y, -x, -y) for x, y in turned)
+    if {segments}:
+        half = far * math.tan(math.pi / walls)
+        more = tuple(
+            Outline(((x + half * ny, y - half * nx), (x - half * ny, y + half * nx)), (0.0,), 0.0)
+            for x, y, nx, ny in more
+        )
     gas = dataclasses.replace(gas, walls=more if {around} else (*gas.walls, *more))
 run = EventDrivenRun(gas, record="none")
 run.advance_to(math.inf, 20 * {discs})
@@ -50,11 +59,17 @@ for line in sys.stdin:
 """
 
 
-def compare(discs: int, walls: int, around: bool, python: str | None, impacts: int, rounds: int) -> str:
-    """Return the time of a gas with walls more over that of the gas in its box: median and quartiles."""
+def compare(discs: int, walls: int, kind: tuple[bool, bool], python: str | None, impacts: int, rounds: int) -> str:
+    """Return the time of a gas with walls more over that of the gas in its box: median and quartiles.
+
+    Of the kind of walls: whether they are segments, and whether they stand around the gas.
+    """
+    segments, around = kind
     with ExitStack() as stack:
         box, more = (
-            stack.enter_context(Interpreter(_GAS.format(discs=discs, walls=number, around=around), python))
+            stack.enter_context(
+                Interpreter(_GAS.format(discs=discs, walls=number, segments=segments, around=around), python)
+            )
             for number in (0, walls)
         )
         ratios = [more.ask(str(impacts))[0] / box.ask(str(impacts))[0] for _ in range(rounds)]
@@ -64,16 +79,14 @@ def compare(discs: int, walls: int, around: bool, python: str | None, impacts: i
 
 def main(walls: Sequence[int], baseline: str, impacts: int, rounds: int) -> None:
     """Print the table."""
-    print(f"{'discs':>7} {'walls':>6} {'':>7} {'times the box':>18}" + (f" {'baseline':>18}" if baseline else ""))
-    for discs in _SIZES:
-        for number in walls:
-            for around in (False, True):
-                ratios = [
-                    compare(discs, number, around, python, impacts, rounds)
-                    for python in ([None, baseline] if baseline else [None])
-                ]
-                where = "around" if around else "far"
-                print(f"{discs:7d} {number:6d} {where:>7}" + "".join(f" {ratio:>18}" for ratio in ratios), flush=True)
+    print(f"{'discs':>7} {'walls':>6} {'':>19} {'times the box':>18}" + (f" {'baseline':>18}" if baseline else ""))
+    for discs, number, segments, around in product(_SIZES, walls, (False, True), (False, True)):
+        ratios = [
+            compare(discs, number, (segments, around), python, impacts, rounds)
+            for python in ([None, baseline] if baseline else [None])
+        ]
+        name = f"{('half-planes', 'segments')[segments]} {('far', 'around')[around]}"
+        print(f"{discs:7d} {number:6d} {name:>19}" + "".join(f" {ratio:>18}" for ratio in ratios), flush=True)
 
 
 if __name__ == "__main__":

@@ -12,13 +12,14 @@ from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, put, take, tile_count, tile_of
 from carom.solvers.event_driven.layout cimport (
-    NO_WALL, NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
+    NO_OBSTACLE, NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
 )
 from carom.solvers.event_driven.obstacles cimport find_obstacles
 from carom.solvers.event_driven.queue cimport earliest, earliest_but, lay_out_queue, next_at, set_time
 from carom.solvers.event_driven.scan cimport Chains, gather, gather_chained
 from carom.solvers.impact cimport law
 from carom.solvers.impact.ambiguity cimport add_contact, forget
+from carom.solvers.impact.structs cimport NO_FEATURE, Contact, Corners
 from carom.solvers.impact.resolution cimport clock_resolution, pair_resolution, wall_resolution
 
 from libc.stdlib cimport free
@@ -105,12 +106,14 @@ def layouts():
     cdef Cell cell
     cdef Impact impact
     cdef Spins spins
+    cdef Contact contact
     return {
         "Disc": np.asarray(<Disc[:1]>&disc).dtype,
         "Prediction": np.asarray(<Prediction[:1]>&prediction).dtype,
         "Cell": np.asarray(<Cell[:1]>&cell).dtype,
         "Impact": np.asarray(<Impact[:1]>&impact).dtype,
         "Spins": np.asarray(<Spins[:1]>&spins).dtype,
+        "Contact": np.asarray(<Contact[:1]>&contact).dtype,
     }
 
 
@@ -122,8 +125,11 @@ def resolutions(double sizes, double reach, double ux, double uy, double speed, 
 def ambiguous(impacts):
     """Return which of a disc's impacts, ``(time, resolution, nx, ny)`` each, are ambiguous."""
     cdef Recent recent
+    cdef Corners none
     forget(&recent)
-    return [add_contact(&recent, time, resolution, nx, ny) for time, resolution, nx, ny in impacts]
+    return [
+        add_contact(&recent, time, resolution, nx, ny, NO_FEATURE, False, &none) for time, resolution, nx, ny in impacts
+    ]
 
 
 cdef class EventQueue:
@@ -166,7 +172,7 @@ cdef class Cells:
         s = &self.s
         cdef Index n = radius.shape[0]
         s.disc_count, s.wall_count = n, walls.shape[0]
-        choose_grid(&s.grid, &position[0, 0], &radius[0], n, <Wall *>&walls[0, 0], s.wall_count, 1.0)
+        choose_grid(&s.grid, &position[0, 0], &radius[0], n, <Wall *>&walls[0, 0], s.wall_count, NULL, 0, 1.0)
         cdef Disc[::1] discs = np.zeros(n, layouts()["Disc"])
         for i in range(n):
             discs[i].radius = radius[i]
@@ -177,7 +183,7 @@ cdef class Cells:
         self.list_of = np.zeros(tile_count(&s.grid), np.uint32)
         s.discs, s.walls, s.predictions = &discs[0], <Wall *>&walls[0, 0], &self.predictions[0]
         s.grid.cells, s.grid.chain, s.grid.list_of = <Cell *>&self.cells[0], &self.chain[0], &self.list_of[0]
-        find_obstacles(&s.grid, s.walls, s.wall_count)
+        find_obstacles(&s.grid, s.walls, NULL, s.wall_count)
 
     def __dealloc__(self):
         free(self.s.grid.lists)
@@ -207,7 +213,7 @@ cdef class Cells:
         """Return the numbers of the walls that a disc in a cell may meet, as the cell knows them; the ring is row 0."""
         numbers = self.s.grid.lists + (self.list_of[tile_of(&self.s.grid, row, column)] >> 1)
         found = []
-        while numbers[0] != NO_WALL:
+        while numbers[0] != NO_OBSTACLE:
             found.append(numbers[0])
             numbers += 1
         return found

@@ -147,6 +147,15 @@ class Outline:
         arcs = [(*stretch.centre, stretch.radius) for stretch in self.stretches if stretch.centre is not None]
         return (*(c for point in self.points for c in point), self.half_width, *(c for arc in arcs for c in arc))
 
+    @cached_property
+    def box(self) -> tuple[Point, Point]:
+        """The lower left and the upper right corner of a box that holds the line, and what it encloses."""
+        held = [*self.points]
+        for (cx, cy), radius in ((arc.centre, arc.radius) for arc in self.stretches if arc.centre is not None):
+            held += [(cx - radius, cy - radius), (cx + radius, cy + radius)]
+        xs, ys = zip(*held, strict=True)
+        return (min(xs), min(ys)), (max(xs), max(ys))
+
     def nearest(self, x: float, y: float) -> Foot:
         """Return the point of the line that is nearest to another."""
         feet = [

@@ -146,18 +146,36 @@ def _of_outlines(
     walls: Sequence[tuple[float, float, float, float] | Outline],
     name: str,
 ) -> Iterator[Overlap]:
-    outlines = [(k, wall) for k, wall in enumerate(walls) if not isinstance(wall, tuple)]
-    for i in np.flatnonzero(movable).tolist() if outlines else ():
-        x, y, r = float(position[i, 0]), float(position[i, 1]), float(radius[i])
-        for k, wall in outlines:
-            largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
-            gap = wall.gap(x, y, r)
-            inside = wall.solid and wall.encloses(x, y)
-            if not inside and gap >= -input_rounding(largest):
-                continue
-            found = f"must not overlap {name.format(k)} at the start, got {(x, y)}: "
-            if inside:
-                yield Overlap(i, k, f"{found}the disc is inside it, and it is solid; move the disc")
-            else:
-                edge = "" if wall.radius is not None else f"edge {wall.nearest(x, y).edge} of "
-                yield Overlap(i, k, f"{found}the disc reaches {-gap:.3g} m into {edge}it; move the disc")
+    for i, k in _near_outlines(position, radius, movable, walls):
+        x, y, r, wall = float(position[i, 0]), float(position[i, 1]), float(radius[i]), walls[k]
+        if isinstance(wall, tuple):
+            continue
+        largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
+        gap = wall.gap(x, y, r)
+        inside = wall.solid and wall.encloses(x, y)
+        if not inside and gap >= -input_rounding(largest):
+            continue
+        found = f"must not overlap {name.format(k)} at the start, got {(x, y)}: "
+        if inside:
+            yield Overlap(i, k, f"{found}the disc is inside it, and it is solid; move the disc")
+        else:
+            edge = "" if wall.radius is not None else f"edge {wall.nearest(x, y).edge} of "
+            yield Overlap(i, k, f"{found}the disc reaches {-gap:.3g} m into {edge}it; move the disc")
+
+
+def _near_outlines(
+    position: Floats,
+    radius: Floats,
+    movable: NDArray[np.bool_],
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+) -> list[tuple[int, int]]:
+    """Return the discs that come near the box of a finite wall, and the wall, by the number of the disc, then of it."""
+    found: list[tuple[int, int]] = []
+    for k, wall in enumerate(walls):
+        if isinstance(wall, tuple):
+            continue
+        low, high = wall.box
+        beyond = np.maximum(low - position, position - high).max(axis=1)
+        near = (beyond <= (radius + wall.half_width) * _ROUNDED_UP) & movable
+        found += [(i, k) for i in np.flatnonzero(near).tolist()]
+    return sorted(found)

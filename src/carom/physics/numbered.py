@@ -11,7 +11,10 @@ if TYPE_CHECKING:
     from carom.physics.double_double import Pair
     from carom.physics.features import Feature, Point
 
-__all__ = ["numbers_of"]
+__all__ = ["FEATURE_NUMBERS", "numbers_of"]
+
+#: Numbers of a row.
+FEATURE_NUMBERS = 21
 
 #: `FeatureKind` of features.pxd.
 _PLANE, _FACE, _VERTEX, _OUTER_ARC, _INNER_ARC = range(5)

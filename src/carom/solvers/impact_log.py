@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
-__all__ = ["ImpactLog", "Recent", "standstill_impacts"]
+__all__ = ["ImpactLog", "Recent", "gliding_note", "standstill_impacts"]
 
 
 def standstill_impacts(bodies: int) -> int:
@@ -39,6 +39,11 @@ def standstill_impacts(bodies: int) -> int:
     stands still after milliseconds; with many bodies ten million above those of a line do, after some seconds.
     """
     return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
+
+
+def gliding_note(disc: int, wall: int, time_s: float) -> str:
+    """Return what a user is told of a run that ends since a disc glides along a wall."""
+    return f"disc {disc} glides along wall {wall} from {time_s:.17g} s on"
 
 
 class LastContact(NamedTuple):

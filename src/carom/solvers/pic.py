@@ -14,6 +14,7 @@ import numpy as np
 
 from carom.extension import extension_available, extension_notes
 from carom.scene import Scene, as_scene
+from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, obstacles_at_most
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
@@ -47,7 +48,7 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
             del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
             return BallisticRun(start, **asked)
-        if extension_available() and not all_pairs and start.arrays.has_plain_walls:
+        if extension_available() and not all_pairs and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
             return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
 

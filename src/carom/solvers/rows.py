@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
+from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, SPIN_DTYPE
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import DTypeLike, NDArray
 
     from carom.solvers.event_driven import kernel
     from carom.solvers.pit import frame_loop
 
-__all__ = ["RecordedImpacts", "Rows"]
+__all__ = ["CONTACT_DTYPE", "RecordedImpacts", "Rows"]
 
 
 class Rows:
@@ -46,14 +48,29 @@ class Rows:
         return rows
 
 
-class RecordedImpacts:
-    """Impacts in their order, of `carom.solvers.run.RunImpacts`: the memory that compiled code wrote them into."""
+#: Where impacts were, and on which feature of a wall: `Contact` of structs.pxd.
+CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
-    def __init__(self, run: kernel.Kernel | frame_loop.FrameLoop, turns: bool) -> None:
+
+class RecordedImpacts:
+    """Impacts in their order, of `carom.solvers.run.RunImpacts`: the memory that compiled code wrote them into.
+
+    With `edges_of` the edges are found that contacts were on, rows of `CONTACT_DTYPE`; without there are none.
+    """
+
+    def __init__(
+        self,
+        run: kernel.Kernel | frame_loop.FrameLoop,
+        turns: bool,
+        edges_of: Callable[[NDArray[np.void]], NDArray[np.void]] | None = None,
+    ) -> None:
         self.ambiguous = run.ambiguous
         self._run = run
         self._taken = Rows(IMPACT_DTYPE)
         self._spins = Rows(SPIN_DTYPE) if turns else None
+        self._edges_of = edges_of
+        self._edges = Rows(EDGE_DTYPE)
+        self._contacts: list[NDArray[np.void]] = []  # whose edges nobody has asked for yet
 
     def __len__(self) -> int:
         return self._run.recorded
@@ -61,10 +78,12 @@ class RecordedImpacts:
     def array(self) -> NDArray[np.void]:
         """Return the impacts so far: without a copy the first time; what comes later is joined to what was there."""
         if len(self._taken) < self._run.recorded:
-            impacts, spins = self._run.take_impacts()
+            impacts, spins, contacts = self._run.take_impacts()
             self._taken.add(np.frombuffer(memoryview(impacts), IMPACT_DTYPE))
             if self._spins is not None and spins is not None:
                 self._spins.add(np.frombuffer(memoryview(spins), SPIN_DTYPE))
+            if contacts is not None:
+                self._contacts.append(np.frombuffer(memoryview(contacts), CONTACT_DTYPE))
         return self._taken.array()
 
     def spins(self) -> NDArray[np.void] | None:
@@ -72,5 +91,11 @@ class RecordedImpacts:
         self.array()
         return None if self._spins is None else self._spins.array()
 
-    def edges(self) -> None:
-        """Return the edges that the impacts were on: none, as compiled code solves half-planes alone."""
+    def edges(self) -> NDArray[np.void] | None:
+        """Return the edges that the impacts were on; None without finite walls."""
+        if self._edges_of is None:
+            return None
+        self.array()
+        while self._contacts:
+            self._edges.add(self._edges_of(self._contacts.pop(0)))
+        return self._edges.array()

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
+from carom import Chain, Disc, Outcome, Ring, Scene, Wall, certify, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
 from carom.runs.wire import CarriedTrace, Codec
-from carom.solvers.event_driven.run import EventDrivenRun
 from carom.trace import EdgeKind, Trace
 
 FACE, VERTEX, ARC = (kind.value for kind in EdgeKind)
@@ -224,12 +223,12 @@ def test_a_trace_of_finite_walls_goes_over_the_wire() -> None:
 
 
 def test_what_takes_half_planes_alone_says_so() -> None:
-    """The compiled kernel refuses a chain, and walls of their own coefficients, by name."""
-    with pytest.raises(InputError, match="wall 0 is no half-plane, which the event-driven kernel does not support"):
-        EventDrivenRun(table(Disc(position_m=(0, 0), radius_m=0.5), STADIUM))
+    """A certified run refuses a chain, and walls of their own coefficients, by name."""
+    with pytest.raises(InputError, match="wall 0 is no half-plane, which a certified run does not support"):
+        certify(table(Disc(position_m=(0, 0), radius_m=0.5), STADIUM))
     own = Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5)
     with pytest.raises(InputError, match="walls have restitution or friction of their own"):
-        EventDrivenRun(table(Disc(position_m=(0, 0), radius_m=0.5), own))
+        certify(table(Disc(position_m=(0, 0), radius_m=0.5), own))
 
 
 def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:

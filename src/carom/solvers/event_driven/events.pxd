@@ -50,9 +50,12 @@ cdef inline Bodies pair_of(const State *s, Index i) noexcept nogil:
 
 
 cdef inline Bodies bodies_of(const State *s, Event impact) noexcept nogil:
-    """Return the bodies of an impact in their order; of simultaneous impacts the least of these goes first."""
+    """Return the bodies of an impact in their order; of simultaneous impacts the least of these goes first.
+
+    Obstacles count for bodies here: they are in the order of their walls, and a disc's next is on one of them.
+    """
     if impact.kind == WALL_IMPACT:
-        return Bodies(impact.disc, -1 - <Index>s.predictions[impact.disc].wall)
+        return Bodies(impact.disc, -1 - <Index>s.predictions[impact.disc].obstacle)
     return pair_of(s, impact.disc)
 
 

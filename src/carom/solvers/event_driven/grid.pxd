@@ -10,6 +10,7 @@ from libc.math cimport fabs, sqrt
 
 from carom.constants cimport CELL_MARGIN, CELLS_PER_DISC, COORDINATE_ERROR
 from carom.physics.double_double cimport greater, lesser
+from carom.physics.features cimport PLANE, Feature
 from carom.solvers.event_driven.layout cimport *
 
 cdef inline double largest_reach(Grid *g, const double *radius, Index discs) noexcept nogil:
@@ -23,9 +24,17 @@ cdef inline double largest_reach(Grid *g, const double *radius, Index discs) noe
     return g.radius + (second if discs > 1 else g.radius)
 
 
+cdef inline double extent_of(const Feature *f) noexcept nogil:
+    """Return a bound on the coordinates of a feature; of a plane, the distance of its line from the origin."""
+    if f.kind == PLANE:
+        return fabs(f.x.high * f.nx + f.y.high * f.ny)
+    # A face lies between its ends, and so within its length of the first; an arc within its radius of the centre.
+    return greater(fabs(f.x.high), fabs(f.y.high)) + f.size.high + f.half_width
+
+
 cdef inline void choose_grid(
     Grid *g, const double *position, const double *radius, Index discs, const Wall *walls, Index wall_count,
-    double cell_factor,
+    const Feature *features, Index feature_count, double cell_factor,
 ) noexcept nogil:
     """Choose the cells of a run from where its discs stand; infinity as `cell_factor` makes a single one."""
     cdef Index i
@@ -42,6 +51,8 @@ cdef inline void choose_grid(
     largest = greater(greater(fabs(x0), fabs(x1)), greater(fabs(y0), fabs(y1)))
     for i in range(wall_count):  # what a wall sends back has been as far as the wall
         largest = greater(largest, fabs(walls[i].x * walls[i].nx + walls[i].y * walls[i].ny))
+    for i in range(feature_count):
+        largest = greater(largest, extent_of(&features[i]))
     reach = largest_reach(g, radius, discs)
     width = (reach * (1.0 + CELL_MARGIN) + largest * COORDINATE_ERROR) * cell_factor
     width = greater(width, sqrt((x1 - x0) / discs * (y1 - y0) / CELLS_PER_DISC))

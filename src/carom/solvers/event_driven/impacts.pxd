@@ -3,6 +3,10 @@
 from cython cimport unlikely
 from libc.math cimport sqrt
 
+from carom.physics.arc_time cimport reach_of
+from carom.physics.feature_time cimport normal_at
+from carom.physics.features cimport FACE, PLANE, VERTEX, Feature, Mover
+from carom.solvers.event_driven.exits cimport mover_of
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.impact.law cimport collide_discs, collide_wall
 from carom.solvers.impact.record cimport record_impact
@@ -17,12 +21,17 @@ cdef inline double reported_time(const Clock *clock, double time) noexcept nogil
     return since_start if since_start > clock.reported else clock.reported
 
 
-cdef inline void advance_clock(State *s, double time) noexcept nogil:
-    """Bring the clock to the time of an impact, never back, and count it."""
+cdef inline void bring_clock(State *s, double time) noexcept nogil:
+    """Bring the clock to a time, never back."""
     if time > s.clock.now:
         s.clock.now = time
         s.counts.at_instant = 0
     s.clock.reported = reported_time(&s.clock, s.clock.now)
+
+
+cdef inline void advance_clock(State *s, double time) noexcept nogil:
+    """Bring the clock to the time of an impact, never back, and count it."""
+    bring_clock(s, time)
     s.counts.impacts += 1
     s.counts.epoch_impacts += 1
     s.counts.at_instant += 1
@@ -82,13 +91,15 @@ cdef inline void carry_out_pair(State *s, Index i, Index j, double time, bint wa
         ny = dy / distance
         if turns:
             s.record.spins[s.record.count] = spins
+        if s.record.locates:
+            s.record.contacts[s.record.count] = Contact(a.x, a.y, NO_FEATURE)
         ux = before.first[0] - before.second[0]
         uy = before.first[1] - before.second[1]
         sizes = size_of(a.x, a.y, a.radius) + size_of(b.x, b.y, b.radius)
         known = pair_resolution(sizes, reach, ux, uy, ux * nx + uy * ny) + clock_resolution(s.clock.reported)
         record_impact(
             &s.record, s.clock.reported, i, j, nx, ny, &before, &a.vx, &b.vx, known, s.law.contact.friction > 0.0,
-            a.inverse_mass > 0.0, b.inverse_mass > 0.0,
+            a.inverse_mass > 0.0, b.inverse_mass > 0.0, NO_FEATURE, False,
         )
 
 
@@ -114,5 +125,61 @@ cdef inline void carry_out_wall(State *s, Index i, Index k, double time, bint wa
         known = wall_resolution(sizes, -along) + clock_resolution(s.clock.reported)
         record_impact(
             &s.record, s.clock.reported, i, -1 - k, -w.nx, -w.ny, &before, &a.vx, before.second, known,
-            s.law.wall_contact.friction > 0.0, True, False,
+            s.law.wall_contact.friction > 0.0, True, False, NO_FEATURE, False,
+        )
+
+
+cdef inline double feature_resolution(
+    const Feature *f, const Disc *a, const double *before, double speed, bint again
+) noexcept nogil:
+    """Return how well the instant is known at which a disc met a feature at a speed along the normal.
+
+    One that comes back to an arc with nothing between meets it a chord later, whatever the gap: `again`.
+    """
+    cdef Mover disc = mover_of(a)
+    sizes = size_of(a.x, a.y, a.radius)
+    if again:
+        return 0.0
+    if f.kind == PLANE:
+        return wall_resolution(sizes + size_of(f.x.high, f.y.high, 0.0), speed)
+    if f.kind == FACE:
+        return wall_resolution(sizes + size_of(f.x.high, f.y.high, f.half_width), speed)
+    if f.kind == VERTEX:
+        sizes += size_of(f.x.high, f.y.high, f.half_width)
+        return pair_resolution(sizes, a.radius + f.half_width, before[0], before[1], speed)
+    sizes += size_of(f.x.high, f.y.high, f.size.high + f.half_width)
+    return pair_resolution(sizes, reach_of(&disc, f).high, before[0], before[1], speed)
+
+
+cdef inline void carry_out_feature(State *s, Index i, Index k, double time, bint wanted) noexcept nogil:
+    """Carry out the impact of disc `i`, which moves, on feature `k`, as `carry_out_pair` does."""
+    a = &s.discs[i]
+    f = &s.features[k]
+    law = &s.wall_laws[f.wall]
+    cdef bint turns = s.record.turns
+    cdef bint again = a.last == -1 - k
+    advance_clock(s, time)
+    cdef bint elastic = is_one_contact(s, i)
+    move(a, s.clock.now)
+    cdef Mover disc = mover_of(a)
+    cdef Before before = Before([a.vx, a.vy], [0.0, 0.0])
+    cdef Body body = body_of(s, i, turns)
+    cdef Spins spins
+    normal = normal_at(f, &disc)
+    cdef Wall w = Wall(f.x.high, f.y.high, normal.x, normal.y)
+    along = collide_wall(law, &w, &body, elastic, turns, &spins)
+    a.impacts += 1
+    a.last = <int>(-1 - k)
+    s.counts.wall_impacts += 1
+    s.counts.predictions += 1
+    if wanted:
+        if turns:
+            s.record.spins[s.record.count] = spins
+        if s.record.locates:
+            s.record.contacts[s.record.count] = Contact(a.x, a.y, k)
+        known = feature_resolution(f, a, before.first, -along, again) + clock_resolution(s.clock.reported)
+        record_impact(
+            &s.record, s.clock.reported, i, -1 - <Index>f.wall, -w.nx, -w.ny, &before, &a.vx, before.second, known,
+            law.wall_contact.friction > 0.0, True, False, NO_FEATURE if f.kind == PLANE else <int>k,
+            law.wall_restitution == 1.0,
         )

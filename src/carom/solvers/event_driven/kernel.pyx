@@ -12,10 +12,13 @@ from libc.string cimport memcpy
 
 from carom.constants cimport EPOCH_IMPACTS
 from carom.physics.double_double cimport greater, two_sum
+from carom.physics.features cimport FEATURE_NUMBERS, INNER_ARC, feature_from
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
-from carom.solvers.event_driven.exits cimport predict_exit
+from carom.solvers.event_driven.exits cimport glides_there, predict_exit
 from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, tile_count
-from carom.solvers.event_driven.impacts cimport carry_out_pair, carry_out_wall, move, reported_time
+from carom.solvers.event_driven.impacts cimport (
+    bring_clock, carry_out_feature, carry_out_pair, carry_out_wall, move, reported_time,
+)
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.lookahead cimport *
 from carom.solvers.event_driven.obstacles cimport find_obstacles
@@ -35,6 +38,13 @@ cdef Disc _disc
 DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
 
 
+cdef void forget_chord(State *s, Index i) noexcept nogil:
+    """Forget what disc `i` met last, if that was an arc's inner side and it is on its way: it is not where it left it."""
+    a = &s.discs[i]
+    if NO_BODY < a.last < 0 and s.features[-1 - a.last].kind == INNER_ARC and a.time < s.clock.now:
+        a.last = NO_BODY
+
+
 cdef void new_epoch(State *s) noexcept nogil:
     """Bring every disc to the present instant, and count time from there; all is predicted anew.
 
@@ -43,6 +53,8 @@ cdef void new_epoch(State *s) noexcept nogil:
     """
     cdef Index i
     for i in range(s.disc_count):
+        if s.feature_count > 0:
+            forget_chord(s, i)
         move(&s.discs[i], s.clock.now)
         s.discs[i].time = 0.0
         if s.law.contact_duration > 0.0:
@@ -65,26 +77,53 @@ cdef inline Index next_unpredicted(State *s) noexcept nogil:
     return s.counts.predicted - 1
 
 
+cdef void exit_among_features(State *s, Index i) noexcept nogil:
+    predict_exit(s, i, True)
+
+
+#: Called through a pointer: what is called once GCC makes part of the caller, where it would cost all others their speed.
+ctypedef void (*PredictExit)(State *, Index) noexcept nogil
+cdef PredictExit predict_special_exit = exit_among_features
+
+
 cdef inline void predict(State *s, Index i, Change change) noexcept nogil:
     """Predict what has changed of disc `i`'s future, and tell the queue."""
     if change != OF_TIME:
         predict_impact(s, i, change)
         if change != OF_PARTNER:
-            predict_exit(s, i)
+            if unlikely(s.feature_count > 0):
+                predict_special_exit(s, i)
+            else:
+                predict_exit(s, i, False)
     set_time(&s.queue, i, event_time(&s.predictions[i]))
 
 
-cdef void carry_out_turning(State *s, Index first, Index second, double time, bint wanted) noexcept nogil:
-    """Carry out an impact where something turns. Out of the loop's way, in which it would cost all others their speed."""
-    if second < 0:
+cdef bint carry_out_any(State *s, Index first, Index second, double time, bint wanted) noexcept nogil:
+    """Carry out an impact where something turns, or walls have features; return False where a disc comes to glide instead.
+
+    Out of the loop's way, in which it would cost all others their speed.
+    """
+    if second >= 0:
+        carry_out_pair(s, first, second, time, wanted, s.record.turns)
+    elif s.feature_count == 0:
         carry_out_wall(s, first, -1 - second, time, wanted, True)
+    elif glides_there(s, first, -1 - second):
+        bring_clock(s, time)
+        s.gliding = first
+        return False
     else:
-        carry_out_pair(s, first, second, time, wanted, True)
+        carry_out_feature(s, first, -1 - second, time, wanted)
+    return True
 
 
 #: Called through a pointer: what is called once GCC makes part of the caller.
-ctypedef void (*CarryOut)(State *, Index, Index, double, bint) noexcept nogil
-cdef CarryOut carry_out_rough = carry_out_turning
+ctypedef bint (*CarryOut)(State *, Index, Index, double, bint) noexcept nogil
+cdef CarryOut carry_out_special = carry_out_any
+
+
+cdef bint ask(void *asked, int one, int other, bint elastic) noexcept with gil:
+    """Ask Python whether the order of impacts on two features matters: at corners, so seldom."""
+    return (<object>asked)(one, other, elastic)
 
 
 cdef Ending take_forward(State *s, double until, Index impacts, Index events) noexcept nogil:
@@ -130,14 +169,15 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
             if unlikely(wanted and not has_room(&s.record)):
                 return NO_MEMORY
             if event.kind == WALL_IMPACT:
-                if unlikely(s.record.turns):
-                    carry_out_rough(s, event.disc, -1 - s.predictions[event.disc].wall, time, wanted)
+                if unlikely(s.is_special):
+                    if not carry_out_special(s, event.disc, -1 - s.predictions[event.disc].obstacle, time, wanted):
+                        return GLIDES
                 else:
-                    carry_out_wall(s, event.disc, s.predictions[event.disc].wall, time, wanted, False)
+                    carry_out_wall(s, event.disc, s.predictions[event.disc].obstacle, time, wanted, False)
             else:
                 pair = pair_of(s, event.disc)
-                if unlikely(s.record.turns):
-                    carry_out_rough(s, pair.first, pair.second, time, wanted)
+                if unlikely(s.is_special):
+                    carry_out_special(s, pair.first, pair.second, time, wanted)
                 else:
                     carry_out_pair(s, pair.first, pair.second, time, wanted, False)
                 changed[0], changed[1] = pair.first, pair.second
@@ -195,6 +235,8 @@ cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
     s.grid.chain = <int *>reserve(&end, s.disc_count * sizeof(int))
     s.grid.list_of = <unsigned int *>reserve(&end, tile_count(&s.grid) * sizeof(int))
     s.walls = <Wall *>reserve(&end, s.wall_count * sizeof(Wall))
+    s.features = <Feature *>reserve(&end, s.feature_count * sizeof(Feature))
+    s.wall_laws = <Law *>reserve(&end, s.wall_count * sizeof(Law) if s.feature_count > 0 else 0)
     s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
     turning = <Turning *>reserve(&end, s.disc_count * sizeof(Turning) if s.record.turns else 0)
     s.turning = turning if s.record.turns else NULL
@@ -209,7 +251,12 @@ cdef class Kernel:
         velocity: Shape ``(n, 2)``, metres a second.
         radius: Shape ``(n,)``, metres.
         inverse_mass: Shape ``(n,)``, 1/kg; 0 for a disc that never moves.
-        walls: Point and unit normal of each, shape ``(k, 4)``.
+        walls: Point and unit normal of each, shape ``(k, 4)``; of any four numbers where there are features.
+        features: What there is to be met of the walls, in order: rows of `carom.physics.numbered`. None where all walls
+            are half-planes with the coefficients of the law.
+        materials: Where there are features, restitution and friction of each wall, shape ``(k, 2)``.
+        decides: Called with the numbers of two features and whether both are elastic: `are_decidable` of them.
+        locates: Whether where impacts are is recorded with them.
         turning: Spin and inverse inertia ratio of each disc, shape ``(n, 2)``: see `Turning` in structs.pxd; no rows where nothing turns.
         law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none),
             friction and tangential restitution of two discs, and of a wall.
@@ -223,10 +270,12 @@ cdef class Kernel:
     cdef State s
     cdef object memory
     cdef object recent_memory
+    cdef object decides
 
     def __cinit__(
         self, const double[:, ::1] position, const double[:, ::1] velocity, const double[::1] radius,
-        const double[::1] inverse_mass, const double[:, ::1] turning, const double[:, ::1] walls, law, Index standstill,
+        const double[::1] inverse_mass, const double[:, ::1] turning, const double[:, ::1] walls,
+        const double[:, ::1] features, const double[:, ::1] materials, decides, bint locates, law, Index standstill,
         double cell_factor=1.0,
     ):
         s = &self.s
@@ -237,19 +286,37 @@ cdef class Kernel:
             raise ValueError("position, velocity, radius and inverse_mass must be of one length, 1 to 8^10")
         if turning.shape[0] not in (0, n) or turning.shape[1] != 2:
             raise ValueError("turning must have two columns, and a row a disc or none")
-        if walls.shape[0] > MOST_WALLS or not position.shape[1] == velocity.shape[1] == walls.shape[1] // 2 == 2:
-            raise ValueError(f"position and velocity must have two columns, walls four, and at most {MOST_WALLS} rows")
+        if walls.shape[0] > MOST_OBSTACLES or not position.shape[1] == velocity.shape[1] == walls.shape[1] // 2 == 2:
+            raise ValueError(f"position and velocity must have two columns, walls four, and at most {MOST_OBSTACLES} rows")
+        if features.shape[0] > MOST_OBSTACLES or features.shape[1] != FEATURE_NUMBERS:
+            raise ValueError(f"features must have {FEATURE_NUMBERS} columns, and at most {MOST_OBSTACLES} rows")
+        if features.shape[0] > 0 and not (materials.shape[0] == walls.shape[0] and materials.shape[1] == 2):
+            raise ValueError("materials must have two columns, and a row a wall")
         s.disc_count = n
         s.wall_count = walls.shape[0]
+        s.feature_count = features.shape[0]
         s.standstill = standstill
         s.looks_ahead = n >= AHEAD_FROM
         s.record.turns = turning.shape[0] > 0
+        s.record.locates = locates
+        s.is_special = s.record.turns or s.feature_count > 0
+        self.decides = decides
+        s.record.corners.decides, s.record.corners.asked = ask, <void *>decides
         restitution, wall_restitution, contact_duration, friction, tangential, wall_friction, wall_tangential = law
         s.law = Law(
             restitution, wall_restitution, contact_duration, ContactFriction(friction, tangential),
             ContactFriction(wall_friction, wall_tangential),
         )
-        choose_grid(&s.grid, &position[0, 0], &radius[0], n, <const Wall *>&walls[0, 0], s.wall_count, cell_factor)
+        cdef Index plain_walls = s.wall_count if s.feature_count == 0 else 0
+        found = np.empty(max(1, s.feature_count) * sizeof(Feature), np.uint8)
+        cdef unsigned char[::1] found_memory = found
+        rows = <Feature *>&found_memory[0]
+        for i in range(s.feature_count):
+            rows[i] = feature_from(&features[i, 0])
+        choose_grid(
+            &s.grid, &position[0, 0], &radius[0], n, <const Wall *>&walls[0, 0], plain_walls, rows, s.feature_count,
+            cell_factor,
+        )
         # In one piece, for which a system takes large pages where it is large: far fewer to be looked up.
         self.memory = np.empty(lay_out(s, NULL, length) + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
@@ -258,7 +325,7 @@ cdef class Kernel:
             s.discs[i] = Disc(
                 position[i, 0], position[i, 1], velocity[i, 0], velocity[i, 1], 0.0, radius[i], inverse_mass[i], 0, NO_BODY
             )
-            s.predictions[i] = Prediction(INF, INF, NOBODY, 0, 0, NO_WALL, LEFT, False)
+            s.predictions[i] = Prediction(INF, INF, NOBODY, 0, 0, NO_OBSTACLE, LEFT, False)
         for i in range(turning.shape[0]):
             s.turning[i] = Turning(turning[i, 0], turning[i, 1])
         for i in range(n if s.law.contact_duration > 0.0 else 0):
@@ -268,7 +335,15 @@ cdef class Kernel:
         for i in range(s.queue.level[1], length):
             s.queue.holder[i] = 0
         memcpy(s.walls, &walls[0, 0], s.wall_count * sizeof(Wall))
-        if not find_obstacles(&s.grid, s.walls, s.wall_count):
+        memcpy(s.features, rows, s.feature_count * sizeof(Feature))
+        for i in range(s.wall_count if s.feature_count > 0 else 0):
+            s.wall_laws[i] = s.law
+            s.wall_laws[i].wall_restitution, s.wall_laws[i].wall_contact.friction = materials[i, 0], materials[i, 1]
+        if s.feature_count > 0:
+            done = find_obstacles(&s.grid, NULL, s.features, s.feature_count)
+        else:
+            done = find_obstacles(&s.grid, s.walls, NULL, s.wall_count)
+        if not done:
             raise MemoryError("no memory for what the cells know of the walls")
 
     def __dealloc__(self):
@@ -327,6 +402,11 @@ cdef class Kernel:
     def clock(self):
         """Times; `Clock` in layout.pxd says what each is."""
         return self.s.clock
+
+    @property
+    def gliding(self):
+        """Where the run has ended in `GLIDES`, the disc that does, and the wall along which."""
+        return self.s.gliding, self.s.features[self.s.predictions[self.s.gliding].obstacle].wall
 
     @property
     def virial(self):

@@ -5,19 +5,20 @@ since the start: see `Clock`. Walls, spins, the law and recorded impacts are tho
 """
 
 from carom.constants cimport INF
+from carom.physics.features cimport Feature
 from carom.solvers.impact.structs cimport (
-    NOBODY, Before, Body, ContactFriction, Impact, Index, Law, Recent, Record, Spins, Turning, Wall,
+    NO_FEATURE, NOBODY, Before, Body, Contact, ContactFriction, Impact, Index, Law, Recent, Record, Spins, Turning, Wall,
 )
 
 cdef enum:
-    NO_WALL = -1
+    NO_OBSTACLE = -1
     NO_BODY = -2147483648  # neither disc nor wall: nothing has been met yet
 
     PLACES = 2  # for discs in a cell; more are in a chain, see `Cell`
     MOST_COLUMNS = 32766  # of a grid, and most rows: with the ring around, 16 bits each number a cell
     COLUMN_BITS = 16
     COLUMN_MASK = 0xFFFF
-    MOST_WALLS = 32767  # `Prediction.wall` is a short
+    MOST_OBSTACLES = 32767  # `Prediction.obstacle` is a short
     OUTWARD = 2  # widths of a cell by which the lists of cells at the rim hold beyond it: a row that a gas leaves empty
     EMPTY_LIST = 0  # of `Grid.lists`
     FULL_LIST = 1
@@ -43,7 +44,7 @@ cdef enum EventKind:  # what a disc's next event is, as far as that is known
     STALE = 2  # an impact with a disc whose path has changed since it was predicted
     BOUNDED = 3  # an impact with a disc, of whose time a lower bound is known
     PAIR_IMPACT = 4  # an impact with a disc, certain
-    WALL_IMPACT = 5  # an impact on a wall, certain
+    WALL_IMPACT = 5  # an impact on an obstacle, certain
     POSTPONED = 6  # none for now: its time has been found to be later than it seemed
 
 cdef enum Change:  # what an event changes of a disc's future
@@ -58,6 +59,7 @@ cdef enum Ending:  # of a call of the loop; run.py has the same numbers
     STANDSTILL = 2  # time no longer advances
     PAUSE = 3  # as many events have been dealt with as were asked for
     NO_MEMORY = 4  # for another recorded impact
+    GLIDES = 5  # a disc comes to glide along an arc: contact, and no impact
 
 cdef struct Event:
     EventKind kind
@@ -75,16 +77,16 @@ cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look
     double radius
     double inverse_mass  # 0: it never moves
     int impacts  # how many it has had: tells a stale prediction
-    int last  # body that it met last, or NO_BODY
+    int last  # disc that it met last, or -1 - that obstacle, or NO_BODY
 
 cdef struct Prediction:  # 32 bytes: what comes next for a disc
     double impact_time  # when it meets `partner`: the time itself if `exact`, else a lower bound; INF for never
-    double exit_time  # when it crosses `edge`, or meets `wall` before it would cross one
+    double exit_time  # when it crosses `edge`, or meets `obstacle` before it would cross one
     int partner  # disc, or NOBODY
     int partner_impacts  # `impacts` of the partner when this was predicted
     int cell  # in which it is: row << COLUMN_BITS | column, the ring around the grid counted
-    short wall  # of `exit_time`, NO_WALL where that is of an edge
-    signed char edge  # of `exit_time`, NO_EDGE where that is of a wall
+    short obstacle  # of `exit_time`, NO_OBSTACLE where that is of an edge
+    signed char edge  # of `exit_time`, NO_EDGE where that is of an obstacle
     signed char exact  # whether `impact_time` is the time itself
 
 # ---- cells ----
@@ -98,9 +100,9 @@ cdef enum:
 cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     Cell *cells  # row by row, with the ring
     int *chain  # the disc that follows a disc in its cell's chain, or NOBODY
-    unsigned int *list_of  # of a tile: twice the place in `lists` where the numbers of the walls begin that a disc in it
-    # may meet, and 1 where it is at the rim: 0 for most, where no wall is looked at
-    int *lists  # ascending, NO_WALL at the end of each: see obstacles.pxd
+    unsigned int *list_of  # of a tile: twice the place in `lists` where the numbers of the obstacles begin that a disc in
+    # it may meet, and 1 where it is at the rim: 0 for most, where nothing is looked at
+    int *lists  # ascending, NO_OBSTACLE at the end of each: see obstacles.pxd
     Index listed  # numbers in `lists`
     Index list_room
     double left  # the area in which the lists hold
@@ -175,13 +177,18 @@ cdef struct Counts:
 cdef struct State:  # all that a run consists of
     Disc *discs
     Prediction *predictions
-    Wall *walls
+    Wall *walls  # the obstacles, where all are half-planes with the coefficients of `law`: then there are no features
+    Feature *features  # the obstacles elsewhere: of each wall in turn its features in their order, a half-plane as one
+    Law *wall_laws  # where there are features, the law on each wall
     double *last_impact  # time of each disc's, for the TC model alone
     Turning *turning  # of each disc; NULL where nothing turns
     Index disc_count
     Index wall_count
+    Index feature_count
+    Index gliding  # where a run has ended in `GLIDES`, the disc that does
     Index standstill  # impacts at one instant from which on time no longer advances
     bint looks_ahead  # whether memory is fetched before it is needed
+    bint is_special  # whether something turns, or there are features: impacts are carried out away from the loop
     double virial  # sum of impulse times distance of centres over all impacts of two discs, newton metre seconds
     Clock clock
     Law law

@@ -1,19 +1,25 @@
-"""Which obstacles a cell knows: all that a disc in it may meet, and few others. An obstacle is a wall, so far.
+"""Which obstacles a cell knows: all that a disc in it may meet, and few others.
+
+An obstacle is a wall, where all walls are half-planes with the coefficients of the scene; else it is a feature of one: a
+half-plane, a side of an edge, or a vertex.
 
 Four cells, a tile, know the same. The grid is halved again and again, and each half keeps those of the whole's obstacles
 that come near it: so one that few tiles know costs the others nothing. A tile has the place of its list in a row of
-lists, each of which holds numbers in ascending order and ends with NO_WALL; tiles far from all share the first list,
+lists, each of which holds numbers in ascending order and ends with NO_OBSTACLE; tiles far from all share the first list,
 which is empty.
 
 Where no disc can be, wholly behind a wall, a tile knows all: it need not be right, but it misses none. A tile at the rim
-has no end outwards, its list has: for a disc that leaves the area of the lists all obstacles are looked at. What is finite
-(a segment, an arc) wants its own `side_of` here, which is never BEHIND, and its own time in exits.pxd.
+has no end outwards, its list has: for a disc that leaves the area of the lists all obstacles are looked at.
 """
 
+from libc.math cimport fabs, sqrt
 from libc.stdlib cimport free, malloc, realloc
 from libc.string cimport memcpy
 
-from carom.physics.pair_time cimport approach
+from carom.constants cimport ERROR
+from carom.physics.double_double cimport greater, lesser
+from carom.physics.features cimport FACE, PLANE, VERTEX, Feature
+from carom.physics.pair_time cimport Bounded, approach
 from carom.solvers.event_driven.layout cimport *
 
 cdef enum Side:  # of an obstacle, on which tiles lie
@@ -51,6 +57,56 @@ cdef inline Side side_of(const Grid *g, const Wall *wall, const Tiles *c) noexce
     return CLEAR if distance.value - distance.error >= reach else NEAR
 
 
+cdef inline bint may_be_in_sector(const Feature *arc, double x, double y) noexcept nogil:
+    """Return whether a place, as counted from the centre, is in an arc's sector, or so near that rounding leaves it open."""
+    room = 4.0 * ERROR * arc.size.high * (fabs(x) + fabs(y))
+    cdef bint begun = arc.ex.high * y - arc.ey.high * x >= -room
+    cdef bint not_ended = arc.fx.high * y - arc.fy.high * x <= room
+    return arc.whole or ((begun or not_ended) if arc.reflex else (begun and not_ended))
+
+
+cdef inline Bounded distance_to(const Feature *f, double x, double y) noexcept nogil:
+    """Return how far a point is from the line of a feature that is no plane.
+
+    The bound is that of some twenty roundings of the lengths that it is made of. An arc's end is as far as its circle in
+    the direction of that end, so it makes no difference which of them counts there.
+    """
+    dx = x - f.x.high
+    dy = y - f.y.high
+    cdef Bounded found = Bounded(0.0, 4.0 * ERROR * (fabs(x) + fabs(y) + fabs(f.x.high) + fabs(f.y.high) + f.size.high))
+    if f.kind == VERTEX:
+        found.value = sqrt(dx * dx + dy * dy)
+    elif f.kind == FACE:
+        ex = f.ex.high
+        ey = f.ey.high
+        part = lesser(greater((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0)
+        dx -= part * ex
+        dy -= part * ey
+        found.value = sqrt(dx * dx + dy * dy)
+    elif may_be_in_sector(f, dx, dy):
+        found.value = fabs(sqrt(dx * dx + dy * dy) - f.size.high)
+    else:
+        to_first = (dx - f.ex.high) * (dx - f.ex.high) + (dy - f.ey.high) * (dy - f.ey.high)
+        to_last = (dx - f.fx.high) * (dx - f.fx.high) + (dy - f.fy.high) * (dy - f.fy.high)
+        found.value = sqrt(lesser(to_first, to_last))
+    return found
+
+
+cdef inline Side side_of_feature(const Grid *g, const Feature *f, const Tiles *c) noexcept nogil:
+    """Return how some tiles lie to a feature, as `side_of` does."""
+    cdef Wall plane
+    if f.kind == PLANE:
+        plane = Wall(f.x.high, f.y.high, f.nx, f.ny)
+        return side_of(g, &plane, c)
+    left = edge(g.x0, g.width, g.columns, 2 * c.left)
+    right = edge(g.x0, g.width, g.columns, 2 * c.right)
+    low = edge(g.y0, g.width, g.rows, 2 * c.low)
+    high = edge(g.y0, g.width, g.rows, 2 * c.high)
+    reach = g.radius + f.half_width + 0.5 * ((right - left) + (high - low))
+    distance = distance_to(f, 0.5 * (left + right), 0.5 * (low + high))
+    return CLEAR if distance.value - distance.error >= reach else NEAR
+
+
 cdef inline bint stays_in_area(const Grid *g, const Disc *a, double wait) noexcept nogil:
     """Return whether a disc is where the lists of its tiles hold, and will be there after a wait; so it is between."""
     x = a.x + a.vx * wait  # not a number where the wait has no end: not in the area
@@ -69,7 +125,7 @@ cdef inline bint add_list(Grid *g, const int *numbers, Index count) noexcept nog
             return False
         g.lists, g.list_room = lists, room
     memcpy(g.lists + g.listed, numbers, count * sizeof(int))
-    g.lists[g.listed + count] = NO_WALL
+    g.lists[g.listed + count] = NO_OBSTACLE
     g.listed += count + 1
     return True
 
@@ -78,16 +134,18 @@ cdef inline bint share_list(Grid *g, const Tiles *c, unsigned int place) noexcep
     """Give some tiles the list at a place of the row."""
     cdef Index row, column
     cdef bint at_rim
-    cdef bint any_wall = g.lists[FULL_LIST] != NO_WALL
+    cdef bint any_obstacle = g.lists[FULL_LIST] != NO_OBSTACLE
     for row in range(c.low, c.high):
         for column in range(c.left, c.right):
             at_rim = row == 0 or column == 0 or row == g.rows // 2 or column == g.columns // 2
-            g.list_of[row * g.tiles + column] = 2 * place + (any_wall and at_rim)
+            g.list_of[row * g.tiles + column] = 2 * place + (any_obstacle and at_rim)
     return True
 
 
-cdef inline bint list_walls(Grid *g, const Wall *walls, Tiles c, int *known, Index count) noexcept nogil:
-    """Give some tiles their lists, of the walls that are `known` to all of them; return whether there is memory.
+cdef inline bint list_obstacles(
+    Grid *g, const Wall *walls, const Feature *features, Tiles c, int *known, Index count
+) noexcept nogil:
+    """Give some tiles their lists, of the obstacles that are `known` to all of them; return whether there is memory.
 
     Behind `known` there is room for as many numbers a halving.
     """
@@ -96,7 +154,7 @@ cdef inline bint list_walls(Grid *g, const Wall *walls, Tiles c, int *known, Ind
     cdef Tiles half = c
     near = known + count
     for k in range(count):
-        side = side_of(g, &walls[known[k]], &c)
+        side = side_of(g, &walls[known[k]], &c) if features == NULL else side_of_feature(g, &features[known[k]], &c)
         if side == BEHIND:
             return share_list(g, &c, FULL_LIST)
         near[kept] = known[k]
@@ -112,11 +170,11 @@ cdef inline bint list_walls(Grid *g, const Wall *walls, Tiles c, int *known, Ind
         half.right = c.left = c.left + width // 2
     else:
         half.high = c.low = c.low + height // 2
-    return list_walls(g, walls, half, near, kept) and list_walls(g, walls, c, near, kept)
+    return list_obstacles(g, walls, features, half, near, kept) and list_obstacles(g, walls, features, c, near, kept)
 
 
-cdef inline bint find_obstacles(Grid *g, const Wall *walls, Index count) noexcept nogil:
-    """Give every tile the list of what a disc in it may meet; return whether there is memory."""
+cdef inline bint find_obstacles(Grid *g, const Wall *walls, const Feature *features, Index count) noexcept nogil:
+    """Give every tile the list of what a disc in it may meet, features if there are any; return whether there is memory."""
     cdef Index k
     g.left = edge(g.x0, g.width, g.columns, 1)
     g.right = edge(g.x0, g.width, g.columns, g.columns + 1)
@@ -128,6 +186,6 @@ cdef inline bint find_obstacles(Grid *g, const Wall *walls, Index count) noexcep
     for k in range(count):
         numbers[k] = <int>k
     cdef bint done = add_list(g, numbers, 0) and add_list(g, numbers, count)
-    done = done and list_walls(g, walls, Tiles(0, g.tiles, 0, g.rows // 2 + 1), numbers, count)
+    done = done and list_obstacles(g, walls, features, Tiles(0, g.tiles, 0, g.rows // 2 + 1), numbers, count)
     free(numbers)
     return done

@@ -11,8 +11,10 @@ import numpy as np
 from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
+from carom.physics.numbered import FEATURE_NUMBERS
+from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.impact.resolution import too_far_out
-from carom.solvers.impact_log import standstill_impacts
+from carom.solvers.impact_log import gliding_note, standstill_impacts
 from carom.solvers.options import ALWAYS, RunOptions, require_compiled, require_goal
 from carom.solvers.rows import RecordedImpacts
 from carom.trace import Outcome
@@ -28,8 +30,13 @@ __all__ = ["EventDrivenRun", "RunState"]
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
 _EVENTS = 100_000
 #: `Ending` of layout.pxd.
-_DONE, _LIMIT, _STANDSTILL, _PAUSE = range(4)
-_OUTCOMES = {_DONE: Outcome.COMPLETED, _LIMIT: Outcome.MAX_IMPACTS, _STANDSTILL: Outcome.STANDSTILL}
+_DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES = range(6)
+_OUTCOMES = {
+    _DONE: Outcome.COMPLETED,
+    _LIMIT: Outcome.MAX_IMPACTS,
+    _STANDSTILL: Outcome.STANDSTILL,
+    _GLIDES: Outcome.GLIDES,
+}
 _NEVER = 2**62
 _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "epochs")
 
@@ -59,9 +66,9 @@ class EventDrivenRun:
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity, or walls that are no half-planes or have coefficients of their own; discs
-            given as arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene;
-            the message names what differs.
+        InputError: The scene has gravity, or walls of more sides and vertices than can be numbered; discs given as
+            arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene; the
+            message names what differs.
         MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
@@ -88,11 +95,14 @@ class EventDrivenRun:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
-        self._kernel = _kernel_of(start, self.options.contact_duration_s, cell_factor)
+        obstacles = None if start.has_plain_walls else _obstacles_of(start)
+        self._kernel = _kernel_of(start, obstacles, self.options.contact_duration_s, cell_factor)
+        self._glides = False
         self._fixed = _fixed_of(start, self.options.contact_duration_s)
         if self.options.record == "all":
             self._kernel.record(*self.options.window_s)
-        self.log = RecordedImpacts(self._kernel, self._kernel.spins is not None)
+        edges_of = None if obstacles is None or start.has_half_planes else obstacles.edges
+        self.log = RecordedImpacts(self._kernel, self._kernel.spins is not None, edges_of)
         if resume is not None:
             _require_same(resume, self._fixed, self._kernel.discs)
             self._kernel.resume(resume.kernel)
@@ -106,7 +116,7 @@ class EventDrivenRun:
                 not tell their centres apart.
         """
         require_goal(time_s, max_impacts)
-        ended = _PAUSE
+        ended = _GLIDES if self._glides else _PAUSE
         while ended == _PAUSE:  # between calls Python hears of Ctrl-C
             ended = self._kernel.run(time_s, _NEVER if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
@@ -115,6 +125,8 @@ class EventDrivenRun:
         self.time_s = max(self.time_s, reached_s)
         if self._kernel.counts["too_far"]:
             raise too_far_out()
+        if ended == _GLIDES and not self._glides:
+            self._glides, self.notes = True, (gliding_note(*self._kernel.gliding, reached_s),)
         return _OUTCOMES[ended]
 
     def positions(self) -> NDArray[np.float64]:
@@ -161,7 +173,18 @@ class EventDrivenRun:
         return self._kernel.nbytes / len(self._kernel.discs)
 
 
-def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float) -> kernel.Kernel:
+def _obstacles_of(start: DiscArrays) -> Obstacles:
+    obstacles = Obstacles(start)
+    if len(obstacles.rows) > MOST_OBSTACLES:
+        raise InputError(
+            f"walls have {len(obstacles.rows)} sides and vertices: at most {MOST_OBSTACLES} can be numbered"
+        )
+    return obstacles
+
+
+def _kernel_of(
+    start: DiscArrays, obstacles: Obstacles | None, contact_duration_s: float, cell_factor: float
+) -> kernel.Kernel:
     require_compiled("EventDrivenRun")
     from carom.solvers.event_driven import kernel
 
@@ -171,7 +194,11 @@ def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float)
         np.ascontiguousarray(start.radius_m, np.float64),
         1.0 / start.mass_kg,
         np.stack([start.spins, 1.0 / start.inertia], axis=1) if start.turns else np.empty((0, 2)),
-        np.array(start.half_planes("the event-driven kernel"), np.float64).reshape(-1, 4),
+        np.array(start.walls if obstacles is None else [(0.0,) * 4] * len(start.walls), np.float64).reshape(-1, 4),
+        np.empty((0, FEATURE_NUMBERS)) if obstacles is None else obstacles.rows,
+        np.empty((0, 2)) if obstacles is None else obstacles.materials,
+        None if obstacles is None else obstacles.decides,
+        not start.has_half_planes,
         (
             *(start.restitution, start.wall_restitution, contact_duration_s),
             *(start.friction, start.tangential_restitution),
@@ -184,7 +211,7 @@ def _kernel_of(start: DiscArrays, contact_duration_s: float, cell_factor: float)
 
 #: Coefficients of a start: with the walls, and the discs' radii, masses and inertia, all that no impact changes.
 _LAW = (
-    *("restitution", "wall_restitution"),
+    *("restitution", "wall_restitution", "wall_materials"),
     *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),
 )
 

@@ -6,7 +6,7 @@ from libc.math cimport NAN
 from libc.stdlib cimport free, realloc
 
 from carom.solvers.impact.ambiguity cimport add_contact
-from carom.solvers.impact.structs cimport Before, Impact, Index, Record, Spins
+from carom.solvers.impact.structs cimport NO_FEATURE, Before, Contact, Impact, Index, Record, Spins
 
 cdef extern from *:
     """
@@ -48,6 +48,11 @@ cdef inline bint has_room(Record *r) noexcept nogil:
             if spins == NULL:
                 return False
             r.spins = spins
+        if r.locates:
+            contacts = <Contact *>enlarged(r.contacts, r.count * sizeof(Contact), room * sizeof(Contact))
+            if contacts == NULL:
+                return False
+            r.contacts = contacts
         rows = <Impact *>enlarged(r.rows, r.count * sizeof(Impact), room * sizeof(Impact))
         if rows == NULL:
             return False
@@ -65,12 +70,13 @@ cdef inline bint has_room(Record *r) noexcept nogil:
 
 cdef inline void record_impact(
     Record *r, double time, Index first, Index second, double nx, double ny, const Before *before, const double *after1,
-    const double *after2, double resolution, bint slides, bint moves1, bint moves2,
+    const double *after2, double resolution, bint slides, bint moves1, bint moves2, int feature, bint elastic,
 ) noexcept nogil:
     """Record an impact that was carried out just now; there is room.
 
-    `resolution` is how well its instant is known, seconds; `slides` whether friction acts between the bodies, and the
-    last two are whether each is a disc that moves. The velocity of a wall after is that before: 0.
+    `resolution` is how well its instant is known, seconds; `slides` whether friction acts between the bodies, the next
+    two are whether each is a disc that moves; `feature` is that of a finite wall, and `elastic` whether nothing is lost
+    on it. The velocity of a wall after is that before: 0.
     """
     row = &r.rows[r.count]
     row.time, row.first, row.second = time, first, second
@@ -81,8 +87,9 @@ cdef inline void record_impact(
     row.second_after[0], row.second_after[1] = after2[0], after2[1]
     if unlikely(slides):  # no impact is orthogonal to one with friction
         nx = ny = NAN
-    cdef bint ambiguous = moves1 and add_contact(&r.recent[first], time, resolution, nx, ny)
-    if moves2 and add_contact(&r.recent[second], time, resolution, nx, ny):
+        feature = NO_FEATURE
+    cdef bint ambiguous = moves1 and add_contact(&r.recent[first], time, resolution, nx, ny, feature, elastic, &r.corners)
+    if moves2 and add_contact(&r.recent[second], time, resolution, nx, ny, feature, elastic, &r.corners):
         ambiguous = True
     if unlikely(ambiguous):
         r.ambiguous[r.ambiguous_count] = r.taken + r.count
@@ -99,16 +106,18 @@ cdef inline array handed_out(void *memory, size_t size):
 
 
 cdef inline tuple taken_rows(Record *r):
-    """Return the impacts recorded since the last call, one or more, and their spins, None where nothing turns, as bytes.
+    """Return the impacts recorded since the last call, one or more, as bytes, with their spins and their contacts.
 
-    Both are in the memory that they were written into.
+    All are in the memory that they were written into. Spins are None where nothing turns, contacts where all walls are
+    half-planes.
     """
     impacts = handed_out(r.rows, r.count * sizeof(Impact))
     spins = handed_out(r.spins, r.count * sizeof(Spins)) if r.turns else None
-    r.rows, r.spins = NULL, NULL
+    contacts = handed_out(r.contacts, r.count * sizeof(Contact)) if r.locates else None
+    r.rows, r.spins, r.contacts = NULL, NULL, NULL
     r.taken += r.count
     r.count = r.room = 0
-    return impacts, spins
+    return impacts, spins, contacts
 
 
 cdef inline tuple ambiguous_rows(const Record *r):
@@ -120,4 +129,5 @@ cdef inline tuple ambiguous_rows(const Record *r):
 cdef inline void free_record(Record *r) noexcept:
     free(r.rows)
     free(r.spins)
+    free(r.contacts)
     free(r.ambiguous)

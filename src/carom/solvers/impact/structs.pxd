@@ -9,6 +9,7 @@ ctypedef Py_ssize_t Index
 
 cdef enum:
     NOBODY = -1  # no disc: an empty place, no partner
+    NO_FEATURE = -1  # no feature of a wall, or none that matters
 
 cdef struct Wall:  # the free side is (p - q).n >= 0
     double x  # q, a point of the surface
@@ -67,15 +68,32 @@ cdef struct LastContact:  # an impact as the next one of the same disc sees it
     double latest  # that it can have been, since the start; -INF for none
     double nx
     double ny
+    int feature  # of a finite wall, on which no friction acts; NO_FEATURE for anything else
+    bint elastic  # whether nothing is lost on that
 
 cdef struct Recent:  # all that tells whether a disc's next impact will be ambiguous, see ambiguity.pxd
     LastContact furthest
     LastContact across
 
+cdef struct Contact:  # where an impact was, of a run with finite walls; a row of `carom.solvers.rows.CONTACT_DTYPE`
+    double x  # centre of the first disc
+    double y
+    long long feature  # its number, or NO_FEATURE for another disc
+
+#: Whether a disc that meets two features at one instant goes on in the same way, whichever comes first.
+ctypedef bint (*Decides)(void *asked, int one, int other, bint elastic) noexcept nogil
+
+cdef struct Corners:
+    Decides decides  # called for numbers of features alone
+    void *asked
+
 cdef struct Record:
     Impact *rows
     Spins *spins  # as many as rows, where something turns
+    Contact *contacts  # as many as rows, where there are finite walls
     bint turns
+    bint locates  # whether there are
+    Corners corners
     Index count
     Index room
     long long *ambiguous  # numbers of rows, counted on from `taken`

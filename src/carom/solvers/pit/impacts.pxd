@@ -8,7 +8,7 @@ from carom.physics.double_double cimport greater
 from carom.solvers.impact.law cimport collide_discs
 from carom.solvers.impact.law cimport collide_wall as collide_with_wall
 from carom.solvers.impact.record cimport has_room, record_impact
-from carom.solvers.impact.structs cimport Before, Body, Index, Spins, Wall
+from carom.solvers.impact.structs cimport NO_FEATURE, Before, Body, Index, Spins, Wall
 from carom.solvers.pit.layout cimport ON_WALL, Disc, State
 
 
@@ -70,7 +70,7 @@ cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
     distance = sqrt(dx * dx + dy * dy)
     record_impact(
         &s.record, s.now, i, j, dx / distance, dy / distance, &before, &a.vx, &b.vx, 0.0, s.law.contact.friction > 0.0,
-        a.inverse_mass > 0.0, b.inverse_mass > 0.0,
+        a.inverse_mass > 0.0, b.inverse_mass > 0.0, NO_FEATURE, False,
     )
 
 
@@ -92,5 +92,5 @@ cdef inline void collide_wall(State *s, Index i, Index k) noexcept nogil:
         collide_with_wall(&s.law, wall, &body, False, False, &spins)
     record_impact(
         &s.record, s.now, i, -1 - k, -wall.nx, -wall.ny, &before, &a.vx, before.second, 0.0,
-        s.law.wall_contact.friction > 0.0, True, False,
+        s.law.wall_contact.friction > 0.0, True, False, NO_FEATURE, False,
     )

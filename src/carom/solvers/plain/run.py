@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from carom.extension import Patience
-from carom.solvers.impact_log import ImpactLog, standstill_impacts
+from carom.solvers.impact_log import ImpactLog, gliding_note, standstill_impacts
 from carom.solvers.options import ALWAYS, RunOptions, require_goal
 from carom.solvers.plain.bodies import Bodies, require_supported
 from carom.solvers.plain.instants import NEVER, START, Instant
@@ -181,7 +181,7 @@ class AllPairsRun:
         now_s = self._now[0]
         if second < 0 and self.bodies.glides(first, wall_index(second)):
             self._ended = Outcome.GLIDES
-            self.notes = (f"disc {first} glides along wall {wall_index(second)} from {self._reported_s:.17g} s on",)
+            self.notes = (gliding_note(first, wall_index(second), self._reported_s),)
             return None
         soon = [now_s - self._last_impact_s[disc] < self.options.contact_duration_s for disc in moved]
         for disc in moved:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from carom.solvers.rows import CONTACT_DTYPE
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 
 probe = pytest.importorskip("tests.probe")
 
 
-@pytest.mark.parametrize(("name", "dtype"), [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE)])
+@pytest.mark.parametrize(
+    ("name", "dtype"), [("Impact", IMPACT_DTYPE), ("Spins", SPIN_DTYPE), ("Contact", CONTACT_DTYPE)]
+)
 def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void]) -> None:
     """The structs that the kernel writes have the fields of the trace's arrays: their order, places and types."""
     struct = probe.layouts()[name]

@@ -1,0 +1,65 @@
+"""What there is to be met of walls, as the kernel has it: the features of each wall in turn, a half-plane as one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.physics.numbered import numbers_of
+from carom.physics.wall_features import WallFeature, are_decidable, features_of
+from carom.trace import EDGE_DTYPE, NO_EDGE
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.disc_arrays import DiscArrays
+    from carom.outline import Outline
+
+__all__ = ["MOST_OBSTACLES", "Obstacles", "obstacles_at_most"]
+
+#: As many as the kernel numbers: `MOST_OBSTACLES` of layout.pxd.
+MOST_OBSTACLES = 32_767
+
+
+def obstacles_at_most(start: DiscArrays) -> int:
+    """Return how many obstacles walls have at most: an edge has two sides and an end, an open chain one end more."""
+    return sum(1 if isinstance(wall, tuple) else 3 * len(wall.stretches) + 1 for wall in start.walls)
+
+
+class Obstacles:
+    """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients.
+
+    Attributes:
+        rows: Their numbers, one row each, as `carom.physics.numbered.numbers_of` gives them.
+        materials: Restitution and friction of each wall, shape ``(k, 2)``.
+    """
+
+    def __init__(self, start: DiscArrays) -> None:
+        self._finite: dict[int, tuple[Outline, WallFeature]] = {}  # by the number of the obstacle
+        rows: list[tuple[float, ...]] = []
+        for number, wall in enumerate(start.walls):
+            if isinstance(wall, tuple):
+                rows.append(numbers_of(wall, number))
+                continue
+            for part in features_of(wall):
+                self._finite[len(rows)] = wall, part
+                rows.append(numbers_of(part.feature, number))
+        self.rows = np.array(rows, np.float64)
+        self.materials = np.array(start.materials, np.float64)
+
+    def decides(self, one: int, other: int, elastic: bool) -> bool:
+        """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""
+        first, second = self._finite[one][1], self._finite[other][1]
+        return are_decidable(first.feature, second.feature, elastic=elastic)
+
+    def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
+        """Return the edges that impacts were on, of `carom.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""
+        return np.array([self._edge(*contact) for contact in contacts.tolist()], dtype=EDGE_DTYPE)
+
+    def _edge(self, x: float, y: float, obstacle: int) -> tuple[int, int]:
+        if obstacle not in self._finite:
+            return NO_EDGE
+        wall, part = self._finite[obstacle]
+        edge = part.edges[0] if len(part.edges) == 1 else wall.edge_at(x, y, part.edges)
+        return edge, part.kind

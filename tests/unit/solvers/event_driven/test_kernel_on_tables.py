@@ -1,0 +1,245 @@
+"""The kernel on finite walls: every bit of the all-pairs run, whatever the walls, the cells and the pieces."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from carom import Chain, Disc, Outcome, Ring, Scene, Wall
+from carom.disc_arrays import DiscArrays
+from carom.errors import InputError, SceneError
+from carom.outline import Outline
+from carom.scenes import CatalogueScene, find_scenes
+from carom.solvers import pic
+from carom.solvers.event_driven import run as event_driven
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain.run import AllPairsRun
+from carom.trace import EdgeKind
+
+pytest.importorskip("carom.solvers.event_driven.kernel")
+
+#: Enough for several epochs of a disc or two, and for the corners and the chains of impacts of more.
+MOST = 120
+
+
+def bits(run: AllPairsRun | EventDrivenRun, outcome: Outcome) -> tuple[Any, ...]:
+    """Return all that a run says, as bytes where it is numbers."""
+    spins, edges = run.spins(), run.log.edges()
+    told = [run.log.array(), run.positions(), run.velocities(), *[rows for rows in (spins, edges) if rows is not None]]
+    counts = [run.counts[name] for name in ("impacts", "wall_impacts", "predictions", "epochs")]
+    return (*[rows.tobytes() for rows in told], run.log.ambiguous(), outcome, run.notes, run.time_s, counts)
+
+
+def assert_same(scene: Scene, most: int = MOST, *, contact_s: float = 0.0, cells: float = 1.0) -> AllPairsRun:
+    """Run a scene by both forms, the kernel in two pieces, and compare all; return the all-pairs run."""
+    plain, compiled = (
+        AllPairsRun(scene, contact_duration_s=contact_s),
+        EventDrivenRun(scene, contact_duration_s=contact_s, cell_factor=cells),
+    )
+    expected = bits(plain, plain.advance_to(scene.duration_s, most))
+    compiled.advance_to(scene.duration_s / 7, most)
+    found = bits(compiled, compiled.advance_to(scene.duration_s, most))
+    assert found == expected
+    return plain
+
+
+def random_scene(rnd: random.Random) -> Scene:
+    """Return some discs in a room of edges and arcs, with bars, islands, rings, half-planes, and walls' own materials.
+
+    Half of them are of quarters: discs touch, meet corners and slide along arcs exactly.
+    """
+    exact = rnd.random() < 0.5
+
+    def number(low: float, high: float) -> float:
+        return rnd.randint(int(4 * low), int(4 * high)) / 4 if exact else rnd.uniform(low, high)
+
+    def material() -> dict[str, float]:
+        return rnd.choice(({}, {}, {"restitution": rnd.choice((0.0, 0.5, 1.0))}, {"friction": 0.25}))
+
+    bulges = [rnd.choice((0.0, 0.0, 1.0, 0.5, -0.25, number(-0.5, 0.5))) for _ in range(6)]
+    room = Chain(
+        points_m=[(-8, -8), (8, -8), (8, 8), (0, 8), (0, 6), (-8, 6)], bulges=bulges, closed=True, **material()
+    )
+    bar = [(number(-5, 5), number(-5, 5)) for _ in range(rnd.choice((2, 3)))]
+    more = (
+        lambda: Chain(points_m=bar, half_width_m=rnd.choice((0.0, 0.25)), **material()),
+        lambda: Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True, solid=True),
+        lambda: Ring(centre_m=(number(-5, 5), number(-5, 5)), radius_m=rnd.choice((0.0, 0.5, 1.0)), **material()),
+        lambda: Ring(centre_m=(0, 0), radius_m=rnd.choice((7.0, 12.0))),
+        lambda: Wall(point_m=(0, -6.5), normal=(0, 1), **material()),
+    )
+    discs: list[Disc] = []
+    for _ in range(rnd.randint(1, 8)):
+        place, radius = (number(-6, 6), number(-6, 5)), rnd.choice((0.125, 0.25, 0.5))
+        if all(math.dist(place, disc.position_m) >= radius + disc.radius_m for disc in discs):
+            fields: dict[str, float] = {"mass_kg": rnd.choice((1.0, 2.0)), "spin_rad_s": rnd.choice((0.0, 0.0, 1.5))}
+            discs.append(Disc(position_m=place, velocity_m_s=(number(-2, 2), number(-2, 2)), radius_m=radius, **fields))
+    return Scene(
+        name="random table",
+        discs=discs,
+        walls=[room, *(make() for make in more if rnd.random() < 0.4)],
+        restitution=rnd.choice((1.0, 0.9)),
+        wall_restitution=rnd.choice((1.0, 1.0, 0.9, 0.0)),
+        wall_friction=rnd.choice((0.0, 0.0, 0.25)),
+        friction=rnd.choice((0.0, 0.25)),
+        duration_s=40.0,
+    )
+
+
+def drawn(seed: str) -> tuple[Scene, dict[str, Any]] | None:
+    """Return a random table, and options; None where bodies overlap, or a chain crosses itself."""
+    rnd = random.Random(seed)
+    try:
+        return random_scene(rnd), {"contact_s": rnd.choice((0.0, 0.0, 1e-3)), "cells": rnd.choice((1.0, 1.0, math.inf))}
+    except SceneError:
+        return None
+
+
+#: Under gravity there is one form alone.
+TABLES = [entry for entry in find_scenes(["tables"]) if entry.scene.gravity_m_s2 == (0.0, 0.0)]
+
+
+@pytest.mark.parametrize("entry", TABLES, ids=lambda entry: entry.name)
+def test_every_table_of_the_catalogue_has_the_bits_of_all_pairs(entry: CatalogueScene) -> None:
+    """Impacts, edges, ambiguities, outcome, notes and final state."""
+    assert_same(entry.scene)
+
+
+def seen_on(seeds: range) -> Counter[str]:
+    """Compare both forms on random tables; return how many had what."""
+    seen = Counter[str]()
+    for seed in seeds:
+        found = drawn(str(seed))
+        if found is None:
+            continue
+        scene, options = found
+        plain = assert_same(scene, **options)
+        edges = plain.log.edges()
+        assert edges is not None
+        for kind in EdgeKind:
+            seen[kind.name] += bool(np.any(edges["kind"] == kind.value))
+        seen["ambiguous"] += bool(plain.log.ambiguous())
+        seen["glides"] += bool(plain.notes)
+        seen["spins"] += plain.spins() is not None
+        seen["epochs"] += plain.counts["epochs"] > 0
+    return seen
+
+
+#: What random tables must show, or they test too little.
+KINDS = {"FACE", "VERTEX", "ARC", "ambiguous", "glides", "spins", "epochs"}
+
+
+def test_random_tables_have_the_bits_of_all_pairs() -> None:
+    """Faces, vertices and arcs, corners, gliding, friction, losses, walls' own materials, and epochs."""
+    seen = seen_on(range(60))
+    assert {name for name in KINDS if seen[name] > 0} == KINDS, seen
+
+
+@pytest.mark.long
+def test_many_random_tables_have_the_bits_of_all_pairs() -> None:
+    """Two thousand of them."""
+    assert min(seen_on(range(1000, 3000))[name] for name in KINDS) > 20
+
+
+@given(st.integers(0, 2**32))
+def test_any_random_table_has_the_bits_of_all_pairs(seed: int) -> None:
+    """Whatever seed Hypothesis finds."""
+    found = drawn(f"hypothesis {seed}")
+    if found is not None:
+        assert_same(found[0], 40, **found[1])
+
+
+def gas_among(segments: int) -> Scene:
+    """Return a gas in a box with short segments between the discs, so that each cell knows few of them."""
+    rnd, discs, walls = random.Random(8), [], []
+    for row in range(5):
+        for column in range(5):
+            x, y = 2.0 * column, 2.0 * row
+            velocity = rnd.gauss(0, 1), rnd.gauss(0, 1)
+            discs.append(Disc(position_m=(x, y), velocity_m_s=velocity, radius_m=0.4))
+            walls.append(Chain(points_m=[(x + 0.9, y + 0.9), (x + 1.1, y + 1.0 + rnd.uniform(-0.2, 0.2))]))
+    box = Chain(points_m=[(-1, -1), (10, -1), (10, 10), (-1, 10)], closed=True)
+    return Scene(name="gas among segments", discs=discs, walls=[box, *walls[:segments]], duration_s=100.0)
+
+
+def test_a_gas_among_segments_has_the_bits_of_all_pairs() -> None:
+    """Many cells, each of which knows a few of the walls, and none of which may know too few."""
+    assert_same(gas_among(25), 200)
+    assert_same(gas_among(12), 100, cells=2.5)
+
+
+def test_a_saved_run_among_finite_walls_goes_on_with_the_same_bits() -> None:
+    """What was met last, a side or a vertex, is part of a run's state."""
+    scene = gas_among(25)
+    whole, first = EventDrivenRun(scene), EventDrivenRun(scene)
+    whole.advance_to(math.inf, 500)
+    first.advance_to(math.inf, 317)
+    later = EventDrivenRun(scene, resume=first.state())
+    later.advance_to(math.inf, 500)
+    assert later.positions().tobytes() == whole.positions().tobytes()
+    assert later.log.array().tobytes() == whole.log.array()[317:].tobytes()
+    edges, all_edges = later.log.edges(), whole.log.edges()
+    assert edges is not None
+    assert all_edges is not None
+    assert edges.tobytes() == all_edges[317:].tobytes()
+    assert later.log.ambiguous() == tuple(row - 317 for row in whole.log.ambiguous() if row >= 317)
+
+
+def test_a_state_of_walls_of_another_material_is_refused() -> None:
+    """A run of it would be of neither scene."""
+    disc = Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)
+    one, other = (
+        Scene(name="one", discs=[disc], walls=[Wall(point_m=(2, 0), normal=(-1, 0), restitution=e)], duration_s=1.0)
+        for e in (0.5, 0.25)
+    )
+    with pytest.raises(InputError, match="must be the state of a run of the same wall_materials"):
+        EventDrivenRun(one, resume=EventDrivenRun(other).state())
+
+
+def test_a_run_that_ended_in_gliding_stays_ended() -> None:
+    """Whatever it is asked for later, it says the same again, as the all-pairs run does."""
+    disc = Disc(position_m=(0, -1.5), velocity_m_s=(1, 0), radius_m=0.5)
+    stadium = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
+    scene = Scene(name="stadium", discs=[disc], walls=[stadium], duration_s=10.0)
+    for run in (EventDrivenRun(scene), AllPairsRun(scene)):
+        assert run.advance_to(1.0) is Outcome.COMPLETED
+        for until_s in (10.0, 1.0, math.inf):
+            assert run.advance_to(until_s) is Outcome.GLIDES
+            assert (run.time_s, run.positions().tolist()) == (2.0, [[2.0, -1.5]])
+        assert run.notes == ("disc 0 glides along wall 0 from 2 s on",)
+
+
+def test_more_sides_than_can_be_numbered_are_left_to_the_plain_form(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The kernel refuses them by name, and `solve_pic` takes the all-pairs run."""
+    triangle = Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True)
+    disc = Disc(position_m=(0, 4), velocity_m_s=(1, 0), radius_m=0.5)
+    scene = Scene(name="triangle", discs=[disc], walls=[triangle], duration_s=10.0)
+    expected = pic.solve_pic(scene)
+    for module in (event_driven, pic):
+        monkeypatch.setattr(module, "MOST_OBSTACLES", 8)  # of nine: three edges with two sides and a vertex each
+    with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
+        EventDrivenRun(scene)
+    assert pic.solve_pic(scene).impacts.tobytes() == expected.impacts.tobytes()
+
+
+def test_finite_walls_may_be_given_as_arrays() -> None:
+    """A start of arrays takes outlines beside half-planes, and refuses a disc that overlaps one."""
+    line = Outline(((2.0, -1.0), (2.0, 1.0)), (0.0,), 0.25)
+    fields = (np.array([[1.0, 0.0]]), np.array([0.5]), np.ones(1))
+    start = DiscArrays(np.zeros((1, 2)), *fields, walls=(line, (-2.0, 0.0, 1.0, 0.0)))
+    run = EventDrivenRun(start)
+    run.advance_to(10.0)
+    # From 0 to 1.25, back to -1.5, and to 1.25 again.
+    assert run.log.array()["time_s"].tolist() == [1.25, 4.0, 6.75, 9.5]
+    edges = run.log.edges()
+    assert edges is not None
+    assert edges["edge"].tolist() == [0, -1, 0, -1]
+    with pytest.raises(InputError, match="must not overlap wall 0"):
+        EventDrivenRun(DiscArrays(np.array([[1.5, 0.0]]), *fields, walls=(line,)))
