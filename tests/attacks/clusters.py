@@ -18,7 +18,6 @@ from random import Random
 from tempfile import TemporaryDirectory
 from unittest import mock
 
-from tests.attacks.digests import drawn
 from tests.attacks.guard import HangError, within
 
 from carom.runs import cluster

@@ -11,9 +11,8 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-import numpy as np
+from tests.drawn import drawn
 
-from carom import Disc, Scene, Wall
 from carom.runs.job import Job, Method
 from carom.runs.journal import canonical
 from carom.runs.pool import InProcess, LocalPool, Pool
@@ -36,25 +35,8 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         yield "" if canonical(path) == alone else f"scene {number}: without the extension"
 
 
-def drawn(number: int) -> Scene:
-    """Return a scene of a few discs in a corner."""
-    rng = np.random.default_rng(number)
-    place = rng.permutation(16)[: rng.integers(2, 8)]
-    discs = [
-        Disc(
-            position_m=(2.0 + 2.5 * (k % 4), 2.0 + 2.5 * (k // 4)),
-            velocity_m_s=tuple(rng.normal(size=2)),
-            radius_m=float(rng.uniform(0.2, 1.0)),
-            mass_kg=float(rng.uniform(0.5, 2.0)),
-        )
-        for k in place.tolist()
-    ]
-    walls = [Wall(point_m=(0, 0), normal=(1, 0)), Wall(point_m=(0, 0), normal=(0, 1))]
-    return Scene(name=f"drawn-{number}", discs=discs, walls=walls[: rng.integers(0, 3)], duration_s=3.0)
-
-
 def _swept(number: int, pool: Pool, path: Path) -> list[bytes]:
-    scene = drawn(number)
+    scene = drawn("anywhere", number, gravity=(0.0, 0.0)).model_copy(update={"duration_s": 3.0})
     jobs = [
         Job(scene, Method(engine, "tuned"), dt, 0, phase)
         for engine in ("pit", "pic")

@@ -1,4 +1,4 @@
-// Sums and products of doubles without loss, as carom/physics/double_double.py has them; frexp, ldexp and ulp.
+// Sums and products of doubles without loss, as carom/physics/double_double.py has them; frexp and ldexp.
 // Every operation here and in the modules built on this is one that ECMAScript rounds correctly (+ - * / Math.sqrt), in
 // Carom's order: so PIC and PIT have the bits of Carom's in every browser. No Math.hypot, pow, sin: those round as they like.
 const { abs, sqrt, max, min } = Math;
@@ -85,5 +85,4 @@ export const ldexp = (x, e) => {
   }
   return x * 2 ** e;
 };
-export const ulp = (x) => 2 ** max(exponent(abs(x)) - 53, -1074);
 export { abs, sqrt, max, min, INF };

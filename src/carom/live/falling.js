@@ -1,5 +1,5 @@
 // PIC and PIT under gravity: carom/solvers/falling and carom/solvers/plain/instants.py.
-import { INF, abs, max, sqrt, twoProd, twoSum, ulp } from "./arithmetic.js";
+import { INF, abs, max, sqrt, twoProd, twoSum } from "./arithmetic.js";
 import { Bodies, wallBody } from "./bodies.js";
 import { descentTime, encounterTime, returnTime } from "./encounter.js";
 import { solvePit, standstillImpacts } from "./flying.js";
@@ -76,7 +76,7 @@ export class FallingBodies extends Bodies {
     if (this.lastPartner[i] === fixed) return this.instant[i];
     const reach = this.radius[i] + this.radius[fixed];
     let gap = hypot(this.x[i] - this.x[fixed], this.y[i] - this.y[fixed]) - reach;
-    gap -= this.resolution(i, this.x[fixed], this.y[fixed], reach);
+    gap -= this.resolution(i, this.x[fixed], this.y[fixed], this.radius[fixed]);
     if (!(gap > 0)) return this.instant[i];
     const speed = hypot(this.vx[i], this.vy[i]),
       pull = hypot(...this.gravity);
@@ -105,8 +105,9 @@ export class FallingBodies extends Bodies {
       descentTime(gap, wallSpeed(this.vx[i], this.vy[i], this.walls[k][2], this.walls[k][3]), this.pull[k]),
     );
   }
-  resolution(i, x, y, reach) {
-    return 5 * ulp(max(abs(this.x[i]), abs(this.y[i]), abs(x), abs(y)) + reach);
+  // How well a gap is known: `gap_resolution` of carom/solvers/impact/resolution.py, of the sizes of both bodies.
+  resolution(i, x, y, radius) {
+    return 5 * 2 ** -52 * (abs(this.x[i]) + abs(this.y[i]) + this.radius[i] + (abs(x) + abs(y) + radius));
   }
   contactWithWall(i, k) {
     const [qx, qy, nx, ny] = this.walls[k],
@@ -114,7 +115,7 @@ export class FallingBodies extends Bodies {
     return [
       again ? this.leaving[i] : -wallSpeed(this.vx[i], this.vy[i], nx, ny)[0],
       this.pull[k][0],
-      this.resolution(i, qx, qy, this.radius[i]),
+      this.resolution(i, qx, qy, 0),
     ];
   }
   contactWithFixed(i, f) {
@@ -124,7 +125,7 @@ export class FallingBodies extends Bodies {
     const opening = (dx * this.vx[i] + dy * this.vy[i]) / d,
       across = (dx * this.vy[i] - dy * this.vx[i]) / d;
     const pull = (dx * this.gravity[0] + dy * this.gravity[1]) / d + (across * across) / d;
-    return [-opening, pull, this.resolution(i, this.x[f], this.y[f], this.radius[i] + this.radius[f])];
+    return [-opening, pull, this.resolution(i, this.x[f], this.y[f], this.radius[f])];
   }
   leaveFixed(i, f, record) {
     const dx = this.x[i] - this.x[f],
