@@ -19,6 +19,7 @@ from tempfile import TemporaryDirectory
 from unittest import mock
 
 from tests.attacks.guard import HangError, within
+from tests.drawn import drawn
 
 from carom.runs import cluster
 from carom.runs.cluster import ClusterError, ClusterPool
@@ -113,7 +114,7 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
 
 
 def _sweep(number: int, pool: Pool, path: Path) -> None:
-    scene = drawn(number)
+    scene = drawn("anywhere", number).model_copy(update={"duration_s": 3.0})
     jobs = [Job(scene, Method(engine, "tuned"), dt_s) for engine in ("pit", "pic") for dt_s in DTS]
     with score_journal(path, resume=True) as journal:
         sweep(jobs, pool, journal)

@@ -36,7 +36,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 
 
 def _swept(number: int, pool: Pool, path: Path) -> list[bytes]:
-    scene = drawn("anywhere", number, gravity=(0.0, 0.0)).model_copy(update={"duration_s": 3.0})
+    scene = drawn("anywhere", number).model_copy(update={"duration_s": 3.0})
     jobs = [
         Job(scene, Method(engine, "tuned"), dt, 0, phase)
         for engine in ("pit", "pic")
