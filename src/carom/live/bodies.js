@@ -85,6 +85,10 @@ export class Bodies {
     const [px, py, nx, ny] = this.walls[k];
     return this.vx[i] * nx + this.vy[i] * ny < 0 && (this.x[i] - px) * nx + (this.y[i] - py) * ny <= this.radius[i];
   }
+  // Whether two bodies are on the paths that their own impact gave them: what rounding leaves of an approach is none.
+  areParting(i, j) {
+    return this.hasJustMet(i, j) && (j < 0 || this.hasJustMet(j, i));
+  }
   collide(first, second, t) {
     this.moveTo(first, t);
     this.lastPartner[first] = second;

@@ -69,6 +69,10 @@ export class FallingBodies extends Bodies {
     const start = later(this.instant[i], this.instant[j]);
     return after(start, pairTime(...this.stateAt(i, start), this.radius[i], ...this.stateAt(j, start), this.radius[j]));
   }
+  // Two movable discs fall alike; a fall onto what does not fall comes back.
+  areParting(i, j) {
+    return j >= 0 && this.inverseMass[i] > 0 && this.inverseMass[j] > 0 && super.areParting(i, j);
+  }
   earliestOnFixed(i, j) {
     if ((this.inverseMass[i] === 0) === (this.inverseMass[j] === 0)) return null;
     let fixed = j;

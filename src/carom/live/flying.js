@@ -101,9 +101,18 @@ export function solvePit(scene, rate = num(scene.frame_rate_hz, 60), { phase = 0
     const t = phase ? (frame + phase) / rate : frame / rate;
     if (frame > 0 || phase) for (let i = 0; i < n; i++) b.moveTo(i, t);
     for (let i = 0; i < n; i++)
-      for (let j = i + 1; j < n; j++) if (b.pairApproachesAndOverlaps(i, j)) impacts.push(b.collidePair(i, j));
+      for (let j = i + 1; j < n; j++)
+        if (b.pairApproachesAndOverlaps(i, j) && !b.areParting(i, j)) {
+          impacts.push(b.collidePair(i, j));
+          b.lastPartner[i] = j;
+          b.lastPartner[j] = i;
+        }
     for (let i = 0; i < n; i++)
-      for (let k = 0; k < b.walls.length; k++) if (b.wallApproachesAndOverlaps(i, k)) impacts.push(b.collideWall(i, k));
+      for (let k = 0; k < b.walls.length; k++)
+        if (b.wallApproachesAndOverlaps(i, k) && !b.areParting(i, wallBody(k))) {
+          impacts.push(b.collideWall(i, k));
+          b.lastPartner[i] = wallBody(k);
+        }
   }
   return {
     impacts,

@@ -167,4 +167,3 @@ def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
 def test_two_thousand_scenes_have_carom_s_bits(first: int) -> None:
     """Two thousand of them, two hundred of each kind."""
     assert _random_unlike(range(first, first + 20)) == []
-
