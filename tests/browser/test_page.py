@@ -27,27 +27,103 @@ def test_the_page_is_as_wide_as_the_window(browser: Browser, wide_report: Path, 
     page.close()
 
 
-def test_the_heat_map_of_four_engines_fits_the_first_screen(browser: Browser, wide_report: Path) -> None:
-    """At 1,280 pixels four engines with three profiles stand side by side, uncut; one click plays the worst scene."""
+def test_the_ranking_of_four_engines_fits_the_first_screen(browser: Browser, wide_report: Path) -> None:
+    """At 1,280 pixels PIT and four engines with three profiles stand below each other, uncut; a click plays the worst.
+
+    The best stands first, by what the rows themselves say, and a mark stands wherever an impact is missed.
+    """
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     page.goto(wide_report.as_uri())
-    frame = page.locator(".scroll", has=page.locator("table.heat"))
+    frame = page.locator(".scroll", has=page.locator("table.methods"))
     assert frame.evaluate("frame => frame.scrollWidth - frame.clientWidth") == 0
     assert frame.evaluate("frame => frame.getBoundingClientRect().bottom") < 900
-    assert page.locator("table.heat thead th").count() >= 14
-    page.locator("table.heat td a").last.click()
+    rows = page.locator("table.methods tbody tr")
+    assert rows.count() == 13
+    tallies = rows.locator("td:nth-child(2)").all_inner_texts()
+    right = [sum(map(int, re.findall(r"(\d+)[✓≃]", tally))) for tally in tallies]
+    assert right == sorted(right, reverse=True)
+    assert right[0] > right[-1]
+    for row in rows.all():
+        if "✗" in row.locator("td:nth-child(2)").inner_text():
+            assert row.locator(".corner").count() >= 1
+    assert 0 < page.locator("table.methods .corner").count() < page.locator("table.methods .share").count()
+    page.locator("table.methods .share a").last.click()
     page.wait_for_selector("#replay[open]")
     page.close()
 
 
-def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(browser: Browser, wide_report: Path) -> None:
-    """The first screen says in words what goes wrong; one click from there plays a run that misses an impact."""
+def test_bars_are_as_long_as_their_shares(browser: Browser, wide_report: Path) -> None:
+    """Of a method's bar each part is as wide as its grade has scenes, the best at the left."""
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     page.goto(wide_report.as_uri())
-    chart = page.locator(".charts svg").first
-    assert chart.evaluate("chart => chart.getBoundingClientRect().bottom") < 900
+    order = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong", "not-graded"]
+    for cell in page.locator("table.methods tbody td:nth-child(2)").all():
+        counts = [int(count) for count in re.findall(r"\d+", cell.inner_text())]
+        parts = cell.locator(".bar i").evaluate_all("all => all.map(i => [i.className, i.offsetWidth])")
+        grades = [order.index(name) for name, _ in parts if name in order]
+        assert grades == sorted(grades)
+        whole, spare = sum(width for _, width in parts), 1.5  # whole pixels: half a pixel here, one in all of them
+        for count, (_, width) in zip(counts, parts, strict=True):
+            assert abs(width - whole * count / sum(counts)) <= spare
+    page.close()
+
+
+def test_a_switch_leaves_one_profile_in_both_tables(browser: Browser, wide_report: Path) -> None:
+    """Chosen above the ranking or beside the other filters, a profile leaves its rows and its columns, and PIC's."""
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.goto(wide_report.as_uri())
+    switch, beside = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
+    every = page.locator("table.methods tbody tr:visible").count()
+    switch.get_by_label("located").check()
+    assert beside.input_value() == "located"
+    methods = page.locator("table.methods tbody tr:visible th").all_inner_texts()
+    assert len(methods) == 4
+    assert all(method.endswith("located") for method in methods)
+    heads = page.locator("table.grid thead th:visible").all_inner_texts()
+    assert heads[:2] == ["scene", "PIC"]
+    assert len(heads) == 6
+    assert all(head.endswith("located") for head in heads[2:])
+    beside.select_option("default")
+    assert switch.get_by_label("default").is_checked()
+    assert all(m.endswith("default") for m in page.locator("table.methods tbody tr:visible th").all_inner_texts())
+    switch.get_by_label("all").check()
+    assert page.locator("table.methods tbody tr:visible").count() == every
+    page.close()
+    plain = browser.new_page(java_script_enabled=False)
+    plain.goto(wide_report.as_uri())
+    assert plain.locator("table.methods tbody tr:visible").count() == every
+    assert plain.locator("fieldset.switch").count() == 0
+    plain.close()
+
+
+@pytest.mark.parametrize("name", ["methods", "grid"])
+def test_on_a_phone_every_cell_is_seen_with_its_heading(browser: Browser, wide_report: Path, name: str) -> None:
+    """At 360 pixels nothing of the ranking and of the scenes stands outside the window, and no text is cut."""
+    page = browser.new_page(viewport={"width": 360, "height": 740})
+    page.goto(wide_report.as_uri())
+    cells = page.locator(f"table.{name} tbody td:visible")
+    assert cells.count() > (100 if name == "grid" else 60)
+    right, cut = cells.evaluate_all(
+        "all => [Math.max(...all.map(one => one.getBoundingClientRect().right)),"
+        " all.filter(one => one.scrollWidth > one.clientWidth + 1).map(one => one.innerText)]"
+    )
+    assert right <= 360
+    assert cut == []
+    heads = cells.evaluate_all("all => all.map(one => getComputedStyle(one, '::before').content)")
+    assert all(len(head) > len('""') for head in heads)
+    page.locator("fieldset.switch").get_by_label("tuned").check()
+    assert page.locator("table.methods tbody tr:visible").count() == 5
+    page.close()
+
+
+def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(browser: Browser, wide_report: Path) -> None:
+    """The first screen says in words what goes wrong, and what was found; one click plays a run that misses."""
+    page = browser.new_page(viewport={"width": 1280, "height": 900})
+    page.goto(wide_report.as_uri())
     said = page.locator("header .about").inner_text()
     assert all(word in said for word in ("once a step", "PIT", "PIC", "late"))
+    weights = page.locator(".verdict p").evaluate_all("all => all.map(one => Number(getComputedStyle(one).fontWeight))")
+    assert weights[0] > max(weights[1:])  # the finding, and no tally
     page.locator("header .about a").click()
     page.wait_for_selector("#replay[open]")
     assert "missed" in page.locator("table.impacts").inner_text()
@@ -113,8 +189,9 @@ def test_axe_finds_nothing_serious(browser: Browser, wide_report: Path, scheme: 
 
     page = browser.new_page(color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
     page.goto(wide_report.as_uri())
-    for key in ("", MISSED):
-        if key:
+    for key in ("", "phone", MISSED):
+        page.set_viewport_size({"width": 360 if key == "phone" else 1280, "height": 800})
+        if key == MISSED:
             opened(page, key)
         found = Axe().run(page).response["violations"]
         serious = {

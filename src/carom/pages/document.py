@@ -86,6 +86,7 @@ class Cell:
         shares: Parts of a bar below the text; a terminal shows it in place of the text.
         part: Length of a meter below the text, in parts of the longest; None for no meter.
         anchor: Its name within a page, for what leads to it; empty for none.
+        corner: A sign that a page sets into the cell's corner; empty for none.
     """
 
     text: str
@@ -99,6 +100,7 @@ class Cell:
     shares: tuple[Share, ...] = ()
     part: float | None = None
     anchor: str = ""
+    corner: str = ""
 
     @property
     def line(self) -> str:
@@ -148,6 +150,7 @@ class Table:
         css: Class of its layout on a page.
         only: The media that show it.
         packed: Whether a page holds its rows compressed until it is opened: they are many, and say little each.
+        cards: Whether a narrow page shows each row as a card, each cell with its heading, and nothing beside it.
     """
 
     columns: Sequence[Column]
@@ -158,6 +161,7 @@ class Table:
     css: str = ""
     only: Media = EVERYWHERE
     packed: bool = False
+    cards: bool = False
 
     def shown(self, medium: Medium) -> tuple[list[Column], list[list[Cell]]]:
         """Return columns and rows as a medium shows them."""

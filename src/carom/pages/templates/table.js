@@ -1,11 +1,15 @@
-// Filters and sorting of the table of every scene on every engine. Without it the table stands whole.
+// The switch of profile over the methods, filters and sorting of the table of every scene on every engine. Without it
+// both tables stand whole.
 "use strict";
 (() => {
   const ORDER = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong"]; // from best to worst, by class
   const table = document.querySelector("table.grid");
   if (!table) return;
   const head = [...table.tHead.rows[0].cells], scenes = [...table.tBodies[0].rows];
-  const columns = head.slice(1).map((cell) => cell.innerText.split("\n").map((line) => line.trim()));
+  const columns = head.slice(1).map((cell) => { // a heading of two lines is an engine and its profile
+    const engine = cell.querySelector("b");
+    return engine ? [engine.textContent.trim(), cell.lastChild.textContent.trim()] : [cell.textContent.trim()];
+  });
   const nameOf = (row) => (row.cells[0].querySelector(".word") ?? row.cells[0]).textContent.trim();
   const groupOf = (row) => (nameOf(row).includes("/") ? nameOf(row).split("/")[0] : "others");
   const rankOf = (cell) => ORDER.findIndex((grade) => cell.classList.contains(grade));
@@ -16,6 +20,8 @@
   const bar = document.createElement("div");
   bar.className = "filters";
   const status = document.createElement("output");
+  const ranking = [...document.querySelectorAll("table.methods tbody tr")];
+  const profileOf = (row) => row.cells[0].querySelector(".figure")?.textContent.trim();
   const choice = (name, items) => {
     const label = document.createElement("label"), select = document.createElement("select");
     select.append(option(""), ...items.map(option));
@@ -23,16 +29,37 @@
     select.addEventListener("change", () => { chosen[name] = select.value; show(); });
     label.append(`${name} `, select);
     bar.append(label);
+    return select;
   };
   choice("engine", distinct(columns.map(([engine]) => engine)));
-  choice("profile", distinct(columns.map(([, profile]) => profile)));
+  const several = (engine) => columns.filter(([other]) => other === engine).length; // the engine of most profiles orders them
+  const inOrder = [...columns].sort(([a], [b]) => several(b) - several(a));
+  const profiles = distinct(inOrder.map(([, profile]) => profile).filter(Boolean)), select = choice("profile", profiles);
   choice("grade", ORDER.filter((grade) => scenes.some((row) => [...row.cells].some((cell) => cell.classList.contains(grade)))));
   choice("group", distinct(scenes.map(groupOf)));
   bar.append(status);
   table.closest(".scroll").before(bar);
 
+  const radios = ["", ...profiles].map((profile) => {
+    const label = document.createElement("label"), radio = document.createElement("input");
+    Object.assign(radio, { type: "radio", name: "profile", value: profile, checked: !profile });
+    radio.addEventListener("change", () => { select.value = chosen.profile = profile; show(); });
+    label.append(radio, profile || "all");
+    return label;
+  });
+  if (profiles.length > 1 && ranking.length) {
+    const fieldset = document.createElement("fieldset"), legend = document.createElement("legend");
+    fieldset.className = "switch";
+    legend.textContent = "Profile:";
+    fieldset.append(legend, ...radios);
+    ranking[0].closest(".scroll").before(fieldset);
+  }
+
   const show = () => {
-    const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || profile === chosen.profile));
+    // A column without a profile stands for all of them.
+    const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || !profile || profile === chosen.profile));
+    for (const row of ranking) row.hidden = Boolean(chosen.profile) && profileOf(row) !== chosen.profile;
+    for (const { firstChild: radio } of radios) radio.checked = radio.value === (chosen.profile ?? "");
     for (const row of [table.tHead.rows[0], ...scenes]) kept.forEach((keep, k) => { row.cells[k + 1].hidden = !keep; });
     let count = 0;
     for (const row of scenes) {

@@ -7,12 +7,11 @@ from collections.abc import Sequence
 from carom.comparator import Verdict
 from carom.comparator.thresholds import THRESHOLDS
 from carom.pages import wording
-from carom.pages.grid import BROKEN, GRADED, Grid, GridCell, GridColumn, Mark
+from carom.pages.grid import Grid, GridCell, GridColumn, Mark
+from carom.studies.cross_check.ranking import merit, ranked
 
-__all__ = ["RIGHT", "finding", "merit"]
+__all__ = ["finding", "misses"]
 
-#: Grades that leave nothing to pay for looking once a step.
-RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 #: What an engine as shipped is called among its profiles.
 SHIPPED = "default"
 #: What says that bodies passed through each other; of a trajectory that parted, missed impacts alone do not.
@@ -30,16 +29,15 @@ def finding(grid: Grid) -> str:
     return _of_one(grid, columns) if len(grid.rows) == 1 else _of_many(grid, columns)
 
 
-def merit(grid: Grid, column: GridColumn) -> tuple[int, int, int]:
-    """Return what puts the best method first: most scenes exact or close, fewest wrong, fewest worse than sampled."""
-    marks = [cell.mark for cell in grid.cells(column)]
-    right, wrong = sum(mark in RIGHT for mark in marks), sum(mark is Mark.WRONG or mark in BROKEN for mark in marks)
-    return (-right, wrong, sum(mark in GRADED and mark not in RIGHT and mark is not Mark.SAMPLED for mark in marks))
+def misses(cell: GridCell) -> bool:
+    """Whether a run is said to miss an impact; of a trajectory that parted, a missed impact alone says nothing."""
+    score = cell.row.score if cell.row else None
+    return score is not None and bool(_MISSES & set(score.verdicts))
 
 
 def _of_one(grid: Grid, columns: Sequence[GridColumn]) -> str:
     said: dict[str, list[str]] = {}
-    for column in sorted(columns, key=lambda column: merit(grid, column)):
+    for column in ranked(grid, columns):
         (cell,) = grid.cells(column)
         if cell.plays:
             said.setdefault(_does(cell), []).append(column.name)
@@ -86,13 +84,13 @@ def _of_many(grid: Grid, columns: Sequence[GridColumn]) -> str:
         missed = [row.scene.name for row in grid.rows if _all_miss([c for c in row.cells if c.column in shipped])]
         which = f": {_names(missed)}" if missed else ""
         parts.append(f"In {len(missed)} of {scenes} scenes {engines} misses an impact{which}.")
-    best = min(merit(grid, column) for column in columns)
-    names = [column.name for column in columns if merit(grid, column) == best]
+    merits = {column: merit([cell.mark for cell in grid.cells(column)]) for column in columns}
+    best = min(merits.values())
+    firsts = [column for column in ranked(grid, columns) if merits[column] == best]
     if best[0] == 0:
         parts.append(f"No {'engine' if not columns[0].own else 'method'} is exact or close in any of {scenes} scenes.")
     else:
-        tie = " tie" if len(names) > 1 else ""
-        firsts = [column for column in columns if merit(grid, column) == best]
+        names, tie = [column.name for column in firsts], " tie" if len(firsts) > 1 else ""
         wrong = max(sum(cell.mark is Mark.WRONG for cell in grid.cells(column)) for column in firsts)
         parts.append(f"Most exact or close: {_names(names)}{tie}, in {-best[0]}; wrong in {wrong}.")
     return " ".join(parts)
@@ -100,8 +98,8 @@ def _of_many(grid: Grid, columns: Sequence[GridColumn]) -> str:
 
 def _all_miss(cells: Sequence[GridCell]) -> bool:
     """Whether all that ran are said to miss an impact; of none that is not so."""
-    scores = [cell.row.score for cell in cells if cell.row is not None and cell.row.score is not None]
-    return bool(scores) and all(_MISSES & set(score.verdicts) for score in scores)
+    ran = [cell for cell in cells if cell.row is not None and cell.row.score is not None]
+    return bool(ran) and all(map(misses, ran))
 
 
 def _names(names: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ from carom.pages import wording
 from carom.pages.document import DETAIL, TERMINAL, Column, Table
 from carom.pages.grid import Grid, GridColumn, Mark, mark_of
 from carom.runs.results import Results, Row
-from carom.studies.cross_check.finding import merit
+from carom.studies.cross_check.ranking import ranked, standing
 
 __all__ = ["counts_table", "run_tables", "verdict_lines"]
 
@@ -76,8 +76,9 @@ def counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
         *(Column(name, partial(_count, grid, marks), number=True) for name, marks in _COUNTED.items()),
         Column("n/a", partial(_not_graded, grid), number=True),
     )
-    ranked = sorted(methods, key=lambda method: merit(grid, method))
-    return Table(columns, ranked, only=TERMINAL, note="n/a: not graded, or not run; -v says which and why")
+    return Table(
+        columns, ranked(grid, methods), only=TERMINAL, note="n/a: not graded, or not run; -v says which and why"
+    )
 
 
 def _count(grid: Grid, marks: Sequence[Mark], method: GridColumn) -> str:
@@ -97,13 +98,7 @@ def _scored(results: Results, scene: str) -> list[Row]:
     """Return the runs of a scene that have a score, PIC's only where there is nothing else; the best first."""
     rows = [row for row in results.rows if row.job.scene.name == scene and row.score is not None]
     rows = [row for row in rows if row.job.method.engine != "pic"] or rows
-    marks = list(Mark)
-    return sorted(rows, key=lambda row: (-row.job.dt_s, marks.index(mark_of(row)), _paid(row)))
-
-
-def _paid(row: Row) -> float:
-    paid = row.score.price_paid if row.score else math.nan
-    return 0.0 if math.isnan(paid) else paid
+    return sorted(rows, key=lambda row: (-row.job.dt_s, standing([row])))
 
 
 def _score(row: Row) -> Score:

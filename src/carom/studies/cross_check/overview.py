@@ -1,4 +1,4 @@
-"""The answer first: a line a method, scene groups by method, and one scene's impacts with all methods side by side."""
+"""The answer first: the methods ranked, a row each, and one scene's impacts with all methods side by side."""
 
 from __future__ import annotations
 
@@ -31,8 +31,10 @@ from carom.pages.document import (
 from carom.pages.grid import GRADED, Grid, GridCell, GridColumn, GridRow, Mark
 from carom.pages.replay import impact_rows, replay_link
 from carom.runs.results import Results
+from carom.studies.cross_check.finding import misses
 from carom.studies.cross_check.in_short import counts_table, run_tables, verdict_lines
 from carom.studies.cross_check.price import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
+from carom.studies.cross_check.ranking import RANKING_NOTE, RIGHT, ranked
 from carom.studies.cross_check.steps import steps_section
 from carom.studies.cross_check.tables import legend, mark_cell
 
@@ -44,9 +46,10 @@ _GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNG
 #: beside so many methods a terminal has room for their times.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
-HEAT_NOTE = (
-    "A cell tells a method's worst grade in a group, in how many of its scenes, and plays the worst of them; the bar "
-    "shows all grades."
+GROUP_NOTE = (
+    "Of a group of scenes stands how many are exact or close of those graded, coloured by the share of each grade; "
+    f"{Mark.WRONG.symbol} in the corner: an impact is missed in at least one of them. "
+    "Each plays the worst of its scenes."
 )
 METHOD_NOTE = (
     "Missed and invented impacts are counted over all scenes. The error is the largest velocity or spin error over "
@@ -57,7 +60,7 @@ METHOD_SHORT = "impacts: - missed, + invented; error: of velocity or spin, {medi
 
 
 def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> Iterator[Section]:
-    """Yield what stands first: every method, scene groups by method, and of one scene its impacts."""
+    """Yield what stands first: every method, the best first, with its groups of scenes; of one scene its impacts."""
     methods = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
     if not methods:
         return
@@ -69,12 +72,11 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
     signs = {} if alone else {mark.symbol: mark.css.replace("-", " ") for mark in grid.marks}
     chart = Figure(partial(price_chart, found, PRICE_TITLE), PRICE_CAPTION, PRICE_TITLE)
     blocks: tuple[Block, ...] = (
-        _group_table(grid, methods),
-        legend(grid, PAGE),
-        Text(HEAT_NOTE, PAGE),
-        *((Figures((chart,), large=True),) if any(price.own for price in found) else ()),
         *(run_tables(results, grid, alone.scene.name) if alone else (counts_table(grid, others),)),
         _method_table(grid, others, beside),
+        legend(grid, PAGE),
+        *(() if alone else (Text(GROUP_NOTE, PAGE), Text(RANKING_NOTE, ON_PAPER))),
+        *((Figures((chart,), large=True),) if any(price.own for price in found) else ()),
         *((Text("  ".join(f"{symbol} {word}" for symbol, word in signs.items()), DETAIL),) if signs else ()),
         Text(METHOD_SHORT.format(median="" if alone else "median, "), DETAIL),
         Text(METHOD_NOTE, ON_PAPER),
@@ -135,20 +137,22 @@ def first_replay(grid: Grid) -> Cell | None:
 
 
 def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impact]) -> Table:
-    """Return a row a method: its grades, impacts missed and invented, the price it pays, and where it does worst.
+    """Return a row a method, the best first: its grades, impacts missed and invented, the price it pays, its groups.
 
     Of a scene alone, what became of each of these impacts.
     """
     alone = len(grid.rows) == 1
+    groups = () if alone else _groups(grid)
     columns = (
-        Column("method", lambda method: method.name),
+        Column("method", lambda method: Cell(method.label, method.profile, short=method.name)),
         Column("grade", partial(_grade, grid)) if alone else Column("scenes by grade", partial(_bar, grid)),
         Column("impacts", partial(_counted, grid), "- +", number=True),
         Column("error", partial(_paid, grid), "by PIT's", number=True),
         *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
+        *(Column(of.name, partial(_group_cell, of), wording.count(len(of.rows), "scene"), only=PAGE) for of in groups),
         *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),
     )
-    return Table(columns, methods, css="methods", only=IN_FULL)
+    return Table(columns, ranked(grid, methods), css="methods", only=IN_FULL, cards=True)
 
 
 def _grade(grid: Grid, method: GridColumn) -> Cell:
@@ -181,44 +185,37 @@ def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
 
 
 class _Group(NamedTuple):
-    """Scenes of one group, with the cells of each method there."""
+    """Scenes of one group."""
 
     name: str
-    scenes: int
-    cells: dict[GridColumn, tuple[GridCell, ...]]
+    rows: list[GridRow]
 
 
-def _group_table(grid: Grid, methods: list[GridColumn]) -> Table:
-    """Return scene groups down and methods across: how many scenes have the worst grade, and a way to the worst one."""
-
-    def group(name: str, rows: Sequence[GridRow]) -> _Group:
-        cells = {method: tuple(c for row in rows for c in row.cells if c.column == method) for method in methods}
-        return _Group(name, len(rows), cells)
-
+def _groups(grid: Grid) -> list[_Group]:
+    """Return the groups in order of their first scenes; scenes without a group are together."""
     by_name: dict[str, list[GridRow]] = {}
     for row in grid.rows:
         first, slash, _ = row.scene.name.partition("/")
         by_name.setdefault(first if slash else "others", []).append(row)
-    groups = [group(name, rows) for name, rows in by_name.items()]
-    columns = [Column("group", lambda of: Cell(of.name, wording.count(of.scenes, "scene")))]
-    columns += [Column(method.label, partial(_group_cell, method), method.profile) for method in methods]
-    return Table(columns, groups if len(groups) < 2 else (*groups, group("all", grid.rows)), css="heat", only=PAGE)
+    return [_Group(name, rows) for name, rows in by_name.items()]
 
 
-def _group_cell(method: GridColumn, group: _Group) -> Cell:
-    cells = group.cells[method]
+def _group_cell(group: _Group, method: GridColumn) -> Cell:
+    """Return in how many of a group's graded scenes a method is right, with a way to the worst of them."""
+    cells = tuple(cell for row in group.rows for cell in row.cells if cell.column == method)
     worst = _worst(cells)
     if worst is None:
         return Cell("", shares=_shares(cells))
-    same = sum(cell.mark is worst.mark for cell in cells)
+    graded = [cell for cell in cells if cell.mark in _GRADED]
+    missed = sum(map(misses, graded))
+    says = f"worst: {_scene_of(worst)}, {worst.mark.word}: {'; '.join(worst.reasons)}"
     return Cell(
-        f"{same} of {len(cells)}",
-        title=f"worst: {_scene_of(worst)}, {worst.mark.word}: {'; '.join(worst.reasons)}",
-        css=worst.mark.css,
-        symbol=worst.mark.symbol,
-        style=worst.mark.style,
+        f"{sum(cell.mark in RIGHT for cell in graded)} of {len(graded)}",
+        title=f"an impact is missed in {wording.count(missed, 'scene')}; {says}" if missed else says,
+        css="share",
         link=replay_link(worst),
         shares=_shares(cells),
+        corner=Mark.WRONG.symbol if missed else "",
     )
 
 

@@ -92,13 +92,12 @@ def _with_note(note: str, table: Table) -> tuple[Block, ...]:
 def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
     """Yield every scene on every engine, and what was not run."""
     columns = [Column("scene", partial(_scene, results))]
-    for k, column in enumerate(grid.columns.values()):
-        columns.append(Column(column.label, partial(_grid_cell, k), column.profile))
+    columns += [Column(label, partial(_grid_cell, k), profile) for k, label, profile in _once(grid)]
     yield Section(
         f"Every scene on every engine, against PIC at {grid.step_phrase}",
         (
             legend(grid, IN_FULL - PAGE),
-            Table(columns, grid.rows, css="grid", only=IN_FULL),
+            Table(columns, grid.rows, css="grid", only=IN_FULL, cards=True),
             Text(FIGURE_NOTE, ON_PAPER),
             Text(SHORT_NOTE, DETAIL),
             Replays(partial(scene_replays, results, grid)),
@@ -115,6 +114,21 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
         Lines(tuple(_missing_profiles(results, grid)), ON_PAPER),
     )
     yield Section("Not scored, and why", tuple(block for block in lines if block.items), level=3)
+
+
+def _once(grid: Grid) -> Iterator[tuple[int, str, str]]:
+    """Yield number and heading of each column; of Carom's own method one, without a profile, where profiles agree."""
+    columns = list(grid.columns.values())
+
+    def says(k: int) -> list[tuple[Mark, str]]:
+        return [(row.cells[k].mark, row.cells[k].figure) for row in grid.rows]
+
+    for k, column in enumerate(columns):
+        same = [j for j, other in enumerate(columns) if column.own and other.engine == column.engine]
+        if len(same) < 2 or any(says(j) != says(k) for j in same):
+            yield k, column.label, column.profile
+        elif k == same[-1]:
+            yield k, column.label, ""
 
 
 def legend(grid: Grid, only: Media) -> Legend:

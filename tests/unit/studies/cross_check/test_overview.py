@@ -1,17 +1,23 @@
-"""The overview: a line a method, and scene groups by method."""
+"""The overview: the methods ranked, a row each, with what they do in each group of scenes."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import pytest
 
 import carom
+from carom.comparator import Grade
 from carom.pages.document import Cell, Medium, Table
 from carom.pages.grid import Mark, build_grid
+from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
 from carom.studies.cross_check.overview import overview
 from carom.studies.cross_check.price import prices
+from carom.studies.cross_check.ranking import standing
+from carom.studies.cross_check.tables import grid_sections
 
 
 @pytest.fixture(scope="module")
@@ -38,29 +44,27 @@ def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[
 
 
 def test_a_group_counts_its_own_scenes(results: Results) -> None:
-    """Scenes without a group are together, each counted once; the last row is all."""
-    (_, rows), _ = tables(results, Medium.PAGE)
-    assert [(row[0].text, row[0].note) for row in rows] == [
-        ("paper", "4 scenes"),
-        ("others", "2 scenes"),
-        ("all", "6 scenes"),
-    ]
+    """Each group is a column and counts its scenes; scenes without a group are together."""
+    ((heads, _),) = tables(results, Medium.PAGE)
+    assert heads[4:-1] == ["paper 4 scenes", "others 2 scenes"]
 
 
-def test_a_cell_tells_the_worst_grade_and_leads_to_the_worst_scene(results: Results) -> None:
-    """PIT misses impacts in two of the paper's cases: the cell counts both, and leads to the one with more of them."""
-    (heads, rows), _ = tables(results, Medium.PAGE)
-    cell = rows[0][heads.index("PIT tuned")]
-    assert (cell.text, cell.css) == ("2 of 4", Mark.WRONG.css)
-    assert cell.link == "#paper/multiple/pit/tuned"
-    assert sum(share.size for share in cell.shares) == 4
+def test_a_cell_counts_what_is_right_and_leads_to_the_worst_scene(results: Results) -> None:
+    """PIT is right in none of the paper's cases and misses impacts in two: a mark says so, and the worst is played."""
+    ((heads, rows),) = tables(results, Medium.PAGE)
+    paper, others = rows[0][heads.index("paper 4 scenes")], rows[0][heads.index("others 2 scenes")]
+    assert (paper.text, paper.corner) == ("0 of 4", Mark.WRONG.symbol)
+    assert paper.title.startswith("an impact is missed in 2 scenes")
+    assert paper.link == "#paper/multiple/pit/tuned"
+    assert {share.css: share.size for share in paper.shares} == {Mark.SAMPLED.css: 2, Mark.WRONG.css: 2}
+    assert (others.text, others.corner) == ("0 of 2", "")  # it finds these late, and misses nothing
 
 
 def test_a_method_is_a_line_with_its_own_numbers(results: Results) -> None:
     """Missed impacts are those of all its scores; PIC, which the others are held to, has no line among them."""
     (heads, rows) = tables(results, Medium.DETAIL)[0]
     missed = sum(len(row.score.missed) for row in results.rows if row.score and row.job.engine == "pit")
-    lines = {row[0].text: [cell.text for cell in row] for row in rows}
+    lines = {row[0].line: [cell.text for cell in row] for row in rows}
     assert lines["PIT tuned"][heads.index("impacts - +")] == f"-{missed}"
     assert list(lines) == ["PIT tuned"]
 
@@ -91,3 +95,61 @@ def test_one_scene_is_told_in_physical_units() -> None:
     )
     assert shown["grade"].startswith("sampled ")
     assert fine[1][0][2].text == "+6.25 ms"
+
+
+@pytest.fixture(scope="module")
+def several() -> Results:
+    """The paper's four cases by PIT and by three profiles of an engine, of which one steps up to the contact."""
+    return carom.cross_check(
+        find_scenes(["paper"]), ["pic", "pit", "pymunk"], dts=[1 / 24], timing=False, pool=InProcess()
+    )
+
+
+def test_terminal_and_report_have_one_order(several: Results) -> None:
+    """The best stands first by what the counts themselves say: most exact or close, fewest wrong, fewest worse."""
+    (heads, counted), *_ = tables(several, Medium.TERMINAL)
+    orders = [[row[0].line for row in counted]]
+    orders += [[row[0].line for row in tables(several, medium)[0][1]] for medium in (Medium.PAGE, Medium.MARKDOWN)]
+    assert orders[0] == orders[1] == orders[2]
+    assert orders[0][0] == "pymunk located"
+    assert len(orders[0]) == 4
+
+    def count(row: list[Cell], *names: str) -> int:
+        return sum(int(row[heads.index(name)].text or 0) for name in names)
+
+    merits = [(-count(r, "exact", "close"), count(r, "wrong"), count(r, "inaccurate", "parted")) for r in counted]
+    assert merits == sorted(merits)
+    assert len(set(merits)) > 1
+
+
+@pytest.mark.parametrize("scene", ["paper/missed", "paper/late", "paper/multiple"])
+def test_of_one_scene_terminal_and_report_have_one_order(several: Results, scene: str) -> None:
+    """Where one scene was run, its table of physical errors and the report's table of methods begin with the same."""
+    rows = tuple(row for row in several.rows if row.job.scene.name == scene)
+    alone = replace(several, rows=rows)
+    (_, terminal), *_ = tables(alone, Medium.TERMINAL)
+    (_, page), *_ = tables(alone, Medium.PAGE)
+    assert [row[0].line for row in terminal] == [row[0].line for row in page]
+    assert len(page) == 4
+
+
+def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: Results) -> None:
+    """Exact stands before close, which merit counts alike, and of two sampled runs the one that pays less."""
+    row = next(row for row in several.rows if row.score and row.score.grade is Grade.SAMPLED)
+    assert row.score is not None
+    exact, close = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.EXACT, Grade.CLOSE))
+    cheap, dear = (replace(row, score=replace(row.score, price_paid=paid)) for paid in (0.25, 0.5))
+    none = replace(row, status=Status.CRASHED, score=None, trace=None)
+    order = [exact, close, cheap, dear, none]
+    mixed = [none, dear, close, cheap, exact]
+    assert sorted(mixed, key=lambda one: standing([one])) == order
+
+
+def test_pic_stands_once_in_the_table_of_every_scene(several: Results) -> None:
+    """PIC's two profiles say the same of every scene, so there is one column of PIC; an engine keeps all."""
+    grid = build_grid(several)
+    assert [column.name for column in grid.columns.values()][:2] == ["PIC default", "PIC tuned"]
+    section = next(iter(grid_sections(several, grid)))
+    (table,) = (block for block in section.shown(Medium.PAGE) if isinstance(block, Table))
+    heads = [column.line for column in table.shown(Medium.PAGE)[0]]
+    assert heads == ["scene", "PIC", "PIT tuned", "pymunk default", "pymunk tuned", "pymunk located"]

@@ -207,7 +207,7 @@ def test_the_price_is_one_number_wherever_it_stands() -> None:
     grid = build_grid(of_all)
     tables = [block for block in next(iter(overview(of_all, grid, prices(grid)))).blocks if isinstance(block, Table)]
     heads, lines = tables[-1].shown(Medium.MARKDOWN)
-    (line,) = (line for line in lines if line[0].text == "toy tuned")
+    (line,) = (line for line in lines if line[0].line == "toy tuned")
     shown = line[[head.line for head in heads].index("error by PIT's")].text
     assert shown == of_toy(of_all)["price paid, median"].split()[0]
     written = [json.loads(text) for text in records(of_all).splitlines()[1:]]
