@@ -5,12 +5,12 @@ These are measured within the run, impact by impact, which no adapter shows; so 
 
 from __future__ import annotations
 
-import cmath
 import math
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+from tests.drawn import jittered, scene_of
 from tests.stage import disc_at, staged, wall_at
 
 from carom.scene import Disc, Scene, Wall
@@ -22,31 +22,8 @@ _CHUNK = 100_000
 
 
 def mixed_gas() -> Scene:
-    """Return thirty discs of unequal radius and mass in a box: half of it covered, masses 1 to 70.
-
-    The checks run it for as many impacts as they want, beyond its own duration.
-    """
-    columns, rows, pitch = 6, 5, 0.5
-    turn = math.pi * (3.0 - math.sqrt(5.0))
-    discs = []
-    for k in range(columns * rows):
-        row, column = divmod(k, columns)
-        direction = cmath.rect(1.0, turn * k)
-        radius = 0.12 + 0.1 * ((7 * k) % 11) / 11
-        place = complex(column + 0.5, row + 0.5) * pitch + 0.02 * direction
-        discs.append(
-            disc_at(place.real, place.imag, direction.real, direction.imag, r=radius, m=10.0 ** (2 * (5 * k % 13) / 13))
-        )
-    width, height = columns * pitch, rows * pitch
-    return staged(
-        "stress/gas",
-        *discs,
-        wall_at(0.0, 0.0, 1.0, 0.0),
-        wall_at(width, 0.0, -1.0, 0.0),
-        wall_at(0.0, 0.0, 0.0, 1.0),
-        wall_at(0.0, height, 0.0, -1.0),
-        duration_s=10.0,
-    )
+    """Return thirty discs of radii 1:1.7 and masses 1:49 in a box, a third of which they cover."""
+    return scene_of(jittered(np.random.default_rng(1), 30, spread=1.8), 10.0)
 
 
 def _chunks(scene: Scene, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArray[np.void]]]:

@@ -94,8 +94,8 @@ def test_blocks_come_in_the_order_of_their_second_discs(form: Form) -> None:
 
 @in_both_forms
 def test_immovable_discs_upon_one_another_are_not_paired(form: Form) -> None:
-    """Of 20,000 immovable discs at one place and two movable ones, only the pairs with the near one of those come."""
-    n = 20_000
+    """Of many immovable discs at one place and two movable ones, only the pairs with the near one of those come."""
+    n = 2_000 if form is plain_form else 20_000  # plain Python compares all with all
     position = np.zeros((n + 2, 2))
     position[[7, n]] = (0.8, 0.0), (0.8, 0.8)
     movable = np.zeros(n + 2, np.bool_)

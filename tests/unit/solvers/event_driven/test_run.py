@@ -71,7 +71,7 @@ def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
     scene = scene_of(replace(start, walls=walls, wall_restitution=0.9), 100.0)
     kernel, plain = EventDrivenRun(scene), AllPairsRun(scene)
     for run in (kernel, plain):
-        run.advance_to(math.inf, 600)
+        run.advance_to(math.inf, 300)
     assert kernel.counts["wall_impacts"] > 50
     assert kernel.log.array().tobytes() == plain.log.array().tobytes()
     assert kernel.positions().tobytes() == plain.positions().tobytes()
