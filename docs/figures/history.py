@@ -97,6 +97,11 @@ ENTRIES = (
         "Not one bit has moved, though each release is another build.",
     ),
     Entry(
+        "havok",
+        "1.3.5..1.3.14",
+        "Not one bit has moved. Releases before 1.3.3 do not tell their limit of speed, and are not run.",
+    ),
+    Entry(
         "cannon",
         "0.9.1,0.10.0,0.12.0,0.15.1,0.16.0,0.17.1,0.19.0,0.20.0",
         "Not one bit has moved. Releases before 0.9.1 need a package that they do not name, and do not load.",

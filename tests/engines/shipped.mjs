@@ -248,5 +248,45 @@ async function p2() {
   return { values, run };
 }
 
-const { values, run } = await { planck, matter, box2d3, jolt, rapier2d, cannon, p2 }[engine]();
+async function havok() {
+  const { createRequire } = await import("node:module");
+  const wasm = createRequire(`${process.cwd()}/`).resolve("@babylonjs/havok/lib/esm/HavokPhysics.wasm");
+  const HK = await (await import("@babylonjs/havok")).default({ wasmBinary: readFileSync(wasm) });
+  const [[, world], [, body], [, ball]] = [HK.HP_World_Create(), HK.HP_Body_Create(), HK.HP_Shape_CreateSphere([0, 0, 0], 1)];
+  const [, [, friction, restitution]] = HK.HP_Shape_GetMaterial(ball);
+  const values = {
+    units_per_m: 1,
+    idealStepTime: "not told",
+    maxLinearVelocity: HK.HP_World_GetSpeedLimit(world)[1],
+    linearDamping: HK.HP_Body_GetLinearDamping(body)[1],
+    canSleep: true,
+    restitution,
+    friction,
+  };
+  const run = (discs) => {
+    const [, own] = HK.HP_World_Create();
+    HK.HP_World_SetGravity(own, [0, 0, 0]);
+    const bodies = discs.map(({ x, y, v, r, m }) => {
+      const [[, one], [, shape]] = [HK.HP_Body_Create(), HK.HP_Shape_CreateSphere([0, 0, 0], r)];
+      HK.HP_Shape_SetMaterial(shape, [0, 0, 1, HK.MaterialCombine.MINIMUM, HK.MaterialCombine.MINIMUM]);
+      HK.HP_Body_SetShape(one, shape);
+      HK.HP_Body_SetMotionType(one, HK.MotionType.DYNAMIC);
+      const [, [centre, , inertia, axes]] = HK.HP_Shape_BuildMassProperties(shape);
+      HK.HP_Body_SetMassProperties(one, [centre, m, inertia, axes]);
+      HK.HP_Body_SetActivationControl(one, HK.ActivationControl.ALWAYS_ACTIVE);
+      HK.HP_Body_SetQTransform(one, [[x, y, 0], [0, 0, 0, 1]]);
+      HK.HP_World_AddBody(own, one, false);
+      HK.HP_Body_SetLinearVelocity(one, [v, 0, 0]);
+      return one;
+    });
+    repeat(() => HK.HP_World_Step(own, dt));
+    return bodies.map((one) => {
+      const [[, [[x, y]]], [, [vx, vy]]] = [HK.HP_Body_GetQTransform(one), HK.HP_Body_GetLinearVelocity(one)];
+      return [x, y, vx, vy];
+    });
+  };
+  return { values, run };
+}
+
+const { values, run } = await { planck, matter, box2d3, jolt, rapier2d, cannon, p2, havok }[engine]();
 process.stdout.write(JSON.stringify({ values, ends: scenes.map(run) }));

@@ -185,4 +185,5 @@ OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
     "rapier2d": lambda: _of_npm("rapier2d", 0),
     "cannon": lambda: _of_npm("cannon", 0),
     "p2": lambda: _of_npm("p2", 0),
+    "havok": lambda: _of_npm("havok", 0),
 }

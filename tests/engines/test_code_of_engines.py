@@ -19,7 +19,7 @@ from carom.scenes import all_scenes
 Named = Callable[[str], Adapter]
 
 #: Adapters of packages, and of programs of node.
-PYTHON, NODE = ("rapier", "dart", "drake"), ("planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2")
+PYTHON, NODE = ("rapier", "dart", "drake"), ("planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2", "havok")
 NPM = Path(carom_adapters.npm.__file__).parent
 
 

@@ -1,8 +1,9 @@
-"""What matter.js, Box2D v3, Jolt, Rapier 2D, cannon-es and p2-es do by themselves, each beside what mechanics says."""
+"""What engines from npm except Planck do by themselves, each beside what mechanics says."""
 
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from tests.engines.staged import (
     head_on,
     oblique,
 )
+from tests.hazards.measures import passing
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, Setting
@@ -283,3 +285,48 @@ def test_p2_stops_fast_discs_where_its_ray_hits(named: Named, finish: Finish) ->
     for both in (False, True):
         assert hits(named("p2"), 100, finish, "swept", both=both) == STARTS
         assert hits(named("p2"), 100, finish, "default", both=both) <= 2
+
+
+@pytest.mark.parametrize(
+    ("profile", "rate_hz", "units_per_m"),
+    [("default", 30, 1), ("default", 60, 1), ("tuned", 30, 16), ("tuned", 60, 16), ("tuned", 240, 16)],
+)
+def test_havok_takes_a_fall_of_a_step_off_each_bounce(
+    profile: str, rate_hz: int, units_per_m: int, named: Named, finish: Finish
+) -> None:
+    """Without gravity a disc leaves an immovable one with 9.81 units/s2 times the step less, at any speed and start."""
+    lost = 9.81 / rate_hz / units_per_m
+    for speed in (5.0, 20.0):
+        for phase in PHASES:
+            scene = head_on(speed, phase=phase + 0.5 / STARTS, dt_s=1 / rate_hz)
+            held = scene.discs[1].model_copy(update={"mass_kg": math.inf})
+            at_held = scene.model_copy(update={"discs": (scene.discs[0], held)})
+            left = -finish(named("havok"), at_held, 1 / rate_hz, profile).velocity_m_s[0, 0]
+            assert speed - left == pytest.approx(lost, abs=speed * SINGLE)
+
+
+def test_havok_as_shipped_loses_bounces_at_fine_steps(named: Named, finish: Finish) -> None:
+    """At 960 steps a second discs that close at 5 m/s leave together, unless its adjustment to the step is off."""
+    for phase in PHASES:
+        scene = head_on(5.0, phase=phase + 0.5 / STARTS, dt_s=1 / 960)
+        ends = [
+            finish(named("havok"), scene, 1 / 960, "default", **changes).velocity_m_s[:, 0]
+            for changes in ({}, {"idealStepTime": 0.0})
+        ]
+        parted = [(second - first) / 5.0 for first, second in ends]
+        assert parted[0] < 0.1
+        assert parted[1] > 0.9
+
+
+def test_havok_turns_discs_aside_that_pass_within_a_millimetre(named: Named, finish: Finish) -> None:
+    """As shipped, at each of 16 starts, discs that pass at 1 mm change their velocities; none of discs 5 mm apart."""
+
+    def turned(gap_m: float) -> list[float]:
+        found = []
+        for scene in at_starts(passing(gap_m)):
+            end = finish(named("havok"), scene, DT_S, "default").velocity_m_s
+            found.append(float(np.abs(end - [disc.velocity_m_s for disc in scene.discs]).max()))
+        return found
+
+    assert min(turned(0.001)) > 0.01
+    assert max(turned(0.005)) < SINGLE

@@ -29,7 +29,7 @@ STARTS, GAS_STARTS = 32, 16
 #: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
 ENGINES = (
     "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2",
-    "rapier", "dart", "drake",
+    "havok", "rapier", "dart", "drake",
 )  # fmt: skip
 
 #: Speeds at which two discs close, m/s: below, about and above where engines stop to bounce.
@@ -109,6 +109,11 @@ def turned_aside(adapter: Adapter, scene: Scene, profile: str, **changes: Settin
     return float(np.abs(end - start).max() / np.abs(start).max())
 
 
+def energy_left(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """The kinetic energy at the end over that at the start, of elastic impacts: mechanics says 1."""
+    return 1 + energy_change(scene, ended(adapter, scene, DT_S, profile))
+
+
 @dataclass(frozen=True)
 class Finding:
     """A sentence of `docs/engines`, measured.
@@ -174,6 +179,7 @@ def _findings() -> Iterator[Finding]:
     yield from _swept()
     yield from _far_out()
     yield from _heavy()
+    yield from _lost()
 
 
 def _entry(name: str) -> CatalogueScene:
@@ -220,6 +226,7 @@ def _swept() -> Iterator[Finding]:
         "box2d3": ("swept",),
         "jolt": ("tuned", "swept"),
         "p2": ("tuned", "swept"),
+        "havok": ("default", "tuned"),
         "rapier2d": ("ccd", "swept"),
         "rapier": ("tuned", "swept"),
         "pybullet": ("no-ccd", "tuned"),
@@ -253,6 +260,18 @@ def _heavy() -> Iterator[Finding]:
         for rate in (60, 240, 960):
             scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})
             yield Finding(f"parts over closing, 5 m/s, {rate} Hz", "p2", profile, scene, parted, 1.0)
+
+
+def _lost() -> Iterator[Finding]:
+    for profile in ("default", "tuned"):
+        for rate in (30, 60, 120, 240, 960):
+            scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})
+            yield Finding(f"parts over closing, 5 m/s, {rate} Hz", "havok", profile, scene, parted, 1.0)
+        says = "energy left of an oblique impact at 5 m/s, 60 Hz"
+        yield Finding(says, "havok", profile, _entry("classics/oblique-3-4-5").scene, energy_left, 1.0)
+        for gap in (0.001, 0.005):
+            says = f"changed of the speed in passing at {1000 * gap:g} mm, 60 Hz"
+            yield Finding(says, "havok", profile, passing(gap), turned_aside, 0.0)
 
 
 FINDINGS: tuple[Finding, ...] = tuple(_findings())

@@ -10,12 +10,13 @@ from pathlib import Path
 
 from carom_adapters.npm.code import NpmAdapter
 
-__all__ = ["box2d3", "cannon", "jolt", "matter", "p2", "planck", "rapier2d"]
+__all__ = ["box2d3", "cannon", "havok", "jolt", "matter", "p2", "planck", "rapier2d"]
 
 _HERE = Path(__file__).parent
 
 box2d3 = NpmAdapter(_HERE / "box2d3/engine.toml")
 cannon = NpmAdapter(_HERE / "cannon/engine.toml")
+havok = NpmAdapter(_HERE / "havok/engine.toml")
 jolt = NpmAdapter(_HERE / "jolt/engine.toml")
 matter = NpmAdapter(_HERE / "matter/engine.toml")
 p2 = NpmAdapter(_HERE / "p2/engine.toml")

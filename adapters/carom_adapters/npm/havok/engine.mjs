@@ -1,0 +1,136 @@
+// Havok as WebAssembly, Babylon.js' build: spheres in a plane, with 32-bit floats.
+import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { pathToFileURL } from "node:url";
+import createHavok from "@babylonjs/havok";
+import { Clock, contactOf, isImmovable, reach, serve, wallAt, wallBody } from "../serve.mjs";
+
+// It would fetch its own file, which node does not do.
+const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
+const HK = await createHavok({ wasmBinary: readFileSync(new URL("../esm/HavokPhysics.wasm", library)) });
+const { GEOMETRIC_MEAN, MAXIMUM, MINIMUM } = HK.MaterialCombine;
+const EVENTS = 1 | 2; // a collision began, and goes on
+
+// Its functions return a result and, most of them, a value.
+function value([result, found]) {
+  if (result !== HK.Result.RESULT_OK) throw new Error(`Havok refused a call: ${result?.value}`);
+  return found;
+}
+
+class HavokWorld {
+  constructor(scene, settings) {
+    this.asked = settings;
+    this.scene = scene;
+    this.clock = new Clock(settings.dt_s);
+    this.scale = settings.units_per_m;
+    this.world = value(HK.HP_World_Create());
+    HK.HP_World_SetGravity(this.world, this.at(scene.gravity_m_s2));
+    HK.HP_World_SetIdealStepTime(this.world, settings.idealStepTime);
+    const [, , turning] = HK.HP_World_GetSpeedLimit(this.world);
+    HK.HP_World_SetSpeedLimit(this.world, settings.maxLinearVelocity * this.scale, turning);
+    this.numbers = new Map(); // by the bodies' handles
+    this.shapes = [];
+    this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
+    const extent = reach(scene, settings.dt_s);
+    this.walls = scene.walls.map((wall, k) => this.addWall(wall, wallAt(wall, extent), k));
+  }
+
+  // A point or a velocity in its units, and back.
+  at([x, y]) {
+    return [x * this.scale, y * this.scale, 0];
+  }
+
+  from([x, y]) {
+    return [x / this.scale, y / this.scale];
+  }
+
+  addBody(shape, restitution, combine, type, position, turn, number, set = () => {}) {
+    HK.HP_Shape_SetMaterial(shape, [0, 0, restitution, MINIMUM, combine]);
+    const body = value(HK.HP_Body_Create());
+    HK.HP_Body_SetShape(body, shape);
+    HK.HP_Body_SetMotionType(body, type);
+    set(body);
+    HK.HP_Body_SetQTransform(body, [this.at(position), turn]);
+    HK.HP_Body_SetEventMask(body, EVENTS);
+    HK.HP_World_AddBody(this.world, body, false);
+    this.numbers.set(body[0], number);
+    this.shapes.push(shape);
+    return body;
+  }
+
+  addDisc(disc, i) {
+    const movable = !isImmovable(disc);
+    const shape = value(HK.HP_Shape_CreateSphere([0, 0, 0], disc.radius_m * this.scale));
+    const type = movable ? HK.MotionType.DYNAMIC : HK.MotionType.STATIC;
+    const set = (body) => {
+      if (!movable) return;
+      const [centre, , inertia, axes] = value(HK.HP_Shape_BuildMassProperties(shape));
+      HK.HP_Body_SetMassProperties(body, [centre, disc.mass_kg, inertia, axes]); // its inertia is that of a kilogram
+      HK.HP_Body_SetLinearDamping(body, this.asked.linearDamping);
+      if (!this.asked.canSleep) HK.HP_Body_SetActivationControl(body, HK.ActivationControl.ALWAYS_ACTIVE);
+    };
+    const body = this.addBody(shape, this.scene.restitution, GEOMETRIC_MEAN, type, disc.position_m, [0, 0, 0, 1], i, set);
+    if (movable) HK.HP_Body_SetLinearVelocity(body, this.at(disc.velocity_m_s));
+    return body;
+  }
+
+  // It has no half-plane: a box as deep as it is long, whose face goes through the body's origin.
+  addWall({ normal: [nx, ny] }, { point, size }, k) {
+    const [half, { restitution, wall_restitution }] = [size * this.scale, this.scene];
+    const shape = value(HK.HP_Shape_CreateBox([-half, 0, 0], [0, 0, 0, 1], [2 * half, 2 * half, 2 * half]));
+    const turn = [0, 0, Math.sin(Math.atan2(ny, nx) / 2), Math.cos(Math.atan2(ny, nx) / 2)];
+    const combine = wall_restitution < restitution ? MINIMUM : MAXIMUM; // one that comes before a disc's own
+    return this.addBody(shape, wall_restitution, combine, HK.MotionType.STATIC, point, turn, wallBody(k));
+  }
+
+  get settings() {
+    const [, limit] = HK.HP_World_GetSpeedLimit(this.world);
+    const movable = this.bodies[this.scene.discs.findIndex((disc) => !isImmovable(disc))];
+    const linearDamping = movable ? value(HK.HP_Body_GetLinearDamping(movable)) : this.asked.linearDamping;
+    return { ...this.asked, linearDamping, maxLinearVelocity: limit / this.scale, dt_s: this.clock.dt };
+  }
+
+  step() {
+    HK.HP_World_Step(this.world, this.clock.dt);
+    this.clock.steps++;
+  }
+
+  observe() {
+    const velocity_m_s = this.bodies.map((body, i) =>
+      isImmovable(this.scene.discs[i]) ? [0, 0] : this.from(value(HK.HP_Body_GetLinearVelocity(body))),
+    );
+    const most = this.asked.maxLinearVelocity;
+    const fastest = Math.max(...velocity_m_s.map((v) => Math.hypot(...v)));
+    return {
+      position_m: this.bodies.map((body) => this.from(value(HK.HP_Body_GetQTransform(body))[0])),
+      velocity_m_s,
+      contacts: this.contacts(),
+      warning: fastest > most * (1 - 1e-6) ? `a disc was slowed down to ${most} m/s` : "",
+    };
+  }
+
+  // It tells of each pair the impulse of the step; a normal comes with each body's own point.
+  contacts() {
+    const found = [];
+    const next = (event) => HK.HP_World_GetNextCollisionEvent(Number(this.world[0]), event);
+    const [, begin] = HK.HP_World_GetCollisionEvents(this.world); // which is 0, and fails, where there are none
+    for (let event = begin; event; event = next(event)) {
+      const [, first, second, impulse] = value(HK.HP_Event_AsCollision(event));
+      if (!(impulse > 0)) continue;
+      const [a, b] = [first, second].map(([body]) => this.numbers.get(body[0]));
+      found.push(contactOf(a, b, this.clock.stepBegan, ...first[4].slice(0, 2)));
+    }
+    return found;
+  }
+
+  free() {
+    for (const body of [...this.bodies, ...this.walls]) {
+      HK.HP_World_RemoveBody(this.world, body);
+      HK.HP_Body_Release(body);
+    }
+    for (const shape of this.shapes) HK.HP_Shape_Release(shape);
+    HK.HP_World_Release(this.world);
+  }
+}
+
+await serve(HavokWorld);
