@@ -218,7 +218,7 @@ class DiscArrays:
 
     @property
     def has_plain_walls(self) -> bool:
-        """Whether all walls are half-planes with the scene's own coefficients, which is what compiled PIT solves."""
+        """Whether all walls are half-planes with the scene's own coefficients."""
         return self.wall_materials is None and self.has_half_planes
 
     def half_planes(self, solver: str = "the caller") -> tuple[HalfPlane, ...]:

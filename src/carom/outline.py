@@ -94,7 +94,7 @@ class Stretch(NamedTuple):
         side = (bx - ax) * (rim[1] - ay) - (by - ay) * (rim[0] - ax)
         if side * bulge < 0.0:  # a counterclockwise arc is on the right of its chord
             return rim, True
-        to_a, to_b = (x - ax) ** 2 + (y - ay) ** 2, (x - bx) ** 2 + (y - by) ** 2
+        to_a, to_b = _square(x - ax, y - ay), _square(x - bx, y - by)
         return ((ax, ay) if to_a <= to_b else (bx, by)), False
 
     def bulges_over(self, x: float, y: float) -> bool:
@@ -159,7 +159,7 @@ class Outline:
     def nearest(self, x: float, y: float) -> Foot:
         """Return the point of the line that is nearest to another."""
         feet = [
-            ((px - x) ** 2 + (py - y) ** 2, k, px, py, inner)
+            (_square(px - x, py - y), k, px, py, inner)
             for k, ((px, py), inner) in enumerate(stretch.nearest(x, y) for stretch in self.stretches)
         ]
         _, k, px, py, inner = min(feet)
@@ -177,7 +177,7 @@ class Outline:
     def edge_at(self, x: float, y: float, among: tuple[int, ...]) -> int:
         """Return which of some edges is nearest to a point; the lowest of several."""
         places = [(self.stretches[k].nearest(x, y)[0], k) for k in among]
-        return min((((px - x) ** 2 + (py - y) ** 2), k) for (px, py), k in places)[1]
+        return min((_square(px - x, py - y), k) for (px, py), k in places)[1]
 
     def gap(self, x: float, y: float, radius: float) -> float:
         """Return how far the rim of a disc is from the wall; below 0 where they overlap."""
@@ -216,6 +216,11 @@ class Outline:
         points = tuple((math.ldexp(x, -exponent), math.ldexp(y, -exponent)) for x, y in self.points)
         radius = None if self.radius is None else math.ldexp(self.radius, -exponent)
         return replace(self, points=points, half_width=math.ldexp(self.half_width, -exponent), radius=radius)
+
+
+def _square(x: float, y: float) -> float:
+    """Return the square of a length, by products, which are rounded alike everywhere; powers are not."""
+    return x * x + y * y
 
 
 def _stretch(edge: Edge) -> Stretch:

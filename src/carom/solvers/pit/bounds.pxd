@@ -10,6 +10,7 @@ from libc.math cimport fabs, sqrt
 from carom.constants cimport IN_CONTACT, INF, PATH_MARGIN, TIME_MARGIN
 from carom.solvers.impact.structs cimport Wall
 from carom.solvers.pit.layout cimport Disc, State
+from carom.solvers.pit.stretches cimport Finite, distance_at_least
 
 cdef enum:
     MOST_FRAMES = 65536  # 2^16: after so many a bound is found anew
@@ -65,4 +66,18 @@ cdef inline double wall_wait(const Disc *a, const Wall *wall, double extent_a) n
     gap = (a.x - wall.x) * wall.nx + (a.y - wall.y) * wall.ny - a.radius - margin
     if gap > 0.0:
         return shortened(gap / (PATH_MARGIN * (fabs(a.vx) + fabs(a.vy)) - along))
+    return IN_CONTACT
+
+
+cdef inline double finite_wait(const Disc *a, const Finite *wall, double extent_a) noexcept nogil:
+    """Return the seconds for which a disc can't interfere with a finite wall on its present path, as `wall_wait` does.
+
+    No nearer point of the wall comes to it faster than it moves. What bends, or has another side, is left and met again.
+    """
+    if a.vx == 0.0 and a.vy == 0.0:  # it does not approach
+        return INF
+    margin = PATH_MARGIN * (extent_a + wall.size + a.radius)
+    gap = distance_at_least(wall, a.x, a.y) - (wall.half_width + a.radius) - margin
+    if gap > 0.0:
+        return shortened(gap / (sqrt(a.vx * a.vx + a.vy * a.vy) * (1.0 + PATH_MARGIN)))
     return IN_CONTACT

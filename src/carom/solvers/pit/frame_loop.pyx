@@ -16,8 +16,9 @@ from carom.solvers.impact.structs cimport (
 )
 from carom.solvers.pit.bounds cimport MOST_FRAMES
 from carom.solvers.pit.grid cimport settle
-from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, State
+from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, Normal, State
 from carom.solvers.pit.look cimport look, loops_plainly, skip, test_all
+from carom.solvers.pit.stretches cimport Finite, Stretch
 
 #: Up to so many discs, all count as near each other. Measured: looking through nine cells costs as much.
 _FEW_DISCS = 36
@@ -99,10 +100,34 @@ cdef class FrameLoop:
             s.turning = <Turning *>memory(s.disc_count, sizeof(Turning))
             for i, (spin, inertia) in enumerate(zip(start.spins, start.inertia)):
                 s.turning[i] = Turning(spin, 1.0 / <double>inertia)
-        for i, wall in enumerate(start.walls):
-            s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
+        self.take_walls(start)
         if skips and s.disc_count > _FEW_DISCS:
             self.lay_out(start)
+
+    cdef take_walls(self, start):
+        """Take over the walls of a start, and the law on each."""
+        s = &self.s
+        cdef Index i, k
+        s.wall_laws = <Law *>memory(s.wall_count, sizeof(Law))
+        if not start.has_half_planes:
+            s.finite = <Finite *>memory(s.wall_count, sizeof(Finite))
+            s.normals = <Normal *>memory(s.disc_count, sizeof(Normal))
+            s.record.locates = True
+        for i, (wall, (restitution, friction)) in enumerate(zip(start.walls, start.materials)):
+            s.wall_laws[i] = s.law
+            s.wall_laws[i].wall_restitution, s.wall_laws[i].wall_contact.friction = restitution, friction
+            if isinstance(wall, tuple):
+                s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
+                continue
+            found = &s.finite[i]
+            found.first = <Stretch *>memory(len(wall.stretches), sizeof(Stretch))
+            found.count, found.half_width = len(wall.stretches), wall.half_width
+            found.size = sum(map(abs, wall.lengths))
+            for k, stretch in enumerate(wall.stretches):
+                (ax, ay), (bx, by), bulge = stretch.edge
+                cx, cy = stretch.centre or (0.0, 0.0)
+                bent = stretch.centre is not None
+                found.first[k] = Stretch(ax, ay, bx, by, bulge, cx, cy, stretch.radius, bent, stretch.whole)
 
     cdef lay_out(self, start):
         """Choose levels of cells, and put every disc into its own."""
@@ -126,6 +151,12 @@ cdef class FrameLoop:
             settle(s, i)
 
     def __dealloc__(self):
+        cdef Index i
+        for i in range(self.s.wall_count if self.s.finite != NULL else 0):
+            free(self.s.finite[i].first)
+        free(self.s.finite)
+        free(self.s.normals)
+        free(self.s.wall_laws)
         free(self.s.discs)
         free(self.s.walls)
         free(self.s.turning)

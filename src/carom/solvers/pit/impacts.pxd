@@ -8,8 +8,9 @@ from carom.physics.double_double cimport greater
 from carom.solvers.impact.law cimport collide_discs
 from carom.solvers.impact.law cimport collide_wall as collide_with_wall
 from carom.solvers.impact.record cimport has_room, record_impact
-from carom.solvers.impact.structs cimport NO_FEATURE, Before, Body, Index, Spins, Wall
-from carom.solvers.pit.layout cimport ON_WALL, Disc, State
+from carom.solvers.impact.structs cimport NO_FEATURE, Before, Body, Contact, Index, Spins, Wall
+from carom.solvers.pit.layout cimport ON_WALL, Disc, Normal, State
+from carom.solvers.pit.stretches cimport Finite, nearest
 
 
 cdef inline bint discs_interfere(const Disc *a, const Disc *b) noexcept nogil:
@@ -30,6 +31,41 @@ cdef inline bint wall_interferes(const Disc *a, const Wall *wall) noexcept nogil
     along = a.vx * wall.nx + a.vy * wall.ny
     depth = (a.x - wall.x) * wall.nx + (a.y - wall.y) * wall.ny
     return along < 0.0 and depth <= a.radius
+
+
+cdef inline Normal normal_from(const Finite *wall, const Disc *a) noexcept nogil:
+    """Return the unit vector from the nearest point of a finite wall to a disc's centre; NaN where that is on the line."""
+    foot = nearest(wall, a.x, a.y)
+    dx = a.x - foot.x
+    dy = a.y - foot.y
+    distance = sqrt(dx * dx + dy * dy)
+    return Normal(dx / distance, dy / distance)
+
+
+cdef inline bint finite_interferes(const State *s, Index i, Index k) noexcept nogil:
+    """Return whether disc `i` approaches finite wall `k` and touches or overlaps it, and is not on its path from there.
+
+    The wall bends, or has another side that the path leads to: so the normal tells whether it is that path.
+    """
+    a = &s.discs[i]
+    wall = &s.finite[k]
+    foot = nearest(wall, a.x, a.y)
+    dx = a.x - foot.x
+    dy = a.y - foot.y
+    reach = wall.half_width + a.radius
+    if sqrt(dx * dx + dy * dy) == 0.0 or not (a.vx * dx + a.vy * dy < 0.0 and dx * dx + dy * dy <= reach * reach):
+        return False
+    if a.last != ON_WALL - k:
+        return True
+    normal = normal_from(wall, a)
+    return normal.x != s.normals[i].x or normal.y != s.normals[i].y
+
+
+cdef inline bint is_due(const State *s, Index i, Index k) noexcept nogil:
+    """Return whether disc `i` and wall `k` have an impact at this frame."""
+    if s.finite != NULL and s.finite[k].count > 0:
+        return finite_interferes(s, i, k)
+    return wall_interferes(&s.discs[i], &s.walls[k]) and s.discs[i].last != ON_WALL - k
 
 
 cdef inline bint discs_part(const State *s, Index i, Index j) noexcept nogil:
@@ -68,6 +104,8 @@ cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
         collide_discs(&s.law, dx, dy, &first, &second, False, False, &spins)
     a.last, b.last = <int>j, <int>i
     distance = sqrt(dx * dx + dy * dy)
+    if s.record.locates:
+        s.record.contacts[s.record.count] = Contact(a.x, a.y, NO_FEATURE)
     record_impact(
         &s.record, s.now, i, j, dx / distance, dy / distance, &before, &a.vx, &b.vx, 0.0, s.law.contact.friction > 0.0,
         a.inverse_mass > 0.0, b.inverse_mass > 0.0, NO_FEATURE, False,
@@ -81,16 +119,22 @@ cdef inline void collide_wall(State *s, Index i, Index k) noexcept nogil:
         return
     a = &s.discs[i]
     wall = &s.walls[k]
+    law = &s.wall_laws[k]
     a.last = <int>(ON_WALL - k)
+    if s.finite != NULL and s.finite[k].count > 0:
+        s.normals[i] = normal_from(&s.finite[k], a)
+        wall.nx, wall.ny = s.normals[i].x, s.normals[i].y
+    if s.record.locates:
+        s.record.contacts[s.record.count] = Contact(a.x, a.y, k)
     cdef Before before = Before([a.vx, a.vy], [0.0, 0.0])
     cdef Body body = body_of(s, i, s.record.turns)
     cdef Spins spins
     if unlikely(s.record.turns):
-        collide_with_wall(&s.law, wall, &body, False, True, &spins)
+        collide_with_wall(law, wall, &body, False, True, &spins)
         s.record.spins[s.record.count] = spins
     else:
-        collide_with_wall(&s.law, wall, &body, False, False, &spins)
+        collide_with_wall(law, wall, &body, False, False, &spins)
     record_impact(
         &s.record, s.now, i, -1 - k, -wall.nx, -wall.ny, &before, &a.vx, before.second, 0.0,
-        s.law.wall_contact.friction > 0.0, True, False, NO_FEATURE, False,
+        law.wall_contact.friction > 0.0, True, False, NO_FEATURE, False,
     )

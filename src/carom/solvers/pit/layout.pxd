@@ -5,6 +5,7 @@ impacts are those of every solver: `impact/structs.pxd`.
 """
 
 from carom.solvers.impact.structs cimport Index, Law, Record, Turning, Wall
+from carom.solvers.pit.stretches cimport Finite
 
 cdef enum:
     NOWHERE = -1  # in no cell yet
@@ -26,6 +27,11 @@ cdef struct Disc:  # 64 bytes, one cache line: all that a disc's neighbours look
     int cell  # number of the chain that it is in, or NOWHERE
     int level  # of cells that it is kept on: the larger a disc, the lower
     int last  # the body that it met last: a disc, `ON_WALL - k` for wall k, or NOBODY
+
+
+cdef struct Normal:  # of the finite wall that a disc met last
+    double x
+    double y
 
 
 # ---- cells ----
@@ -66,7 +72,10 @@ cdef struct Counts:
 
 cdef struct State:  # all that a run consists of
     Disc *discs
-    Wall *walls
+    Wall *walls  # of a finite one, its normal where a disc has just met it
+    Law *wall_laws  # the law on each wall
+    Finite *finite  # one a wall; NULL where all are half-planes
+    Normal *normals  # one a disc, where there are finite walls
     Turning *turning  # of each disc; NULL where nothing turns
     double *due  # before which time no impact of a disc can be due; INF for one that never moves
     int *looking  # discs that are due at this frame

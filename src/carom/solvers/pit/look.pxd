@@ -12,9 +12,9 @@ from carom.constants cimport (
     BODY_WORK, CELL_WORK, DISC_WORK, EXCESS_PART, IN_CONTACT, INF, PATH_MARGIN, REACH_MARGIN, SAVED_FRAMES, TIME_MARGIN,
 )
 from carom.solvers.impact.structs cimport NOBODY, Index
-from carom.solvers.pit.bounds cimport extent, pair_wait, wall_wait
+from carom.solvers.pit.bounds cimport extent, finite_wait, pair_wait, wall_wait
 from carom.solvers.pit.grid cimport cell_number, chain_of, settle, time_in_leeway
-from carom.solvers.pit.impacts cimport collide_pair, collide_wall, discs_interfere, discs_part, wall_interferes
+from carom.solvers.pit.impacts cimport collide_pair, collide_wall, discs_interfere, discs_part, is_due
 from carom.solvers.pit.layout cimport MOST_STEPS, ON_WALL, Clock, Disc, State
 from carom.solvers.pit.turns cimport FIRST_TURN, HALF, ask, next_turn, turn_of
 
@@ -131,7 +131,7 @@ cdef inline void test_all(State *s) noexcept nogil:
             return
     for i in range(n):
         for k in range(s.wall_count):
-            if wall_interferes(&s.discs[i], &s.walls[k]) and s.discs[i].last != ON_WALL - k:
+            if is_due(s, i, k):
                 collide_wall(s, i, k)
                 s.due[i] = s.now
     s.row = 0
@@ -204,9 +204,12 @@ cdef inline void look_around(State *s, Index i) noexcept nogil:
     extent_i = extent(s, a)
     least = time_in_leeway(s, a, PATH_MARGIN * extent_i)
     for k in range(s.wall_count):
-        if a.last == ON_WALL - k:
+        if s.finite != NULL and s.finite[k].count > 0:
+            wait = finite_wait(a, &s.finite[k], extent_i)
+        elif a.last == ON_WALL - k:
             continue
-        wait = wall_wait(a, &s.walls[k], extent_i)
+        else:
+            wait = wall_wait(a, &s.walls[k], extent_i)
         if wait == IN_CONTACT:
             ask(s, turn_of(s.disc_count + i, k))
             wait = 0.0
@@ -229,7 +232,7 @@ cdef inline void make_test(State *s) noexcept nogil:
     cdef Index second = <Index>(s.turns.last & <unsigned long long>0xFFFFFFFF)
     if first >= s.disc_count:
         first -= s.disc_count
-        if wall_interferes(&s.discs[first], &s.walls[second]):
+        if is_due(s, first, second):
             collide_wall(s, first, second)
             look_again(s, first)
     elif discs_interfere(&s.discs[first], &s.discs[second]):

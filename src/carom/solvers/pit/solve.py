@@ -10,6 +10,7 @@ from carom.extension import Patience, extension_available, extension_notes
 from carom.scene import Scene, as_scene
 from carom.solvers.options import require_goal
 from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.edges import NearestEdges
 from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.request import frames_of
 from carom.solvers.rows import RecordedImpacts
@@ -44,14 +45,21 @@ class FrameRun:
         loop: What passes the frames: compiled, or the definition.
         clock: When they are.
         notes: What a user should know of how the run was done.
+        edges_of: With finite walls, what finds the edges that recorded impacts of the compiled loop were on.
     """
 
     def __init__(
-        self, loop: frame_loop.FrameLoop | PlainFrameLoop, clock: FrameClock, notes: tuple[str, ...] = ()
+        self,
+        loop: frame_loop.FrameLoop | PlainFrameLoop,
+        clock: FrameClock,
+        notes: tuple[str, ...] = (),
+        edges_of: NearestEdges | None = None,
     ) -> None:
         self.clock = clock
         self.log = (
-            loop.log if isinstance(loop, PlainFrameLoop) else RecordedImpacts(loop, loop.present_spins() is not None)
+            loop.log
+            if isinstance(loop, PlainFrameLoop)
+            else RecordedImpacts(loop, loop.present_spins() is not None, edges_of)
         )
         self.time_s = 0.0
         self.notes = notes
@@ -143,10 +151,11 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
 def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
     straight = start.gravity_m_s2 == (0.0, 0.0)
-    if straight and start.arrays.has_plain_walls and extension_available():
+    if straight and extension_available():
         from carom.solvers.pit import frame_loop
 
-        return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock)
+        edges_of = None if start.arrays.has_half_planes else NearestEdges(start.arrays.walls)
+        return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock, edges_of=edges_of)
     return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight else ())
 
 

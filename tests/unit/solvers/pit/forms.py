@@ -9,10 +9,15 @@ import numpy as np
 
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.edges import NearestEdges
 from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.pit.solve import PATIENCE, FrameRun
 
 Form = Callable[[Scene, FrameClock], FrameRun]
+
+
+def edges_of(scene: Scene) -> NearestEdges | None:
+    return None if scene.arrays.has_half_planes else NearestEdges(scene.arrays.walls)
 
 
 def definition(scene: Scene, clock: FrameClock) -> FrameRun:
@@ -24,7 +29,9 @@ def compiled_forms() -> dict[str, Form]:
     from carom.solvers.pit.frame_loop import FrameLoop
 
     def form(*, skips: bool, patience: float) -> Form:
-        return lambda scene, clock: FrameRun(FrameLoop(scene.arrays, clock, skips, patience), clock)
+        return lambda scene, clock: FrameRun(
+            FrameLoop(scene.arrays, clock, skips, patience), clock, edges_of=edges_of(scene)
+        )
 
     return {
         "default": form(skips=True, patience=PATIENCE),
@@ -40,7 +47,9 @@ def finished(scene: Scene, clock: FrameClock, form: Form = definition) -> FrameR
     return run
 
 
-def bits(run: FrameRun) -> tuple[bytes, bytes, bytes, tuple[int, ...], int]:
+def bits(run: FrameRun) -> tuple[bytes, bytes, bytes, bytes, tuple[int, ...], int]:
     """Return everything that a run has found out, as bytes: -0 differs from 0 here, too."""
     position, velocity = np.ascontiguousarray(run.positions()), np.ascontiguousarray(run.velocities())
-    return run.log.array().tobytes(), position.tobytes(), velocity.tobytes(), run.log.ambiguous(), run.frames
+    impacts, found = run.log.array().tobytes(), run.log.edges()
+    edges = b"" if found is None else found.tobytes()
+    return impacts, edges, position.tobytes(), velocity.tobytes(), run.log.ambiguous(), run.frames

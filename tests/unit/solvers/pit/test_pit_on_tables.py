@@ -1,0 +1,80 @@
+"""Compiled PIT on finite walls: every bit of the definition, whether it skips or not."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from tests.unit.solvers.pit.forms import bits, compiled_forms, definition, finished
+from tests.unit.solvers.tables import drawn
+
+from carom import Chain, Disc, Scene
+from carom.scenes import CatalogueScene, find_scenes
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import FrameRun
+from carom.trace import EdgeKind
+
+pytest.importorskip("carom.solvers.pit.frame_loop")
+
+
+def assert_alike(scene: Scene, clock: FrameClock) -> FrameRun:
+    """Run a scene by the definition and by all compiled forms, compare all, and return the first."""
+    run = finished(scene, clock)
+    for name, form in compiled_forms().items():
+        assert bits(finished(scene, clock, form)) == bits(run), name
+    return run
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [entry for entry in find_scenes(["tables"]) if entry.scene.gravity_m_s2 == (0.0, 0.0)],
+    ids=lambda entry: entry.name,
+)
+def test_every_table_of_the_catalogue_has_the_bits_of_the_definition(entry: CatalogueScene) -> None:
+    """Over the first two seconds of each."""
+    short = entry.scene.model_copy(update={"duration_s": min(entry.scene.duration_s, 2.0)})
+    assert_alike(short, FrameClock.at_rate(short.frame_rate_hz))
+
+
+def test_random_tables_have_the_bits_of_the_definition() -> None:
+    """Faces, ends and arcs, found at frames of any length, and walls of their own materials."""
+    kinds = set()
+    for seed in range(25):
+        found = drawn(f"pit {seed}")
+        if found is None:
+            continue
+        scene = found[0].model_copy(update={"duration_s": 4.0})
+        run = assert_alike(scene, FrameClock.at_rate((10.0, 60.0, 37.3)[seed % 3]))
+        edges = run.log.edges()
+        assert edges is not None
+        kinds |= set(edges["kind"].tolist())
+    assert kinds == {-1, *(kind.value for kind in EdgeKind)}
+
+
+def test_many_discs_in_cells_have_the_bits_of_the_definition() -> None:
+    """More of them than are looked through one by one, in a stadium with a bar."""
+    draw = random.Random(5)
+    places = [(x - 2.5, y - 1.5) for x in range(-2, 8) for y in range(4)]
+    discs = [
+        Disc(position_m=place, velocity_m_s=(draw.gauss(0, 2), draw.gauss(0, 2)), radius_m=draw.uniform(0.1, 0.3))
+        for place in places
+    ]
+    stadium = Chain(points_m=[(-4, -3), (5, -3), (5, 3), (-4, 3)], bulges=[0, 1, 0, 1], closed=True)
+    bar = Chain(points_m=[(-1, 2.5), (3, 2.25)], half_width_m=0.125)
+    scene = Scene(name="stadium of many", discs=discs, walls=[stadium, bar], duration_s=2.0)
+    run = assert_alike(scene, FrameClock.at_rate(120.0))
+    assert np.count_nonzero(run.log.array()["second"] < 0) > 20
+
+
+def test_a_disc_far_from_a_wall_is_looked_at_a_handful_of_times() -> None:
+    """Until it can have come there, no test is made; and none at all of one that stands."""
+    line = Chain(points_m=[(10, -1), (10, 1)])
+    for velocity, most in (((1.0, 0.0), 20), ((0.0, 0.0), 1)):
+        disc = Disc(position_m=(0, 0), velocity_m_s=velocity, radius_m=0.5)
+        scene = Scene(name="far", discs=[disc], walls=[line], duration_s=9.0)
+        clock = FrameClock.at_rate(1000.0)
+        counts = finished(scene, clock, compiled_forms()["always skipping"]).counts
+        assert counts["frames"] == 9000
+        assert counts["frames_looked_at"] <= most
+    assert finished(scene, clock, definition).counts["frames_looked_at"] == 9000
