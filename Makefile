@@ -169,10 +169,7 @@ changelog:
 	$(PYTHON) docs/figures/changelog.py
 
 coverage: $(BUILT)
-	$(BIN)/coverage erase
-	$(BIN)/coverage run -m pytest --ignore tests/browser -n auto --dist worksteal
-	$(BIN)/coverage combine --quiet
-	$(BIN)/coverage report
+	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist worksteal --cov --cov-report=term
 
 coverage-compiled: $(BUILT)
 	$(BIN)/python -m tests.compiled_coverage

@@ -64,6 +64,24 @@ def test_slow_bounces_of_rapier(version: str, kept: Kept) -> None:
         assert told[speed] == pytest.approx([1.0] * 32, abs=1e-4)
 
 
+@pytest.mark.parametrize(("version", "shipped", "told"), [("0.19.3", 0.186, 1), ("0.20.0", 0, 2), ("0.21.0", 0, 1)])
+def test_rows_of_rapier(version: str, shipped: float, told: int, kept: Kept) -> None:
+    """Bare, over 32 phases, discs in a row exchange velocities, tuned in each release; 0.20.0 tells of each twice."""
+    script = Path(__file__).with_name("rapier_releases.mjs")
+    command = ["node", str(script), str(release(kept, "npm", RAPIER, version)), "rows"]
+    found = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    assert max(off for off, _ in found["shipped"]) == pytest.approx(shipped, abs=5e-4)  # as it is rounded
+    assert max(off for off, _ in found["tuned"]) < 1e-6  # 32-bit floats
+    assert [count for _, count in found["tuned"]] == [10 * told] * 32
+
+
+def test_what_rapier_0_20_tells_is_laid_to_no_motion(kept: Kept) -> None:
+    """`carom history` says that 0.20 and 0.21 move alike there, and calls neither better."""
+    moved = told("rapier2d", "0.20.0,0.21.0", kept, "classics/sorting")
+    assert Moved.TOLD in moved["0.21.0"]
+    assert not any(one.real for one in moved["0.21.0"])
+
+
 def bare_matter(version: str, kept: Kept) -> dict[str, list[Any]]:
     """Return what a release of matter.js comes to without Carom."""
     script = Path(__file__).with_name("matter_releases.mjs")

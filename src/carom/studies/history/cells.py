@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
 
+import numpy as np
+
 from carom.comparator import Grade, Verdict, compare
 from carom.comparator.shift import begun_earlier
 from carom.comparator.thresholds import THRESHOLDS
@@ -27,6 +29,9 @@ __all__ = ["CellChange", "HistoryTask", "Moved", "Ran", "SeenCell", "change_of",
 
 #: References, and runs of PIT, that a worker keeps.
 _KEPT = 64
+#: Instants at which a run's discs are compared with another's, besides the end: two runs that bounce otherwise part for
+#: longer than an eighth of a run, or come together again at the end, which the first alone would not show.
+PLACES = 8
 
 _reference = lru_cache(maxsize=_KEPT)(reference_trace)
 
@@ -50,6 +55,8 @@ class Ran:
         lost: Impacts missed and impacts invented.
         velocity: Largest velocity error over the scene's speed; NaN where no impact was matched.
         late_steps: Largest error of a time, in steps; NaN likewise.
+        path_m: Where each disc is at so many instants of the run, evenly spread, and at its end: coordinates, metres.
+        velocity_m_s: The velocities at the end: coordinates, metres a second.
         float_bits: Width of the floats that the adapter declares.
     """
 
@@ -62,6 +69,8 @@ class Ran:
     lost: int
     velocity: float
     late_steps: float
+    path_m: tuple[float, ...]
+    velocity_m_s: tuple[float, ...]
     float_bits: int
 
     @property
@@ -95,7 +104,7 @@ class HistoryTask(JobTask):
         if not isinstance(reference, Trace):
             raise UnsupportedError(reference)
         horizon_s = reference_of(reference, asked=False).horizon_s
-        trace = observe_run(adapter, scene, job.profile, job.dt_s)
+        trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
         return Ran(
             digest=_digest(trace),
@@ -107,8 +116,15 @@ class HistoryTask(JobTask):
             lost=len(score.missed) + len(score.spurious),
             velocity=score.total.velocity,
             late_steps=abs(score.total.time_s) / job.dt_s,
+            path_m=_path(trace),
+            velocity_m_s=tuple(trace.final_velocity_m_s.ravel().tolist()),
             float_bits=score.float_bits,
         )
+
+
+def _path(trace: Trace) -> tuple[float, ...]:
+    places = [] if trace.samples is None else [*trace.samples.position_m[:: len(trace.samples.time_s) // PLACES + 1]]
+    return tuple(np.array([*places, trace.final_position_m]).ravel().tolist())
 
 
 def _digest(trace: Trace) -> str:
@@ -147,12 +163,13 @@ class Moved(Enum):
     BETTER = "better"
     OTHERWISE = "changed, neither better nor worse"
     ASKED = "asked otherwise: the settings read back differ"
+    TOLD = "the same motion, and contacts are told otherwise"
     UNSEEN = "changed, and the adapter does not see every contact"
     NOT_RUN = "not run by both"
 
     @property
     def real(self) -> bool:
-        """Whether it is a change of the engine's: none of phase, settings or adapter."""
+        """Whether it is a change of the engine's motion: none of phase, settings, adapter or what contacts are told."""
         return self in {Moved.WORSE, Moved.BETTER, Moved.OTHERWISE}
 
 
@@ -201,12 +218,23 @@ def _apart(a: float, b: float, rounding: float) -> bool:
     return math.isnan(a) is not math.isnan(b) or abs(a - b) > rounding
 
 
+def _move_alike(old: Ran, new: Ran, rounding: float) -> bool:
+    """Whether two runs take one path and end with one velocity, to rounding, in parts of the largest number of each."""
+    pairs = ((old.path_m, new.path_m), (old.velocity_m_s, new.velocity_m_s))
+    return all(
+        len(ours) == len(theirs)
+        and all(abs(x - y) <= rounding * max(map(abs, ours)) for x, y in zip(ours, theirs, strict=True))
+        for ours, theirs in pairs
+    )
+
+
 def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     """Return what became of a cell between two releases.
 
     A change is one of the engine's where the settings read back are equal and, over `FEWEST_PHASES` at least, the
     ranges of a number part by more than rounding, or a verdict holds at every phase of the one and at none of the
     other. Where velocities change and no impact is told, the adapter does not see every contact, and nothing is said.
+    Where discs move alike at every phase, to rounding, what changed is what the engine tells of contacts.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -222,6 +250,8 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
         fewest = min(len(old.ran), len(new.ran))
         return CellChange(Moved.OVERLAP, f"{fewest} phases ran, of {FEWEST_PHASES} that it takes")
+    if all(_move_alike(*pair, _rounding(a, b)) for pair in zip(old.ran, new.ran, strict=False)):
+        return CellChange(Moved.TOLD, "; ".join(_ranges(old.ran, new.ran)))
     # What counts impacts comes first: an error of those that both have found says less.
     for moved, why in _parted(old.ran, new.ran, _rounding(a, b)):
         if Grade.UNGRADED.name in (a.grade, b.grade):  # nobody can say which of the two is right

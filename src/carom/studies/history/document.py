@@ -42,6 +42,7 @@ _HEADS = {
     Moved.ROUNDING: "rounding",
     Moved.OVERLAP: "chance of phase",
     Moved.ASKED: "asked otherwise",
+    Moved.TOLD: "told otherwise",
     Moved.UNSEEN: "half seen",
 }
 

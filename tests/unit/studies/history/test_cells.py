@@ -22,6 +22,8 @@ RAN = Ran(
     lost=0,
     velocity=0.25,
     late_steps=0.5,
+    path_m=(0.0, 2.0),
+    velocity_m_s=(1.0, 0.0),
     float_bits=64,
 )
 
@@ -35,7 +37,7 @@ def seen(*runs: Ran) -> SeenCell:
 def over(low: float, high: float, **fields: Any) -> SeenCell:
     """Return a release whose velocity errors are spread evenly over a range, and whose bits are others."""
     step = (high - low) / PHASES
-    own = {"digest": "b"} | fields
+    own = {"digest": "b", "path_m": (low, high, float(len(fields)))} | fields
     return seen(*(replace(RAN, velocity=low + k * step, **own) for k in range(PHASES + 1)))
 
 
@@ -58,6 +60,8 @@ def over(low: float, high: float, **fields: Any) -> SeenCell:
         (over(0.1, 0.2), over(0.1, 0.2, digest="c", verdicts=("MISPLACED",)), Moved.OTHERWISE),
         (over(0.1, 0.2), over(0.1, 0.2, digest="c", verdicts=("MISPLACED",), grade="WRONG"), Moved.WORSE),
         (seen(RAN), seen(replace(RAN, digest="b", velocity=math.nan)), Moved.OVERLAP),
+        (over(0.1, 0.2, path_m=(1.0, 2.0)), over(0.3, 0.4, digest="c", path_m=(1.0, 2.0 + 1e-15)), Moved.TOLD),
+        (over(0.1, 0.2, path_m=(1.0, 2.0)), over(0.3, 0.4, digest="c", path_m=(1.0, 2.1)), Moved.WORSE),
     ],
 )
 def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: Moved) -> None:
@@ -67,7 +71,7 @@ def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell,
 
 def test_fewer_phases_say_nothing() -> None:
     """However far apart, what ran at seven phases alone is no change of the engine's; at eight it is."""
-    low, high = ([replace(RAN, digest=f"{v}", velocity=v)] * PHASES for v in (0.1, 0.9))
+    low, high = ([replace(RAN, digest=f"{v}", velocity=v, path_m=(v, v))] * PHASES for v in (0.1, 0.9))
     assert change_of(seen(*low), seen(*high[1:])).moved is Moved.OVERLAP
     assert change_of(seen(*low), seen(*high)).moved is Moved.WORSE
 
@@ -76,8 +80,8 @@ def test_ranges_that_part_by_rounding_do_not_part() -> None:
     """In 32-bit floats a gap of a millionth is rounding; in 64 bits it is a change."""
     for bits, moved in ((32, Moved.OVERLAP), (64, Moved.WORSE)):
         old = seen(*[replace(RAN, float_bits=bits, velocity=0.1)] * 9)
-        new = [replace(RAN, digest="b", float_bits=bits, velocity=0.1 + 1e-6, verdicts=("LATE", "EARLY"))]
-        later = [replace(RAN, digest="b", float_bits=bits, velocity=0.1 + 1e-6)]
+        own = replace(RAN, digest="b", float_bits=bits, velocity=0.1 + 1e-6, path_m=(0.0, 2.1))
+        new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
         assert change_of(old, seen(*new, *later * 8)).moved is moved
 
 
