@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from carom.studies.cross_check.playback import replay as replay
     from carom.studies.cross_check.run import cross_check as cross_check
     from carom.studies.cross_check.run import run as run
+    from carom.studies.tune.ask import tune as tune
     from carom.trace import Outcome as Outcome
     from carom.trace import Trace as Trace
 
@@ -59,6 +60,7 @@ _HOMES = {
     "carom.physics.time_of_impact": ("time_of_impact",),
     "carom.registry": ("EngineInfo",),
     "carom.studies.advise.ask": ("advise",),
+    "carom.studies.tune.ask": ("tune",),
     "carom.studies.cross_check.demo": ("demo",),
     "carom.pages.notebook": ("plot_beside",),
     "carom.studies.cross_check.playback": ("replay",),

@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["tune"]
 
-#: What is searched on unless scenes are named: short, each with a known answer, and of every kind.
-SCENES = "classics"
-
 
 @asking(TuneOptions)
 def tune(
@@ -52,7 +49,7 @@ def tune(
 
     require_tune_extra()
     (name,) = shared.engines_named([engine]) or [engine]
-    asked = scenes or [SCENES]
+    asked = scenes or [search.SCENES]
     named = shared.plain_scenes_named(asked)
     path = out / search.JOURNAL
     best: list[Found] = []

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from html import escape
+from functools import partial
 from typing import TYPE_CHECKING
 
-from carom.errors import MissingExtraError
-from carom.pages.files import require_report_extra
+from carom.pages.inline import axes_of, with_picture
 from carom.pages.render.terminal import plain_text
-from carom.pages.svg import drawing, line_style, new_figure, plain_number, render
+from carom.pages.svg import line_style, plain_number
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.run import Advice
 
@@ -18,8 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 __all__ = ["ShownAdvice"]
-
-_SIZE_IN = (7.0, 3.8)
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,16 +28,9 @@ class ShownAdvice(Advice):
 
     def _repr_html_(self) -> str | None:
         """Return its lines and its picture as HTML; None where the extra `report` is missing."""
-        try:
-            require_report_extra()
-        except MissingExtraError:
-            return None
-        with drawing():
-            figure = new_figure(*_SIZE_IN)
-            figure.set_layout_engine("constrained")
-            _draw(self, figure.add_subplot())
-            picture = render(figure, f"Direction error against steps a second: {self.scene.name}")
-        return f'<div style="max-width:46em">{picture}</div><pre>{escape(repr(self))}</pre>'
+        return with_picture(
+            partial(_draw, self), f"Direction error against steps a second: {self.scene.name}", repr(self)
+        )
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the direction error against the step, a line a method, the demand as a line, and return the axes.
@@ -48,13 +38,9 @@ class ShownAdvice(Advice):
         Raises:
             MissingExtraError: The extra `report` is not installed.
         """
-        require_report_extra()
-        if ax is None:
-            from matplotlib import pyplot as plt
-
-            ax = plt.subplots(figsize=_SIZE_IN, layout="constrained")[1]
-        _draw(self, ax)
-        return ax
+        axes = axes_of(ax)
+        _draw(self, axes)
+        return axes
 
 
 def _draw(advice: Advice, axes: Axes) -> None:

@@ -1,0 +1,47 @@
+"""A result with its picture as HTML for a notebook: the drawing above the lines that a terminal has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from typing import TYPE_CHECKING
+
+from carom.errors import MissingExtraError
+from carom.pages.files import require_report_extra
+from carom.pages.svg import drawing, new_figure, render
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["SIZE_IN", "axes_of", "with_picture"]
+
+#: Of a picture in a notebook.
+SIZE_IN = (7.0, 3.8)
+
+
+def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | None:
+    """Return a picture and the lines below it as HTML; None where the extra `report` is missing."""
+    try:
+        require_report_extra()
+    except MissingExtraError:
+        return None
+    with drawing():
+        figure = new_figure(*SIZE_IN)
+        figure.set_layout_engine("constrained")
+        draw(figure.add_subplot())
+        picture = render(figure, title)
+    return f'<div style="max-width:46em">{picture}</div><pre>{escape(lines)}</pre>'
+
+
+def axes_of(ax: Axes | None) -> Axes:
+    """Return the axes to draw on: new ones where none are given.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+    """
+    require_report_extra()
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot as plt
+
+    return plt.subplots(figsize=SIZE_IN, layout="constrained")[1]
