@@ -51,20 +51,6 @@ def test_a_signal_outside_of_a_command_is_told_by_its_name(
     assert signal.getsignal(signal.SIGQUIT) is signal.SIG_DFL
 
 
-def test_a_second_ctrl_c_while_python_ends_changes_nothing(tmp_path: Path) -> None:
-    """Two of them end a command as one does, whenever the second comes: here after all is tidied up."""
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import atexit, signal; from carom import __main__, cli\n"
-        "cli.command = lambda: signal.raise_signal(signal.SIGINT)\n"
-        "atexit.register(lambda: signal.raise_signal(signal.SIGINT))\n"
-        "signal.signal(signal.SIGINT, signal.SIG_DFL)\n"
-        "__main__.main()\n"
-    )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (130, "carom: ended by SIGINT\n")
-
-
 def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
     """What was ignored when the command began, as `nohup` has it, stays ignored."""
 
@@ -77,21 +63,6 @@ def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
 
 
-def test_a_signal_within_an_exec_leaves_the_exit_code(tmp_path: Path) -> None:
-    """Run by `python -m`, a bare `KeyboardInterrupt` that leaves an `exec` has Python end as by Ctrl-C."""
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import signal; from carom import __main__, cli\n"
-        "def command(): exec('signal.raise_signal(signal.SIGTERM)')\n"
-        "cli.command = command\n"
-        "__main__.main()\n"
-    )
-    done = subprocess.run(
-        [sys.executable, "-m", script.stem], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
-    assert (done.returncode, done.stderr) == (128 + signal.SIGTERM, "carom: ended by SIGTERM\n")
-
-
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell closes them")
 @pytest.mark.parametrize(("closed", "code"), [(">&-", 0), ("2>&-", 2), ("<&- >&- 2>&-", 0)])
 def test_a_standard_stream_that_is_closed_leads_nowhere(closed: str, code: int, tmp_path: Path) -> None:
@@ -100,6 +71,52 @@ def test_a_standard_stream_that_is_closed_leads_nowhere(closed: str, code: int, 
     command = f'exec "$0" -m carom stress {word} --out out {closed}'
     done = subprocess.run(["sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (code, b"", b"")
+
+
+#: What a command does in a process of its own, and the signal that must end it.
+ENDED = {
+    "by a second Ctrl-C too, after all is tidied up": (
+        "import atexit\n"
+        "atexit.register(lambda: signal.raise_signal(signal.SIGINT))\n"
+        "signal.signal(signal.SIGINT, signal.SIG_DFL)\n"
+        "def command(): signal.raise_signal(signal.SIGINT)\n",
+        signal.SIGINT,
+    ),
+    "within an exec, which a bare KeyboardInterrupt leaves": (
+        "def command(): exec('signal.raise_signal(signal.SIGTERM)')\n",
+        signal.SIGTERM,
+    ),
+    "in a destructor, where nothing can hear it: it comes again": (
+        "class Lost:\n"
+        "    def __del__(self): signal.raise_signal(signal.SIGHUP)\n"
+        "def command(): Lost(); time.sleep(60)\n",
+        signal.SIGHUP,
+    ),
+    "lost in a destructor, and dropped three times when it comes again": (
+        "class Lost:\n"
+        "    def __del__(self): signal.raise_signal(signal.SIGINT)\n"
+        "def command():\n"
+        "    Lost()\n"
+        "    for _ in range(3):\n"
+        "        try: time.sleep(60)\n"
+        "        except KeyboardInterrupt: pass\n"
+        "    time.sleep(60)\n"
+        "    return 4\n",
+        signal.SIGINT,
+    ),
+}
+
+
+@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
+@pytest.mark.parametrize("how", ENDED)
+def test_a_signal_ends_a_process_with_its_own_code_and_a_sentence(how: str, tmp_path: Path) -> None:
+    """Whenever it comes, the exit code is the signal's, and one sentence names it; run by `python -m`, too."""
+    script, number = ENDED[how]
+    head = "import signal, time; from carom import __main__, cli\n"
+    (tmp_path / "script.py").write_text(f"{head}{script}cli.command = command\n__main__.main()\n")
+    command = [sys.executable, "-m", "script"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=50)
+    assert (done.returncode, done.stderr) == (128 + number, f"carom: ended by {number.name}\n")
 
 
 class Lost:
@@ -116,44 +133,6 @@ def test_a_signal_that_is_lost_within_an_import_is_found(monkeypatch: pytest.Mon
     with pytest.raises(SystemExit) as end:
         __main__.main()
     assert end.value.code == 130
-
-
-@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
-def test_a_signal_that_python_ignores_comes_again(tmp_path: Path) -> None:
-    """One that comes where nothing can hear it, in a destructor say, ends the command, with a sentence and no more."""
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import signal, time; from carom import __main__, cli\n"
-        "class Lost:\n"
-        "    def __del__(self): signal.raise_signal(signal.SIGHUP)\n"
-        "def command(): Lost(); time.sleep(60)\n"
-        "cli.command = command\n"
-        "__main__.main()\n"
-    )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=50)
-    assert (done.returncode, done.stderr) == (128 + signal.SIGHUP, "carom: ended by SIGHUP\n")
-
-
-@pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
-def test_a_signal_that_is_dropped_again_and_again_is_heard_in_the_end(tmp_path: Path) -> None:
-    """Lost in a destructor, and dropped without a word three times when it comes again, it still ends the command."""
-    script = tmp_path / "script.py"
-    script.write_text(
-        "import signal, time; from carom import __main__, cli\n"
-        "class Lost:\n"
-        "    def __del__(self): signal.raise_signal(signal.SIGINT)\n"
-        "def command():\n"
-        "    Lost()\n"
-        "    for _ in range(3):\n"
-        "        try: time.sleep(60)\n"
-        "        except KeyboardInterrupt: pass\n"
-        "    time.sleep(60)\n"
-        "    return 4\n"
-        "cli.command = command\n"
-        "__main__.main()\n"
-    )
-    done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=False, timeout=50)
-    assert (done.returncode, done.stderr) == (130, "carom: ended by SIGINT\n")
 
 
 def ended(monkeypatch: pytest.MonkeyPatch, command: Callable[[], int]) -> object:

@@ -24,7 +24,9 @@ from carom.studies.bench.gas import gas_scene
 from carom.windows import LocalTruth, States
 
 SHORT = [name for name in all_scenes() if name.startswith(("paper/", "classics/"))]
-OTHERS = [name for name in all_scenes() if name not in SHORT]
+each_scene = pytest.mark.parametrize(
+    "name", [*SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in all_scenes() if name not in SHORT)]
+)
 
 
 def steps_of(scene: Scene, name: str) -> LocalTruth:
@@ -45,7 +47,9 @@ def states_of(scene: Scene, dt_s: float) -> States:
     return States(times, np.array(place), np.array(velocity), None)
 
 
-def require_exact(name: str) -> None:
+@each_scene
+def test_each_step_of_pic_is_exact(name: str) -> None:
+    """PIC's own steps agree with PIC from each of its states: in crowds, under gravity, with spin, at rest."""
     scene = all_scenes()[name].scene
     reference = solve_pic(scene, max_impacts=2000)
     score = local_score(steps_of(scene, "pic"), scales_of(scene, reference), 64)
@@ -54,38 +58,14 @@ def require_exact(name: str) -> None:
     assert score.grade is Grade.EXACT or (reference.ambiguous and score.grade is Grade.SAMPLED)
 
 
-def require_sampled(name: str) -> None:
+@each_scene
+def test_a_run_that_only_samples_pays_the_price_and_no_more(name: str) -> None:
+    """PIT's steps are off by what PIT pays from the same state and lateness, to 1e-9, and miss what PIT misses."""
     scene = all_scenes()[name].scene
     score = local_score(steps_of(scene, "pit"), scales_of(scene, solve_pic(scene, max_impacts=2000)), 64)
     assert (score.invented, score.early, score.drifts) == (0, 0, 0)
     assert score.missed == score.missed_by_pit
     assert not score.ratio[1] > 1.0 + 1e-9  # NaN where nothing stands alone
-
-
-@pytest.mark.parametrize("name", SHORT)
-def test_each_step_of_pic_is_exact(name: str) -> None:
-    """PIC's own steps agree with PIC from each of its states, to rounding, to the end of the run."""
-    require_exact(name)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", OTHERS)
-def test_each_step_of_pic_is_exact_in_every_scene(name: str) -> None:
-    """The same of all other scenes: in crowds, under gravity, with spin, beyond the horizon and after rest."""
-    require_exact(name)
-
-
-@pytest.mark.parametrize("name", SHORT)
-def test_a_run_that_only_samples_pays_the_price_and_no_more(name: str) -> None:
-    """PIT's steps are off by what PIT pays from the same state and lateness, to 1e-9, and miss what PIT misses."""
-    require_sampled(name)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", OTHERS)
-def test_a_run_that_only_samples_pays_the_price_in_every_scene(name: str) -> None:
-    """The same of all other scenes."""
-    require_sampled(name)
 
 
 def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
