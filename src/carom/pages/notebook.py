@@ -32,17 +32,17 @@ __all__ = ["html_of", "plot", "plot_beside"]
 _SIZE_IN = (5.0, 3.6)
 #: With more impacts than this, a picture in a cell is a tangle of megabytes; `plot` draws them all.
 _MOST_IMPACTS_DRAWN = 1000
-#: Of the bars, by their number in `SERIES`: green, light blue, blue, ochre, red; all others grey.
+#: Of the bars: green, light blue, blue, ochre, plum, violet, red; all others grey.
 _COLOUR = {
-    Mark.EXACT: 0,
-    Mark.CLOSE: 5,
-    Mark.SAMPLED: 1,
-    Mark.INACCURATE: 4,
-    Mark.PARTED: 3,
-    Mark.PARTED_INACCURATE: 6,
-    Mark.WRONG: 2,
+    Mark.EXACT: SERIES[0],
+    Mark.CLOSE: "#3f8fc4",
+    Mark.SAMPLED: SERIES[1],
+    Mark.INACCURATE: "#8a6d00",
+    Mark.PARTED: "#a8447f",
+    Mark.PARTED_INACCURATE: "#5b4fa8",
+    Mark.WRONG: SERIES[2],
 }
-_OTHER = 7
+_OTHER = SERIES[7]
 
 
 def html_of(thing: object) -> str | None:
@@ -145,7 +145,7 @@ def _(thing: Results, axes: Axes) -> None:
         counts = dict.fromkeys(methods, 0)
         for row, found in zip(thing.rows, marks, strict=True):
             counts[row.job.method.name] += found is mark
-        colour = SERIES[_COLOUR.get(mark, _OTHER)]
+        colour = _COLOUR.get(mark, _OTHER)
         left, label = list(ended.values()), f"{mark.symbol} {mark.word}"
         axes.barh(methods, list(counts.values()), left=left, color=colour, label=label)
         ended = {method: ended[method] + counts[method] for method in methods}

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
+from zlib import crc32
 
 from carom.pages import wording
 from carom.pages.files import require_report_extra
@@ -42,9 +43,9 @@ MUTED = "#66707f"
 GRID = "#d8dde4"
 SURFACE = "#fefefd"
 WALL = "#8b94a1"
-#: Told apart by people with any of the common deficiencies of colour vision (after M. Okabe and K. Ito, 2008).
+#: Told apart, in the light and in the dark, by people who lack one kind of cones; a test simulates it.
 #: The first three are those that the source paper's figures, and the scenes after them, speak of: green, blue, red.
-SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#a8447f", "#8a6d00", "#3f8fc4", "#5b4fa8", "#74777c")
+SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
 _AIM_PT = 11.0
 _MARKERS = "osD^vP*X"
@@ -117,19 +118,53 @@ _DASHES: dict[str, Any] = {
 }
 
 
-def line_style(number: int, *, pit: bool, profile: str = "tuned") -> dict[str, Any]:
-    """Return how the line of an engine, the n-th, is drawn in every diagram: a colour an engine, a dash a profile.
+#: By their place here engines have their colours and marks; the first colour is PIC's alone.
+_ENGINES = (
+    "pymunk",
+    "box2d",
+    "mujoco",
+    "pybullet",
+    "planck",
+    "matter",
+    "rapier2d",
+    "jolt",
+    "rapier",
+    "box2d3",
+    "dart",
+    "drake",
+    "cannon",
+    "p2",
+    "havok",
+    "ode",
+    "physx",
+    "newton",
+)
+
+
+def _look(engine: str) -> tuple[str, str]:
+    """Return colour and mark of an engine, the same in every diagram, whichever others stand beside it."""
+    if engine == "pic":
+        return SERIES[0], _MARKERS[0]
+    lap = len(SERIES) - 1
+    # An engine that nobody here knows has a look by its name, which another one may have as well.
+    n = _ENGINES.index(engine) if engine in _ENGINES else crc32(engine.encode()) % (lap * len(_MARKERS))
+    return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # seven colours and eight marks meet again after 56
+
+
+def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
+    """Return how the line of an engine is drawn in every diagram: a colour and a mark an engine, a dash a profile.
 
     PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes
     has hollow marks.
     """
-    hollow = profile == "default"
+    hollow, pit = profile == "default", engine == "pit"
+    colour, marker = _look(engine)
     return {
-        "color": INK if pit else SERIES[number % len(SERIES)],
+        "color": INK if pit else colour,
         "linewidth": 3.2 if pit else 1.3,
         "alpha": 0.4 if pit else 0.9,
         "linestyle": _DASHES.get(profile, "-"),
-        "marker": _MARKERS[number % len(_MARKERS)],
+        "marker": marker,
         "markersize": 5.0,
         "markerfacecolor": "none" if hollow else None,
         "zorder": 2 if pit else 3,

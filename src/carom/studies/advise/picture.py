@@ -44,10 +44,9 @@ class ShownAdvice(Advice):
 
 
 def _draw(advice: Advice, axes: Axes) -> None:
-    engines = list(dict.fromkeys(answer.method.engine for answer in advice.answers))
     for answer in advice.answers:
         found = [trial for trial in answer.trials if not trial.reason and not math.isnan(trial.direction_error_rad)]
-        style = line_style(engines.index(answer.method.engine), pit=False, profile=answer.method.profile)
+        style = line_style(answer.method.engine, profile=answer.method.profile)
         rates = [1.0 / trial.dt_s for trial in found]
         # A logarithm has no 0: what is exact lies on the lower edge.
         degrees = [max(math.degrees(trial.direction_error_rad), _LEAST_DEG) for trial in found]

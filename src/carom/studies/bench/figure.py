@@ -88,8 +88,7 @@ class _Drawing:
                 return point.dt_s, self.seconds(point)
 
     def curve(self, curve: Curve) -> None:
-        engines = list(dict.fromkeys(entry.engine for entry in self.bench.curves))
-        style = line_style(engines.index(curve.engine), pit=curve.engine == "pit", profile=curve.profile)
+        style = line_style(curve.engine, profile=curve.profile)
         own = [(self.place(p), p) for p in curve.points if not p.reason and not math.isnan(p.error)]
         kept = [(place, point) for place, point in own if not any(map(math.isnan, place))]
         if not kept:

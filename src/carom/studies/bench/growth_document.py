@@ -145,7 +145,7 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Fig
     figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    for k, curve in enumerate(growth.curves):
+    for curve in growth.curves:
         places = [
             (point.discs, height, _anchor(curve, point))
             for point in _ran(curve)
@@ -156,7 +156,7 @@ def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Fig
             [discs for discs, _, _ in places],
             [height for _, height, _ in places],
             label=f"{curve.engine} {curve.profile}\n{_power(exponent).text}",
-            **line_style(k, pit=curve.engine == "pit"),
+            **line_style(curve.engine, profile=curve.profile),
         )
         for place in places:
             aim(axes, *place)

@@ -159,9 +159,10 @@ def price_chart(found: Sequence[EnginePrice], label: str) -> str:
             at: float = min(max(value, floor), top) if value > THRESHOLDS.rounding else floor
             return at
 
-        for k, (_, total, own) in enumerate(shown):
-            colour = line_style(k, pit=False)["color"]
-            axes.plot([along(own), along(total)], [-k, -k], color=colour, linewidth=2.0, alpha=0.6)
+        for k, (price, total, own) in enumerate(shown):
+            style = line_style(price.column.engine, profile=price.column.method.profile)
+            colour, dash = style["color"], style["linestyle"]
+            axes.plot([along(own), along(total)], [-k, -k], color=colour, linestyle=dash, linewidth=2.0, alpha=0.6)
             axes.plot([along(total)], [-k], "o", color=colour, markerfacecolor=SURFACE, markersize=8)
             axes.plot([along(own)], [-k], "o", color=colour, markersize=6)
         axes.set_xscale("log")

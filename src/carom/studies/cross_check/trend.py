@@ -274,7 +274,6 @@ def _x_axis(axes: Axes, trend: Trend) -> None:
 
 
 def _line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
-    engines = list(dict.fromkeys(entry.column.engine for entry in trend.series))
     column = series.column
-    style = line_style(engines.index(column.engine), pit=column.engine == "pit", profile=column.method.profile)
+    style = line_style(column.engine, profile=column.method.profile)
     axes.plot(trend.parts, heights, label=column.name, clip_on=False, **style)

@@ -227,14 +227,14 @@ def error_chart(found: History) -> str:
     with drawing():
         figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, f"{found.origin.engine}: velocity error by release")
         ran = [release for release in found.ran if not release.unseen]
-        places = range(len(ran))
-        for number, profile in enumerate(found.options.profiles):
+        places, thin = range(len(ran)), {"linewidth": 0.6, "markersize": 2.5}
+        for profile in found.options.profiles:
             errors = _errors(ran, profile)
             if not errors or not errors[0]:
                 continue
-            style = line_style(number, pit=False)
+            style = line_style(found.engine, profile=profile)
             axes.plot(places, [statistics.median(one) for one in errors], label=f"{profile}, median", **style)
-            axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | {"linestyle": ":"})
+            axes.plot(places, [max(one) for one in errors], label=f"{profile}, largest", **style | thin)
         moved = [k for k, step in enumerate(found.transitions, 1) if step.count(Moved.NOTHING) < step.compared]
         for k in moved:
             axes.axvline(k, linewidth=0.6, alpha=0.4, zorder=0)
