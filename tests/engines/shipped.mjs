@@ -288,5 +288,68 @@ async function havok() {
   return { values, run };
 }
 
-const { values, run } = await { planck, matter, box2d3, jolt, rapier2d, cannon, p2, havok }[engine]();
+async function physx() {
+  const { createRequire } = await import("node:module");
+  const library = createRequire(`${process.cwd()}/`).resolve("physx-js-webidl");
+  Object.defineProperty(process, "versions", { value: { ...process.versions, node: undefined } });
+  [globalThis.window, globalThis.document] = [globalThis, { currentScript: null }];
+  const wasmBinary = readFileSync(library.replace(/\.mjs$/, ".wasm"));
+  const Px = await (await import(library)).default({ wasmBinary, print: console.error });
+  const top = Px.PxTopLevelFunctions.prototype;
+  const [allocator, callback, scale] = [new Px.PxDefaultAllocator(), new Px.PxDefaultErrorCallback(), new Px.PxTolerancesScale()];
+  const physics = top.CreatePhysics(Px.PHYSICS_VERSION, top.CreateFoundation(Px.PHYSICS_VERSION, allocator, callback), scale);
+  const dispatcher = top.DefaultCpuDispatcherCreate(0);
+  const describe = () => {
+    const described = new Px.PxSceneDesc(scale);
+    described.cpuDispatcher = dispatcher;
+    described.filterShader = top.DefaultFilterShader();
+    return described;
+  };
+  const body = (x, y, r, m, e) => {
+    const pose = new Px.PxTransform(new Px.PxVec3(x, y, 0), new Px.PxQuat(0, 0, 0, 1));
+    const made = physics.createRigidDynamic(pose);
+    const flags = new Px.PxShapeFlags(Px.PxShapeFlagEnum.eSIMULATION_SHAPE);
+    const shape = physics.createShape(new Px.PxSphereGeometry(r), physics.createMaterial(0, 0, e), true, flags);
+    shape.setSimulationFilterData(new Px.PxFilterData(1, 1, 0, 0));
+    made.attachShape(shape);
+    Px.PxRigidBodyExt.prototype.setMassAndUpdateInertia(made, m);
+    return [made, shape];
+  };
+  const [[one, shape], first] = [body(0, 0, 1, 1, 0), describe()];
+  const values = {
+    bounceThresholdVelocity: first.bounceThresholdVelocity,
+    solver: first.solverType === Px.PxSolverTypeEnum.ePGS ? "ePGS" : "eTGS",
+    ccd: Boolean(first.flags.isSet(Px.PxSceneFlagEnum.eENABLE_CCD)),
+    contactOffset: shape.getContactOffset(),
+    maxDepenetrationVelocity: one.getMaxDepenetrationVelocity(),
+    linearDamping: one.getLinearDamping(),
+    positionIterations: "not told",
+    velocityIterations: "not told",
+    canSleep: one.getSleepThreshold() > 0,
+    restitution: null,
+    friction: null,
+    lockFlags: null,
+  };
+  const run = (discs) => {
+    const own = physics.createScene(describe());
+    const bodies = discs.map(({ x, y, v, r, m }) => {
+      const [made] = body(x, y, r, m, 1);
+      made.setSleepThreshold(0);
+      made.setLinearVelocity(new Px.PxVec3(v, 0, 0));
+      own.addActor(made);
+      return made;
+    });
+    repeat(() => {
+      own.simulate(dt);
+      own.fetchResults(true);
+    });
+    return bodies.map((made) => {
+      const [{ p }, v] = [made.getGlobalPose(), made.getLinearVelocity()];
+      return [p.x, p.y, v.x, v.y];
+    });
+  };
+  return { values, run };
+}
+
+const { values, run } = await { planck, matter, box2d3, jolt, rapier2d, cannon, p2, havok, physx }[engine]();
 process.stdout.write(JSON.stringify({ values, ends: scenes.map(run) }));

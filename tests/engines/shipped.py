@@ -186,4 +186,5 @@ OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
     "cannon": lambda: _of_npm("cannon", 0),
     "p2": lambda: _of_npm("p2", 0),
     "havok": lambda: _of_npm("havok", 0),
+    "physx": lambda: _of_npm("physx", 3),
 }

@@ -19,7 +19,10 @@ from carom.scenes import all_scenes
 Named = Callable[[str], Adapter]
 
 #: Adapters of packages, and of programs of node.
-PYTHON, NODE = ("rapier", "dart", "drake"), ("planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2", "havok")
+PYTHON, NODE = (
+    ("rapier", "dart", "drake"),
+    ("planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2", "havok", "physx"),
+)
 NPM = Path(carom_adapters.npm.__file__).parent
 
 

@@ -330,3 +330,21 @@ def test_havok_turns_discs_aside_that_pass_within_a_millimetre(named: Named, fin
 
     assert min(turned(0.001)) > 0.01
     assert max(turned(0.005)) < SINGLE
+
+
+def test_physx_as_shipped_bounces_from_two_metres_a_second_on(named: Named, finish: Finish) -> None:
+    """Elastic discs that close at less leave together, at each of 16 starts; `tuned` lets them exchange velocities."""
+    for speed, bounces in ((1.99, False), (2.01, True)):
+        for phase in PHASES:
+            scene = head_on(speed, phase=phase + 0.5 / STARTS)
+            law = [0, speed]
+            shipped = law if bounces else [speed / 2, speed / 2]
+            assert speeds(named("physx"), scene, finish, "default") == pytest.approx(shipped, abs=SINGLE)
+            assert speeds(named("physx"), scene, finish, "tuned") == pytest.approx(law, abs=SINGLE)
+
+
+def test_physx_stops_fast_discs_where_they_are_swept(named: Named, finish: Finish) -> None:
+    """At 100 m/s a disc of 5 cm hits another in each of 16 starts where it is swept, and in two at most else."""
+    for both in (False, True):
+        assert hits(named("physx"), 100, finish, "swept", both=both) == STARTS
+        assert hits(named("physx"), 100, finish, "tuned", both=both) <= 2

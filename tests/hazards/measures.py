@@ -29,7 +29,7 @@ STARTS, GAS_STARTS = 32, 16
 #: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
 ENGINES = (
     "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2",
-    "havok", "rapier", "dart", "drake",
+    "havok", "physx", "rapier", "dart", "drake",
 )  # fmt: skip
 
 #: Speeds at which two discs close, m/s: below, about and above where engines stop to bounce.
@@ -158,7 +158,7 @@ def _findings() -> Iterator[Finding]:
             for rate in (60, 240, 960) if gap == 0.001 else (60,):
                 says = f"changed of the speed in passing at {1000 * gap:g} mm, {rate} Hz"
                 yield Finding(says, name, "default", passing(gap, dt_s=1 / rate), turned_aside, 0.0)
-    for name in ("box2d3", "jolt"):
+    for name in ("box2d3", "jolt", "physx"):
         for gap in (0.001, 0.005):
             says = f"changed of the speed in passing at {1000 * gap:g} mm, 60 Hz"
             yield Finding(says, name, "default", passing(gap), turned_aside, 0.0)
@@ -227,6 +227,7 @@ def _swept() -> Iterator[Finding]:
         "jolt": ("tuned", "swept"),
         "p2": ("tuned", "swept"),
         "havok": ("default", "tuned"),
+        "physx": ("tuned", "swept"),
         "rapier2d": ("ccd", "swept"),
         "rapier": ("tuned", "swept"),
         "pybullet": ("no-ccd", "tuned"),
@@ -263,6 +264,8 @@ def _heavy() -> Iterator[Finding]:
 
 
 def _lost() -> Iterator[Finding]:
+    for speed in (1.99, 2.01):
+        yield Finding(f"parts over closing, {speed:g} m/s", "physx", "default", head_on(speed), parted, 1.0)
     for profile in ("default", "tuned"):
         for rate in (30, 60, 120, 240, 960):
             scene = head_on(5.0).model_copy(update={"frame_rate_hz": float(rate)})

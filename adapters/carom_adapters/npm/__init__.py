@@ -10,7 +10,7 @@ from pathlib import Path
 
 from carom_adapters.npm.code import NpmAdapter
 
-__all__ = ["box2d3", "cannon", "havok", "jolt", "matter", "p2", "planck", "rapier2d"]
+__all__ = ["box2d3", "cannon", "havok", "jolt", "matter", "p2", "physx", "planck", "rapier2d"]
 
 _HERE = Path(__file__).parent
 
@@ -20,5 +20,6 @@ havok = NpmAdapter(_HERE / "havok/engine.toml")
 jolt = NpmAdapter(_HERE / "jolt/engine.toml")
 matter = NpmAdapter(_HERE / "matter/engine.toml")
 p2 = NpmAdapter(_HERE / "p2/engine.toml")
+physx = NpmAdapter(_HERE / "physx/engine.toml")
 planck = NpmAdapter(_HERE / "planck/engine.toml")
 rapier2d = NpmAdapter(_HERE / "rapier2d/engine.toml")
