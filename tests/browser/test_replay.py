@@ -215,7 +215,7 @@ RAYS = """([x, y, radius, rays]) => {
 
 
 @pytest.mark.parametrize("key", ["Shift+ArrowRight", "End"])
-def test_the_mark_of_a_disc_stands_where_it_has_turned_to(page: Page, report: Path, key: str) -> None:
+def test_two_light_quarters_of_a_disc_stand_where_it_has_turned_to(page: Page, report: Path, key: str) -> None:
     """It has turned by 6 rad/s up to the impact, at the origin, and by 4 rad/s since, going down at 1 m/s."""
     data = data_of(report, "spin/english-stick")
     opened(page, "spin/english-stick/pic/tuned")
@@ -224,8 +224,51 @@ def test_the_mark_of_a_disc_stands_where_it_has_turned_to(page: Page, report: Pa
     page.keyboard.press(key)
     since = clock(page) - hit_s
     colours = page.evaluate(RAYS, [0.0, -since, 1.0, rays])
-    ray = round((6 * hit_s + 4 * since) * rays / (2 * math.pi)) % rays
-    usual, _ = Counter(colours).most_common(1)[0]
-    assert colours[ray] != usual
-    # Beside it, on one side at least, no path leads from the centre, and the disc has its colour.
-    assert usual in {colours[(ray + rays // 4) % rays], colours[(ray - rays // 4) % rays]}
+    turned = (6 * hit_s + 4 * since) * rays / (2 * math.pi)
+    # Each quarter reaches nine rays to either side; two of them are left to its edge, and paths cross a few rays.
+    for opposite in (0, rays // 2):
+        light = [colours[round(turned + opposite + by) % rays] for by in range(-7, 8)]
+        full = [colours[round(turned + opposite + rays // 4 + by) % rays] for by in range(-7, 8)]
+        (of_light, seen_light), (of_full, seen_full) = (Counter(some).most_common(1)[0] for some in (light, full))
+        assert of_light != of_full
+        assert min(seen_light, seen_full) > len(light) / 2
+
+
+#: The times shown, read every third frame from a replay's start until one of them comes again.
+HELD = """async () => {
+    const seen = [], line = document.querySelector(".timeline");
+    const rest = () => new Promise(requestAnimationFrame);
+    while (seen.length < 3 || seen.at(-1) !== seen.at(-2) || seen.at(-1) === 0) {
+        seen.push(Number(line.dataset.time));
+        for (const _ of [1, 2, 3]) await rest();
+    }
+    return seen;
+}"""
+
+
+def test_it_holds_where_the_impact_is_missed_and_goes_on(page: Page, report: Path) -> None:
+    """Played, the clock stands at the middle of the approach in overlap for a while, and ends at the end."""
+    data = data_of(report, "paper/missed")
+    opened(page, MISSED)
+    run = next(run for run in data["runs"] if run["key"] == MISSED)
+    row = run["impacts"][run["fault"]["row"]]
+    assert row["flag"] == "missed"
+    moment = row["true"] + data["meetings"][row["at"]][2] / 2
+    page.keyboard.press("Home")
+    page.keyboard.press(" ")
+    seen = page.evaluate(HELD)
+    assert seen[-1] == pytest.approx(moment, rel=1e-5)
+    page.wait_for_function(
+        "moment => Number(document.querySelector('.timeline').dataset.time) > moment * 1.01", arg=moment
+    )
+
+
+def test_what_is_off_is_said_and_each_sign_explained(page: Page, report: Path) -> None:
+    """The sentence of the first failure stands below the signs, as Python words it; a command leads to throwing it."""
+    opened(page, MISSED)
+    run = next(run for run in data_of(report, "paper/missed")["runs"] if run["key"] == MISSED)
+    assert page.locator(".fault").inner_text() == run["fault"]["said"]
+    signs = page.locator(".signs span").all_inner_texts()
+    assert len(signs) == len(set(signs)) == 6
+    page.get_by_text("Run it yourself").click()
+    assert page.get_by_label("Drag this scene: save it as scene.toml").input_value() == "carom play scene.toml"

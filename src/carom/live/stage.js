@@ -84,6 +84,8 @@ export class Stage {
     this.canvas = make("canvas", { role: "img", "aria-label": label });
     this.flat = 0.3;
     this.tall = 0.66;
+    this.least = 150; // pixels, however flat the scene
+    this.shortest = 170; // pixels, however low the window
   }
   fit(box, most = 0.62) {
     this.box = box;
@@ -92,8 +94,8 @@ export class Stage {
       dense = (this.dense = window.devicePixelRatio || 1);
     const height = Math.round(
       Math.min(
-        Math.max(width * Math.min(this.tall, Math.max(this.flat, (t - b) / (r - l))), 150),
-        Math.max(innerHeight * most, 170),
+        Math.max(width * Math.min(this.tall, Math.max(this.flat, (t - b) / (r - l))), this.least),
+        Math.max(innerHeight * most, this.shortest),
       ),
     );
     this.canvas.style.height = `${height}px`;
@@ -127,11 +129,18 @@ export class Stage {
     const { pen, dense } = this,
       far = this.canvas.width + this.canvas.height;
     pen.strokeStyle = this.colour("--wall");
-    for (const {
-      point_m,
-      normal: [nx, ny],
-    } of list) {
-      const [x, y] = this.at(point_m),
+    for (const { point_m, normal, line, half_width } of list) {
+      if (line) {
+        pen.lineWidth = Math.max(1.5 * dense, 2 * half_width * this.scale);
+        pen.lineCap = pen.lineJoin = "round";
+        pen.beginPath();
+        for (const point of line) pen.lineTo(...this.at(point));
+        pen.stroke();
+        pen.lineCap = "butt";
+        continue;
+      }
+      const [nx, ny] = normal,
+        [x, y] = this.at(point_m),
         ax = ny,
         ay = nx;
       pen.lineWidth = 1.5 * dense;

@@ -41,6 +41,9 @@ UNKNOWN = "not told apart: its own state before is not known"
 
 Json = dict[str, Any]
 
+#: Discs of a scene that the page of `carom play` shows.
+_FEWEST_THROWN, _MOST_THROWN = 2, 10
+
 #: A pair that passes through within so many steps of an impact has missed that one.
 _NEAR_STEPS = 2.0
 
@@ -105,6 +108,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
         "impacts": [
             [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
         ],
+        "meetings": [_rounded(meeting, places) for meeting in _meetings(reference)],
         "runs": [
             {
                 **said,
@@ -113,12 +117,78 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
                 "end": trace.end_time_s,
                 "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
                 "turned": _of_turnings(trace),
-                "impacts": list(impact_rows(reference, trace, score)),
+                **_of_impacts(reference, trace, score),
                 "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
             }
             for trace, score, said in runs
         ],
     }
+
+
+def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[float | None]:
+    x, y, overlap_s = meeting
+    return [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
+
+
+def _meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
+    """Yield where the bodies of each impact touch, metres, and how long they would overlap if they flew on, seconds.
+
+    None where this has no closed form: at walls, and where one of two alone falls. They approach for its first half.
+    """
+    scene, tracks = reference.scene, reference_tracks(reference)
+    for impact in reference.impacts:
+        first, second = _bodies(impact)
+        one, normal = scene.discs[first], impact["normal"]
+        x, y = tracks[first].at(impact["time_s"][None])[0] + one.radius_m * normal
+        yield float(x), float(y), _overlap_s(scene, impact, first, second)
+
+
+def _overlap_s(scene: Scene, impact: np.void, first: int, second: int) -> float | None:
+    if second < 0:
+        return None
+    one, other = scene.discs[first], scene.discs[second]
+    if any(scene.gravity_m_s2) and one.immovable != other.immovable:
+        return None
+    passing = impact["velocity_second_before"] - impact["velocity_first_before"]
+    speed = math.hypot(*passing.tolist())
+    inwards = abs(float(impact["normal"] @ passing))
+    overlap_s = 2.0 * (inwards / speed) * ((one.radius_m + other.radius_m) / speed) if speed > 0.0 else math.inf
+    return _or_none(overlap_s)
+
+
+def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
+    rows = list(impact_rows(reference, trace, score))
+    k = _first_fault(rows)
+    if k is None:
+        return {"impacts": rows, "fault": None}
+    overlap_s = [overlap_s for _, _, overlap_s in _meetings(reference)]
+    at = rows[k].get("at")
+    return {
+        "impacts": rows,
+        "fault": {"row": k, "said": _fault_said(rows[k], None if at is None else overlap_s[at], trace.dt_s)},
+    }
+
+
+def _first_fault(rows: list[Json]) -> int | None:
+    """Return which row a replay holds at: the first missed or invented, or else the one that is most off.
+
+    "The first that is not exact" would hold at an impact found a twentieth of a step late, and pass by what matters.
+    """
+    for k, row in enumerate(rows):
+        if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):
+            return k
+    off = [k for k, row in enumerate(rows) if row["flag"] in {"late", "early"}]
+    return max(off, key=lambda k: rows[k]["velocity"] or 0.0, default=None)
+
+
+def _fault_said(row: Json, overlap_s: float | None, dt_s: float) -> str:
+    why = f" ({row['cause']})" if row["cause"] else ""
+    became = f"{row['became']}{why}."
+    if overlap_s is None or not dt_s:
+        return f"{wording.capitalised(row['pair'])}: {became}"
+    approach = f"approach in overlap for {wording.number(500.0 * overlap_s, 3)} ms"
+    step = f"a step lasts {wording.number(1000.0 * dt_s, 3)} ms"
+    return f"{wording.capitalised(row['pair'])} {approach}, and {step}: {became}"
 
 
 def _of_scene(scene: Scene) -> Json:
@@ -130,8 +200,16 @@ def _of_scene(scene: Scene) -> Json:
         "gravity": list(scene.gravity_m_s2),
         "discs": [[disc.radius_m, disc.immovable] for disc in scene.discs],
         "walls": [_of_wall(wall) for wall in scene.walls],
+        "thrown": _thrown(scene),
         "file": tomli_w.dumps(scene.model_dump(mode="python")),
     }
+
+
+def _thrown(scene: Scene) -> str:
+    """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
+    plain = all(isinstance(wall, Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
+    few = _FEWEST_THROWN <= len(scene.discs) <= _MOST_THROWN
+    return "carom play scene.toml" if plain and few else ""
 
 
 def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
@@ -158,7 +236,7 @@ def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
     rows: list[Json] = []
     for k, impact in enumerate(reference.impacts):
         true_s = float(impact["time_s"])
-        row: Json = {"bodies": _bodies(impact), "pair": pair_name(impact), "true": true_s}
+        row: Json = {"bodies": _bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
         error = found.get(k)
         if error is None:
             rows.append(row | _lost(k, score) | _why_lost(k, impact, trace, score))

@@ -15,7 +15,7 @@ import pytest
 
 import carom
 from carom.pages.grid import build_grid
-from carom.pages.replay import impact_rows, replay_data, scene_replays
+from carom.pages.replay import _first_fault, impact_rows, replay_data, scene_replays
 from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
@@ -109,3 +109,59 @@ def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> Non
         data = replay_data(reference, [(trace, score, {})])
         (run,) = json.loads(json.dumps(data, allow_nan=False))["runs"]
         assert all(len(track[0]) >= 1 for track in run["tracks"])
+
+
+def test_where_bodies_touch_and_how_long_they_would_overlap(results: Results) -> None:
+    """The roots of |p + v t| = reach are when two discs that fly on touch and part; there their rims meet."""
+    reference = results.references["paper/missed"]
+    one, other = reference.scene.discs
+    place, passing = (np.subtract(getattr(other, name), getattr(one, name)) for name in ("position_m", "velocity_m_s"))
+    reach = one.radius_m + other.radius_m
+    begin_s, end_s = np.sort(np.roots([passing @ passing, 2 * place @ passing, place @ place - reach**2]).real)
+    data = replay_data(reference, [])
+    ((x, y, overlap_s),) = data["meetings"]
+    assert overlap_s == pytest.approx(end_s - begin_s, rel=1e-5)  # as it is rounded for the page
+    for disc in (one, other):
+        centre = np.add(disc.position_m, begin_s * np.array(disc.velocity_m_s))
+        assert math.hypot(x - centre[0], y - centre[1]) == pytest.approx(disc.radius_m, rel=1e-5)
+
+
+def test_no_overlap_is_told_at_a_wall_nor_of_one_that_falls_beside_a_fixed_one() -> None:
+    """Their paths while they overlapped are no straight lines of each other, or have no end."""
+    wall = carom.Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0))
+    ball = carom.Disc(position_m=(0.0, 2.0), velocity_m_s=(0.0, 0.0), radius_m=0.5)
+    fixed = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf)
+    flying = carom.Disc(position_m=(0.0, 2.0), velocity_m_s=(2.0, 0.0), radius_m=0.5)
+    to_wall = carom.Scene(name="to-wall", discs=[flying], walls=[wall], duration_s=1.0)
+    falling = carom.Scene(name="falling", discs=[ball, fixed], gravity_m_s2=(0.0, -9.81), duration_s=0.6)
+    for scene in (to_wall, falling):
+        ((_, _, overlap_s), *_) = replay_data(carom.solve_pic(scene), [])["meetings"]
+        assert overlap_s is None
+
+
+def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str, dict[str, Any]]) -> None:
+    """The missed impact and its reason are told in a sentence; a run that finds all of them has no fault."""
+    runs = {run["key"]: run for data in replays.values() for run in data["runs"]}
+    missed, late, exact = (
+        runs[key] for key in ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/tuned")
+    )
+    assert missed["impacts"][missed["fault"]["row"]]["flag"] == "missed"
+    assert (
+        "approach in overlap for 24.9 ms, and a step lasts 41.7 ms: missed (looking once a step)."
+        in missed["fault"]["said"]
+    )
+    assert late["impacts"][late["fault"]["row"]]["flag"] == "late"
+    assert exact["fault"] is None
+
+
+def test_a_replay_holds_at_what_is_most_off_if_nothing_is_missed() -> None:
+    """Not at the first impact that is late by a twentieth of a step, but at the one whose velocity is most off."""
+    rows = [
+        {"flag": "late", "velocity": 0.01},
+        {"flag": "late", "velocity": 0.4},
+        {"flag": "found", "velocity": 0.9},
+        {"flag": "early", "velocity": None},
+    ]
+    assert _first_fault(rows) == 1
+    assert _first_fault([*rows, {"flag": "missed", "velocity": None}]) == 4
+    assert _first_fault([*rows, {"flag": "invented", "reported": None}]) == 1  # it has no instant to hold at

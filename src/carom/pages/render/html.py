@@ -18,7 +18,10 @@ if TYPE_CHECKING:
 __all__ = ["html", "replay_page"]
 
 #: What moves on a page, by kind of block.
-_SCRIPTS = {Replays: ("replay.js", "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
+_SCRIPTS = {Replays: ("stage.js", "replay.js", "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
+
+#: Before what a module gives others: on a page all scripts are one.
+_EXPORT = re.compile(r"^export ", re.MULTILINE)
 
 
 def html(document: Document) -> str:
@@ -49,7 +52,7 @@ def replay_page(title: str, data: str) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    script = page_script("replay.js")
+    script = page_script("stage.js", "replay.js")
     page: str = _template("replay.html.j2").render(title=title, data=data, script=script, policy=content_policy(script))
     return page
 
@@ -70,9 +73,11 @@ def _template(name: str) -> Template:
 
 def page_script(*names: str) -> str:
     """Return scripts of the report's own as one, with what unpacks their data."""
-    folder = resources.files("carom.pages") / "templates"
+    own = resources.files("carom.pages") / "templates"
+    shared = resources.files("carom") / "live"  # what the page on which one throws the discs draws with, too
     every = ("unpack.js", *names) if names else ()
-    return "".join((folder / name).read_text(encoding="utf-8") for name in every)
+    texts = (((shared if name == "stage.js" else own) / name).read_text(encoding="utf-8") for name in every)
+    return "".join(_EXPORT.sub("", text) for text in texts)
 
 
 def content_policy(script: str) -> str:

@@ -5,51 +5,18 @@
   const MARKS = { missed: "✕", invented: "+", late: "▸", early: "◂", found: "•", undecided: "?", beyond: "·" };
   const WIDEST = 1.6; // an engine that throws discs away must not shrink the scene to a dot
   const FLATTEST = 0.3, TALLEST = 0.8; // of a picture, in parts of its width
-  const BESIDE = 0.6, ABOVE = 0.27; // of the window's height, that pictures side by side or one above the other may take
+  const BESIDE = 0.54, ABOVE = 0.25; // of the window's height, that pictures side by side or one above the other may take
   const LEAST_TALL = 120; // pixels
   const SECONDS_SHOWN = 6; // about so long a replay lasts at the speed that is chosen for it
-  const PIECES = 16; // lines that a parabola is drawn as
+  const SLOWEST = 1 / 8, LEAD_S = 0.6, HOLD_S = 1.5; // before what failed first it slows, and there it holds, in seconds of the reader's
+  const FLASH_S = 0.45, MOST_FLASHES = 3; // a look flashes and fades
+  const CROWD = 4; // discs beyond which looks of the failing pair alone are shown, or outlines would be all that is seen
+  const MOST_LABELS = 3;
   const MOST_NAMED = 12; // discs beyond which the numbers beside small ones would hide the paths
-  const MOST_DOTS = 400; // frames beyond which their dots would run into a line
-
-  const make = (name, attributes = {}, ...children) => {
-    const element = document.createElement(name);
-    for (const [key, value] of Object.entries(attributes)) {
-      if (key.startsWith("on")) element.addEventListener(key.slice(2), value);
-      else if (value !== false) element.setAttribute(key, value === true ? "" : value);
-    }
-    element.append(...children);
-    return element;
-  };
-  const digits = (value, n = 6) => (value === undefined || value === null ? "" : String(Number(value.toPrecision(n))));
-
-  // --- Where a disc is -------------------------------------------------------------------------------------------
-
-  // A track is [times, xs, ys]; between two of its knots the disc flies freely: see carom.pages.tracks.
-  const flightAt = ([times], time) => {
-    let low = 0, high = times.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (times[middle] <= time) low = middle; else high = middle;
-    }
-    return low;
-  };
-  const placeOn = (track, k, pull, time) => {
-    const [times, xs, ys] = track;
-    const next = Math.min(k + 1, times.length - 1);
-    const begin = times[k], end = times[next];
-    const part = end > begin ? (time - begin) / (end - begin) : 0;
-    const bulge = 0.5 * (time - begin) * (time - end);
-    return [
-      xs[k] * (1 - part) + xs[next] * part + bulge * pull[0],
-      ys[k] * (1 - part) + ys[next] * part + bulge * pull[1],
-    ];
-  };
-  const placeAt = (track, pull, time) => {
-    const times = track[0];
-    const inside = Math.min(Math.max(time, times[0]), times[times.length - 1]);
-    return placeOn(track, flightAt(track, inside), pull, inside);
-  };
+  const MOST_TICKED = 2; // pixels between looks below which their ticks would run into a block
+  const LINE = 66, STRIP = 16; // pixels: the timeline, and of it the row of the whole run
+  const MAGNIFIES = 1.4; // less is no inset
+  const number = (value, n = 6) => (value === undefined || value === null ? "" : String(Number(value.toPrecision(n))));
 
   // The direction from a place to the nearest point of a line of many.
   const towardsLine = (line, [x, y]) => {
@@ -62,15 +29,6 @@
     }
     return best;
   };
-
-  // How far a disc has turned is [times, angles]; between two of its impacts it turns evenly.
-  const angleAt = ([times, angles], time) => {
-    const k = Math.min(flightAt([times], time), times.length - 2), lasted = times[k + 1] - times[k];
-    const part = lasted > 0 ? Math.min(Math.max((time - times[k]) / lasted, 0), 1) : 0;
-    return angles[k] * (1 - part) + angles[k + 1] * part;
-  };
-
-  // --- The picture -----------------------------------------------------------------------------------------------
 
   const boundsOf = (tracks, discs) => {
     const box = [Infinity, Infinity, -Infinity, -Infinity];
@@ -94,145 +52,6 @@
     return [box[0] - margin, box[1] - margin, box[2] + margin, box[3] + margin];
   };
 
-  class Picture {
-    constructor(scene, box, label) {
-      this.scene = scene;
-      this.box = box;
-      this.canvas = make("canvas", { role: "img", "aria-label": label });
-    }
-    fit() {
-      const [left, low, right, high] = this.box;
-      const width = this.canvas.clientWidth || 480;
-      const wanted = width * Math.min(TALLEST, Math.max(FLATTEST, (high - low) / (right - left)));
-      const height = Math.round(Math.min(wanted, Math.max(LEAST_TALL, window.innerHeight * this.most)));
-      const dense = window.devicePixelRatio || 1;
-      this.canvas.style.height = `${height}px`;
-      this.canvas.width = Math.round(width * dense);
-      this.canvas.height = Math.round(height * dense);
-      this.scale = Math.min(this.canvas.width / (right - left), this.canvas.height / (high - low));
-      this.origin = [
-        (this.canvas.width - this.scale * (left + right)) / 2,
-        (this.canvas.height + this.scale * (low + high)) / 2,
-      ];
-      this.dense = dense;
-      Object.assign(this.canvas.dataset, { scale: this.scale, x: this.origin[0], y: this.origin[1] });
-      this.pen = this.canvas.getContext("2d");
-      const style = getComputedStyle(this.canvas);
-      this.colour = (name) => style.getPropertyValue(name).trim() || "#888";
-    }
-    at([x, y]) { return [this.origin[0] + this.scale * x, this.origin[1] - this.scale * y]; }
-    clear() { this.pen.clearRect(0, 0, this.canvas.width, this.canvas.height); }
-    discColour(disc) { return this.scene.discs[disc][1] ? this.colour("--wall") : this.colour(`--s${disc % 8}`); }
-
-    walls() {
-      const { pen, dense } = this, far = this.canvas.width + this.canvas.height;
-      pen.strokeStyle = this.colour("--wall");
-      for (const wall of this.scene.walls) {
-        if (wall.line) {
-          pen.lineWidth = Math.max(1.5 * dense, 2 * wall.half_width * this.scale);
-          pen.lineCap = pen.lineJoin = "round";
-          pen.beginPath();
-          for (const point of wall.line) pen.lineTo(...this.at(point));
-          pen.stroke();
-          continue;
-        }
-        const [px, py, nx, ny] = wall;
-        const [x, y] = this.at([px, py]), along = [ny, nx]; // y points down on a canvas
-        pen.lineWidth = 1.5 * dense;
-        pen.beginPath();
-        pen.moveTo(x - far * along[0], y - far * along[1]);
-        pen.lineTo(x + far * along[0], y + far * along[1]);
-        pen.stroke();
-        pen.lineWidth = 0.7 * dense;
-        pen.beginPath();
-        for (let s = -far; s < far; s += 9 * dense) {
-          const [hx, hy] = [x + s * along[0], y + s * along[1]], long = 7 * dense;
-          pen.moveTo(hx, hy);
-          pen.lineTo(hx - long * nx + long * 0.6 * along[0], hy + long * ny + long * 0.6 * along[1]);
-        }
-        pen.stroke();
-      }
-    }
-    path(track, pull, disc, from, to, ahead) {
-      if (!(to > from)) return;
-      const { pen, dense } = this, times = track[0];
-      pen.strokeStyle = this.discColour(disc);
-      pen.globalAlpha = ahead ? 0.35 : 0.8;
-      pen.lineWidth = (ahead ? 1 : 1.8) * dense;
-      pen.setLineDash(ahead ? [3 * dense, 4 * dense] : []);
-      pen.beginPath();
-      pen.moveTo(...this.at(placeAt(track, pull, from)));
-      const last = flightAt(track, to);
-      for (let k = flightAt(track, from); k <= last; k += 1) {
-        const begin = Math.max(from, times[k]), end = Math.min(to, times[Math.min(k + 1, times.length - 1)]);
-        const pieces = pull[0] || pull[1] ? PIECES : 1;
-        for (let j = 1; j <= pieces; j += 1) {
-          pen.lineTo(...this.at(placeOn(track, k, pull, begin + ((end - begin) * j) / pieces)));
-        }
-      }
-      pen.stroke();
-      pen.setLineDash([]);
-      pen.globalAlpha = 1;
-    }
-    dots(track, pull, disc, step, until) {
-      const { pen, dense } = this, count = Math.floor(until / step + 1e-9);
-      pen.fillStyle = this.discColour(disc);
-      for (let k = 0; k <= count; k += 1) {
-        const [x, y] = this.at(placeAt(track, pull, k * step));
-        pen.fillRect(x - 1.5 * dense, y - 1.5 * dense, 3 * dense, 3 * dense);
-      }
-    }
-    mark(place, disc, angle) {
-      const { pen, dense } = this, radius = this.scene.discs[disc][0];
-      const along = (part) => this.at([place[0] + part * radius * Math.cos(angle), place[1] + part * radius * Math.sin(angle)]);
-      pen.strokeStyle = this.colour("--surface");
-      pen.lineWidth = Math.max(2 * dense, 0.08 * radius * this.scale);
-      pen.beginPath();
-      pen.moveTo(...along(0.45));
-      pen.lineTo(...along(0.95));
-      pen.stroke();
-    }
-    // Others are the discs' places: a number that has no room within its disc stands away from the nearest of them.
-    disc(place, disc, outline, others = []) {
-      const { pen, dense } = this, [x, y] = this.at(place);
-      pen.beginPath();
-      pen.arc(x, y, Math.max(this.scene.discs[disc][0] * this.scale, 2 * dense), 0, 2 * Math.PI);
-      pen.strokeStyle = pen.fillStyle = this.discColour(disc);
-      if (!outline) { pen.globalAlpha = 0.85; pen.fill(); pen.globalAlpha = 1; }
-      pen.lineWidth = 1.5 * dense;
-      pen.setLineDash(outline ? [4 * dense, 3 * dense] : []);
-      pen.stroke();
-      pen.setLineDash([]);
-      if (!outline && this.scene.discs.length > 1) {
-        const radius = this.scene.discs[disc][0] * this.scale, inside = radius > 7 * dense;
-        if (!inside && this.scene.discs.length > MOST_NAMED) return;
-        pen.fillStyle = inside ? this.colour("--surface") : this.discColour(disc);
-        pen.font = `${11 * dense}px sans-serif`;
-        pen.textAlign = "center";
-        pen.textBaseline = "middle";
-        const from = others.filter((_, k) => k !== disc).map((one) => this.at(one))
-          .reduce((near, one) => (Math.hypot(one[0] - x, one[1] - y) < Math.hypot(near[0] - x, near[1] - y) ? one : near), [Infinity, y]);
-        const angle = Number.isFinite(from[0]) ? Math.atan2(y - from[1], x - from[0]) : 0, away = inside ? 0 : radius + 8 * dense;
-        pen.fillText(String(disc), x + away * Math.cos(angle), y + away * Math.sin(angle));
-      }
-    }
-    flag(place, mark, word, bad) {
-      const { pen, dense } = this, [x, y] = this.at(place);
-      pen.strokeStyle = pen.fillStyle = bad ? this.colour("--wrong-bar") : this.colour("--ink");
-      pen.lineWidth = 2 * dense;
-      pen.beginPath();
-      pen.arc(x, y, 9 * dense, 0, 2 * Math.PI);
-      pen.stroke();
-      pen.font = `600 ${12 * dense}px sans-serif`;
-      pen.textBaseline = "middle";
-      pen.textAlign = "center";
-      pen.fillText(mark, x, y);
-      const right = x < this.canvas.width / 2;
-      pen.textAlign = right ? "left" : "right";
-      pen.fillText(word, x + (right ? 13 : -13) * dense, y - 11 * dense);
-    }
-  }
-
   // --- The player ------------------------------------------------------------------------------------------------
 
   class Player {
@@ -243,9 +62,15 @@
       this.end = scene.duration;
       const frames = Math.ceil(this.end / run.dt - 1e-9);
       this.frames = frames;
-      const box = framed(scene, run), name = `${run.engine} ${run.profile}`;
-      this.truth = new Picture(scene, box, `What must happen in ${scene.name}, by PIC`);
-      this.seen = new Picture(scene, box, `What ${name} makes of ${scene.name}`);
+      this.walls = scene.walls.map((wall) => (wall.line ? wall : { point_m: wall.slice(0, 2), normal: wall.slice(2) }));
+      this.bodies = { discs: scene.discs.map(([radius_m, fixed]) => ({ radius_m, mass_kg: fixed ? "inf" : 1 })) };
+      this.box = framed(scene, run);
+      const name = `${run.engine} ${run.profile}`;
+      this.truth = new Stage(`What must happen in ${scene.name}, by PIC`);
+      this.seen = new Stage(`What ${name} makes of ${scene.name}`);
+      for (const stage of [this.truth, this.seen]) Object.assign(stage, { flat: FLATTEST, tall: TALLEST, least: 0, shortest: LEAST_TALL });
+      this.faces();
+      Object.assign(this, { held: 0, past: false, flashes: [] });
       this.speeds = [1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 16, 32];
       const wanted = this.end / SECONDS_SHOWN;
       this.speed = this.speeds.reduce((a, b) => (Math.abs(Math.log(b / wanted)) < Math.abs(Math.log(a / wanted)) ? b : a));
@@ -254,6 +79,22 @@
       this.resized.observe(this.truth.canvas);
       this.fit();
       if (!this.calm) this.play(true);
+    }
+
+    // What went wrong first, the instant that is held for it, and the time about it that is spread out.
+    faces() {
+      const { run, scene, end } = this, { dt, fault } = run;
+      this.fault = fault === null ? null : run.impacts[fault.row];
+      const { overlap } = this.meeting(this.fault), true_s = this.fault?.true ?? this.fault?.reported;
+      this.moment = this.fault && (this.fault.reported ?? Math.min(true_s + Math.min(overlap ?? 0, 2 * dt) / 2, end));
+      this.span = Math.min(end, overlap ? Math.max(10 * dt, 6 * overlap) : 24 * dt);
+      this.from = Math.max(0, Math.min((true_s ?? 0) - this.span / 2, end - this.span));
+      if (this.fault) this.centre = this.meeting(this.fault).place ?? this.touching(this.fault, run.tracks, this.moment);
+    }
+    // What the reference has of an impact: where bodies touch, and for how long they would overlap.
+    meeting(row) {
+      const found = row && row.at !== undefined ? this.scene.meetings[row.at] : null;
+      return found ? { place: found.slice(0, 2), overlap: found[2] } : {};
     }
 
     build(root, name) {
@@ -269,10 +110,11 @@
           speed < 1 ? `1/${1 / speed} of real time` : speed === 1 ? "real time" : `${speed} × real time`)));
       this.both = make("input", { type: "checkbox", onchange: () => { this.over = this.both.checked; this.layout(); } });
       this.clock = make("output", { class: "clock" });
-      this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Frames, and impacts along the time" });
+      this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Above, impacts along the whole time; below, looks and overlaps about the first failure" });
+      this.holds = make("input", { type: "checkbox", checked: true });
       this.sides = make("div", { class: "views" },
         make("figure", {}, make("figcaption", {}, "What must happen, by PIC"), this.truth.canvas),
-        make("figure", {}, make("figcaption", {}, `What ${name} does${this.run.sampled ? `, looking every ${digits(this.run.dt, 4)} s` : ""}`), this.seen.canvas));
+        make("figure", {}, make("figcaption", {}, `What ${name} does${this.run.sampled ? `, looking every ${number(this.run.dt, 4)} s` : ""}`), this.seen.canvas));
       this.controls = make("div", { class: "controls" },
         this.playButton,
         button("Back to the impact before", "Shift and left", () => this.toImpact(-1), "◀◀"),
@@ -281,9 +123,31 @@
         button("On to the next impact", "Shift and right", () => this.toImpact(1), "▶▶"),
         make("label", {}, "Speed ", this.rate),
         make("label", {}, this.both, " overlaid"),
+        ...(this.fault && !this.calm ? [make("label", {}, this.holds, " hold where it fails")] : []),
         this.clock);
-      root.append(this.sides, this.line, this.slider, this.controls);
+      root.append(this.sides, this.line, this.slider, this.controls, this.legend(),
+        ...(this.fault ? [make("p", { class: "fault" }, this.run.fault.said)] : []));
       for (const canvas of [this.truth.canvas, this.seen.canvas, this.line]) this.scrubs(canvas);
+    }
+
+    legend() {
+      const drawn = (body) => {
+        const sign = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+        for (const [key, value] of [["viewBox", "0 0 26 16"], ["aria-hidden", "true"]]) sign.setAttribute(key, value);
+        sign.innerHTML = body;
+        return sign;
+      };
+      const looks = this.run.sampled ? [
+        ["<circle cx='13' cy='8' r='6' fill='none' stroke='var(--s0)' stroke-dasharray='3 2' stroke-width='1.5'/>", "its last look"],
+        ["<path d='M8 1v14M18 1v14' stroke='var(--ink)' stroke-width='2'/>", "its looks"]] : [];
+      const signs = [
+        ["<circle cx='13' cy='8' r='6' fill='var(--s0)'/>", `where ${this.run.engine} has it`],
+        ["<circle cx='13' cy='8' r='6' fill='var(--ghost)' opacity='.5'/>", "where it must be"],
+        ...looks,
+        ["<path d='M8 3l10 10M18 3L8 13' stroke='var(--wrong-bar)' stroke-width='2.5'/>", "an impact missed"],
+        ["<rect x='2' y='3' width='11' height='10' fill='var(--over)'/><rect x='13' y='3' width='11' height='10' fill='var(--over2)'/>",
+          "the two would overlap: approaching, parting"]];
+      return make("div", { class: "signs" }, ...signs.map(([body, text]) => make("span", {}, drawn(body), text)));
     }
 
     scrubs(canvas) {
@@ -291,7 +155,8 @@
         if (!event.buttons && event.type !== "pointerdown") return;
         const box = canvas.getBoundingClientRect();
         this.play(false);
-        this.show((this.end * (event.clientX - box.left)) / box.width);
+        const part = (event.clientX - box.left) / box.width, spread = canvas === this.line && event.clientY - box.top > STRIP;
+        this.show(spread ? this.from + part * this.span : part * this.end);
       };
       canvas.addEventListener("pointerdown", (event) => { canvas.setPointerCapture(event.pointerId); move(event); });
       canvas.addEventListener("pointermove", move);
@@ -303,13 +168,13 @@
     }
     fit() {
       const columns = getComputedStyle(this.sides).gridTemplateColumns.split(" ").length;
-      for (const picture of [this.truth, this.seen]) {
-        picture.most = columns > 1 || this.over ? BESIDE : ABOVE;
-        picture.fit();
+      for (const stage of [this.truth, this.seen]) {
+        stage.fit(this.box, columns > 1 || this.over ? BESIDE : ABOVE);
+        Object.assign(stage.canvas.dataset, { scale: stage.scale, x: stage.origin[0], y: stage.origin[1] });
       }
       const dense = window.devicePixelRatio || 1;
       this.line.width = Math.round((this.line.clientWidth || 480) * dense);
-      this.line.height = Math.round(46 * dense);
+      this.line.height = Math.round(LINE * dense);
       this.show(this.time);
     }
     close() {
@@ -320,14 +185,17 @@
     play(on) {
       if (on && this.time >= this.end) this.time = 0;
       this.playing = on;
+      if (on) Object.assign(this, { held: 0, past: this.fault === null || this.time >= this.moment });
+      this.flashes = [];
       this.playButton.textContent = on ? "pause" : "play";
       if (!on) return;
       let before;
       const tick = (now) => {
         if (!this.playing) return;
         const passed = before === undefined ? 0 : (now - before) / 1000;
-        const next = this.time + passed * this.speed;
+        const next = this.calm ? this.time + passed * this.speed : this.next(passed);
         if (!this.calm || Math.floor(next / this.run.dt) > Math.floor(this.time / this.run.dt)) {
+          this.flash(next, passed);
           this.show(next);
           before = now;
         } else if (before === undefined) before = now;
@@ -335,6 +203,25 @@
         else requestAnimationFrame(tick);
       };
       requestAnimationFrame(tick);
+    }
+    // Slower towards what failed first, and for a while there.
+    next(passed) {
+      if (this.past || !this.holds.checked) return this.time + passed * this.speed;
+      if (this.time >= this.moment) {
+        this.held += passed;
+        this.past = this.held >= HOLD_S;
+        return this.time;
+      }
+      const left = (this.moment - this.time) / (this.speed * LEAD_S);
+      return Math.min(this.time + passed * this.speed * Math.min(1, Math.max(SLOWEST, left)), this.moment);
+    }
+    looks(time) { return Math.floor(Math.min(time, this.run.end) / this.run.dt + 1e-9); }
+    flash(next, passed) {
+      if (!this.run.sampled || this.calm) return;
+      this.flashes = this.flashes.map(({ time, left }) => ({ time, left: left - passed })).filter(({ left }) => left > 0);
+      const last = this.looks(next);
+      for (let k = Math.max(this.looks(this.time), last - MOST_FLASHES) + 1; k <= last; k++) this.flashes.push({ time: k * this.run.dt, left: FLASH_S });
+      this.flashes = this.flashes.slice(-MOST_FLASHES);
     }
     toFrame(by) {
       this.play(false);
@@ -373,85 +260,174 @@
       this.time = Math.min(Math.max(time, 0), this.end);
       this.slider.value = this.time;
       const frame = Math.floor(this.time / this.run.dt + 1e-9);
-      this.slider.setAttribute("aria-valuetext", `${digits(this.time, 4)} seconds`);
+      this.slider.setAttribute("aria-valuetext", `${number(this.time, 4)} seconds`);
       this.clock.textContent = `${this.time.toFixed(4)} s · frame ${frame} of ${this.frames}`;
       this.line.dataset.time = this.time;
-      this.draw(this.truth, this.scene.reference, this.scene.turned, this.end, false);
-      this.draw(this.seen, this.run.tracks, this.run.turned, this.run.end, true);
+      for (const stage of [this.truth, this.seen]) {
+        stage.clear();
+        this.draw(stage);
+      }
+      this.inset();
       this.timeline();
     }
-    draw(picture, tracks, turned, end, observed) {
-      picture.clear();
-      picture.walls();
-      const now = Math.min(this.time, end), { run } = this;
-      tracks.forEach((track, disc) => {
-        if (this.scene.discs[disc][1]) return;
-        picture.path(track, this.pulls[disc], disc, 0, now, false);
-        picture.path(track, this.pulls[disc], disc, now, end, true);
-        if (observed && run.sampled && this.frames <= MOST_DOTS) picture.dots(track, this.pulls[disc], disc, run.dt, now);
+
+    // Solid is the run that a picture is of, grey the exact one, dashed the last look.
+    draw(stage, near = false) {
+      const { scene, run, pulls, bodies, end } = this, observed = stage === this.seen, { discs } = bodies;
+      const tracks = observed ? run.tracks : scene.reference, turned = observed ? run.turned : scene.turned;
+      const now = Math.min(this.time, observed ? run.end : end), ghost = stage.colour("--ghost");
+      const moving = discs.map((_, i) => i).filter((i) => discs[i].mass_kg !== "inf");
+      const ring = (i, time, how) => stage.ring(placeAt(tracks[i], pulls[i], time), discs[i].radius_m, stage.hue(bodies, i), how);
+      stage.walls(this.walls);
+      for (const i of moving) {
+        stage.path(scene.reference[i], pulls[i], ghost, 0, end, { width: 1, alpha: 0.7 });
+        stage.path(tracks[i], pulls[i], stage.hue(bodies, i), 0, now, { width: near ? 2.4 : 1.8 });
+      }
+      if (observed) {
+        const looked = discs.length > CROWD && this.fault ? moving.filter((i) => this.fault.bodies.includes(i)) : moving;
+        for (const { time, left } of this.flashes) for (const i of looked) ring(i, time, { alpha: left / FLASH_S, width: 2.5 });
+        if (run.sampled) for (const i of moving) ring(i, this.looks(now) * run.dt, { dash: [4, 3] });
+        for (const i of moving) stage.ring(placeAt(scene.reference[i], pulls[i], this.time), discs[i].radius_m, ghost, { fill: ghost, alpha: 0.4 });
+      }
+      const places = tracks.map((track, i) => placeAt(track, pulls[i], now));
+      places.forEach((place, i) => {
+        const angle = turned.length && discs[i].mass_kg !== "inf" ? angleAt(turned[i], now) : undefined;
+        stage.disc(place, discs[i].radius_m, stage.hue(bodies, i), discs.length > 1 ? String(i) : undefined, angle);
       });
-      if (observed && run.sampled) {
-        const looked = Math.min(Math.floor(now / run.dt + 1e-9) * run.dt, end);
-        tracks.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], looked), disc, true));
-      }
-      if (observed && this.over) {
-        this.scene.reference.forEach((track, disc) => picture.disc(placeAt(track, this.pulls[disc], this.time), disc, true));
-      }
-      const places = tracks.map((track, disc) => placeAt(track, this.pulls[disc], now));
-      places.forEach((place, disc) => {
-        picture.disc(place, disc, false, places);
-        if (turned.length && !this.scene.discs[disc][1]) picture.mark(place, disc, angleAt(turned[disc], now));
-      });
-      this.flags(picture, tracks, observed);
+      const taken = places.map((place, i) => stage.square(place, discs[i].radius_m));
+      if (discs.length > 1 && discs.length <= MOST_NAMED) places.forEach((_, i) => this.nameBeside(stage, places, i));
+      const corner = observed && !near ? this.corner() : null;
+      if (corner) taken.push([corner.x, corner.y, corner.side, corner.side]);
+      this.flags(stage, tracks, taken, near);
     }
-    flags(picture, tracks, observed) {
-      const shown = this.end / 12;
-      for (const row of this.run.impacts) {
-        const when = observed ? row.reported ?? row.true : row.true;
-        if (when === undefined || when === null || this.time < when) continue;
-        const missed = row.flag === "missed", old = this.time > when + shown;
-        if (old && !(observed && missed)) continue; // the cross of what was missed stays, without its word
-        if (!observed && row.flag === "invented") continue;
-        const source = observed && !missed ? tracks : this.scene.reference;
-        const [first, second] = row.bodies;
-        const a = placeAt(source[first], this.pulls[first], when);
-        const radius = this.scene.discs[first][0];
-        let towards;
-        if (second >= 0) {
-          const b = placeAt(source[second], this.pulls[second], when);
-          const away = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1;
-          towards = [(b[0] - a[0]) / away, (b[1] - a[1]) / away];
-        } else {
-          const wall = this.scene.walls[-1 - second];
-          towards = wall.line ? towardsLine(wall.line, a) : [-wall[2], -wall[3]];
-        }
-        const place = [a[0] + radius * towards[0], a[1] + radius * towards[1]];
-        if (observed) picture.flag(place, MARKS[row.flag], old ? "" : row.became, row.flag !== "found");
-        else picture.flag(place, "•", "", false); // a ring: words would hide each other
-      }
-    }
-    timeline() {
-      const pen = this.line.getContext("2d"), { width, height } = this.line, dense = window.devicePixelRatio || 1;
-      const style = getComputedStyle(this.line), x = (time) => (time / this.end) * (width - 2 * dense) + dense;
-      const colour = (name) => style.getPropertyValue(name).trim();
-      pen.clearRect(0, 0, width, height);
-      pen.font = `${10 * dense}px sans-serif`;
-      pen.textBaseline = "middle";
-      pen.fillStyle = colour("--muted");
-      if (width / this.frames > 3 * dense) {
-        for (let k = 0; k <= this.frames; k += 1) pen.fillRect(x(k * this.run.dt), height / 2 - 3 * dense, dense, 6 * dense);
-      } else pen.fillRect(0, height / 2, width, dense);
+    // The number of a disc that has no room for it stands away from the nearest of the others.
+    nameBeside(stage, places, i) {
+      const { pen, dense } = stage, radius = this.bodies.discs[i].radius_m * stage.scale, [x, y] = stage.at(places[i]);
+      if (radius > 8 * dense) return; // Stage.disc has it
+      const others = places.filter((_, k) => k !== i).map((one) => stage.at(one));
+      const away = ([u, v]) => Math.hypot(u - x, v - y);
+      const [u, v] = others.reduce((a, b) => (away(b) < away(a) ? b : a));
+      const angle = u === x && v === y ? 0 : Math.atan2(y - v, x - u), far = radius + 8 * dense;
+      pen.fillStyle = stage.hue(this.bodies, i);
+      pen.font = `${11 * dense}px sans-serif`;
       pen.textAlign = "center";
+      pen.textBaseline = "middle";
+      pen.fillText(String(i), x + far * Math.cos(angle), y + far * Math.sin(angle));
+    }
+    // Where bodies of a run touch, as they are drawn.
+    touching(row, tracks, when) {
+      const { scene, pulls } = this, [first, second] = row.bodies, radius = scene.discs[first][0];
+      const a = placeAt(tracks[first], pulls[first], when);
+      let towards;
+      if (second >= 0) {
+        const b = placeAt(tracks[second], pulls[second], when), away = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1;
+        towards = [(b[0] - a[0]) / away, (b[1] - a[1]) / away];
+      } else {
+        const wall = this.walls[-1 - second];
+        towards = wall.line ? towardsLine(wall.line, a) : wall.normal.map((x) => -x);
+      }
+      return [a[0] + radius * towards[0], a[1] + radius * towards[1]];
+    }
+    flags(stage, tracks, taken, near) {
+      const observed = stage === this.seen, shown = this.end / 12, wrong = stage.colour("--wrong-bar"), words = [];
       for (const row of this.run.impacts) {
-        if (row.true !== undefined) {
-          pen.fillStyle = colour("--ink");
-          pen.fillText("▾", x(row.true), height / 2 - 9 * dense);
+        const missed = row.flag === "missed", when = observed && !missed ? row.reported ?? row.true : row.true;
+        if (when === undefined || when === null || this.time < when) continue;
+        const recent = this.time <= when + shown, lost = ["missed", "undecided", "beyond"].includes(row.flag);
+        const { place } = this.meeting(row), here = observed && !lost ? this.touching(row, tracks, when) : place;
+        if (observed && missed) stage.cross(here, near ? 11 : 7, wrong); // for good
+        else if (recent) stage.ring(here, (9 * stage.dense) / stage.scale, observed && row.flag !== "found" ? wrong : stage.colour("--ink"), { width: 2 });
+        if (observed && !near && (missed || (recent && row.flag !== "found"))) words.push([here, row]);
+      }
+      const who = ({ pair }) => (this.scene.discs.length > 2 ? `, ${pair}` : "");
+      for (const [place, row] of words.slice(-MOST_LABELS)) stage.label(place, `${row.became}${who(row)}`, stage.colour("--wrong-ink"), taken);
+    }
+
+    // Where the instant is magnified: the corner farthest from it; null where nothing is to be magnified.
+    corner() {
+      const { fault, seen: stage } = this, { dense, canvas, scale } = stage;
+      if (!fault || Math.abs(this.time - this.moment) > Math.max(this.span / 5, this.end / 40)) return null;
+      const [u, v] = stage.at(this.centre), side = Math.min(canvas.height * 0.56, canvas.width * 0.42);
+      const radius = 2.5 * Math.max(...fault.bodies.filter((b) => b >= 0).map((b) => this.scene.discs[b][0]));
+      if (side / (2 * radius) < MAGNIFIES * scale) return null;
+      const far = (at, whole) => (at < whole / 2 ? whole - side - 8 * dense : 8 * dense);
+      return { x: far(u, canvas.width), y: far(v, canvas.height), side, radius, u, v };
+    }
+    inset() {
+      const found = this.corner(), { seen: stage, fault } = this;
+      if (!found) return;
+      const { x, y, side, radius, u, v } = found, { pen, dense, scale, origin } = stage, [cx, cy] = this.centre, half = radius * scale;
+      pen.strokeStyle = stage.colour("--muted");
+      pen.lineWidth = dense;
+      pen.strokeRect(u - half, v - half, 2 * half, 2 * half);
+      pen.save();
+      pen.beginPath();
+      pen.rect(x, y, side, side);
+      pen.fillStyle = stage.colour("--surface");
+      pen.fill();
+      pen.clip();
+      stage.view([cx - radius, cy - radius, cx + radius, cy + radius], [x, y, side, side]);
+      this.draw(stage, true);
+      pen.fillStyle = stage.colour("--surface");
+      pen.globalAlpha = 0.85;
+      pen.fillRect(x, y, side, 20 * dense);
+      pen.restore();
+      Object.assign(stage, { scale, origin });
+      pen.strokeStyle = stage.colour("--muted");
+      pen.lineWidth = 2 * dense;
+      pen.strokeRect(x, y, side, side);
+      pen.fillStyle = stage.colour("--wrong-ink");
+      pen.font = `600 ${11 * dense}px sans-serif`;
+      pen.textAlign = "left";
+      pen.textBaseline = "middle";
+      pen.fillText(`${fault.became}, ${number(side / (2 * radius) / scale, 2)} × larger`, x + 5 * dense, y + 10 * dense, side - 10 * dense);
+    }
+
+    // Above the whole run; below, spread out, the time about the first failure: overlaps of its pair, and looks.
+    timeline() {
+      const pen = this.line.getContext("2d"), { width: w, height: h } = this.line, dense = window.devicePixelRatio || 1;
+      const { run, end, from, span, fault } = this, colour = (name) => this.seen.colour(name);
+      const whole = (time) => (time / end) * (w - 2 * dense) + dense, x = (time) => ((time - from) / span) * w;
+      const strip = 12 * dense, top = 22 * dense, low = h - 16 * dense;
+      pen.clearRect(0, 0, w, h);
+      pen.fillStyle = colour("--rule");
+      pen.fillRect(0, strip, w, dense);
+      pen.globalAlpha = 0.7;
+      pen.beginPath();
+      for (const point of [[whole(from), strip], [whole(from + span), strip], [w, top - 2 * dense], [0, top - 2 * dense]]) pen.lineTo(...point);
+      pen.fill();
+      pen.globalAlpha = 1;
+      const rows = [...run.impacts].sort((a, b) => (a.flag !== "found") - (b.flag !== "found")); // what failed is above
+      for (const row of rows) {
+        pen.fillStyle = colour(row.flag === "found" ? "--exact-bar" : "--wrong-bar");
+        pen.fillRect(whole(row.true ?? row.reported) - dense, row.flag === "found" ? strip / 2 : 0, 2 * dense, row.flag === "found" ? strip / 2 : strip);
+      }
+      const same = (row) => !fault || this.scene.discs.length === 2 || row.bodies.join() === fault.bodies.join();
+      const shaded = run.impacts.filter(same).map((row) => [row.true, this.meeting(row).overlap]).filter(([, overlap]) => overlap);
+      for (const [begin, overlap] of shaded)
+        for (const [name, part] of [["--over", 0], ["--over2", 0.5]]) {
+          pen.fillStyle = colour(name);
+          pen.fillRect(x(begin + part * overlap), top + 3 * dense, (overlap / 2 / span) * w, low - top - 6 * dense);
         }
-        pen.fillStyle = row.flag === "found" ? colour("--exact-bar") : colour("--wrong-bar");
-        pen.fillText(MARKS[row.flag], x(row.reported ?? row.true), height / 2 + 11 * dense);
+      if (run.sampled && (run.dt / span) * w > MOST_TICKED * dense)
+        for (let k = Math.max(0, Math.ceil(from / run.dt)); k * run.dt <= Math.min(from + span, run.end) * (1 + 1e-12); k++) {
+          const time = k * run.dt;
+          const falls = shaded.some(([begin, overlap]) => time >= begin && time <= begin + overlap / 2 && time < begin + run.dt); // the first in it
+          pen.fillStyle = colour("--ink");
+          pen.fillRect(x(time) - (falls ? 2 : 1) * dense, top + (falls ? 0 : 4 * dense), (falls ? 4 : 2) * dense, low - top - (falls ? 0 : 8 * dense));
+        }
+      if (fault) {
+        const text = `${MARKS[fault.flag]} ${fault.became}`;
+        pen.font = `600 ${11 * dense}px sans-serif`;
+        pen.textAlign = "center";
+        pen.textBaseline = "middle";
+        pen.fillStyle = colour("--wrong-ink");
+        const half = pen.measureText(text).width / 2 + 2 * dense;
+        pen.fillText(text, Math.min(Math.max(x(fault.reported ?? fault.true), half), w - half), h - 7 * dense);
       }
       pen.fillStyle = colour("--link");
-      pen.fillRect(x(this.time) - dense, 0, 2 * dense, height);
+      pen.fillRect(whole(this.time) - dense, 0, 2 * dense, strip);
+      pen.fillRect(x(this.time) - dense, top - 2 * dense, 2 * dense, low - top + 4 * dense);
     }
   }
 
@@ -476,8 +452,8 @@
         player.play(false);
         player.show(row.true ?? row.reported);
       } }, row.pair)),
-      ...[digits(row.true, 9), digits(row.reported, 9), digits(row.turned, 9), digits(row.velocity, 3),
-        ...(turns ? [digits(row.spin, 3)] : []), `${MARKS[row.flag]} ${row.became}`, row.cause].map((text) => make("td", {}, text))));
+      ...[number(row.true, 9), number(row.reported, 9), number(row.turned, 9), number(row.velocity, 3),
+        ...(turns ? [number(row.spin, 3)] : []), `${MARKS[row.flag]} ${row.became}`, row.cause].map((text) => make("td", {}, text))));
     return make("div", { class: "scroll", tabindex: 0, role: "region", "aria-label": "Impact by impact" },
       make("table", { class: "impacts" },
         make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
@@ -489,7 +465,8 @@
     make("details", {}, make("summary", {}, "Settings really used"),
       make("dl", {}, ...Object.entries(run.settings).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]))),
     make("details", {}, make("summary", {}, "Run it yourself"),
-      ...(run.command ? [copyable("The command", run.command)] : []), copyable("The scene, as a file", scene.file)),
+      ...(run.command ? [copyable("The command", run.command)] : []), copyable("The scene, as a file", scene.file),
+      ...(scene.thrown ? [copyable("Drag this scene: save it as scene.toml", scene.thrown)] : [])),
   ];
 
   // --- The window that a cell opens ------------------------------------------------------------------------------
