@@ -459,9 +459,9 @@
         make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
         make("tbody", {}, ...rows)));
   };
-  const evidence = (scene, run, player) => [
+  const evidence = (scene, run, player, heading = "h3") => [
     make("ul", { class: "said" }, ...run.said.map((sentence) => make("li", {}, sentence))),
-    make("h3", {}, "Impact by impact"), impactTable(run, player),
+    make(heading, {}, "Impact by impact"), impactTable(run, player),
     make("details", {}, make("summary", {}, "Settings really used"),
       make("dl", {}, ...Object.entries(run.settings).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]))),
     make("details", {}, make("summary", {}, "Run it yourself"),
@@ -521,7 +521,7 @@
       const scene = await unpack(blocks()[0].textContent), body = make("div", { class: "replay" });
       alone.append(body);
       const shown = new Player(scene, scene.runs[0], body);
-      body.append(...evidence(scene, scene.runs[0], shown));
+      body.append(...evidence(scene, scene.runs[0], shown, "h2")); // below the page's own h1
       document.addEventListener("keydown", (event) => shown.key(event));
     }
   };
