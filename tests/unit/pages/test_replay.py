@@ -156,7 +156,7 @@ def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str,
 
 def test_a_replay_holds_at_what_is_most_off_if_nothing_is_missed() -> None:
     """Not at the first impact that is late by a twentieth of a step, but at the one whose velocity is most off."""
-    rows = [
+    rows: list[dict[str, Any]] = [
         {"flag": "late", "velocity": 0.01},
         {"flag": "late", "velocity": 0.4},
         {"flag": "found", "velocity": 0.9},
