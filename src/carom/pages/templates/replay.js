@@ -132,10 +132,9 @@
 
     legend() {
       const drawn = (body) => {
-        const sign = document.createElementNS("http://www.w3.org/2000/svg", "svg");
-        for (const [key, value] of [["viewBox", "0 0 26 16"], ["aria-hidden", "true"]]) sign.setAttribute(key, value);
-        sign.innerHTML = body;
-        return sign;
+        const holder = make("template"), name = "svg"; // a parser knows its namespace
+        holder.innerHTML = `<${name} viewBox="0 0 26 16" aria-hidden="true">${body}</${name}>`;
+        return holder.content.firstChild;
       };
       const looks = this.run.sampled ? [
         ["<circle cx='13' cy='8' r='6' fill='none' stroke='var(--s0)' stroke-dasharray='3 2' stroke-width='1.5'/>", "its last look"],
