@@ -71,7 +71,7 @@ ENTRIES = (
         ">=0.18",
         "0.20.0 changed nearly every cell. Bare, over 32 phases: slow bounces that 0.12 and 0.13 had lost are whole again, and discs in a row "
         "exchange velocities at each phase, where up to .19 of the fastest was wrong (`tests/engines/test_engine_releases.py`). It also tells of "
-        "each contact in the next step again, with half the impulse, until 0.21.0, which moves the same: who reads contacts sees impacts twice "
+        "each contact in the next step again, with half the impulse, until 0.21.0, which moves the same to the bit: who reads contacts sees impacts twice "
         "(Carom's adapter leaves out what is told of bodies that part). "
         "Before 0.18 its contacts are gone when an adapter can read them.",
     ),
