@@ -14,9 +14,12 @@ __all__ = ["RANKING_NOTE", "RIGHT", "merit", "ranked", "standing"]
 #: Grades that leave nothing to pay for looking once a step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 
+#: From best to worst, of what a method has an answer to.
+_GRADES = tuple(dict.fromkeys(mark.css for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED))
+
 RANKING_NOTE = (
-    "The best stands first: most scenes exact or close, then fewest wrong or without an answer, then fewest worse than "
-    "sampled; among equals the better grades, then the lower median error by PIT's."
+    "The best stands first: the grades of a method, counted from exact, 0, to wrong, 6, with 7 for no answer, have the "
+    "least mean over the scenes where it has one; among equals, the lower median error by PIT's."
 )
 
 
@@ -26,16 +29,22 @@ def merit(marks: Sequence[Mark]) -> tuple[int, int, int]:
     return (-right, wrong, sum(mark in GRADED and mark not in RIGHT and mark is not Mark.SAMPLED for mark in marks))
 
 
-def standing(rows: Sequence[Row | None]) -> tuple[int, int, int, int, float]:
+def standing(rows: Sequence[Row | None]) -> tuple[float, float]:
     """Return the place of a method among others by its rows of the same scenes, one a scene: the least is the best.
 
-    After its merit come the better grades, and the median of the price that it pays: 0 where no scene has one, as
-    where nothing meets.
+    It is the mean of its grades, and then the median of the price that it pays: 0 where no scene has one, as where
+    nothing meets. One without a grade stands last.
     """
-    marks, order = [mark_of(row) for row in rows], list(Mark)
+    places = [place for row in rows if (place := _place(mark_of(row))) is not None]
     paid = [row.score.price_paid for row in rows if row is not None and row.score is not None]
     known = [price for price in paid if not math.isnan(price)]
-    return (*merit(marks), sum(map(order.index, marks)), statistics.median(known) if known else 0.0)
+    return statistics.fmean(places) if places else math.inf, statistics.median(known) if known else 0.0
+
+
+def _place(mark: Mark) -> int | None:
+    if mark in BROKEN:
+        return len(_GRADES)
+    return _GRADES.index(mark.css) if mark.css in _GRADES else None
 
 
 def ranked(grid: Grid, columns: Iterable[GridColumn]) -> list[GridColumn]:

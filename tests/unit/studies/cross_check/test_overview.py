@@ -106,7 +106,7 @@ def several() -> Results:
 
 
 def test_terminal_and_report_have_one_order(several: Results) -> None:
-    """The best stands first by what the counts themselves say: most exact or close, fewest wrong, fewest worse."""
+    """The best stands first by what the counts themselves say: the least mean grade, from exact to wrong."""
     (heads, counted), *_ = tables(several, Medium.TERMINAL)
     orders = [[row[0].line for row in counted]]
     orders += [[row[0].line for row in tables(several, medium)[0][1]] for medium in (Medium.PAGE, Medium.MARKDOWN)]
@@ -117,7 +117,14 @@ def test_terminal_and_report_have_one_order(several: Results) -> None:
     def count(row: list[Cell], *names: str) -> int:
         return sum(int(row[heads.index(name)].text or 0) for name in names)
 
-    merits = [(-count(r, "exact", "close"), count(r, "wrong"), count(r, "inaccurate", "parted")) for r in counted]
+    graded = ("exact", "close", "sampled", "inaccurate", "parted", "wrong")
+    # Nothing parts here, so that the two grades that share its column need not be told apart.
+    assert not any(count(row, "parted") for row in counted)
+    places = (0, 1, 2, 3, 4, 6)
+    merits = [
+        sum(place * count(row, name) for place, name in zip(places, graded, strict=True)) / count(row, *graded)
+        for row in counted
+    ]
     assert merits == sorted(merits)
     assert len(set(merits)) > 1
 
@@ -134,7 +141,7 @@ def test_of_one_scene_terminal_and_report_have_one_order(several: Results, scene
 
 
 def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: Results) -> None:
-    """Exact stands before close, which merit counts alike, and of two sampled runs the one that pays less."""
+    """Exact stands before close, and of two sampled runs the one that pays less."""
     row = next(row for row in several.rows if row.score and row.score.grade is Grade.SAMPLED)
     assert row.score is not None
     exact, close = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.EXACT, Grade.CLOSE))
@@ -143,6 +150,14 @@ def test_among_equals_the_better_grade_and_the_lower_price_stand_first(several: 
     order = [exact, close, cheap, dear, none]
     mixed = [none, dear, close, cheap, exact]
     assert sorted(mixed, key=lambda one: standing([one])) == order
+
+
+def test_one_close_answer_does_not_outweigh_many_wrong_ones(several: Results) -> None:
+    """A method that is sampled everywhere stands before one that is close once and wrong elsewhere."""
+    row = next(row for row in several.rows if row.score and row.score.grade is Grade.SAMPLED)
+    assert row.score is not None
+    close, wrong = (replace(row, score=replace(row.score, grade=grade)) for grade in (Grade.CLOSE, Grade.WRONG))
+    assert standing([row, row, row]) < standing([close, wrong, row])
 
 
 def test_pic_stands_once_in_the_table_of_every_scene(several: Results) -> None:
