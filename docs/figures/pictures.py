@@ -62,7 +62,7 @@ def _taken(page: Page, clip: dict[str, float] | None = None) -> Image.Image:
 def take_first_screen(browser: Browser, scheme: Scheme) -> None:
     """Write the picture of the page's first screen."""
     page = _opened(browser, scheme, 1280, 900)
-    _taken(page).save(first_screen(scheme), quality=70, method=6)
+    _taken(page).save(first_screen(scheme), quality=62, method=6)
     page.close()
 
 
@@ -84,7 +84,7 @@ def take_replay(browser: Browser, scheme: Scheme) -> None:
     each = round(1000 * _LASTS_S / _FRAMES)
     times = [each] * (_FRAMES - 1) + [round(1000 * _LAST_S)]
     frames[0].save(
-        replay(scheme), save_all=True, append_images=frames[1:], duration=times, loop=0, quality=60, method=6
+        replay(scheme), save_all=True, append_images=frames[1:], duration=times, loop=0, quality=45, method=6
     )
     page.close()
 
