@@ -23,7 +23,7 @@ def test_both_times_are_those_of_the_law(rate: float, span: float) -> None:
     with mpmath.workprec(200):
         kept = mpmath.exp(-mpmath.mpf(rate) * seconds)
         undamped = -mpmath.expm1(-mpmath.mpf(rate) * seconds) / rate
-    # Roundings: of c t (which exp multiplies by up to c t), of exp or expm1, and of the quotient; each of 2^-53, libm's of 2.
+    # Roundings: of c t (which exp multiplies by up to c t), of exp or expm1 (two of libm's), and of the quotient.
     assert damping.undamped(seconds) == pytest.approx(float(undamped), rel=8 * 2.0**-53)
     assert damping.kept(seconds) == pytest.approx(float(kept), rel=(4 + 2 * span) * 2.0**-53)
 

@@ -38,7 +38,7 @@ def box(**more: float) -> Scene:
 @settings(max_examples=60, deadline=None)
 @given(scenes(), RATES)
 def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: float) -> None:
-    """PIC with damping has the impacts of PIC without, up to as far as discs get, at -ln(1 - c s)/c, slowed by 1 - c s."""
+    """PIC with damping has the impacts of PIC without, up to as far as discs get, later and slowed by the law."""
     damped = scene.model_copy(update={"damping_per_s": rate})
     end = -math.expm1(-rate * scene.duration_s) / rate
     plain, trace = solve_pic(scene, until_s=end), solve_pic(damped)
@@ -207,7 +207,7 @@ def test_a_rate_that_is_none_is_refused(rate: float) -> None:
 
 def test_what_damping_does_not_go_with_is_refused() -> None:
     """Gravity, the contact time of the TC model, the kernel by itself and certified runs say that there is none."""
-    with pytest.raises(SceneError, match="must be 0 in a scene with gravity, got 0.4"):
+    with pytest.raises(SceneError, match=r"must be 0 in a scene with gravity, got 0\.4"):
         staged("falls", disc_at(0, 0, 0, 0), duration_s=1.0, damping_per_s=0.4, gravity_m_s2=(0.0, -9.81))
     scene = box(damping_per_s=0.4)
     with pytest.raises(InputError, match="contact_duration_s must be 0 in a scene with damping"):

@@ -143,7 +143,7 @@ class FrameRun:
 def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
     """Return a PIT run at the start of a scene: compiled, or else the definition.
 
-    That is under gravity, with damping, on walls that are no half-planes, and without the extension.
+    The definition runs under gravity, with damping, and without the extension.
 
     Args:
         scene: The scene.
