@@ -5,14 +5,14 @@ from __future__ import annotations
 import copy
 import math
 import sys
-from dataclasses import fields
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.drawn import drawn
 from tests.stage import disc_at, staged, wall_at
-from tests.unit.solvers.strategies import scenes
 
 import carom
 from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
@@ -24,6 +24,9 @@ from carom.solvers.pit.solve import pit_run
 from carom.trace import free_flights
 
 RATES = st.sampled_from([0.01, 0.4, 1.0])
+SCENES = st.integers(0, 9_999).map(
+    lambda number: drawn("anywhere", number, rough=number % 2 == 1).model_copy(update={"duration_s": 3.0})
+)
 
 
 def box(**more: float) -> Scene:
@@ -36,7 +39,7 @@ def box(**more: float) -> Scene:
 
 
 @settings(max_examples=60, deadline=None)
-@given(scenes(), RATES)
+@given(SCENES, RATES)
 def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: float) -> None:
     """PIC with damping has the impacts of PIC without, up to as far as discs get, later and slowed by the law."""
     damped = scene.model_copy(update={"damping_per_s": rate})
@@ -53,7 +56,7 @@ def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: fl
 
 
 @settings(max_examples=40, deadline=None)
-@given(scenes(max_discs=3), RATES)
+@given(SCENES, RATES)
 def test_between_impacts_discs_move_by_the_law(scene: Scene, rate: float) -> None:
     """From impact to impact a disc's velocity falls as exp(-c t), and its own flights lead to where it ends."""
     trace = solve_pic(scene.model_copy(update={"damping_per_s": rate}))
@@ -220,9 +223,8 @@ def test_what_damping_does_not_go_with_is_refused() -> None:
 
 def test_an_adapter_that_does_not_declare_damping_is_skipped_by_name() -> None:
     """The reason names damping; with it declared there is none."""
-    able = {field.name: True for field in fields(Capabilities) if field.default is False}
-    able |= {"restitution": (0.0, 1.0), "friction": (0.0, sys.float_info.max)}
+    able = Capabilities(restitution=(0.0, 1.0), friction=(0.0, sys.float_info.max), spin=True, damping=True)
     scene = box(damping_per_s=0.4)
-    assert unsupported_reason(scene, Capabilities(**able), 0.01) == ""
-    reason = unsupported_reason(scene, Capabilities(**(able | {"damping": False})), 0.01)
+    assert unsupported_reason(scene, able, 0.01) == ""
+    reason = unsupported_reason(scene, replace(able, damping=False), 0.01)
     assert reason == "the scene has damping, which this method does not support"
