@@ -36,7 +36,7 @@ class Damping:
 
     def undamped(self, seconds: float) -> float:
         """Return in what time an undamped disc would get as far as a damped one does in some seconds."""
-        if abs(self.per_s * seconds) < _NOTHING:
+        if not abs(self.per_s * seconds) >= _NOTHING:  # NaN stays NaN
             return seconds
         try:
             return -math.expm1(-self.per_s * seconds) / self.per_s
@@ -46,7 +46,7 @@ class Damping:
     def damped(self, undamped_s: float) -> float:
         """Return how long a damped disc takes to get as far as an undamped one in `undamped_s`; infinity for never."""
         way = self.per_s * undamped_s
-        if abs(way) < _NOTHING:
+        if not abs(way) >= _NOTHING:  # NaN stays NaN
             return undamped_s
         return math.inf if way >= 1.0 else -math.log1p(-way) / self.per_s
 
