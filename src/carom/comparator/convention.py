@@ -125,8 +125,7 @@ def first_group(reference: Trace) -> Group | None:
         for side, speed in zip(("first", "second"), rims, strict=True):
             if impact[side] >= 0:
                 rim[impact[side]] = speed
-    slowed = [flights[disc].damping.kept(time_s - flights[disc].begin_s) for disc in range(len(scene.discs))]
-    motion = np.array([(*flights[disc].velocity_m_s, rim[disc]) * np.array(slowed[disc]) for disc in sorted(discs)])
+    motion = np.array([(*flights[disc].velocity_m_s, rim[disc]) for disc in sorted(discs)])
     return Group(time_s, tuple(sorted(discs)), kept, motion)
 
 

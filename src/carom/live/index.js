@@ -25,7 +25,6 @@ export const NOT_PORTED = {
   "walls of edges, arcs or circles": (scene) => (scene.walls ?? []).some((wall) => !("normal" in wall)),
   "walls of their own material": (scene) =>
     (scene.walls ?? []).some((wall) => wall.restitution != null || wall.friction != null),
-  damping: (scene) => (scene.damping_per_s ?? 0) !== 0,
   "numbers of extreme size": (scene) => numbersOf(scene).some(extreme),
 };
 const KNOWN = {
@@ -41,7 +40,6 @@ const KNOWN = {
     "tangential_restitution",
     "wall_tangential_restitution",
     "gravity_m_s2",
-    "damping_per_s",
     "duration_s",
     "frame_rate_hz",
   ],

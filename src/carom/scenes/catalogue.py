@@ -11,7 +11,6 @@ from types import MappingProxyType, ModuleType
 from carom.errors import UnknownNameError
 from carom.scene import Scene
 from carom.scenes import (
-    contact,
     engines,
     gravity,
     in_line,
@@ -34,7 +33,7 @@ _TAG_PREFIX = "tag:"
 
 #: What runs by default, and what is asked for by name, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
-_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin, tables, contact, engines)
+_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin, tables, engines)
 
 
 @cache
