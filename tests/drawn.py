@@ -34,6 +34,7 @@ def drawn(
     immovable: bool = True,
     repeated: bool = True,
     restitutions: Sequence[float] = (0.0, 0.5, 1.0, 1.0),
+    rooms_m: Sequence[float] = (0.0, 0.5, 1.0),
 ) -> Scene:
     """Return the scene of a kind and a number.
 
@@ -45,13 +46,15 @@ def drawn(
         immovable: Some discs may be so.
         repeated: A wall may be given up to three times, by different points.
         restitutions: Of discs and of walls, of which one is drawn for each.
+        rooms_m: Between the outermost discs and a box, of which one is drawn; at 0 they start in contact with it.
     """
     rng = random.Random(f"{kind} {number}")
     while True:
         discs = KINDS[kind](rng)
         fixed = rng.choice([0.0, 0.0, 0.2, 0.3]) if immovable else 0.0
         discs = [still(disc) if rng.random() < fixed else disc for disc in discs]
-        walls = _walls(rng, discs, whole=kind == "whole", times=rng.choice([1, 1, 1, 2, 3]) if repeated else 1)
+        times = rng.choice([1, 1, 1, 2, 3]) if repeated else 1
+        walls = _walls(rng, discs, whole=kind == "whole", times=times, room=rng.choice(rooms_m))
         rate = rng.choice(RATES)
         # Plain looping makes some 100,000 tests in a tenth of a second.
         frames = min(rng.choice([10, 60, 400]), max(5, 60_000 // (len(discs) * (len(discs) + 7))))
@@ -256,13 +259,12 @@ KINDS: dict[str, Callable[[random.Random], list[Disc]]] = {
 # Walls and friction ---------------------------------------------------------------------------------------------------
 
 
-def _walls(rng: random.Random, discs: list[Disc], *, whole: bool, times: int) -> list[Wall]:
-    """Return no walls, a box round the discs, that may touch them, some sides of one, or oblique walls, or both."""
+def _walls(rng: random.Random, discs: list[Disc], *, whole: bool, times: int, room: float) -> list[Wall]:
+    """Return no walls, a box round the discs, some sides of one, or oblique walls, or both."""
     low, high = (
         tuple(choice(disc.position_m[axis] + sign * disc.radius_m for disc in discs) for axis in range(2))
         for choice, sign in ((min, -1), (max, 1))
     )
-    room = rng.choice([0.0, 0.5, 1.0])
     (x0, y0), (x1, y1) = (low[0] - room, low[1] - room), (high[0] + room, high[1] + room)
     widest = 2 * max(disc.radius_m for disc in discs)
     x1, y1 = (

@@ -32,8 +32,9 @@ class Happened(NamedTuple):
 
 
 def lossy(number: int, **more: Any) -> Scene:
-    """Return a drawn scene in which nothing stays in contact and no wall is given twice: its impacts have an order."""
-    return drawn("anywhere", number, repeated=False, restitutions=(0.25, 0.5, 0.9, 1.0, 1.0), **more)
+    """Return a drawn scene whose impacts have one order: nothing starts or stays in contact, no wall is given twice."""
+    restitutions = (0.25, 0.5, 0.9, 1.0, 1.0)
+    return drawn("anywhere", number, repeated=False, restitutions=restitutions, rooms_m=(0.5, 1.0), **more)
 
 
 def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) -> list[Happened]:
