@@ -70,7 +70,8 @@ export class Bodies {
   }
   wallImpactTime(i, k) {
     if (this.inverseMass[i] === 0 || this.lastPartner[i] === wallBody(k)) return INF;
-    return this.time[i] + wallTime(this.x[i], this.y[i], this.vx[i], this.vy[i], this.radius[i], this.walls[k]);
+    const wait = wallTime(this.x[i], this.y[i], this.vx[i], this.vy[i], this.radius[i], this.walls[k]);
+    return wait < INF ? this.time[i] + wait : INF; // no number above 1e300 s or so
   }
   pairApproachesAndOverlaps(i, j) {
     if (this.inverseMass[i] === 0 && this.inverseMass[j] === 0) return false;

@@ -162,6 +162,11 @@ def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
     assert _random_unlike(range(4)) == []
 
 
+def test_a_wall_that_is_met_beyond_every_number_is_never_met() -> None:
+    """A disc that friction slows to 1e-302 m/s reaches its far wall at no time that a float holds: no impact."""
+    assert _unlike([(_drawn("far out", 37), "pic")]) == []
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 200, 20))
 def test_two_thousand_scenes_have_carom_s_bits(first: int) -> None:
