@@ -10,7 +10,7 @@ from carom.physics.double_double cimport DoubleDouble
 from carom.physics.features cimport FEATURE_NUMBERS, Mover, feature_from
 from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
-from carom.solvers.event_driven.grid cimport cell_count, choose_grid, put, take, tile_count, tile_of
+from carom.solvers.event_driven.grid cimport box_of, cell_count, choose_grid, note_sizes, put, take, tile_count, tile_of
 from carom.solvers.event_driven.layout cimport (
     NO_OBSTACLE, NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
 )
@@ -172,7 +172,9 @@ cdef class Cells:
         s = &self.s
         cdef Index n = radius.shape[0]
         s.disc_count, s.wall_count = n, walls.shape[0]
-        choose_grid(&s.grid, &position[0, 0], &radius[0], n, <Wall *>&walls[0, 0], s.wall_count, NULL, 0, 1.0)
+        s.visited = box_of(&position[0, 0], n)
+        note_sizes(&s.grid, &radius[0], n, 1.0)
+        choose_grid(&s.grid, &s.visited, n, <Wall *>&walls[0, 0], s.wall_count, NULL, 0)
         cdef Disc[::1] discs = np.zeros(n, layouts()["Disc"])
         for i in range(n):
             discs[i].radius = radius[i]

@@ -60,6 +60,11 @@
 #define CAROM_COORDINATE_ERROR 0x1p-48
 /* Cells a disc at most: beyond that they hold too little to be worth crossing. Chosen, not tuned: bounds memory. */
 #define CAROM_CELLS_PER_DISC 4.0
+/* And for each side, arc or vertex of a wall: of n along the rim of m by m cells one at the rim knows n / 4m, and as many
+   cells are crossed on the way to it where m^2 = n / 4. */
+#define CAROM_CELLS_PER_FEATURE 0.25
+/* Obstacles looked at in the time in which a disc is predicted, roughly. */
+#define CAROM_LOOKS_PER_PREDICTION 16.0
 /* Two waits that differ by more than this part of the later time never round to one time. */
 #define CAROM_TIME_ERROR 0x1p-51
 /* Relative error that a root of the plain form may have, and by how much each of its three terms must exceed its own

@@ -21,6 +21,8 @@ cdef extern from "carom/constants.h":
     const double CELL_MARGIN "CAROM_CELL_MARGIN"
     const double COORDINATE_ERROR "CAROM_COORDINATE_ERROR"
     const double CELLS_PER_DISC "CAROM_CELLS_PER_DISC"
+    const double CELLS_PER_FEATURE "CAROM_CELLS_PER_FEATURE"
+    const double LOOKS_PER_PREDICTION "CAROM_LOOKS_PER_PREDICTION"
     const double TIME_ERROR "CAROM_TIME_ERROR"
     const double ROOT_ERROR "CAROM_ROOT_ERROR"
     const double CERTAIN "CAROM_CERTAIN"

@@ -155,6 +155,8 @@ cdef inline void predict_exit(State *s, Index i, bint features) noexcept nogil:
         looks = at_rim and not stays_in_area(g, &a, wait)
         at_rim = False
         near = g.lists + FULL_LIST
+        if features and looks:
+            s.counts.beyond += 1
     p.exit_time = a.time + wait
     p.obstacle = <short>obstacle
     p.edge = <signed char>(LEFT + right + vertical * (DOWN + up - LEFT - right) if obstacle == NO_OBSTACLE else NO_EDGE)

@@ -8,20 +8,38 @@ spares the scans all special cases. Cells decide when a pair is looked at, never
 from cython cimport likely, unlikely
 from libc.math cimport fabs, sqrt
 
-from carom.constants cimport CELL_MARGIN, CELLS_PER_DISC, COORDINATE_ERROR
+from carom.constants cimport CELL_MARGIN, CELLS_PER_DISC, CELLS_PER_FEATURE, COORDINATE_ERROR
 from carom.physics.double_double cimport greater, lesser
 from carom.physics.features cimport PLANE, Feature
 from carom.solvers.event_driven.layout cimport *
 
-cdef inline double largest_reach(Grid *g, const double *radius, Index discs) noexcept nogil:
-    """Note the largest radius; return the largest sum of two, that of a single disc with one of its own size."""
+cdef inline void note_sizes(Grid *g, const double *radius, Index discs, double factor) noexcept nogil:
+    """Note the largest radius, the largest sum of two (that of a single disc with one of its own size), and the factor."""
     cdef Index i
     cdef double second = 0.0
     g.radius = 0.0
     for i in range(discs):
         second = greater(second, lesser(g.radius, radius[i]))
         g.radius = greater(g.radius, radius[i])
-    return g.radius + (second if discs > 1 else g.radius)
+    g.reach = g.radius + (second if discs > 1 else g.radius)
+    g.factor = factor
+
+
+cdef inline void widen(Box *box, double x, double y) noexcept nogil:
+    """Widen a box so that a point is in it."""
+    box.left = lesser(box.left, x)
+    box.right = greater(box.right, x)
+    box.low = lesser(box.low, y)
+    box.high = greater(box.high, y)
+
+
+cdef inline Box box_of(const double *position, Index discs) noexcept nogil:
+    """Return the box of some centres."""
+    cdef Index i
+    cdef Box box = Box(position[0], position[0], position[1], position[1])
+    for i in range(1, discs):
+        widen(&box, position[2 * i], position[2 * i + 1])
+    return box
 
 
 cdef inline double extent_of(const Feature *f) noexcept nogil:
@@ -33,38 +51,31 @@ cdef inline double extent_of(const Feature *f) noexcept nogil:
 
 
 cdef inline void choose_grid(
-    Grid *g, const double *position, const double *radius, Index discs, const Wall *walls, Index wall_count,
-    const Feature *features, Index feature_count, double cell_factor,
+    Grid *g, const Box *box, Index discs, const Wall *walls, Index wall_count, const Feature *features,
+    Index feature_count,
 ) noexcept nogil:
-    """Choose the cells of a run from where its discs stand; infinity as `cell_factor` makes a single one."""
+    """Choose the cells for discs that move in a box; an infinite `factor` makes a single one."""
     cdef Index i
-    cdef double x0 = position[0]
-    cdef double y0 = position[1]
-    cdef double x1 = x0
-    cdef double y1 = y0
-    cdef double most = lesser(CELLS_PER_DISC * discs, MOST_COLUMNS)
-    for i in range(1, discs):
-        x0 = lesser(x0, position[2 * i])
-        x1 = greater(x1, position[2 * i])
-        y0 = lesser(y0, position[2 * i + 1])
-        y1 = greater(y1, position[2 * i + 1])
-    largest = greater(greater(fabs(x0), fabs(x1)), greater(fabs(y0), fabs(y1)))
+    cdef double width = box.right - box.left
+    cdef double height = box.high - box.low
+    cdef double cells = CELLS_PER_DISC * discs + CELLS_PER_FEATURE * feature_count
+    cdef double most = lesser(cells, MOST_COLUMNS)
+    largest = greater(greater(fabs(box.left), fabs(box.right)), greater(fabs(box.low), fabs(box.high)))
     for i in range(wall_count):  # what a wall sends back has been as far as the wall
         largest = greater(largest, fabs(walls[i].x * walls[i].nx + walls[i].y * walls[i].ny))
     for i in range(feature_count):
         largest = greater(largest, extent_of(&features[i]))
-    reach = largest_reach(g, radius, discs)
-    width = (reach * (1.0 + CELL_MARGIN) + largest * COORDINATE_ERROR) * cell_factor
-    width = greater(width, sqrt((x1 - x0) / discs * (y1 - y0) / CELLS_PER_DISC))
-    width = greater(width, greater((x1 - x0) / most, (y1 - y0) / most))
-    g.x0 = x0
-    g.y0 = y0
-    g.width = reach
+    cell = (g.reach * (1.0 + CELL_MARGIN) + largest * COORDINATE_ERROR) * g.factor
+    cell = greater(cell, sqrt(width / cells * height))
+    cell = greater(cell, greater(width / most, height / most))
+    g.x0 = box.left
+    g.y0 = box.low
+    g.width = g.reach
     g.columns = g.rows = 1
-    if width < INF:
-        g.width = width
-        g.columns = <Index>greater(1.0, (x1 - x0) / width)
-        g.rows = <Index>greater(1.0, (y1 - y0) / width)
+    if cell < INF:
+        g.width = cell
+        g.columns = <Index>greater(1.0, width / cell)
+        g.rows = <Index>greater(1.0, height / cell)
     g.stride = g.columns + 2
     g.tiles = g.columns // 2 + 1
 
@@ -150,6 +161,23 @@ cdef inline void fill_cells(State *s) noexcept nogil:
         column = (a.x + a.vx * wait - g.x0) / g.width
         row = (a.y + a.vy * wait - g.y0) / g.width
         put(s, i, 1 + number_of(row, g.rows), 1 + number_of(column, g.columns))
+
+
+cdef inline double crowding(const State *s) noexcept nogil:
+    """Return how many discs are in a disc's cell, itself counted: the mean over all."""
+    cdef Index i, k, count, chained
+    cdef double pairs = 0.0
+    for i in range(cell_count(&s.grid)):
+        cell = &s.grid.cells[i]
+        count = 0
+        for k in range(PLACES):
+            count += cell.disc[k] > NOBODY
+        chained = CHAINED - cell.disc[PLACES - 1] if cell.disc[PLACES - 1] < NOBODY else NOBODY
+        while chained != NOBODY:
+            count += 1
+            chained = s.grid.chain[chained]
+        pairs += count * count
+    return pairs / s.disc_count
 
 
 cdef inline void cross_edge(State *s, Index i) noexcept nogil:

@@ -7,6 +7,7 @@ from carom.physics.arc_time cimport reach_of
 from carom.physics.feature_time cimport normal_at
 from carom.physics.features cimport FACE, PLANE, VERTEX, Feature, Mover
 from carom.solvers.event_driven.exits cimport mover_of
+from carom.solvers.event_driven.grid cimport widen
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.impact.law cimport collide_discs, collide_wall
 from carom.solvers.impact.record cimport record_impact
@@ -161,6 +162,7 @@ cdef inline void carry_out_feature(State *s, Index i, Index k, double time, bint
     advance_clock(s, time)
     cdef bint elastic = is_one_contact(s, i)
     move(a, s.clock.now)
+    widen(&s.visited, a.x, a.y)
     cdef Mover disc = mover_of(a)
     cdef Before before = Before([a.vx, a.vy], [0.0, 0.0])
     cdef Body body = body_of(s, i, turns)

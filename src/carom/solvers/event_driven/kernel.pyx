@@ -10,12 +10,14 @@ from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free
 from libc.string cimport memcpy
 
-from carom.constants cimport EPOCH_IMPACTS
+from carom.constants cimport EPOCH_IMPACTS, LOOKS_PER_PREDICTION
 from carom.physics.double_double cimport greater, two_sum
 from carom.physics.features cimport FEATURE_NUMBERS, INNER_ARC, feature_from
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
 from carom.solvers.event_driven.exits cimport glides_there, predict_exit
-from carom.solvers.event_driven.grid cimport cell_count, choose_grid, cross_edge, fill_cells, tile_count
+from carom.solvers.event_driven.grid cimport (
+    box_of, cell_count, choose_grid, cross_edge, crowding, fill_cells, note_sizes, tile_count,
+)
 from carom.solvers.event_driven.impacts cimport (
     bring_clock, carry_out_feature, carry_out_pair, carry_out_wall, move, reported_time,
 )
@@ -186,6 +188,8 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
             if unlikely(s.counts.epoch_impacts >= EPOCH_IMPACTS * s.disc_count):
                 new_epoch(s)
                 continue
+            if unlikely(s.counts.beyond - s.grid.beyond > s.grid.patience):
+                return OUTGROWN
             change = OF_PATH
         elif event.kind == CROSSING:
             s.counts.crossings += 1
@@ -270,6 +274,7 @@ cdef class Kernel:
     cdef State s
     cdef object memory
     cdef object recent_memory
+    cdef object cells_memory  # of cells chosen since the start
     cdef object decides
 
     def __cinit__(
@@ -313,10 +318,11 @@ cdef class Kernel:
         rows = <Feature *>&found_memory[0]
         for i in range(s.feature_count):
             rows[i] = feature_from(&features[i, 0])
-        choose_grid(
-            &s.grid, &position[0, 0], &radius[0], n, <const Wall *>&walls[0, 0], plain_walls, rows, s.feature_count,
-            cell_factor,
-        )
+        s.visited = box_of(&position[0, 0], n)
+        note_sizes(&s.grid, &radius[0], n, cell_factor)
+        # To choose anew costs a prediction a disc, and a look or so a feature.
+        s.grid.patience = <Index>((n + s.feature_count) / (1.0 + s.feature_count / LOOKS_PER_PREDICTION))
+        choose_grid(&s.grid, &s.visited, n, <const Wall *>&walls[0, 0], plain_walls, rows, s.feature_count)
         # In one piece, for which a system takes large pages where it is large: far fewer to be looked up.
         self.memory = np.empty(lay_out(s, NULL, length) + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
@@ -352,11 +358,44 @@ cdef class Kernel:
 
     def run(self, double until, Index impacts, Index events):
         """Call the loop; return how it ended, an `Ending`."""
-        with nogil:
-            ending = loop(&self.s, until, impacts, events)
+        cdef Ending ending = OUTGROWN
+        while ending == OUTGROWN:
+            with nogil:
+                ending = loop(&self.s, until, impacts, events)
+            if ending == OUTGROWN:
+                self.choose_cells_anew()
         if ending == NO_MEMORY:
             raise MemoryError("no memory for more recorded impacts: record a window of them, or none")
         return ending
+
+    cdef choose_cells_anew(self):
+        """Choose the cells for where discs have been, and keep them if that saves more looks than it costs.
+
+        At the rim of a gas that has left the box in which it began all features are looked at. Wider cells, where the box
+        has grown by far, hold more discs, nine of them a prediction. What is looked at changes no result.
+        """
+        s = &self.s
+        cdef Grid old = s.grid
+        cdef double crowded = crowding(s)
+        choose_grid(&s.grid, &s.visited, s.disc_count, NULL, 0, s.features, s.feature_count)
+        cells = np.empty(cell_count(&s.grid) * sizeof(Cell) + tile_count(&s.grid) * sizeof(int), np.uint8)
+        cdef unsigned char[::1] memory = cells
+        s.grid.cells = <Cell *>&memory[0]
+        s.grid.list_of = <unsigned int *>(s.grid.cells + cell_count(&s.grid))
+        fill_cells(s)
+        looks = <double>(s.counts.beyond - old.beyond) * s.feature_count / (s.counts.predictions - old.predictions + 1)
+        s.grid.lists = NULL
+        s.grid.listed = s.grid.list_room = 0
+        if 9.0 * (crowding(s) - crowded) < looks and find_obstacles(&s.grid, NULL, s.features, s.feature_count):
+            free(old.lists)
+            self.cells_memory = cells
+            s.counts.choices += 1
+        else:
+            free(s.grid.lists)
+            s.grid = old
+        s.grid.patience = 2 * old.patience  # so that all choices cost no more than what they are made to save
+        s.grid.predictions, s.grid.beyond = s.counts.predictions, s.counts.beyond
+        s.counts.predicted = 0
 
     def record(self, double begin, double end):
         """Record the impacts from now on that are reported within these times, since the start."""
@@ -416,7 +455,8 @@ cdef class Kernel:
     @property
     def nbytes(self):
         """Bytes of the run's memory, recorded impacts left out."""
-        return self.memory.nbytes + self.s.grid.list_room * sizeof(int)
+        chosen = 0 if self.cells_memory is None else self.cells_memory.nbytes
+        return self.memory.nbytes + chosen + self.s.grid.list_room * sizeof(int)
 
     cdef last_impacts(self):
         """Return the times of each disc's last impact, where the TC model asks for them, else nothing."""
@@ -449,3 +489,4 @@ cdef class Kernel:
             self.spins[:] = state["spins"]
         self.s.clock, self.s.counts, self.s.virial = state["clock"], state["counts"], state["virial"]
         self.s.counts.predicted = 0
+        self.s.grid.predictions, self.s.grid.beyond = self.s.counts.predictions, self.s.counts.beyond

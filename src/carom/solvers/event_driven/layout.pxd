@@ -60,6 +60,7 @@ cdef enum Ending:  # of a call of the loop; run.py has the same numbers
     PAUSE = 3  # as many events have been dealt with as were asked for
     NO_MEMORY = 4  # for another recorded impact
     GLIDES = 5  # a disc comes to glide along an arc: contact, and no impact
+    OUTGROWN = 6  # cells are to be chosen anew, as discs have been looked after beyond them: see grid.pxd
 
 cdef struct Event:
     EventKind kind
@@ -97,6 +98,12 @@ cdef struct Cell:  # 8 bytes
 cdef enum:
     CHAINED = -2
 
+cdef struct Box:
+    double left
+    double right
+    double low
+    double high
+
 cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     Cell *cells  # row by row, with the ring
     int *chain  # the disc that follows a disc in its cell's chain, or NOBODY
@@ -105,14 +112,16 @@ cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     int *lists  # ascending, NO_OBSTACLE at the end of each: see obstacles.pxd
     Index listed  # numbers in `lists`
     Index list_room
-    double left  # the area in which the lists hold
-    double right
-    double low
-    double high
+    Box area  # in which the lists hold
     double x0  # lower left corner of the first cell within the ring
     double y0
     double width  # of a cell
     double radius  # of the largest disc
+    double reach  # the largest sum of two radii
+    double factor  # on the width of a cell
+    Index predictions  # of the run, when the cells were chosen
+    Index beyond  # likewise, of those that looked beyond the area of the lists
+    Index patience  # how many more of these until the cells are chosen anew
     Index columns  # without the ring
     Index rows
     Index stride  # from a cell to the one above it
@@ -168,6 +177,8 @@ cdef struct Counts:
     Index predictions  # of discs after impacts
     Index stale
     Index crossings
+    Index beyond  # times that all features were looked at, for a disc beyond the area of the lists
+    Index choices  # of cells since the start, those for where the discs began not counted
     Index epochs  # begun anew
     Index epoch_impacts  # in this epoch
     Index at_instant  # impacts since time last advanced
@@ -197,3 +208,4 @@ cdef struct State:  # all that a run consists of
     Queue queue
     Candidates candidates
     Record record
+    Box visited  # where the discs began, and have struck features: their paths turn there

@@ -111,8 +111,8 @@ cdef inline bint stays_in_area(const Grid *g, const Disc *a, double wait) noexce
     """Return whether a disc is where the lists of its tiles hold, and will be there after a wait; so it is between."""
     x = a.x + a.vx * wait  # not a number where the wait has no end: not in the area
     y = a.y + a.vy * wait
-    cdef bint now = (g.left <= a.x) & (a.x <= g.right) & (g.low <= a.y) & (a.y <= g.high)
-    return now & (g.left <= x) & (x <= g.right) & (g.low <= y) & (y <= g.high)
+    cdef bint now = (g.area.left <= a.x) & (a.x <= g.area.right) & (g.area.low <= a.y) & (a.y <= g.area.high)
+    return now & (g.area.left <= x) & (x <= g.area.right) & (g.area.low <= y) & (y <= g.area.high)
 
 
 cdef inline bint add_list(Grid *g, const int *numbers, Index count) noexcept nogil:
@@ -176,10 +176,10 @@ cdef inline bint list_obstacles(
 cdef inline bint find_obstacles(Grid *g, const Wall *walls, const Feature *features, Index count) noexcept nogil:
     """Give every tile the list of what a disc in it may meet, features if there are any; return whether there is memory."""
     cdef Index k
-    g.left = edge(g.x0, g.width, g.columns, 1)
-    g.right = edge(g.x0, g.width, g.columns, g.columns + 1)
-    g.low = edge(g.y0, g.width, g.rows, 1)
-    g.high = edge(g.y0, g.width, g.rows, g.rows + 1)
+    g.area.left = edge(g.x0, g.width, g.columns, 1)
+    g.area.right = edge(g.x0, g.width, g.columns, g.columns + 1)
+    g.area.low = edge(g.y0, g.width, g.rows, 1)
+    g.area.high = edge(g.y0, g.width, g.rows, g.rows + 1)
     numbers = <int *>malloc((2 * COLUMN_BITS + 2) * (count + 1) * sizeof(int))
     if numbers == NULL:
         return False

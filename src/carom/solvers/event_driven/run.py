@@ -38,7 +38,7 @@ _OUTCOMES = {
     _GLIDES: Outcome.GLIDES,
 }
 _NEVER = 2**62
-_SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "epochs")
+_SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyond", "choices", "epochs")
 
 
 class RunState(NamedTuple):
@@ -163,7 +163,11 @@ class EventDrivenRun:
 
     @property
     def counts(self) -> dict[str, int]:
-        """Work so far: impacts, those on walls, predictions after impacts, stale events, cell crossings, new epochs."""
+        """Work so far, by name.
+
+        Impacts, those on walls, predictions after impacts, stale events, cell crossings, looks at all that finite walls
+        consist of (for a disc beyond the cells), choices of other cells, and new epochs.
+        """
         counts = self._kernel.counts
         return {name: counts[name] for name in _SHOWN}
 

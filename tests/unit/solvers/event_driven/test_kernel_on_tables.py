@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -122,6 +123,54 @@ def test_a_gas_among_segments_has_the_bits_of_all_pairs() -> None:
     """Many cells, each of which knows a few of the walls, and none of which may know too few."""
     assert_same(gas_among(25), 200)
     assert_same(gas_among(12), 100, cells=2.5)
+
+
+def gas_in_a_polygon(edges: int, radius: float) -> Scene:
+    """Return sixteen discs in the middle of a regular polygon, far from its edges."""
+    rnd = random.Random(9)
+    discs = [
+        Disc(position_m=(x, y), velocity_m_s=(rnd.gauss(0, 1), rnd.gauss(0, 1)), radius_m=0.4)
+        for x, y in product(range(-2, 2), repeat=2)
+    ]
+    turns = [2 * math.pi * k / edges for k in range(edges)]
+    wall = Chain(points_m=[(radius * math.cos(turn), radius * math.sin(turn)) for turn in turns], closed=True)
+    return Scene(name="gas in a polygon", discs=discs, walls=[wall], duration_s=1e3)
+
+
+def test_cells_chosen_anew_keep_the_bits_of_all_pairs() -> None:
+    """A gas that leaves the box in which it began gets other cells, in which discs meet what they would have met."""
+    scene = gas_in_a_polygon(20, 8.0)
+    for options in ({"contact_s": 0.0}, {"contact_s": 0.01}, {"cells": 3.0}, {"cells": math.inf}):
+        assert_same(scene, 200, **options)
+    run = EventDrivenRun(scene)
+    run.advance_to(math.inf, 200)
+    assert run.counts["choices"] > 0
+
+
+@pytest.mark.parametrize("radius", [6.0, 60.0])
+def test_a_gas_that_fills_a_polygon_looks_at_all_of_it_at_first_alone(radius: float) -> None:
+    """Once discs have been at the walls, few of a hundred predictions look at all sides and vertices."""
+    run = EventDrivenRun(gas_in_a_polygon(500, radius))
+    run.advance_to(math.inf, 2000)
+    begun = run.counts
+    run.advance_to(math.inf, 4000)
+    done = {name: count - begun[name] for name, count in run.counts.items()}
+    assert begun["beyond"] > 0
+    assert done["beyond"] < 0.05 * done["predictions"]
+
+
+def test_cells_that_would_crowd_the_discs_are_not_chosen() -> None:
+    """One disc that goes to and fro to a wall far off does not put a gas into a single cell."""
+    box = Chain(points_m=[(-4, -4), (4, -4), (4, 4), (-4, 4)], closed=True)
+    far = Chain(points_m=[(5e4, -9), (5e4, 9)])
+    gas = gas_in_a_polygon(3, 9.0).discs
+    flier = Disc(position_m=(5, 0), velocity_m_s=(1e5, 0), radius_m=0.4)
+    scene = Scene(name="flier", discs=[*gas, flier], walls=[box, far], duration_s=1e3)
+    assert_same(scene, 300)
+    run = EventDrivenRun(scene)
+    run.advance_to(math.inf, 300)
+    assert run.counts["beyond"] > 100
+    assert run.counts["choices"] == 0
 
 
 def test_a_saved_run_among_finite_walls_goes_on_with_the_same_bits() -> None:
