@@ -13,6 +13,8 @@ MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
 # For campaign-pic: impacts in all (counts add up in reports/campaign-pic.json), and processes.
 IMPACTS ?= 1e6
+# For campaign-tables: tables in all; their counts add up in reports/campaign-tables.json.
+TABLES ?= 1000
 # For mutants: faults in all; what was tried stands in reports/mutants.jsonl and is not tried again.
 FAULTS ?= 200
 # For campaign: how long; counts add up in reports/attacks.
@@ -29,7 +31,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism stress campaign campaign-pic mutants arm bench check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism stress campaign campaign-pic campaign-tables mutants arm bench check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: an engine that misses an impact, beside the exact run"
@@ -48,6 +50,7 @@ help:
 	@echo "make determinism        whether the installed engines come to the same bits again; write docs/determinism.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
+	@echo "make campaign-tables TABLES=20000: compare PIC on random tables of finite walls with brute force of 600 bits"
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
@@ -129,6 +132,9 @@ determinism: $(BUILT)
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
+
+campaign-tables: $(BUILT)
+	$(BIN)/python -m tests.campaign.tables --tables $(TABLES) --state reports/campaign-tables.json
 
 # Downloads some 250 MB, once, into build/arm; needs apt-get and dpkg, not root.
 arm: $(BUILT)

@@ -8,14 +8,11 @@ What rounding may do to a run of floats is followed beside it: the derivative of
 where it begins, and to the point of contact, by differences of 10^-40. The sum of what each rounding has grown to is a
 bound to first order; where it passes a part of the radius, floats say nothing more.
 
-Run as a program it is a campaign against `carom.solve_pic`: ``python tests/validation/table_runs.py 1000``.
+`tests.campaign.tables` runs it on as many random tables as are asked for.
 """
 
 from __future__ import annotations
 
-import random
-import sys
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from itertools import product
@@ -25,7 +22,7 @@ import numpy as np
 from flint import acb, acb_poly, arb, ctx
 from numpy.typing import NDArray
 
-from carom import Disc, Scene, SceneError, solve_pic
+from carom import Disc, Scene, solve_pic
 from carom.trace import Outcome
 from carom.walls import Chain
 
@@ -49,12 +46,13 @@ PART = 1e-3
 
 
 class Line(NamedTuple):
-    """A finite wall: points, bulges, whether it is closed, half width."""
+    """A finite wall: points, bulges, whether it is closed, half width, restitution if not the table's."""
 
     points: tuple[Point, ...]
     bulges: tuple[float, ...]
     closed: bool
     half_width: float
+    restitution: float | None = None
 
 
 @dataclass(frozen=True)
@@ -140,11 +138,13 @@ def _bent(table: Table, line: int, a: Point, b: Point, bulge: float, reach: arb)
     radius, height = chord / (2 * (abs(turn) / 2).sin()), chord / 2 * (turn / 2).cos() / (turn / 2).sin()
     x = (arb(a[0]) + b[0]) / 2 - (arb(b[1]) - a[1]) / chord * height
     y = (arb(a[1]) + b[1]) / 2 + (arb(b[0]) - a[0]) / chord * height
-    begin, sense = arb.atan2(a[1] - y, a[0] - x), 1 if bulge > 0 else -1
+    # From the centre to the arc's middle: half a turn from there lies the seam of angles, and never the arc.
+    mx = (arb(a[0]) + b[0]) / 2 + arb(bulge) * (arb(b[1]) - a[1]) / 2 - x
+    my = (arb(a[1]) + b[1]) / 2 - arb(bulge) * (arb(b[0]) - a[0]) / 2 - y
 
     def within(px: arb, py: arb) -> bool:
-        way = (arb.atan2(py - y, px - x) - begin) * sense
-        return any(0 <= way + 2 * k * arb.pi() <= abs(turn) for k in (-1, 0, 1))
+        dx, dy = px - x, py - y
+        return bool(abs(arb.atan2(mx * dy - my * dx, mx * dx + my * dy)) <= abs(turn) / 2)
 
     for inside in (True, False):
         if radius - reach > 0 or not inside:
@@ -215,7 +215,8 @@ def _after(table: Table, side: Side, s: State, wait: arb, off: tuple[arb, arb]) 
     y = s.y + wait * (s.vy + wait * gy / 2) + off[1]
     vx, vy, time = s.vx + wait * gx, s.vy + wait * gy, s.time + wait
     nx, ny = side.normal(State(time, x, y, vx, vy))
-    push = (1 + arb(table.restitution)) * (vx * nx + vy * ny)
+    own = table.lines[side.line].restitution
+    push = (1 + arb(table.restitution if own is None else own)) * (vx * nx + vy * ny)
     return State(time, x, y, vx - push * nx, vy - push * ny)
 
 
@@ -291,30 +292,16 @@ def is_near_miss(walk: Walk, before: State, bound: NDArray[np.float64], line: in
     return False
 
 
-def random_table(rnd: random.Random) -> Table:
-    """Return a table with bulges of both signs, re-entrant joints, a thick bar, an island, and an open arc."""
-
-    def about(x: float, y: float) -> Point:
-        return x + rnd.uniform(-0.7, 0.7), y + rnd.uniform(-0.7, 0.7)
-
-    corners = ((-8, -8), (0, -9), (8, -8), (9, 0), (8, 8), (0, 7), (-8, 8), (-7, 0))
-    rim = tuple(rnd.choice((0.0, rnd.uniform(-0.3, 0.5))) for _ in corners)
-    lines = (
-        Line(tuple(about(*corner) for corner in corners), rim, closed=True, half_width=0.0),
-        Line((about(-3, -3), about(-1, -4), about(0, -2)), (0.0, 0.0), closed=False, half_width=rnd.uniform(0.05, 0.3)),
-        Line((about(3, 3), about(4, 1), about(2, 1)), (0.4, 0.0, -0.3), closed=True, half_width=0.125),
-        Line((about(-4, 3), about(-2, 4)), (rnd.uniform(-1.5, 1.5),), closed=False, half_width=0.1),
-    )
-    place, velocity = (rnd.uniform(-0.5, 0.5), rnd.uniform(-0.5, 0.5)), (rnd.gauss(0, 1), rnd.gauss(0, 1))
-    falls = rnd.random() < 0.25
-    restitution = 1.0 if falls else rnd.choice((1.0, 0.9))
-    return Table(lines, place, velocity, 0.2, restitution, (rnd.gauss(0, 0.3), -1.0) if falls else (0.0, 0.0))
-
-
 def scene_of(table: Table) -> Scene:
     """Return a table as a scene."""
     walls = tuple(
-        Chain(points_m=line.points, bulges=line.bulges, closed=line.closed, half_width_m=line.half_width)
+        Chain(
+            points_m=line.points,
+            bulges=line.bulges,
+            closed=line.closed,
+            half_width_m=line.half_width,
+            restitution=line.restitution,
+        )
         for line in table.lines
     )
     disc = Disc(position_m=table.place, velocity_m_s=table.velocity, radius_m=table.radius)
@@ -367,28 +354,3 @@ def compare(table: Table, most: int) -> Comparison:
             return Comparison(number, "contradiction", float(error.max()))
         worst = max(worst, float(error.max()))
     return Comparison(most, "most", worst)
-
-
-def campaign(tables: int, most: int, seed: int = 0) -> tuple[Counter[str], int, float]:
-    """Compare random tables; return why each ended, how many impacts agreed in all, and the worst error over bound."""
-    ends, agreed, worst = Counter[str](), 0, 0.0
-    number = 0
-    while sum(ends.values()) < tables:
-        table = random_table(random.Random(f"{seed} {number}"))
-        number += 1
-        try:
-            scene_of(table)
-        except SceneError:  # two of its edges cross, or the disc overlaps
-            continue
-        comparison = compare(table, most)
-        ends[comparison.ended] += 1
-        agreed += comparison.agreed
-        worst = max(worst, comparison.worst)
-        if comparison.ended == "contradiction":
-            sys.stderr.write(f"table {number - 1} of seed {seed}: {comparison}\n")
-    return ends, agreed, worst
-
-
-if __name__ == "__main__":
-    why, impacts, ratio = campaign(int(sys.argv[1]), 40, int(sys.argv[2]) if len(sys.argv) > 2 else 0)
-    sys.stdout.write(f"{why.total()} tables, {impacts} impacts agree, worst error {ratio:.2g} of its bound: {why}\n")
