@@ -16,6 +16,7 @@ from tests.adapters.pasted import State, adapters_end, programs_end
 from carom import Disc, Scene, Wall
 from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
 from carom.registry import adapter_points, load_adapter
+from carom.runs.step_code import step_lines
 from carom.scenes import all_scenes
 
 Named = Callable[[str], Adapter]
@@ -114,3 +115,27 @@ def test_every_engine_that_comes_with_carom_writes_code() -> None:
     """None is left out; Carom's own methods have no settings to paste."""
     own = {name for name, point in adapter_points().items() if point.distribution == "carom"} - {"pic", "pit"}
     assert own == {*WRITING, *OTHERS}
+
+
+@pytest.mark.parametrize("name", [*WRITING, *OTHERS])
+def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> None:
+    """Where they are put in place of those of another step, the program is that of this step, to the letter."""
+    adapter = load_adapter(name)
+    assert isinstance(adapter, CodedAdapter)
+    slow = Scene(name="slow", discs=[Disc(position_m=(0, 0), velocity_m_s=(0.1, 0), radius_m=1.0)], duration_s=1 / 60)
+    for profile in (one for one in adapter.profiles if not adapter.profiles[one].located):
+        here, finer = (
+            adapter.code(slow, adapter.profiles[profile].settings(dt_s), "A heading.") for dt_s in (1 / 360, 1 / 720)
+        )
+        lines, others = (step_lines(*pair).splitlines() for pair in ((here, finer), (finer, here)))
+        assert bool(lines) == (not here.startswith("//"))
+        assert len(lines) == len(others)
+        for line, other in zip(lines, others, strict=True):
+            finer = finer.replace(other, line)
+        if lines:
+            assert uncommented(finer) == uncommented(here)
+
+
+def uncommented(code: str) -> str:
+    """Code without what a model in XML says beside it."""
+    return re.sub("<!--.*?-->", "", code, flags=re.DOTALL)

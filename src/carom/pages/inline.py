@@ -13,7 +13,7 @@ from carom.pages.svg import drawing, new_figure, render
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["SIZE_IN", "axes_of", "with_picture"]
+__all__ = ["SIZE_IN", "axes_of", "picture", "with_picture"]
 
 #: Of a picture in a notebook.
 SIZE_IN = (7.0, 3.8)
@@ -25,12 +25,20 @@ def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | 
         require_report_extra()
     except MissingExtraError:
         return None
+    return f'<div style="max-width:46em">{picture(draw, title)}</div><pre>{escape(lines)}</pre>'
+
+
+def picture(draw: Callable[[Axes], None], title: str) -> str:
+    """Return what is drawn on axes of their own as SVG.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+    """
     with drawing():
         figure = new_figure(*SIZE_IN)
         figure.set_layout_engine("constrained")
         draw(figure.add_subplot())
-        picture = render(figure, title)
-    return f'<div style="max-width:46em">{picture}</div><pre>{escape(lines)}</pre>'
+        return render(figure, title)
 
 
 def axes_of(ax: Axes | None) -> Axes:

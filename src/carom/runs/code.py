@@ -12,11 +12,12 @@ from carom.runs.door import plain_text
 from carom.runs.engines import described
 from carom.runs.job import Status, UnsupportedError
 from carom.runs.observe import capabilities_of, profile_settings
-from carom.runs.pool import LocalPool
+from carom.runs.pool import LocalPool, Pool
 from carom.runs.raised import raised
+from carom.runs.step_code import step_lines
 from carom.scene import Disc, Scene, Wall
 
-__all__ = ["code_of", "example_scene"]
+__all__ = ["code_of", "example_scene", "step_code_of"]
 
 #: Characters of a program: a line of a hundred for each of a hundred thousand discs.
 MOST_CODE = 10_000_000
@@ -106,3 +107,22 @@ def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: st
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{engine}: {why}")
     return answer.value
+
+
+def step_code_of(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
+    """Return what of the code of `code_of` says how long a step is and how often a frame takes it.
+
+    Args:
+        engine: Name of the adapter.
+        profile: Name of one of its profiles.
+        scene: The scene, with the rate of its frames.
+        dt_s: Step, seconds.
+        pool: Where the adapter is asked; it stays open.
+
+    Returns:
+        The lines; empty where there are none, or the adapter writes no code of this.
+    """
+    frame = Scene(**{**dict(scene), "duration_s": 1.0 / scene.frame_rate_hz})
+    written = [pool.ask(_CodeOf(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
+    here, finer = written
+    return "" if here is None or finer is None else step_lines(here, finer)

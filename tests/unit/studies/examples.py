@@ -20,6 +20,7 @@ from carom.studies.advise.run import (
     StepTrial,
 )
 from carom.studies.advise.sampling_limit import PairLimit, Window
+from carom.studies.advise.step_search import in_a_frame
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.noise import Noise, Spread
@@ -111,15 +112,33 @@ def advice() -> Advice:
         fine = [
             StepTrial(last / 2**k, 64 if k == 0 else 8, 65 if k == 0 else 9, 0, 0, 0.017 / 2**k, 400) for k in range(3)
         ]
-        never = StepRange(fine[0], fine[-1].dt_s, first[-1], (), ())
+        framed = next((trial for trial in fine if in_a_frame(trial.dt_s, scene().frame_rate_hz)), None)
+        never = StepRange(fine[0], framed, fine[-1].dt_s, first[-1], (), ())
         lost = method == Method("mujoco", "default")
-        whole = StepRange(None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
+        whole = StepRange(None, None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
         ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
         answers.append(Advised(method, (*first, *fine), never, whole, ending))
     limit = PairLimit(Window.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
     hardest = HardImpact(0.379, 0, 1, limit, Cause.TURN)
     closed = ClosedForm(0.148, 0.0055)
-    return Advice(scene(), Demand(math.radians(1.0)), 1, (hardest,), closed, None, tuple(answers), (), 8, 400_000)
+    return Advice(
+        scene(),
+        Demand(math.radians(1.0)),
+        1,
+        (hardest,),
+        closed,
+        None,
+        tuple(answers),
+        (),
+        phases=8,
+        budget_steps=400_000,
+        swept=frozenset({Method("box2d", "tuned")}),
+        located=frozenset(),
+        code={Method("pymunk", "tuned"): "dt, steps = 0.01, 2\nfor _ in range(steps):\n    space.step(dt)"},
+        environment=HERE,
+        command="carom advise paper/late",
+        elapsed_s=1.0,
+    )
 
 
 def growth() -> Growth:

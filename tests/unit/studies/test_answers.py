@@ -94,14 +94,67 @@ def said(found: Advice) -> str:
 def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
     """Both answers name every method of the longest step, the word tie and the rate; one alone has no tie."""
     found = advice()
-    text = said(found)
     passing = [(a.demand.passes.dt_s, a.method) for a in found.answers if a.demand.passes]
     longest = max(dt_s for dt_s, _ in passing)
-    names = [f"{m.engine} {m.profile}" for dt_s, m in passing if dt_s == longest]
-    tie = f"{wording.listed(names)}{' tie' if len(names) > 1 else ''}, {wording.number(1 / longest, 4)} a second"
-    assert text.count(tie) == 2
-    alone = replace(found, answers=found.answers[:1])
-    assert "tie" not in said(alone)
+    twin = replace(found.answers[0], method=Method("twin", "tuned"))
+    for answers, who in (
+        (found.answers, [f"{m.engine} {m.profile}" for dt_s, m in passing if dt_s == longest]),
+        ((*found.answers, twin), ["box2d default", "twin tuned"]),
+    ):
+        tie = " tie" if len(who) > 1 else ""
+        text = said(replace(found, answers=answers))
+        assert text.count(f"{wording.number(1 / longest, 4)} steps a second: {wording.listed(who)}{tie}.") == 2
+        assert (" tie" in text) == bool(tie)
+
+
+def test_a_step_of_a_frame_is_said_with_the_code_that_takes_it() -> None:
+    """Who takes 600 steps a second at 60 Hz takes 10 a frame; the lines are the engine's own, and a command has all."""
+    found = advice()
+    (alone,) = [answer for answer in found.answers if answer.method == Method("pymunk", "tuned")]
+    text = said(replace(found, answers=(alone,)))
+    assert text.startswith(
+        "paper/late: to miss no impact, 600 steps a second (10 steps a frame of 60 Hz): pymunk tuned."
+    )
+    assert "10 steps a frame, in its own code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) With" in text
+    assert "carom engines pymunk --show tuned --dt 1/600 --scene paper/late" in text
+    finer = replace(alone.never_misses, in_frame=alone.trials[-1])
+    many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
+    assert "600 steps a second (40 steps a frame of 60 Hz are enough): pymunk tuned." in said(many)
+    by_hand = advice_document(many, "my scene.toml")
+    assert "--scene 'my scene.toml'" in " ".join(printed(by_hand, 200))
+
+
+def test_steps_that_carom_cuts_are_no_answer_where_an_engine_takes_its_own() -> None:
+    """A located method has its row, below the others, is named in no answer beside others, and has no code."""
+    found = advice()
+    first, *_, last = found.answers
+    cut = replace(found, located=frozenset({first.method}))
+    text = said(cut)
+    assert "200 steps" not in text
+    names = [row.split()[:2] for row in rows(cut)]
+    assert names[-1] == ["box2d", "default"]
+    alone = said(replace(cut, answers=(first,)))
+    assert "200 steps a second: box2d default" in alone
+    assert "--show" not in alone
+    assert "pymunk tuned" in said(replace(found, answers=(last,)))
+
+
+def test_who_sweeps_is_marked_and_what_a_frame_comes_to_is_said() -> None:
+    """CCD stands beside the method that has it; one step a frame loses starts, is refused, breaks off, or is off."""
+    found = advice()
+    assert [row.startswith("box2d tuned +CCD ") for row in rows(found)].count(True) == 1
+    one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
+    trial = replace(one.trials[-1], dt_s=frame_s)
+    for at_frame, refused_s, ends in (
+        (replace(trial, lost=3), None, f"lost at 3 of {trial.starts}"),
+        (trial, None, "found, 0.244° off"),
+        (replace(trial, reason="crashed"), None, "broke off"),
+        (None, frame_s, "refused"),
+        (None, 2 * frame_s, "n/a"),
+    ):
+        trials = one.trials if at_frame is None else (*one.trials, at_frame)
+        (row,) = rows(replace(found, answers=(replace(one, trials=trials, refused_s=refused_s),)))
+        assert row.endswith(ends)
 
 
 def test_what_the_adviser_can_not_know_is_not_said() -> None:
@@ -112,14 +165,14 @@ def test_what_the_adviser_can_not_know_is_not_said() -> None:
     assert "at most" not in text
     lines = printed(advice_document(found), 80)
     assert not any(line.startswith(("pic ", "pit ")) for line in lines)
-    assert "Looking once a step (PIT), as a yardstick: 6.757 and 181.8 a second, by closed form." in text
+    assert "Looking once a step (PIT) takes 6.757 and 181.8 a second, by closed form." in text
     one = found.answers[0]
     never = replace(one.never_misses, fails=None)
     refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")
-    (row,) = rows(replace(found, answers=(refused,)))
+    (row,) = evidence(replace(found, answers=(refused,)))
     assert row.count("refused") == 2
     unable = Unable(Method("box2d", "default"), "the scene has walls")
-    assert "Not searched: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
+    assert "Not run: box2d default (the scene has walls)." in said(replace(found, unable=(unable,)))
 
 
 def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> None:
@@ -135,23 +188,32 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
     assert f"Not monotone: steps of box2d default miss none at {rates[0]} a second, and not at {rates[1]}." in text
     assert text.count("Not monotone") == 1
     (row,) = rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
-    assert row.split()[4] == "unfinished"
+    assert row.split()[3:] == ["unfinished", "n/a"]
     finest = one.trials[-1]
     nothing = replace(one.demand, passes=None, fails=finest, down_to_s=finest.dt_s)
-    assert "Steps that also keep directions to 1°: no answer was found, for any engine." in said(
+    assert "To keep directions right to 1°, too, no answer was found, for any engine." in said(
         replace(found, answers=(replace(one, demand=nothing),))
     )
-    (row,) = rows(replace(found, answers=(replace(one, demand=nothing),)))
+    (row,) = evidence(replace(found, answers=(replace(one, demand=nothing),)))
     assert row.split()[4:6] == ["none", wording.number(1 / finest.dt_s, 4)]
-    untried = StepRange(None, math.nan, None, (), ())
+    untried = StepRange(None, None, math.nan, None, (), ())
     (row,) = rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
-    assert row.split()[2:] == ["n/a"] * 5
+    assert row.split()[2:] == ["n/a"] * 3
 
 
 def rows(found: Advice) -> list[str]:
     """The lines of the table that are about a method."""
     names = {f"{answer.method.engine} {answer.method.profile} " for answer in found.answers}
-    return [line for line in printed(advice_document(found), 120) if any(map(line.startswith, names))]
+    table = [line for line in printed(advice_document(found), 120) if any(map(line.startswith, names))]
+    return [line.rstrip() for line in table if "a frame" not in line]
+
+
+def evidence(found: Advice) -> list[str]:
+    """The lines of the table of ranges, which is printed in full alone."""
+    lines = printed(advice_document(found), 200, full=True)
+    return lines[lines.index("Steps a second that pass, from the first to the finest tried:") + 4 :][
+        : len(found.answers)
+    ]
 
 
 @pytest.mark.parametrize(

@@ -3,16 +3,43 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
+from pathlib import Path
 
+from carom.folders import write_files
 from carom.pages import wording
-from carom.pages.document import DETAIL, Block, Column, Document, Headline, Lines, Section, Table, Text
+from carom.pages.document import (
+    EVERYWHERE,
+    IN_FULL,
+    PAGE,
+    Block,
+    Code,
+    Column,
+    Document,
+    Figure,
+    Figures,
+    Headline,
+    Lines,
+    Section,
+    Table,
+    Text,
+)
+from carom.pages.files import require_report_extra
+from carom.pages.made import making
+from carom.pages.render.html import html
+from carom.registry import asked_as
 from carom.runs.job import Method
+from carom.studies.advise.figure import advice_svg
 from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchEnding, StepRange, StepTrial
-from carom.studies.advise.step_search import CONFIRM
+from carom.studies.advise.step_search import CONFIRM, in_a_frame
 from carom.trace import body_name
 
-__all__ = ["advice_document"]
+__all__ = ["PURPOSE", "advice_document", "write_advice"]
+
+#: What a folder of advice is for.
+PURPOSE = "advise"
 
 #: From this number of steps on the first and the last are named.
 _MANY = 4
@@ -28,10 +55,31 @@ def _whole(answer: Advised) -> StepRange:
     return answer.demand
 
 
-def advice_document(advice: Advice) -> Document:
-    """Return the answers, a row a method, and what was not reached; who may take the longest step comes first."""
-    rows = sorted(advice.answers, key=lambda answer: (_order(answer.demand), _order(answer.never_misses)))
+def advice_document(advice: Advice, asked: str = "") -> Document:
+    """Return the answers, a row a method, and what was not reached; who may take the longest step comes first.
+
+    Args:
+        advice: What the adviser says.
+        asked: How the scene was asked for, as the word of a command; by default its name, which the catalogue must
+            then have for the commands to be of use.
+    """
+    rows = sorted(advice.answers, key=lambda answer: (_cut(advice, answer), *map(_order, _both(answer))))
+    frame = f"{wording.number(advice.scene.frame_rate_hz, 4)} Hz"
     table = Table(
+        (
+            Column("", lambda answer: _named(advice, answer.method)),
+            Column("never miss", lambda answer: _rated(answer.never_misses), "a second", number=True),
+            Column("in a", lambda answer: _framed(advice, answer.never_misses), "frame", number=True),
+            Column(f"≤ {_angle(advice)}", lambda answer: _rated(answer.demand), "a second", number=True),
+            Column("in a", lambda answer: _framed(advice, answer.demand), "frame", number=True),
+            Column(f"one a frame of {frame}", lambda answer: _at_a_frame(advice, answer)),
+        ),
+        rows,
+        title=f"{advice.scene.name}, steps:",
+        note="Every step tried from these down passes; between the steps there is no proof. Lost: starts at which an "
+        "impact is missed or invented.",
+    )
+    evidence = Table(
         (
             Column("", lambda answer: _name(answer.method)),
             Column("misses", lambda answer: _range(answer.never_misses), "none", number=True),
@@ -39,64 +87,161 @@ def advice_document(advice: Advice) -> Document:
             Column("also to", lambda answer: _range(answer.demand), _angle(advice), number=True),
             Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
             Column("direction", _direction, "wrong by", number=True),
-            Column("refused", _refused, "at", number=True, only=DETAIL),
-            Column("engine", lambda answer: str(answer.steps), "steps", number=True, only=DETAIL),
-            Column("no further, as", lambda answer: answer.ending.value, only=DETAIL),
+            Column("refused", _refused, "at", number=True),
+            Column("engine", lambda answer: str(answer.steps), "steps", number=True),
+            Column("no further, as", lambda answer: answer.ending.value),
         ),
         rows,
-        title=f"{advice.scene.name}, in steps a second:",
-        note="a-b: every step tried between passes; between the steps there is no proof.",
+        title="Steps a second that pass, from the first to the finest tried:",
+        only=IN_FULL,
     )
     answer, *more = _answers(advice)
     blocks: tuple[Block, ...] = (
         Lines(tuple(more)),
         *([table] if rows else []),
+        *_pasted(advice, rows, asked or advice.scene.name),
         Lines(tuple(_limits(advice))),
-        Text(_how(advice), DETAIL),
-        *(_curve(answer) for answer in rows),
+        *([evidence] if rows else []),
     )
-    return Document("Carom: advice", Headline(answer), (Section("Advice", blocks),))
+    figure = Figure(
+        partial(advice_svg, advice), "A cross: impacts are lost at some start. The dotted line is the demand."
+    )
+    return Document(
+        "Carom: advice",
+        Headline(answer),
+        (
+            Section("Advice", blocks),
+            *((Section("Error against step", (Figures((figure,), large=True),), only=PAGE),) if rows else ()),
+            Section("Every step tried", (Text(_how(advice), IN_FULL), *map(_curve, rows)), only=IN_FULL),
+            *making(advice.environment, advice.command, advice.elapsed_s),
+        ),
+    )
+
+
+def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
+    """Write ``index.html`` into a folder, in place of an older one, and return its path; `asked` as of the document.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+        InputError: The folder can't be written into, or holds files of others.
+    """
+    require_report_extra()
+    return write_files(folder, PURPOSE, {"index.html": html(advice_document(advice, asked))})
 
 
 def _answers(advice: Advice) -> Iterator[str]:
     """Yield the two answers, the yardstick, and who was not searched."""
-    wholly = f"that also keep {_demanded(advice)}"
-    if advice.demand.miss_probability > 0:
-        few = wording.percent(advice.demand.miss_probability)
-        wholly = f"that miss at {few} of starts or fewer and keep {_demanded(advice)}"
     if advice.answers:
-        yield _fewest(advice, "that miss no impact", _misses)
-        yield _fewest(advice, wholly, _whole)
+        yield f"{advice.scene.name}: to miss no impact, {_fewest(advice, _misses)}."
+        yield f"{_wholly(advice)}, {_fewest(advice, _whole)}."
     else:
-        yield "No engine was searched."
+        yield f"{advice.scene.name}: no engine was searched."
     if told := _yardstick(advice):
-        yield f"Looking once a step (PIT), as a yardstick: {told}."
+        yield f"Looking once a step (PIT) takes {told}."
     reasons = dict.fromkeys(unable.reason for unable in advice.unable)
     for reason in reasons:
         names = [_name(unable.method) for unable in advice.unable if unable.reason == reason]
-        yield f"Not searched: {wording.listed(names)} ({reason})."
+        yield f"Not run: {wording.listed(names)} ({reason})."
 
 
-def _demanded(advice: Advice) -> str:
-    return f"directions to {_angle(advice)}"
+def _wholly(advice: Advice) -> str:
+    demanded = f"To keep directions right to {_angle(advice)}"
+    if advice.demand.miss_probability > 0:
+        return f"{demanded}, and miss at {wording.percent(advice.demand.miss_probability)} of starts or fewer"
+    return f"{demanded}, too"
 
 
 def _angle(advice: Advice) -> str:
     return _degrees(advice.demand.direction_error_rad)
 
 
-def _fewest(advice: Advice, which: str, question: Question) -> str:
-    """Return who takes the longest step that passes, or all of them who do."""
-    passing = [(found.dt_s, answer.method) for answer in advice.answers if (found := question(answer).passes)]
+def _fewest(advice: Advice, question: Question) -> str:
+    """Return the longest step that passes, and who takes it; a located method only where no other was searched.
+
+    Steps that Carom cuts are no setting to take.
+    """
+    able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
+    passing = [(found, answer.method) for answer in able if (found := question(answer)).passes]
     if not passing:
-        return f"Steps {which}: no answer was found, for any engine."
-    longest = max(dt_s for dt_s, _ in passing)
-    names = [_name(method) for dt_s, method in passing if dt_s == longest]
+        return "no answer was found, for any engine"
+    longest = max(found.passes.dt_s for found, _ in passing if found.passes)
+    best = [(found, method) for found, method in passing if found.passes and found.passes.dt_s == longest]
+    names = [_name(method) for _, method in best]
     who = names[0] if len(names) == 1 else f"{wording.listed(names)} tie"
+    return f"{_rate(longest)} steps a second{_substeps(advice, best[0][0])}: {who}"
+
+
+def _substeps(advice: Advice, found: StepRange) -> str:
+    """Return how often a frame takes the step, or the next finer one tried of which a whole number fills a frame."""
+    if (times := _times(advice, found)) is None:
+        return ""
+    told = f"{wording.count(times, 'step')} a frame of {wording.number(advice.scene.frame_rate_hz, 4)} Hz"
+    if found.in_frame is found.passes:
+        return f" ({told})"
+    return f" ({told} {'is' if times == 1 else 'are'} enough)"
+
+
+def _times(advice: Advice, found: StepRange) -> int | None:
+    return None if found.in_frame is None else in_a_frame(found.in_frame.dt_s, advice.scene.frame_rate_hz)
+
+
+def _framed(advice: Advice, found: StepRange) -> str:
+    times = _times(advice, found)
+    return "" if times is None else str(times)
+
+
+def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Block]:
+    """Yield the engine's own code of a frame: of the first that has any on a terminal, of each in full."""
+    shown = EVERYWHERE
+    for answer in rows:
+        found = answer.demand if answer.demand.in_frame else answer.never_misses
+        method, trial, times = answer.method, found.in_frame, _times(advice, found)
+        if trial is None or times is None or _cut(advice, answer):
+            continue
+        kept = f"directions right to {_angle(advice)}" if found is answer.demand else "no impact missed"
+        code = advice.code.get(method, "")
+        of = ", in its own code:" if code else "."
+        yield Text(f"{_name(method)}, {kept}: {wording.count(times, 'step')} a frame{of}", shown)
+        if code:
+            yield Code(code, shown)
+        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile, "--dt", _second(trial.dt_s))
+        yield Text(f"With all its settings: {shlex.join((*words, '--scene', asked))}", shown)
+        shown = IN_FULL
+
+
+def _second(dt_s: float) -> str:
+    """Return a step as an option takes it, to the last bit."""
+    whole = round(1.0 / dt_s)
+    return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
+
+
+def _both(answer: Advised) -> tuple[StepRange, StepRange]:
+    return answer.demand, answer.never_misses
+
+
+def _cut(advice: Advice, answer: Advised) -> bool:
+    return answer.method in advice.located
+
+
+def _named(advice: Advice, method: Method) -> str:
+    return f"{_name(method)}{' +CCD' if method in advice.swept else ''}"
+
+
+def _rated(found: StepRange) -> str:
+    return _range(found) if found.passes is None else _rate(found.passes.dt_s)
+
+
+def _at_a_frame(advice: Advice, answer: Advised) -> str:
+    """Return what one step a frame comes to."""
     rate_hz = advice.scene.frame_rate_hz
-    per_frame = 1.0 / (longest * rate_hz)
-    frames = f" ({wording.number(per_frame, 4)} a frame of {wording.number(rate_hz, 4)} Hz)" if per_frame > 1.0 else ""
-    return f"Fewest steps {which}: {who}, {_rate(longest)} a second{frames}."
+    trial = next((one for one in answer.trials if in_a_frame(one.dt_s, rate_hz) == 1), None)
+    if trial is None:
+        return "refused" if answer.refused_s is not None and answer.refused_s <= 1.0 / rate_hz else wording.ABSENT
+    if trial.reason:
+        return "broke off"
+    if trial.lost:
+        return f"lost at {trial.lost} of {trial.starts}"
+    return f"found, {_degrees(trial.direction_error_rad)} off"
 
 
 def _yardstick(advice: Advice) -> str:
@@ -130,7 +275,7 @@ def _limits(advice: Advice) -> Iterator[str]:
             yield f"{_name(answer.method)} broke off at {_rate(last.dt_s)} steps a second: {last.reason}."
     if advice.cut is not None:
         yield f"Asked up to {wording.seconds(advice.scene.duration_s)}: from the next impact on {advice.cut.value}."
-    yield _hardest(advice.hardest[0], advice.impacts, rough=advice.scene.arrays.rubs_discs)
+    yield _hardest(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
 
 
 def _how(advice: Advice) -> str:
@@ -149,7 +294,7 @@ def _curve(answer: Advised) -> Table:
         Column("direction wrong by", lambda trial: _degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
-    return Table(columns, answer.trials, title=f"{_name(answer.method)}, every step tried", only=DETAIL)
+    return Table(columns, answer.trials, title=f"{_name(answer.method)}, every step tried", only=IN_FULL)
 
 
 def _order(found: StepRange) -> float:
@@ -205,12 +350,12 @@ def _degrees(angle_rad: float) -> str:
     return wording.ABSENT if math.isnan(angle_rad) else f"{wording.number(math.degrees(angle_rad), 3)}°"
 
 
-def _hardest(impact: HardImpact, impacts: int, *, rough: bool) -> str:
+def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
     where = f"{body_name(impact.first)} and {body_name(impact.second)} at {wording.number(impact.time_s, 4)} s"
-    which = "Its one impact" if impacts == 1 else f"The hardest of its {impacts} impacts"
+    which = "Why: its one impact" if impacts == 1 else f"Why: the hardest of its {impacts} impacts"
     window = impact.limit.window
     if window is None:
-        return f"{which} is that of {where}: {impact.cause.value}."
+        return f"{which}, of {where}: {impact.cause.value}."
     size = f"{wording.number(window.speed_m_s)} m/s and {wording.number(window.reach_m)} m from centre to centre"
     why = {
         Cause.GRAZE: f"a graze, at {wording.number(window.share, 4)} of the contact distance off centre",
@@ -220,13 +365,13 @@ def _hardest(impact: HardImpact, impacts: int, *, rough: bool) -> str:
     }[impact.cause]
     late = impact.limit.direction_dt_s
     direction = (
-        "and however late they are found, the directions stay right to what was asked"
+        "however late they are found, the directions stay right to what was asked"
         if math.isinf(late)
-        else f"and found more than {wording.number(late, 3)} s late, a direction is wrong by more than asked"
+        else f"found more than {wording.number(late, 3)} s late, a direction is wrong by more than asked"
     )
     if rough:  # how friction turns with the line of centres has no closed form
         direction += ", were there no friction"
     return (
-        f"{which} is that of {where}: {why}. They overlap and approach for {wording.number(window.length_s, 3)} s, "
-        f"{direction}."
+        f"{which}, of {where}: {why}. They overlap and approach for {wording.number(window.length_s, 3)} s, and "
+        f"a frame of {wording.number(rate_hz, 4)} Hz is {wording.number(1.0 / rate_hz, 3)} s; {direction}."
     )

@@ -43,7 +43,7 @@ class AdviceOptions(Limited):
     """
 
     engines: Sequence[str] | None = engine_names()
-    profiles: Sequence[str] = profile_names("default", "tuned")
+    profiles: Sequence[str] = profile_names("default", "tuned", "swept", "located")
     direction_error_rad: float = option(
         math.radians(1.0),
         measure(

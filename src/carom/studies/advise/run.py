@@ -8,6 +8,7 @@ before the hardest impacts.
 from __future__ import annotations
 
 import math
+import time
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +17,10 @@ from functools import partial
 
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
+from carom.registry import EngineInfo
+from carom.runs.code import step_code_of
 from carom.runs.engines import described, methods_of, to_run
+from carom.runs.environment import Environment, environment
 from carom.runs.job import PIT_METHOD, Job, Method, Progress
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
@@ -95,6 +99,12 @@ class Advice:
         unable: Engines' profiles that can't run the scene, and were not searched.
         phases: Even starts at which each step was tried, aimed ones not counted.
         budget_steps: Engine steps that each search was allowed.
+        swept: The methods whose engine sweeps fast bodies, so that none passes through another in a step.
+        located: The methods whose steps Carom cuts: no setting of the engine does that, so there is nothing to paste.
+        code: The engine's own code of a frame at the step of the answer, by method; none where an adapter writes none.
+        environment: Machine and versions.
+        command: The command that makes this again; empty where it was called from Python.
+        elapsed_s: Seconds that it took.
         cut: Why the scene was ended before its own end; None where it was not.
     """
 
@@ -108,10 +118,18 @@ class Advice:
     unable: tuple[Unable, ...]
     phases: int
     budget_steps: int
+    swept: frozenset[Method]
+    located: frozenset[Method]
+    code: Mapping[Method, str]
+    environment: Environment
+    command: str
+    elapsed_s: float
     cut: ReferenceCut | None = None
 
 
-def advise(scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress | None = None) -> Advice:
+def advise(
+    scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress | None = None, command: str = ""
+) -> Advice:
     """Return from which step on each engine never misses an impact of a scene, and meets a demand.
 
     Args:
@@ -119,11 +137,13 @@ def advise(scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progre
         options: What is asked for.
         pool: Where steps are tried; it stays open.
         progress: Called with (done, all, what).
+        command: The command that makes this again, for the result.
 
     Raises:
         InputError: The scene has no reference or no impact.
         UnknownNameError: There is no such engine.
     """
+    started = time.perf_counter()
     demand, phases = Demand(options.direction_error_rad, options.miss_probability), options.phases
     reference, cut = _reliable(scene)
     scene = reference.scene
@@ -154,6 +174,7 @@ def advise(scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progre
     _carry_out(scene, searches, aimed_s, pool, progress)
     found = {method: search.answer() for method, search in searches.items()}
     sampling = found.pop(PIT_METHOD, None)
+    located = frozenset(method for method in found if method.profile in asked.infos[method.engine].located)
     return Advice(
         scene,
         demand,
@@ -165,8 +186,29 @@ def advise(scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progre
         tuple(unable),
         phases,
         options.budget_steps,
-        cut,
+        swept=frozenset(method for method in found if _sweeps(asked.infos[method.engine], method.profile)),
+        located=located,
+        code={
+            method: code
+            for method, answer in found.items()
+            if method not in located and (code := _code(scene, answer, pool))
+        },
+        environment=environment(infos),
+        command=command,
+        elapsed_s=time.perf_counter() - started,
+        cut=cut,
     )
+
+
+def _sweeps(info: EngineInfo, profile: str) -> bool:
+    able = info.own.get(profile, info.capabilities)
+    return able is not None and able.continuous_detection
+
+
+def _code(scene: Scene, answer: Advised, pool: Pool) -> str:
+    """Return the code of a frame at the step that meets the demand, or, where none does, that misses nothing."""
+    trial = answer.demand.in_frame or answer.never_misses.in_frame
+    return "" if trial is None else step_code_of(answer.method.engine, answer.method.profile, scene, trial.dt_s, pool)
 
 
 def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:

@@ -12,7 +12,7 @@ from carom.scene import Scene
 from carom.studies.advise.hardest import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
 
-__all__ = ["CONFIRM", "Advised", "Flat", "SearchEnding", "StepRange", "StepSearch", "Wanted", "grid_of"]
+__all__ = ["CONFIRM", "Advised", "Flat", "SearchEnding", "StepRange", "StepSearch", "Wanted", "grid_of", "in_a_frame"]
 
 #: Even starts at which an answer is run once more before it is given.
 CONFIRM = 64
@@ -54,6 +54,8 @@ class StepRange:
 
     Attributes:
         passes: The largest of them, confirmed at `CONFIRM` starts; None where there is no answer.
+        in_frame: The largest of them that takes a whole number of steps a frame, confirmed, too; None where there is
+            no answer, or none of them does.
         down_to_s: The finest that was tried, seconds; NaN where no step was.
         fails: The finest that fails, which is the next larger one tried; None where none fails.
         coarser_passes: Steps that pass though a finer one fails, the largest first; of no use to anybody.
@@ -61,6 +63,7 @@ class StepRange:
     """
 
     passes: StepTrial | None
+    in_frame: StepTrial | None
     down_to_s: float
     fails: StepTrial | None
     coarser_passes: tuple[StepTrial, ...]
@@ -155,6 +158,14 @@ def grid_of(scene: Scene, guess_s: float) -> Iterator[float]:
         doubled += 1
 
 
+def in_a_frame(dt_s: float, frame_rate_hz: float) -> int | None:
+    """Return how many steps a frame takes; None where it is no whole number of them."""
+    times = 1.0 / (dt_s * frame_rate_hz)
+    # A step of the grid is one over a product, and so is this: four operations, each of which rounds once.
+    whole = round(times)
+    return whole if whole and abs(times - whole) <= 8 * 2.0**-53 * whole else None
+
+
 class StepSearch:
     """The search of one method: it says which step it wants tried next, and takes what came of it.
 
@@ -182,7 +193,8 @@ class StepSearch:
     ) -> None:
         self._method, self._demand, self._phases, self._aimed = method, demand, phases, aimed
         self._duration_s, self._left, self._refusal = scene.duration_s, budget_steps, refusal
-        self._frame_s, self._guess_s = 1.0 / scene.frame_rate_hz, guess_s
+        self._rate_hz, self._guess_s = scene.frame_rate_hz, guess_s
+        self._frame_s = 1.0 / scene.frame_rate_hz
         self._covers_s = max(min(self._frame_s, guess_s), self._frame_s / 2**OCTAVES_COVERED)
         self._grid = tuple(grid_of(scene, guess_s))
         self._trials: dict[float, StepTrial] = {}
@@ -258,9 +270,14 @@ class StepSearch:
         """Return a step that would be an answer, had it been run at enough starts."""
         for passes in self._questions:
             run = _finest_that(self._tried, passes)
-            if self._long_enough(run) and run[0].dt_s not in self._confirmed:
-                return run[0]
+            for trial in (*run[:1], *self._in_frame(run)) if self._long_enough(run) else ():
+                if trial.dt_s not in self._confirmed:
+                    return trial
         return None
+
+    def _in_frame(self, run: Sequence[StepTrial]) -> Sequence[StepTrial]:
+        """Return the largest step of a run that takes a whole number of steps a frame, if there is one."""
+        return [trial for trial in run if in_a_frame(trial.dt_s, self._rate_hz)][:1]
 
     def _long_enough(self, run: Sequence[StepTrial]) -> bool:
         """Whether all steps were tried that an answer at the first needs."""
@@ -289,7 +306,8 @@ class StepSearch:
         coarser = tuple(trial for trial in tried[: len(tried) - len(run)] if passes(trial))
         finer = tuple(trial for trial in tried if coarser and not passes(trial) and trial.dt_s < coarser[0].dt_s)
         answer = run[0] if self._settled(passes) else None
-        return StepRange(answer, tried[-1].dt_s if tried else math.nan, failed, coarser, finer)
+        framed = next((one for one in self._in_frame(run) if answer and one.dt_s in self._confirmed), None)
+        return StepRange(answer, framed, tried[-1].dt_s if tried else math.nan, failed, coarser, finer)
 
 
 def _finest_that(trials: Sequence[StepTrial], passes: Callable[[StepTrial], bool]) -> list[StepTrial]:

@@ -11,7 +11,7 @@ import pytest
 from carom.runs.job import Answer, Method, Status
 from carom.scene import Disc, Scene
 from carom.studies.advise.hardest import Demand
-from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepSearch, grid_of
+from carom.studies.advise.step_search import CONFIRM, Advised, SearchEnding, StepSearch, grid_of, in_a_frame
 from carom.studies.advise.step_trial import Started, StepTrial, most_steps, starts_of
 
 DEGREE = math.radians(1)
@@ -110,6 +110,40 @@ def test_one_miss_at_64_starts_moves_the_answer_to_the_next_finer_step() -> None
     assert answer.fails.even == CONFIRM
     assert (answer.passes.dt_s, CONFIRM) in tried
     assert answer.down_to_s <= answer.passes.dt_s / 4 * (1 + 1e-9)
+
+
+def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
+    """Where 90 a second pass, and 60 do not, 120 are two a frame of 60 Hz; where they fail at 64 starts, no answer."""
+    found, tried = searched(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
+    for answer in (found.never_misses, found.demand):
+        assert answer.passes is not None
+        assert answer.in_frame is not None
+        assert answer.passes.dt_s == pytest.approx(1 / 90)
+        assert answer.in_frame.dt_s == pytest.approx(1 / 120)
+        assert answer.in_frame.even == CONFIRM
+        assert (answer.in_frame.dt_s, CONFIRM) in tried
+    found, _ = searched(lambda dt, even: (dt > 1 / 80 or (even == CONFIRM and 1 / 130 < dt < 1 / 110), 1e-3 * dt))
+    assert found.never_misses.passes is not None
+    assert found.never_misses.passes.dt_s == pytest.approx(1 / 180)
+    assert found.never_misses.in_frame is found.never_misses.passes
+    (large,) = (found for found, _ in [searched(lambda dt, _: (False, 1e-3 * dt))])
+    assert large.demand.passes is not None
+    assert large.demand.in_frame is not None
+    assert large.demand.passes.dt_s == 1.0
+    assert in_a_frame(large.demand.in_frame.dt_s, 60) == 1
+
+
+@pytest.mark.parametrize("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
+def test_a_whole_number_of_steps_is_known_whatever_the_rate(rate_hz: float) -> None:
+    """Every step of a grid below half a frame is a whole number a frame, those of 1.5 frames and 2/3 are none."""
+    one = Scene(**{**dict(SCENE), "frame_rate_hz": rate_hz, "duration_s": 5.0 / rate_hz})
+    found = {round(1 / (dt_s * rate_hz), 6): in_a_frame(dt_s, rate_hz) for dt_s in grid_of(one, math.inf)}
+    assert {times: whole for times, whole in found.items() if times >= 2} == {
+        times: times for times in found if times >= 2
+    }
+    assert found[1.0] == 1
+    assert found[1.5] is None
+    assert found[0.75] is None
 
 
 def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> None:

@@ -1,0 +1,59 @@
+"""What of an engine's own code says how long a step is and how often it is taken, read off the code of a profile."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+
+__all__ = ["step_lines"]
+
+_COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
+
+
+def step_lines(code: str, at_another_step: str) -> str:
+    """Return the statements of a program, or the lines of a model, that a step's length decides.
+
+    Of a program in Python these are the statements that say or read how long a step is, or how many there are, and what
+    else reads otherwise at another step; with the constants that they take, without the scene's own bodies. Of a
+    model in XML they are the lines that read otherwise. Of a module of node there are none: it steps a world of its own
+    making, which stands in no other program.
+
+    Args:
+        code: What an adapter writes of a scene (`carom.adapter.CodedAdapter`).
+        at_another_step: What it writes of the same at another step.
+
+    Returns:
+        The lines, each as it stands in the code; empty where there are none to give.
+    """
+    if code.startswith("<"):
+        other = set(_COMMENT.sub("", at_another_step).splitlines())
+        return "\n".join(line.strip() for line in _COMMENT.sub("", code).splitlines() if line not in other)
+    if not code.startswith("#"):
+        return ""
+    other = {_source(at_another_step, statement) for statement in ast.parse(at_another_step).body}
+    statements = ast.parse(code).body
+    own = {one.name for one in statements if isinstance(one, ast.FunctionDef)}
+    chosen: list[ast.stmt] = []
+    taken: set[str] = set()
+    # From below, so that a name is known to be taken where it is given its value.
+    for statement in reversed(statements):
+        if isinstance(statement, ast.FunctionDef) or own & (names := set(_names(statement, ast.Load))):
+            continue
+        given = set(_names(statement, ast.Store))
+        decides = bool((names | given) & {"dt", "steps"}) or _source(code, statement) not in other
+        plain = isinstance(statement, ast.Assign) and isinstance(statement.value, ast.Constant)
+        if decides or (plain and given & taken):
+            chosen.insert(0, statement)
+            taken |= names
+    return "\n".join(_source(code, statement) for statement in chosen)
+
+
+def _source(code: str, statement: ast.stmt) -> str:
+    return ast.get_source_segment(code, statement) or ""
+
+
+def _names(statement: ast.stmt, context: type[ast.expr_context]) -> Iterator[str]:
+    for node in ast.walk(statement):
+        if isinstance(node, ast.Name) and isinstance(node.ctx, context):
+            yield node.id

@@ -1,0 +1,74 @@
+"""What of a program says how long a step is: statements that read it, and what those take."""
+
+from __future__ import annotations
+
+import textwrap
+
+from carom.adapter import CodedAdapter
+from carom.registry import load_adapter
+from carom.runs.code import step_code_of
+from carom.runs.pool import InProcess
+from carom.runs.step_code import step_lines
+from carom.scene import Disc, Scene
+
+#: A program as an adapter writes one, with a place for the step, its number, and what depends on it.
+PROGRAM = textwrap.dedent("""
+    # A heading.
+    import engine
+
+    dt, steps = {dt}, {steps}
+    unused = 3.0
+    scale = 8.0
+    world = engine.World()
+    world.iterations = 10
+    world.margin({margin})
+
+
+    def add_disc(position, step=None):
+        if step is None:
+            world.add(position, dt)
+
+
+    add_disc((1.0, 2.0))
+    for _ in range(steps):
+        world.step(dt / scale)
+    print(world)
+""").lstrip()
+
+
+def test_statements_that_read_the_step_or_change_with_it_are_given_with_the_constants_that_they_take() -> None:
+    """The step, its number, the scale of the loop, what differs, and the loop; no disc, no import, nothing else."""
+    here, finer = (PROGRAM.format(dt=dt, steps=n, margin=m) for dt, n, m in ((0.1, 2, 5), (0.05, 4, 7)))
+    assert step_lines(here, finer).splitlines() == [
+        "dt, steps = 0.1, 2",
+        "scale = 8.0",
+        "world.margin(5)",
+        "for _ in range(steps):",
+        "    world.step(dt / scale)",
+    ]
+    assert step_lines(here, here).splitlines()[2] == "for _ in range(steps):"
+
+
+def test_of_a_model_the_lines_that_differ_are_given_without_comments() -> None:
+    """An element that names the step is given, one that does not is not, and a comment of several lines is none."""
+    model = '<!-- {n} steps\n of it -->\n<mujoco>\n  <option timestep="{dt}"/>\n  <geom size="1"/>\n</mujoco>\n'
+    found = step_lines(model.format(n=3, dt=0.1), model.format(n=6, dt=0.05))
+    assert found == '<option timestep="0.1"/>'
+
+
+def test_a_module_of_node_has_no_lines_of_its_own() -> None:
+    """It steps a world of its own making."""
+    assert step_lines("// A module.\nconst steps = 3;\n", "// A module.\nconst steps = 6;\n") == ""
+
+
+def test_a_frame_of_a_scene_is_what_the_code_is_of() -> None:
+    """At six steps a frame the program takes six, whatever the scene's length; who writes no code has no lines."""
+    scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=7.0, frame_rate_hz=60)
+    with InProcess() as pool:
+        found = step_code_of("pymunk", "tuned", scene, 1 / 360, pool)
+        assert step_code_of("pit", "tuned", scene, 1 / 360, pool) == ""
+    assert found.splitlines() == [f"dt, steps = {1 / 360!r}, 6", "for _ in range(steps):", "    space.step(dt)"]
+    adapter = load_adapter("pymunk")
+    assert isinstance(adapter, CodedAdapter)
+    whole = adapter.code(scene, adapter.profiles["tuned"].settings(1 / 360), "A heading.").splitlines()
+    assert set(found.splitlines()[1:]) <= set(whole)
