@@ -124,6 +124,25 @@ def test_a_step_of_a_frame_is_said_with_the_code_that_takes_it() -> None:
     assert "--scene 'my scene.toml'" in " ".join(printed(by_hand, 200))
 
 
+def test_where_no_step_fails_any_step_is_the_answer() -> None:
+    """An engine that finds the impact in one step of the whole run needs no rate; one that refuses it has one."""
+    found = advice()
+    one = found.answers[0]
+    any_step = replace(one.never_misses, fails=None)
+    swept = replace(one, never_misses=any_step, demand=any_step)
+    text = said(replace(found, answers=(swept,)))
+    assert text.startswith(
+        "paper/late: to miss no impact, any step tried will do, from 200 a second on: box2d default."
+    )
+    (row,) = rows(replace(found, answers=(swept,)))
+    assert row.count("any tried") == 2
+    refused = replace(found, answers=(replace(swept, refused_s=0.5, refusal="too far a step"),))
+    assert "any" not in rows(refused)[0]
+    assert "to miss no impact, 200 steps a second" in said(refused)
+    full = " ".join(printed(advice_document(refused), 200, full=True))
+    assert "Not run: box2d default at 2 steps a second (too far a step)." in full
+
+
 def test_steps_that_carom_cuts_are_no_answer_where_an_engine_takes_its_own() -> None:
     """A located method has its row, below the others, is named in no answer beside others, and has no code."""
     found = advice()

@@ -68,9 +68,9 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     table = Table(
         (
             Column("", lambda answer: _named(advice, answer.method)),
-            Column("never miss", lambda answer: _rated(answer.never_misses), "a second", number=True),
+            Column("never miss", lambda answer: _rated(answer, answer.never_misses), "a second", number=True),
             Column("in a", lambda answer: _framed(advice, answer.never_misses), "frame", number=True),
-            Column(f"≤ {_angle(advice)}", lambda answer: _rated(answer.demand), "a second", number=True),
+            Column(f"≤ {_angle(advice)}", lambda answer: _rated(answer, answer.demand), "a second", number=True),
             Column("in a", lambda answer: _framed(advice, answer.demand), "frame", number=True),
             Column(f"one a frame of {frame}", lambda answer: _at_a_frame(advice, answer)),
         ),
@@ -87,35 +87,29 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
             Column("also to", lambda answer: _range(answer.demand), _angle(advice), number=True),
             Column("fails", lambda answer: _fails(answer, answer.demand), "at", number=True),
             Column("direction", _direction, "wrong by", number=True),
-            Column("refused", _refused, "at", number=True),
             Column("engine", lambda answer: str(answer.steps), "steps", number=True),
-            Column("no further, as", lambda answer: answer.ending.value),
         ),
         rows,
         title="Steps a second that pass, from the first to the finest tried:",
         only=IN_FULL,
     )
     answer, *more = _answers(advice)
-    blocks: tuple[Block, ...] = (
-        Lines(tuple(more)),
-        *([table] if rows else []),
-        *_pasted(advice, rows, asked or advice.scene.name),
-        Lines(tuple(_limits(advice))),
-        *([evidence] if rows else []),
-    )
     figure = Figure(
         partial(advice_svg, advice), "A cross: impacts are lost at some start. The dotted line is the demand."
     )
-    return Document(
-        "Carom: advice",
-        Headline(answer),
-        (
-            Section("Advice", blocks),
-            *((Section("Error against step", (Figures((figure,), large=True),), only=PAGE),) if rows else ()),
-            Section("Every step tried", (Text(_how(advice), IN_FULL), *map(_curve, rows)), only=IN_FULL),
-            *making(advice.environment, advice.command, advice.elapsed_s),
-        ),
-    )
+    sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_limits(advice)))))]
+    if rows:
+        sections += [
+            Section("Error against step", (Figures((figure,), large=True),), only=PAGE),
+            Section("To paste", tuple(_pasted(advice, rows, asked or advice.scene.name))),
+            Section(
+                "Every step tried",
+                (evidence, Lines((*_endings(rows), *_refusals(rows), _how(advice)), IN_FULL), *map(_curve, rows)),
+                only=IN_FULL,
+            ),
+        ]
+    making_of = making(advice.environment, advice.command, advice.elapsed_s)
+    return Document("Carom: advice", Headline(answer), (*sections, *making_of))
 
 
 def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
@@ -161,14 +155,21 @@ def _fewest(advice: Advice, question: Question) -> str:
     Steps that Carom cuts are no setting to take.
     """
     able = [one for one in advice.answers if not _cut(advice, one)] or list(advice.answers)
-    passing = [(found, answer.method) for answer in able if (found := question(answer)).passes]
+    passing = [(found, answer) for answer in able if (found := question(answer)).passes]
     if not passing:
         return "no answer was found, for any engine"
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
-    best = [(found, method) for found, method in passing if found.passes and found.passes.dt_s == longest]
-    names = [_name(method) for _, method in best]
+    best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
+    names = [_name(answer.method) for _, answer in best]
     who = names[0] if len(names) == 1 else f"{wording.listed(names)} tie"
-    return f"{_rate(longest)} steps a second{_substeps(advice, best[0][0])}: {who}"
+    any_step = all(_any(answer, found) for found, answer in best)
+    steps = "any step tried will do, from {} a second on" if any_step else "{} steps a second"
+    return f"{steps.format(_rate(longest))}{_substeps(advice, best[0][0])}: {who}"
+
+
+def _any(answer: Advised, found: StepRange) -> bool:
+    """Whether every step of the grid passes, from the whole run in one step on."""
+    return found.passes is not None and found.fails is None and answer.refused_s is None
 
 
 def _substeps(advice: Advice, found: StepRange) -> str:
@@ -227,8 +228,10 @@ def _named(advice: Advice, method: Method) -> str:
     return f"{_name(method)}{' +CCD' if method in advice.swept else ''}"
 
 
-def _rated(found: StepRange) -> str:
-    return _range(found) if found.passes is None else _rate(found.passes.dt_s)
+def _rated(answer: Advised, found: StepRange) -> str:
+    if found.passes is None:
+        return _range(found)
+    return "any tried" if _any(answer, found) else _rate(found.passes.dt_s)
 
 
 def _at_a_frame(advice: Advice, answer: Advised) -> str:
@@ -281,8 +284,7 @@ def _limits(advice: Advice) -> Iterator[str]:
 def _how(advice: Advice) -> str:
     return (
         f"Each step was tried at {wording.count(advice.phases, 'start')} spread evenly over it and at those that look "
-        f"just before the hardest impacts; the first of each range at {max(CONFIRM, advice.phases)}. Lost: starts at "
-        "which an impact is missed or invented."
+        f"just before the hardest impacts; the first of each range at {max(CONFIRM, advice.phases)}."
     )
 
 
@@ -294,7 +296,8 @@ def _curve(answer: Advised) -> Table:
         Column("direction wrong by", lambda trial: _degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )
-    return Table(columns, answer.trials, title=f"{_name(answer.method)}, every step tried", only=IN_FULL)
+    name = f"{_name(answer.method)}, every step tried"
+    return Table(columns, answer.trials, title=name, folded=name, only=IN_FULL)
 
 
 def _order(found: StepRange) -> float:
@@ -332,8 +335,18 @@ def _fails(answer: Advised, found: StepRange) -> str:
     return "none" if answer.refused_s is None else "refused"
 
 
-def _refused(answer: Advised) -> str:
-    return "" if answer.refused_s is None else f"{_rate(answer.refused_s)}: {answer.refusal}"
+def _endings(rows: Sequence[Advised]) -> Iterator[str]:
+    """Yield why searches tried no finer step."""
+    for ending in dict.fromkeys(one.ending for one in rows):
+        names = [_name(one.method) for one in rows if one.ending is ending]
+        yield f"No finer step was tried, as {ending.value}: {wording.listed(names)}."
+
+
+def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
+    """Yield why steps were refused, the finest of each method."""
+    for one in rows:
+        if one.refused_s is not None:
+            yield f"Not run: {_name(one.method)} at {_rate(one.refused_s)} steps a second ({one.refusal})."
 
 
 def _direction(answer: Advised) -> str:

@@ -186,7 +186,7 @@ def advise(
         tuple(unable),
         phases,
         options.budget_steps,
-        swept=frozenset(method for method in found if _sweeps(asked.infos[method.engine], method.profile)),
+        swept=frozenset(one for one in found if one not in located and _sweeps(asked.infos[one.engine], one.profile)),
         located=located,
         code={
             method: code

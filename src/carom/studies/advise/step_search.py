@@ -176,7 +176,7 @@ class StepSearch:
         guess_s: What the hardest impact allows a method that looks once a step.
         phases: Even starts at which each step is tried.
         aimed: How many aimed starts come to those.
-        budget_steps: Engine steps that it may take.
+        budget_steps: Engine steps that it may take; a step is tried if those of the step before say that it will do.
         refusal: Why the method does not take a step; empty where it does.
     """
 
@@ -200,6 +200,7 @@ class StepSearch:
         self._trials: dict[float, StepTrial] = {}
         self._confirmed: set[float] = set()
         self._untried: tuple[float, str] | None = None
+        self._share = 1.0
         self._ending = SearchEnding.FINEST
         self._walk = self._steps()
         self.wanted: Wanted | None = next(self._walk, None)
@@ -249,7 +250,9 @@ class StepSearch:
 
     def _try(self, dt_s: float, even: int) -> Generator[Wanted, StepTrial | str, bool]:
         """Have a step tried, and return whether the search goes on."""
-        if most_steps(self._duration_s, dt_s, even + self._aimed) > self._left:
+        most = most_steps(self._duration_s, dt_s, even + self._aimed)
+        # A run ends early after its last impact, and so it did at the step before.
+        if most * self._share > self._left:
             self._ending = SearchEnding.BUDGET
             return False
         trial = yield Wanted(dt_s, even)
@@ -260,6 +263,7 @@ class StepSearch:
         if even >= CONFIRM:
             self._confirmed.add(dt_s)
         self._left -= trial.steps
+        self._share = trial.steps / most
         # What breaks off at so large a step as nobody takes may well run at a smaller one.
         if trial.reason and dt_s <= self._frame_s:
             self._ending = SearchEnding.BROKE

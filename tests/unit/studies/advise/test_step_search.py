@@ -29,6 +29,7 @@ def searched(
     refuses_above_s: float = math.inf,
     broken: Callable[[float], bool] = lambda _: False,
     guess_s: float = math.inf,
+    share: float = 1.0,
 ) -> tuple[Advised, list[tuple[float, int]]]:
     """Return what is found of a curve, and what was tried for it, in order."""
 
@@ -41,7 +42,7 @@ def searched(
         tried.append((wanted.dt_s, wanted.even))
         lost, error = curve(wanted.dt_s, wanted.even)
         starts = wanted.even + 3
-        steps = most_steps(SCENE.duration_s, wanted.dt_s, starts)
+        steps = round(share * most_steps(SCENE.duration_s, wanted.dt_s, starts))
         reason = "crashed" if broken(wanted.dt_s) else ""
         search.take(StepTrial(wanted.dt_s, wanted.even, starts, int(lost), int(lost), error, steps, reason))
     return search.answer(), tried
@@ -162,6 +163,21 @@ def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> Non
     needy, tried = searched(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
     assert needy.ending is SearchEnding.FLAT
     assert min(dt for dt, _ in tried) <= 1 / 1000
+
+
+def test_runs_that_end_early_are_counted_as_such() -> None:
+    """Where runs take a tenth of their steps, a tenth of the budget is enough, to the same answer."""
+
+    def curve(dt_s: float, _: int) -> tuple[bool, float]:
+        return dt_s > 1 / 100, DEGREE * 300 * dt_s
+
+    whole, tried = searched(curve)
+    needed = sum(most_steps(1.0, dt_s, even + 3) for dt_s, even in tried)
+    assert searched(curve, budget=needed - 1)[0].ending is SearchEnding.BUDGET
+    early, again = searched(curve, budget=needed // 9, share=0.1)
+    assert (early.ending, again) == (SearchEnding.FOUND, tried)
+    assert early.steps <= needed // 9
+    assert whole.ending is SearchEnding.FOUND
 
 
 @pytest.mark.parametrize("budget", [1, 1000, 5000, 50_000])
