@@ -53,6 +53,14 @@ def test_a_table_that_differs_in_one_digit_is_told(monkeypatch: pytest.MonkeyPat
         assert compare(table, 6).ended == "contradiction"
 
 
+def test_a_nearly_flat_arc_under_gravity_costs_no_digits() -> None:
+    """A disc was set on an arc of 14 km with the rounding of 14 km, which its next impact told."""
+    drawn = draw(874)
+    assert drawn is not None
+    assert any(0.0 < abs(bulge) < 1e-3 for line in drawn[1].lines for bulge in line.bulges)
+    assert compare(drawn[1], 6).ended == "most"
+
+
 def without_last_vertex(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
     """A joint that nothing meets."""
     last = [one for one in found if isinstance(one.feature, Vertex)][-1:]

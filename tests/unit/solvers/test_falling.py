@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import Any
 
 import pytest
 
-from carom import Disc, Outcome, Scene, solve_pic
+from carom import Chain, Disc, Outcome, Scene, solve_pic
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.run import BallisticRun
 
@@ -63,3 +64,35 @@ def test_many_bounces_on_an_immovable_disc_take_the_place_no_further_off_than_on
         (_, low), (_, high) = run.positions()
         worst = max(worst, abs((high - low) - 0.5))
     assert worst <= 4 * math.ulp(0.5)
+
+
+#: Where discs begin, metres: at some one of these a rounding may be none.
+_PLACES = (-0.4, -0.3, -0.2, -0.1, 0.1, 0.2, 0.3, 0.4)
+
+
+def gap_after_a_fall(x: float, wall: Chain | Disc, reach: Fraction, height: Fraction) -> Fraction:
+    """Return how far a disc's rim is from a wall after its first impact there, whose circle's centre is at a height."""
+    disc = Disc(position_m=(x, 1.7), velocity_m_s=(0.1, 0.4), radius_m=0.25)
+    discs, walls = ([wall, disc], []) if isinstance(wall, Disc) else ([disc], [wall])
+    scene = Scene(name="fall", discs=discs, walls=walls, gravity_m_s2=(0.3, -9.81), duration_s=9.0)
+    px, py = map(Fraction, solve_pic(scene, max_impacts=1).final_position_m[-1].tolist())
+    return abs(px**2 + (py - height) ** 2 - reach**2) / (2 * reach)
+
+
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_disc_is_set_on_an_arc_of_five_hundred_kilometres_as_on_a_floor(inside: bool) -> None:
+    """At the impact the gap is that of rounded coordinates of a metre, not of the arc's radius."""
+    bulge, thick = Fraction(1e-6), Fraction(3, 8)  # half width and the disc's radius
+    points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]  # the arc is on the right of its way
+    arc = Chain(points_m=points, bulges=[float(bulge)], half_width_m=0.125)
+    size, height = (1 + bulge**2) / (2 * bulge), (1 - bulge**2) / (2 * bulge)  # of a chord of two metres
+    circle = (size - thick, height) if inside else (size + thick, -height)
+    assert max(gap_after_a_fall(x, arc, *circle) for x in _PLACES) < Fraction(1, 2**52)
+
+
+def test_a_disc_is_set_on_an_immovable_one_of_a_thousand_kilometres_as_on_a_floor() -> None:
+    """At the impact the gap is that of rounded coordinates of a metre, not of the large disc's radius."""
+    size = 1e6 + 0.7
+    large = Disc(position_m=(0, -size), radius_m=size, mass_kg=math.inf)
+    reach = Fraction(size) + Fraction(1, 4)
+    assert max(gap_after_a_fall(x, large, reach, -Fraction(size)) for x in _PLACES) < Fraction(1, 2**52)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from carom.physics.double_double import two_diff, two_sum
 from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Face
-from carom.physics.pair_time import pair_time
+from carom.physics.pair_time import excess, pair_time
 from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed
 from carom.physics.wall_time_falling import descent_time, return_time
@@ -181,9 +182,12 @@ class FallingBodies(Bodies):
         """Set disc `i`, which has just hit an immovable one, on its rim, and keep the speed at which it leaves."""
         dx, dy = self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]
         distance = math.hypot(dx, dy)
-        excess = (distance - (self.radius[i] + self.radius[fixed])) / distance
-        self.x[i] -= excess * dx
-        self.y[i] -= excess * dy
+        # From the difference of squares: that of two distances would be rounded as these are, however large.
+        reach = two_sum(self.radius[i], self.radius[fixed])
+        beyond = excess(two_diff(self.x[i], self.x[fixed]), two_diff(self.y[i], self.y[fixed]), reach)[0]
+        part = beyond / ((distance + reach[0]) * distance)
+        self.x[i] -= part * dx
+        self.y[i] -= part * dy
         before = record.velocity_first_before if record.first == i else record.velocity_second_before
         self.leaving[i] = self.restitution * max(0.0, -(dx * before[0] + dy * before[1]) / distance)
 

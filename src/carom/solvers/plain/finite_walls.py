@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.physics.arc_time import reach_of
+from carom.physics.arc_time import from_pair, reach_of
+from carom.physics.double_double import two_sum
 from carom.physics.face_time import face_gap
 from carom.physics.feature_time import feature_time, normal_at
 from carom.physics.features import Face, Mover, Vertex
+from carom.physics.pair_time import excess
 from carom.physics.wall_features import WallFeature, features_of
 from carom.solvers.impact.resolution import pair_resolution, size_of, wall_resolution
 from carom.trace import EdgeKind
@@ -80,12 +82,22 @@ class FiniteWall:
 
 
 def gap_of(disc: Mover, feature: Feature) -> float:
-    """Return the distance of a disc's rim from a feature, along the normal, metres."""
+    """Return the distance of a disc's rim from a feature, along the normal, metres.
+
+    Of an arc its radius may be many times all else: the difference of two distances from the centre would be rounded as
+    these are, so that of their squares is taken, to which almost no rounding is done.
+    """
     if isinstance(feature, Face):
         return float(face_gap(disc, feature)[0]) / feature.length[0]
-    away, reach = _away(disc, feature)
-    inside = not isinstance(feature, Vertex) and feature.inside
-    return reach - away if inside else away - reach
+    if isinstance(feature, Vertex):
+        at, reach = ((feature.at[0], 0.0), (feature.at[1], 0.0)), two_sum(disc.radius, feature.half_width)
+    else:
+        at, reach = feature.centre, reach_of(disc, feature)
+    away = _away(disc, feature)[0]
+    if not reach[0] > 0.0:  # inside an arc in which the disc has no room
+        return reach[0] - away
+    gap = excess(from_pair(disc.x, at[0]), from_pair(disc.y, at[1]), reach)[0] / (away + reach[0])
+    return -gap if not isinstance(feature, Vertex) and feature.inside else gap
 
 
 def overlap_since(disc: Mover, feature: Feature) -> float:
