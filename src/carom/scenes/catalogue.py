@@ -17,6 +17,8 @@ from carom.scenes import (
     issues_falling,
     issues_pairs,
     issues_rough,
+    issues_seams,
+    issues_thin,
     issues_walled,
     many_discs,
     paper,
@@ -33,7 +35,10 @@ _TAG_PREFIX = "tag:"
 
 #: What runs by default, and what is asked for by name, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
-_ON_REQUEST = (issues_pairs, issues_walled, issues_falling, issues_rough, spin, tables, engines)
+_ON_REQUEST = (
+    *(issues_pairs, issues_walled, issues_falling, issues_rough, issues_seams, issues_thin),
+    *(spin, tables, engines),
+)
 
 
 @cache

@@ -13,7 +13,7 @@ from carom.folders import file_name
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
-from carom.scene import Scene, save_scene
+from carom.scene import Chain, Ring, Scene, Wall, save_scene
 from carom.scenes import Complaint, KnownAnswer, Symptom
 from carom.studies.stress.attack import deepest_overlap
 from carom.studies.stress.spots import Spot, SpotEnding
@@ -107,7 +107,7 @@ def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
 def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     """Error of the mechanical energy at the end, over what was there at the start."""
     weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
-    floor = min((wall.point_m[1] for wall in scene.half_planes()), default=0.0)
+    floor = min(map(_height, scene.walls), default=0.0)
 
     def energy(place: ArrayLike, velocity: ArrayLike) -> float:
         height = (np.array(place) - [0.0, floor]) @ np.array(scene.gravity_m_s2)
@@ -122,6 +122,13 @@ def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     else:
         expected = energy(known.final_position_m, known.final_velocity_m_s)
     return (found - expected) / at_start if at_start else 0.0
+
+
+def _height(wall: Wall | Chain | Ring) -> float:
+    """Return a height at which a wall is: of a chain that of its lowest point."""
+    if isinstance(wall, Wall):
+        return wall.point_m[1]
+    return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)
 
 
 def _missed(trace: Trace, known: KnownAnswer) -> int:
