@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from carom.comparator import Horizon, horizon_of
 from carom.comparator.finite import not_finite
 from carom.comparator.horizon import estimate_horizon
+from carom.comparator.shift import begun_earlier
 from carom.errors import InputError, MissingExtraError
+from carom.runs.job import Job, UnsupportedError
 from carom.runs.options import CERTIFY_SECONDS
 from carom.scene import Scene
 from carom.solvers.certified.certify import certify
@@ -18,8 +20,10 @@ from carom.trace import Outcome, Trace
 __all__ = [
     "MOST_IMPACTS",
     "Reference",
+    "begun_scene",
     "reference_of",
     "reference_trace",
+    "require_reference",
     "will_certify",
 ]
 
@@ -61,6 +65,29 @@ def reference_trace(scene: Scene) -> Trace | str:
     if broken := not_finite(trace):
         return f"PIC's own answer is no number: {broken}"
     return trace
+
+
+def begun_scene(job: Job) -> Scene:
+    """Return the scene of a job, begun at its phase of the step.
+
+    Raises:
+        UnsupportedError: There is no such start.
+    """
+    try:
+        return begun_earlier(job.scene, job.phase * job.dt_s)
+    except InputError as error:
+        raise UnsupportedError(str(error)) from None
+
+
+def require_reference(found: Trace | str) -> Trace:
+    """Return what `reference_trace` found.
+
+    Raises:
+        UnsupportedError: There is none.
+    """
+    if isinstance(found, str):
+        raise UnsupportedError(found)
+    return found
 
 
 def will_certify(scene: Scene, asked: bool | None) -> bool:

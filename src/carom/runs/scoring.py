@@ -11,16 +11,13 @@ from functools import lru_cache, partial
 from typing import Any
 
 from carom.comparator import Errors, compare
-from carom.comparator.shift import begun_earlier
-from carom.errors import InputError
 from carom.runs.desk import Ask, answers
-from carom.runs.job import Answer, Job, JobTask, Progress, UnsupportedError
+from carom.runs.job import Answer, Job, JobTask, Progress
 from carom.runs.journal import Entry, Journal, Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import able_adapter, observe_run
 from carom.runs.pool import Pool
-from carom.runs.reference import reference_trace
-from carom.trace import Trace
+from carom.runs.reference import begun_scene, reference_trace, require_reference
 
 __all__ = ["Measures", "ScoreJob", "by_start", "score_journal", "steps_of", "sweep"]
 
@@ -65,13 +62,8 @@ class ScoreJob(JobTask):
         """
         job = self.job
         adapter = able_adapter(job)
-        try:
-            scene = begun_earlier(job.scene, job.phase * job.dt_s)
-        except InputError as error:
-            raise UnsupportedError(str(error)) from None
-        reference = _reference(scene)
-        if not isinstance(reference, Trace):
-            raise UnsupportedError(reference)
+        scene = begun_scene(job)
+        reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried)
         score = compare(reference, observed)
         return Measures(

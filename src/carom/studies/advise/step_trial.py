@@ -11,19 +11,18 @@ from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.horizon import reach_of
 from carom.comparator.measure import measure
 from carom.comparator.scales import scales_of
-from carom.comparator.shift import begun_earlier, even_phases
-from carom.errors import InputError
+from carom.comparator.shift import even_phases
 from carom.runs.desk import Ask, answers
-from carom.runs.job import Answer, Job, JobTask, Method, Status, UnsupportedError
+from carom.runs.job import Answer, Job, JobTask, Method, Status
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import able_adapter, observe_run
 from carom.runs.pool import Pool
-from carom.runs.reference import reference_trace
+from carom.runs.reference import begun_scene, reference_trace, require_reference
 from carom.runs.scoring import by_start, steps_of
 from carom.scene import Scene
 from carom.studies.advise.hardest import Demand
-from carom.trace import Outcome, Trace
+from carom.trace import Outcome
 
 __all__ = ["StartTask", "Started", "StepTrial", "most_steps", "starts_of", "try_starts"]
 
@@ -66,15 +65,10 @@ class StartTask(JobTask):
         """
         job = self.job
         adapter = able_adapter(job)
-        try:
-            begun = begun_earlier(job.scene, job.phase * job.dt_s)
-        except InputError as error:
-            raise UnsupportedError(str(error)) from None
+        begun = begun_scene(job)
         # An impact in the last steps of a run can't be told from one that is missed.
         scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
-        reference = _reference(scene)
-        if not isinstance(reference, Trace):
-            raise UnsupportedError(reference)
+        reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
         measured = measure(reference, observed, scales_of(scene, reference), reach_of(reference, begun.duration_s))
         aligned = measured.alignment

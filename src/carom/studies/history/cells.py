@@ -12,15 +12,13 @@ from functools import lru_cache, partial
 import numpy as np
 
 from carom.comparator import Grade, Verdict, compare
-from carom.comparator.shift import begun_earlier
 from carom.comparator.thresholds import THRESHOLDS
-from carom.errors import InputError
 from carom.registry import load_adapter
-from carom.runs.job import PIT_METHOD, Answer, JobTask, UnsupportedError
+from carom.runs.job import PIT_METHOD, Answer, JobTask
 from carom.runs.journal import Entry, Journal
 from carom.runs.keys import JobKey
 from carom.runs.observe import able_adapter, observe_run
-from carom.runs.reference import reference_of, reference_trace
+from carom.runs.reference import begun_scene, reference_of, reference_trace, require_reference
 from carom.scene import Scene
 from carom.studies.history.options import FEWEST_PHASES
 from carom.trace import Trace
@@ -96,13 +94,8 @@ class HistoryTask(JobTask):
         """
         job = self.job
         adapter = able_adapter(job)
-        try:
-            scene = begun_earlier(job.scene, job.phase * job.dt_s)
-        except InputError as error:
-            raise UnsupportedError(str(error)) from None
-        reference = _reference(scene)
-        if not isinstance(reference, Trace):
-            raise UnsupportedError(reference)
+        scene = begun_scene(job)
+        reference = require_reference(_reference(scene))
         horizon_s = reference_of(reference, asked=False).horizon_s
         trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
