@@ -231,8 +231,9 @@ class DiscArrays:
         if self.wall_materials is not None:
             raise InputError(f"walls have restitution or friction of their own, which {solver} does not support")
         if len(planes) < len(self.walls):
-            number = next(k for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
-            raise InputError(f"wall {number} is no half-plane, which {solver} does not support: a chain, or a circle")
+            number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
+            said = f"wall {number} is no half-plane, which {solver} does not support: {shape.described}"
+            raise InputError(said)
         return planes
 
     def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:

@@ -126,6 +126,16 @@ class Outline:
     solid: bool = False
     radius: float | None = None
 
+    @property
+    def described(self) -> str:
+        """What it is, in a few words with numbers."""
+        x, y = self.points[0]
+        if self.radius is not None:
+            return f"a circle of radius {self.radius:g} m about ({x:g}, {y:g})"
+        _, end, bulge = self.edges[0]
+        kind = "an arc" if bulge else "a segment"
+        return f"a chain whose edge 0 is {kind} from ({x:g}, {y:g}) to ({end[0]:g}, {end[1]:g})"
+
     @cached_property
     def edges(self) -> tuple[Edge, ...]:
         """The edges of a chain, in order; none of a circle."""

@@ -96,3 +96,19 @@ def test_a_disc_is_set_on_an_immovable_one_of_a_thousand_kilometres_as_on_a_floo
     large = Disc(position_m=(0, -size), radius_m=size, mass_kg=math.inf)
     reach = Fraction(size) + Fraction(1, 4)
     assert max(gap_after_a_fall(x, large, reach, -Fraction(size)) for x in _PLACES) < Fraction(1, 2**52)
+
+
+@pytest.mark.parametrize("bulge", [0.25, 1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("inside", [True, False])
+def test_a_disc_comes_to_rest_on_an_arc_of_any_radius_when_it_does_on_a_floor(bulge: float, inside: bool) -> None:
+    """Of a fall of half a second and e = 1/2 that is after 3/2 of a second; the last hop that is told is short."""
+    points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]
+    middle = -bulge if inside else bulge  # half the chord times the bulge is how far the arc's middle is from it
+    disc = Disc(position_m=(0, middle + 1.25), radius_m=0.25)
+    arc = Chain(points_m=points, bulges=[bulge])
+    scene = Scene(name="arc", discs=[disc], walls=[arc], wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=9.0)
+    run = BallisticRun(scene)
+    assert run.advance_to(9.0) is Outcome.AT_REST
+    # It rests once v^2 <= 2 g gap, with a gap of 5 units in the last place of its coordinates and radius, 3/4 m:
+    # the hops that are left out take v / g + v / 2 g + ...
+    assert 0.0 <= 1.5 - run.time_s <= 2.0 * math.sqrt(2.0 * 5.0 * 2.0**-52 * 0.75 / 8.0)

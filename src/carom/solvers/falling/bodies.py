@@ -14,7 +14,7 @@ from carom.physics.wall_time import wall_gap, wall_speed
 from carom.physics.wall_time_falling import descent_time, return_time
 from carom.solvers.impact.resolution import gap_resolution, size_of
 from carom.solvers.plain.bodies import Bodies
-from carom.solvers.plain.finite_walls import bend_of, gap_of, sizes_of
+from carom.solvers.plain.finite_walls import bend_of, gap_of, gap_resolution_m
 from carom.solvers.plain.instants import NEVER, START, Instant, after, between
 from carom.trace import wall_body
 
@@ -163,7 +163,7 @@ class FallingBodies(Bodies):
         approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
         across = self.vx[i] * ny - self.vy[i] * nx
         pull = self.gravity[0] * nx + self.gravity[1] * ny + across * across * bend_of(feature, disc)
-        return approach, pull, gap_resolution(size_of(self.x[i], self.y[i], self.radius[i]) + sizes_of(feature))
+        return approach, pull, gap_resolution_m(disc, feature)
 
     def _resolution_m(self, i: int, x: float, y: float, radius: float) -> float:
         """Return how well the gap between disc `i` and a body is known, metres."""

@@ -9,17 +9,17 @@ from carom.physics.arc_time import from_pair, reach_of
 from carom.physics.double_double import two_sum
 from carom.physics.face_time import face_gap
 from carom.physics.feature_time import feature_time, normal_at
-from carom.physics.features import Face, Mover, Vertex
+from carom.physics.features import Arc, Face, Mover, Vertex
 from carom.physics.pair_time import excess
 from carom.physics.wall_features import WallFeature, features_of
-from carom.solvers.impact.resolution import pair_resolution, size_of, wall_resolution
+from carom.solvers.impact.resolution import ULP, gap_resolution, pair_resolution, size_of, wall_resolution
 from carom.trace import EdgeKind
 
 if TYPE_CHECKING:
     from carom.outline import Outline
     from carom.physics.features import Feature
 
-__all__ = ["FiniteWall", "Hit", "bend_of", "gap_of", "overlap_since", "resolution_s", "sizes_of"]
+__all__ = ["FiniteWall", "Hit", "bend_of", "gap_of", "gap_resolution_m", "overlap_since", "resolution_s", "sizes_of"]
 
 Vector = tuple[float, float]
 
@@ -144,6 +144,17 @@ def sizes_of(feature: Feature) -> float:
     if isinstance(feature, Vertex):
         return size_of(*feature.at, feature.half_width)
     return size_of(feature.centre[0][0], feature.centre[1][0], feature.radius[0] + feature.half_width)
+
+
+def gap_resolution_m(disc: Mover, feature: Feature) -> float:
+    """Return how well the gap between a disc and a feature is known, metres: to the rounding of the numbers it is of.
+
+    An arc's centre and radius are pairs of floats, so that they are known to a rounding of a rounding.
+    """
+    sizes = sizes_of(feature)
+    if isinstance(feature, Arc):
+        sizes = feature.half_width + ULP * sizes
+    return gap_resolution(size_of(disc.x[0], disc.y[0], disc.radius) + sizes)
 
 
 def resolution_s(disc: Mover, feature: Feature, speed: float, velocity: Vector) -> float:
