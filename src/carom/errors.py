@@ -1,6 +1,7 @@
 """Every error that Carom raises on purpose.
 
-All share one base class, so ``except CaromError`` is enough. Each message says what is wrong, where, and what to do.
+All share one base class, so ``except CaromError`` is enough. Each says what is wrong and where, and as hints what to
+do.
 """
 
 from __future__ import annotations
@@ -14,10 +15,25 @@ __all__ = ["AdapterError", "CaromError", "InputError", "MissingExtraError", "Pro
 
 
 class CaromError(Exception):
-    """Base of every deliberate error; its message has no control character, whatever it quotes."""
+    """Base of every deliberate error; its text has no control character, whatever it quotes.
+
+    As text it is one sentence, hints and all. A terminal prints each hint on a line of its own.
+
+    Attributes:
+        hints: What to do about it, each a question or a phrase without a full stop.
+    """
+
+    def __init__(self, *args: object, hints: Sequence[str] = ()) -> None:
+        super().__init__(*args)
+        self.hints = tuple(visible(hint) for hint in hints)
+
+    @property
+    def message(self) -> str:
+        """What is wrong, and where, without the hints."""
+        return visible(super().__str__())
 
     def __str__(self) -> str:
-        return visible(super().__str__())
+        return _with_hints(self.message, self.hints)
 
 
 class InputError(CaromError, ValueError):
@@ -37,15 +53,21 @@ class AdapterError(CaromError, RuntimeError):
 
 
 class Problem(NamedTuple):
-    """One thing wrong with a scene: the path to the field, what is wrong, and the value found there."""
+    """One thing wrong with a scene: the path to the field, what is wrong and the value found there, and what to do."""
 
     field: tuple[str | int, ...]
     message: str
+    hints: tuple[str, ...] = ()
 
-    def __str__(self) -> str:
+    @property
+    def sentence(self) -> str:
+        """The path and what is wrong there."""
         parts = (f"[{part}]" if isinstance(part, int) else f".{visible(shortened(part))}" for part in self.field)
         path = "".join(parts).lstrip(".")
         return f"{path}: {self.message}" if path else self.message
+
+    def __str__(self) -> str:
+        return _with_hints(self.sentence, self.hints)
 
 
 class SceneError(InputError):
@@ -64,13 +86,27 @@ class SceneError(InputError):
         self.problems = tuple(problems)
         self.source = source
         self.more = more
-        super().__init__(self.problems, source)
+        shown = self.problems[: self.SHOWN]
+        super().__init__(self.problems, source, hints=tuple(dict.fromkeys(hint for one in shown for hint in one.hints)))
+
+    @property
+    def message(self) -> str:
+        """A line for each problem, or for the first of them, without the hints."""
+        return self._lines([problem.sentence for problem in self.problems[: self.SHOWN]])
 
     def __str__(self) -> str:
-        lines = [str(problem) for problem in self.problems[: self.SHOWN]]
+        return self._lines([str(problem) for problem in self.problems[: self.SHOWN]])
+
+    def _lines(self, lines: list[str]) -> str:
         hidden = len(self.problems) - self.SHOWN
         if self.more:
             lines.append(f"and {hidden} others at least" if hidden > 0 else "and more of them")
         elif hidden > 0:
             lines.append(f"and {hidden} more")
         return visible("\n".join(f"{self.source}: {line}" if self.source else line for line in lines))
+
+
+def _with_hints(text: str, hints: Sequence[str]) -> str:
+    for hint in hints:
+        text += f"{' ' if text.endswith('?') else '; '}{hint}"
+    return text

@@ -143,11 +143,11 @@ def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
         cause = item.get("ctx", {}).get("error")
         if isinstance(cause, SceneError):  # raised by a model nested in this one: only its place is still missing
             for problem in cause.problems:
-                yield Problem(location + problem.field, problem.message)
+                yield problem._replace(field=location + problem.field)
             continue
         match item["type"]:
             case "extra_forbidden":
-                yield Problem(location, "is not a field of a scene; see `carom scenes --schema`")
+                yield Problem(location, "is not a field of a scene", ("see `carom scenes --schema`",))
             case "too_long" | "too_short":
                 yield Problem(location, f"must hold two numbers, got {shown(item['input'])}")
             case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST and not item["input"] > 0:

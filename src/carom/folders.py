@@ -68,15 +68,17 @@ def claim(folder: Path, purpose: str, option: str = "") -> None:
             _put(folder / MARKER, f"{purpose}\n{_SAYS}")
             return
         if not os.access(folder, os.W_OK | os.X_OK):
-            raise InputError(f"{folder}: no permission to write there; {another}")
+            raise InputError(f"{folder}: no permission to write there", hints=[another])
         if MARKER not in there:
-            raise InputError(f"{folder} holds files that Carom did not write, such as {min(there)}; {another}")
+            what = f"{folder} holds files that Carom did not write, such as {min(there)}"
+            raise InputError(what, hints=[another])
         with (folder / MARKER).open(encoding="utf-8", errors="replace") as file:
             found = file.readline(100).strip()
     except OSError as error:
-        raise InputError(f"{error.filename or folder}: {error.strerror or error}; {another}") from None
+        raise InputError(f"{error.filename or folder}: {error.strerror or error}", hints=[another]) from None
     if found != purpose:
-        raise InputError(f"{folder} is the folder of another command's files ({found}, not {purpose}); {another}")
+        what = f"{folder} is the folder of another command's files ({found}, not {purpose})"
+        raise InputError(what, hints=[another])
     _finish(folder)
 
 

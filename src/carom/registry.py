@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.adapter import Adapter, Capabilities, Engine, Knob
 from carom.errors import AdapterError, UnknownNameError
-from carom.text import is_older, near
+from carom.text import is_older, named_hints
 
 if TYPE_CHECKING:
     from carom.program.adapter import ProgramAdapter
@@ -236,7 +236,8 @@ def require_named(name: str) -> None:
     """
     if name not in adapter_points():
         there_are = ", ".join(sorted(adapter_points())) or "none"
-        raise UnknownNameError(f"no engine is named {name!r}; {near(name, adapter_points())}there are: {there_are}")
+        hints = named_hints(name, adapter_points(), f"there are: {there_are}")
+        raise UnknownNameError(f"no engine is named {name!r}", hints=hints)
 
 
 def load_adapter(name: str) -> Adapter:

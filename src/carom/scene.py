@@ -278,7 +278,8 @@ def as_scene(scene: Scene | str) -> Scene:
         found: Scene = importlib.import_module("carom.scenes").scene_named(scene)
         return found
     raise InputError(
-        f"scene must be a Scene or the name of one in the catalogue, got {shown(scene)}; carom.load_scene reads a file"
+        f"scene must be a Scene or the name of one in the catalogue, got {shown(scene)}",
+        hints=["carom.load_scene reads a file"],
     )
 
 

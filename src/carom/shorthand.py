@@ -44,6 +44,8 @@ def written_out(content: dict[str, Any]) -> dict[str, Any]:
         except InputError as error:
             raise SceneError([Problem((), str(error))]) from None
         content = _in_metres(content, per_metre)
+    if "shape" in content:
+        raise SceneError([Problem(("shape",), "is not a field of a scene", ("each of [[discs]] has one of its own",))])
     discs = content.get("discs")
     if isinstance(discs, list):
         content["discs"] = [_with_inertia(disc, k) for k, disc in enumerate(discs)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["is_older", "last_words", "near", "release_numbers", "shortened", "shown", "visible"]
+__all__ = ["is_older", "last_words", "named_hints", "near", "release_numbers", "shortened", "shown", "visible"]
 
 #: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
@@ -56,7 +56,12 @@ def near(name: str, known: Iterable[str]) -> str:
     import difflib  # here, as `import carom` loads this module, and few are told of a name
 
     found = difflib.get_close_matches(name, list(known), n=1)
-    return f"did you mean {found[0]!r}? " if found else ""
+    return f"did you mean {found[0]!r}?" if found else ""
+
+
+def named_hints(name: str, known: Iterable[str], there_are: str) -> tuple[str, ...]:
+    """Return the hints of an error about a name that is not known: the near one, and which there are."""
+    return tuple(filter(None, (near(name, known), there_are)))
 
 
 def release_numbers(version: str) -> tuple[int, ...]:

@@ -97,7 +97,7 @@ def test_the_schema_is_printed() -> None:
     [
         ("", "is of format None"),
         ("{}\n{\n", "line 2: no JSON"),
-        ("[]\n", "line 1: no JSON object; give a report's folder"),
+        ("[]\n", "line 1: no JSON object\nhint: give a report's folder"),
         ('{"format": 1, "rows": 0}\n', "is of format 1; this Carom reads"),
         ('{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
     ],
@@ -129,10 +129,10 @@ def test_a_row_without_a_field_is_refused_by_its_line(sample: Path, worse: Path)
     ("arguments", "words"),
     [
         ((SAMPLE,), "carom diff OLD NEW"),
-        ((SAMPLE, "nowhere"), "nowhere can't be read: No such file or directory; give a report's folder"),
+        ((SAMPLE, "nowhere"), "nowhere can't be read: No such file or directory\nhint: give a report's folder"),
         ((SAMPLE, ROOT / "docs"), "results.jsonl can't be read"),
         ((SAMPLE, SAMPLE, "--engine", "pymunk"), "--engine must be OLD=NEW"),
-        ((SAMPLE, SAMPLE, "--engine", "pymunk=bullet"), "has no 'bullet'; it has "),
+        ((SAMPLE, SAMPLE, "--engine", "pymunk=bullet"), "has no 'bullet'\nhint: it has "),
     ],
 )
 def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[object, ...], words: str) -> None:

@@ -106,7 +106,8 @@ def test_a_folder_of_somebody_elses_is_refused_before_the_run(
     (tmp_path / "scenes").mkdir()
     result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [*arguments, str(tmp_path)])
     assert result.exit_code == 2
-    assert f"holds files that Carom did not write, such as index.html; name another folder by {option}" in result.output
+    assert "holds files that Carom did not write, such as index.html\n" in result.output
+    assert f"\nhint: name another folder by {option}\n" in result.output
     assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "scenes"]
     assert (tmp_path / "index.html").read_text() == "mine"
 

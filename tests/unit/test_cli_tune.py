@@ -91,7 +91,10 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     [
         (("pit", "classics/miss"), "the adapter of pit declares no knobs"),
         (("pimunk",), "no engine is named 'pimunk'"),
-        (("pymunk", "classics/miss", "-p", "best"), "pymunk has no profile 'best'; it has: default, tuned, located"),
+        (
+            ("pymunk", "classics/miss", "-p", "best"),
+            "pymunk has no profile 'best'\nhint: it has: default, tuned, located",
+        ),
         (("pymunk", "classics/miss", "--time-limit", "0"), "--time-limit must be a positive"),
     ],
 )

@@ -71,6 +71,29 @@ def test_a_scene_error_says_where_nobody_counted_the_rest(listed: int, last: str
     assert str(error).splitlines()[10:] == [last]
 
 
+@pytest.mark.parametrize("kind", [CaromError, InputError, UnknownNameError, MissingExtraError, AdapterError])
+def test_hints_stand_apart_and_in_the_text(kind: type[CaromError]) -> None:
+    """The text is one sentence with its hints, the message has none, and a worker process sends both home."""
+    error = kind("no engine is named 'a\x1b'", hints=["did you mean 'b'?", "there are: b, c", "see \x1b"])
+    for one in (error, pickle.loads(pickle.dumps(error))):  # noqa: S301 - our own bytes
+        assert type(one) is kind
+        assert one.message == "no engine is named 'a\\u001b'"
+        assert one.hints == ("did you mean 'b'?", "there are: b, c", "see \\u001b")
+        assert str(one) == f"{one.message}; did you mean 'b'? there are: b, c; see \\u001b"
+    assert kind("plain").hints == ()
+    assert str(kind("plain")) == kind("plain").message == "plain"
+
+
+def test_hints_of_a_scene_error_are_those_of_its_problems_each_once() -> None:
+    """Each line of the text has its own hint; apart, the same hint of two problems is one."""
+    none = Problem(("a",), "is none", ("see b",))
+    problems = [none, Problem(("c",), "is wrong"), none._replace(field=("d",))]
+    error = SceneError(problems, source="x.toml")
+    assert str(error) == "x.toml: a: is none; see b\nx.toml: c: is wrong\nx.toml: d: is none; see b"
+    assert error.message == "x.toml: a: is none\nx.toml: c: is wrong\nx.toml: d: is none"
+    assert error.hints == ("see b",)
+
+
 def test_a_scene_error_survives_pickling() -> None:
     """A worker process can send a scene error home whole."""
     error = SceneError([Problem(("discs", 0, "mass_kg"), "must be greater than 0, got 0")], source="x.json", more=True)

@@ -11,7 +11,7 @@ import pytest
 
 from carom.errors import SceneError
 from carom.scene import load_scene, save_scene, scene_schema
-from carom.shorthand import SHAPES
+from carom.shorthand import SHAPES, written_out
 
 PIXELS: dict[str, Any] = {
     "name": "px",
@@ -98,3 +98,10 @@ def test_what_is_no_length_is_refused_as_it_stands(tmp_path: Path, value: object
     content = PIXELS | {"discs": [{"position_m": value, "radius_m": 1}]}
     with pytest.raises(SceneError, match=r"discs\[0\]\.position_m"):
         loaded(tmp_path, content)
+
+
+def test_a_shape_of_the_whole_scene_is_refused_with_where_it_belongs() -> None:
+    """A scene has no shape; the hint says that each disc has one."""
+    with pytest.raises(SceneError) as caught:
+        written_out({"shape": "sphere", "discs": []})
+    assert str(caught.value) == "shape: is not a field of a scene; each of [[discs]] has one of its own"

@@ -33,6 +33,7 @@ COMMANDS = {
     "diff": f"diff {RESULTS} {RESULTS}",
     "report": f"report {RESULTS}",
     "certify": "certify paper/late",
+    "explain": "explain missed",
     "refused": "run paper/lat -e pit",
 }
 

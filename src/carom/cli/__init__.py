@@ -106,7 +106,7 @@ def command() -> str | int | None:
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError) and not address_space.limit_mb():
                 raise
-            shared.say(f"carom: {address_space.told(error)}", apart=True)
+            shared.say_error(address_space.told(error))
             code = shared.EXIT_BAD_INPUT
         out.flush()  # here, where what goes wrong can still be told
     except BrokenPipeError:  # the reader, `head` say, has seen enough

@@ -23,11 +23,12 @@ def limit_mb() -> float:
     return 0.0 if limit == resource.RLIM_INFINITY else limit / 1e6
 
 
-def told(error: BaseException) -> str:
+def told(error: BaseException) -> CaromError:
     """Return what to say of an error that came up within the limit."""
     if isinstance(error, CaromError):
-        return str(error)
-    return f"{type(error).__name__}: {error}, within {limit_mb():.0f} MB of address space (ulimit -v); raise the limit"
+        return error
+    within = f"within {limit_mb():.0f} MB of address space (ulimit -v)"
+    return CaromError(f"{type(error).__name__}: {error}, {within}", hints=["raise the limit"])
 
 
 def require_address_space() -> None:

@@ -71,7 +71,7 @@ def history(
             else:
                 _run(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
     except UnavailableError as error:
-        shared.say(f"carom: {error}", apart=True)
+        shared.say_error(error)
         raise typer.Exit(shared.EXIT_UNAVAILABLE) from None
 
 

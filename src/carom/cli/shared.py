@@ -47,6 +47,7 @@ __all__ = [
     "progress_bar",
     "resumable",
     "say",
+    "say_error",
     "say_lines",
     "say_place",
     "scenes_named",
@@ -97,7 +98,7 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         try:
             command(*args, **kwargs)
         except CaromError as error:
-            say(f"carom: {error}", apart=True)
+            say_error(error)
             raise typer.Exit(EXIT_BAD_INPUT) from None
         except KeyboardInterrupt as error:
             word, code = _ended(error)
@@ -129,6 +130,11 @@ def say(text: str, *, apart: bool = False) -> None:
     """Print a line, in the signs that the output has, without control characters; `apart` from the results."""
     plain_where_needed()
     typer.echo(visible(text), err=apart)
+
+
+def say_error(error: CaromError) -> None:
+    """Print what is wrong, and each hint on a line of its own, apart from the results."""
+    say("\n".join((f"carom: {error.message}", *(f"hint: {hint}" for hint in error.hints))), apart=True)
 
 
 def say_lines(lines: Iterable[str]) -> None:

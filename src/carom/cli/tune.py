@@ -70,7 +70,7 @@ def tune(
                 command=command_line(),
             )
         except UnavailableError as error:
-            shared.say(f"carom: {error}", apart=True)
+            shared.say_error(error)
             raise typer.Exit(shared.EXIT_UNAVAILABLE) from None
         except KeyboardInterrupt:
             if best:

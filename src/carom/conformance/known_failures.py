@@ -13,7 +13,6 @@ An entry without `versions` holds of each release of the engine, one without `pl
 
 from __future__ import annotations
 
-import difflib
 import platform
 import sys
 from collections.abc import Collection, Iterable, Mapping
@@ -23,7 +22,7 @@ from pathlib import Path
 from carom.arguments import shown
 from carom.data_files import read_data
 from carom.errors import InputError
-from carom.text import near, release_numbers
+from carom.text import named_hints, near, release_numbers
 from carom.versions import version_conditions
 
 __all__ = ["FILE_NAME", "KnownFailure", "check_names", "here", "known_reasons", "load_known_failures"]
@@ -134,7 +133,8 @@ def _platform(value: object, where: str) -> str:
         if part not in names:
             raise InputError(
                 f"{where}: platform must be a system, or a system and a machine, such as 'linux-aarch64', "
-                f"got {shown(value)}; {near(part, names)}there are: {', '.join(names)}; this is {here()}"
+                f"got {shown(value)}",
+                hints=named_hints(part, names, f"there are: {', '.join(names)}; this is {here()}"),
             )
     return f"{system}{dash}{machine}"
 
@@ -198,12 +198,7 @@ def check_names(
         if engine in installed and engine not in run:
             continue
         if name not in names:
-            close = difflib.get_close_matches(name, names, n=1)
-            hint = (
-                f"; did you mean {close[0]!r}?"
-                if close
-                else "; `pytest --carom-engine NAME --collect-only -q` lists them"
-            )
-            raise InputError(f"{path}: there is no case {shown(name)}{hint}")
+            hint = near(name, names) or "`pytest --carom-engine NAME --collect-only -q` lists them"
+            raise InputError(f"{path}: there is no case {shown(name)}", hints=[hint])
         if name in skipped and name in known:
-            raise InputError(f"{path}: {name!r} can't fail, it is skipped: {skipped[name]}; take it out")
+            raise InputError(f"{path}: {name!r} can't fail, it is skipped: {skipped[name]}", hints=["take it out"])

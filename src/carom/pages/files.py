@@ -31,7 +31,9 @@ def require_report_extra() -> None:
     """
     for module in ("jinja2", "matplotlib"):
         if importlib.util.find_spec(module) is None:
-            raise MissingExtraError(f"a report needs {module}, which is not installed: pip install 'carom[report]'")
+            raise MissingExtraError(
+                f"a report needs {module}, which is not installed", hints=["pip install 'carom[report]'"]
+            )
 
 
 def packed(data: object) -> str:

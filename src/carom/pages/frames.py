@@ -32,7 +32,7 @@ def to_pandas(thing: object) -> DataFrame:
         import pandas as pd
     except ImportError:
         raise MissingExtraError(
-            "a data frame needs pandas, which is not installed: pip install 'carom[pandas]'"
+            "a data frame needs pandas, which is not installed", hints=["pip install 'carom[pandas]'"]
         ) from None
     return pd.DataFrame(_columns(thing)).rename_axis("impact" if isinstance(thing, Trace) else "run")
 

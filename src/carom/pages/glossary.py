@@ -62,9 +62,8 @@ def explained(word: str) -> list[Meaning]:
     near = [names[name].word for name in difflib.get_close_matches(asked, names, n=3, cutoff=0.5)]
     near += [entry.word for entry in entries if asked and asked in _plain(entry.sentence)][:3]
     hint = " or ".join(repr(one) for one in dict.fromkeys(near))
-    raise UnknownNameError(
-        f"no report says {word!r}; " + (f"did you mean {hint}?" if near else "`carom explain` lists the words")
-    )
+    hints = [f"did you mean {hint}?" if near else "`carom explain` lists the words"]
+    raise UnknownNameError(f"no report says {word!r}", hints=hints)
 
 
 def _plain(word: str) -> str:

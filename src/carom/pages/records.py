@@ -108,18 +108,19 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
             data = file.read(most_bytes + 1)
         if len(data) > most_bytes or values_in(data) > most_values:
             most = f"{most_bytes >> 20} MiB, or {most_values:,} values"
-            raise InputError(f"{path} is larger than {most}, the limit for results; {ask}")
+            raise InputError(f"{path} is larger than {most}, the limit for results", hints=[ask])
         texts = data.decode().split("\n")  # a name may hold other signs that break lines
     except (OSError, UnicodeError) as error:
-        raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}; {ask}") from None
+        raise InputError(f"{path} can't be read: {getattr(error, 'strerror', None) or error}", hints=[ask]) from None
     del data
     for number, text in enumerate(texts[:-1] if texts[-1] == "" else texts, start=1):
         try:
             line = json.loads(text)
         except (ValueError, RecursionError) as error:
-            raise InputError(f"{path}, line {number}: no JSON ({shortened(str(error), 200)}); {ask}") from None
+            what = f"{path}, line {number}: no JSON ({shortened(str(error), 200)})"
+            raise InputError(what, hints=[ask]) from None
         if not isinstance(line, dict):
-            raise InputError(f"{path}, line {number}: no JSON object; {ask}")
+            raise InputError(f"{path}, line {number}: no JSON object", hints=[ask])
         yield line
 
 

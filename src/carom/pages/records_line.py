@@ -191,8 +191,8 @@ def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: i
         where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
         said = f"{first['msg'].removeprefix('Value error, ')}, got {shortened(repr(first['input']))}"
         raise InputError(
-            f"{path}, line {number}: {shortened(where) or 'the line'}: {said}; `carom diff --schema` says what a "
-            "line holds; run the cross-check again"
+            f"{path}, line {number}: {shortened(where) or 'the line'}: {said}",
+            hints=["`carom diff --schema` says what a line holds", "run the cross-check again"],
         ) from None
 
 

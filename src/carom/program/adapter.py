@@ -160,7 +160,8 @@ class ProgramAdapter:
             if not beside:
                 raise
             hint = f"it runs in an empty folder, and {beside} beside its manifest is to be written ./{beside}"
-            raise AdapterError(f"{error}; {hint}: see docs/engine-protocol.md#the-manifest") from error
+            hints = [*error.hints, f"{hint}: see docs/engine-protocol.md#the-manifest"]
+            raise AdapterError(error.message, hints=hints) from error
 
 
 def _profile(profile: ProgramProfile) -> Profile:

@@ -191,7 +191,8 @@ def load_manifest(path: Path) -> Manifest:
         place, said = list(map(str, wrong["loc"])), said_of(wrong)
         if place[-1:] in _KINDS:
             place, said = place[:-1], f"must be a number, true, false or a text, got {shown(wrong['input'])}"
-        raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}; {PAGE}") from error
+        raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}", hints=[PAGE]) from error
     if found.protocol != PROTOCOL:
-        raise AdapterError(f"{path}: protocol: this Carom speaks version {PROTOCOL}, got {found.protocol}; {PAGE}")
+        what = f"{path}: protocol: this Carom speaks version {PROTOCOL}, got {found.protocol}"
+        raise AdapterError(what, hints=[PAGE])
     return found

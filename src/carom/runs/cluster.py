@@ -67,7 +67,7 @@ class ClusterPool(Pool):
             distributed: Any = importlib.import_module("distributed")  # untyped
         except ImportError:
             raise MissingExtraError(
-                "--scheduler needs distributed, which is not installed: pip install 'carom[cluster]'"
+                "--scheduler needs distributed, which is not installed", hints=["pip install 'carom[cluster]'"]
             ) from None
         for name in ("distributed", "distributed.client"):  # what it says of a cluster that is lost is tracebacks
             logging.getLogger(name).setLevel(logging.CRITICAL)

@@ -35,6 +35,7 @@ JOURNAL_FORMAT = 5
 #: No line is longer: read, with what is made of it, it would take hundreds of megabytes. An entry that is larger is not
 #: kept, and found anew after a resume.
 LONGEST_LINE = 64 * 2**20
+_REMOVE = "remove the line, or name another folder"
 #: Read at a time, from the end backwards, in search of the end of a line.
 _BLOCK = 2**20
 
@@ -119,7 +120,8 @@ class Journal(Notes[K, T], Closing):
         try:
             _lock(self._file, path)  # first: what another process is writing now is no result to go on with
             if not (resume or retry) and os.fstat(self._file).st_size:
-                raise InputError(f"{path} holds results already: continue from them by --resume, or name another one")
+                hints = ["continue from them by --resume, or name another one"]
+                raise InputError(f"{path} holds results already", hints=hints)
             found = self._read({"journal": of, "format": JOURNAL_FORMAT, **stamp})
         except BaseException:
             os.close(self._file)
@@ -160,19 +162,19 @@ class Journal(Notes[K, T], Closing):
         there = _parsed(head)
         if head and there != stamp:
             what = _difference(there, stamp) if isinstance(there, dict) else "its first line does not say what it is of"
-            raise InputError(f"{self.path} is no journal of this work: {what}; name another folder")
+            raise InputError(f"{self.path} is no journal of this work: {what}", hints=["name another folder"])
         found = []
         for number, line in enumerate(lines, start=2):
             if len(line) > LONGEST_LINE:
                 limit = f"is longer than {LONGEST_LINE >> 20} MiB, which none of Carom's is"
-                raise InputError(f"{self.path}, line {number} {limit}; remove the line, or name another folder")
+                raise InputError(f"{self.path}, line {number} {limit}", hints=[_REMOVE])
             try:
                 found.append(self._codec.loads(line))
             except ValidationError as error:
                 first = error.errors()[0]
                 where = ".".join(map(str, first["loc"][1:])) or "the line"
                 what = f"{self.path}, line {number}: {shortened(where)}: {first['msg']}"
-                raise InputError(f"{what}; remove the line, or name another folder") from None
+                raise InputError(what, hints=[_REMOVE]) from None
         if whole < size:  # a torn line goes only where all before it is sound
             os.ftruncate(self._file, whole)
         if not head:

@@ -21,7 +21,7 @@ from carom.runs.locate import Cutter
 from carom.runs.raised import raised
 from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
-from carom.text import near
+from carom.text import named_hints
 from carom.trace import Outcome, Samples, Setting, Trace
 
 __all__ = ["Observe", "able_adapter", "capabilities_of", "observe_run", "profile_settings"]
@@ -83,8 +83,8 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
         AdapterError: The profile fails, or a setting is no plain value.
     """
     if profile not in adapter.profiles:
-        meant, has = near(profile, adapter.profiles), ", ".join(adapter.profiles)
-        raise UnknownNameError(f"{adapter.name} has no profile {profile!r}; {meant}it has: {has}")
+        hints = named_hints(profile, adapter.profiles, f"it has: {', '.join(adapter.profiles)}")
+        raise UnknownNameError(f"{adapter.name} has no profile {profile!r}", hints=hints)
     try:
         settings = dict(adapter.profiles[profile].settings(dt_s))
     except Exception as error:

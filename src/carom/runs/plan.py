@@ -21,7 +21,7 @@ from carom.runs.pool import Asker, Pool
 from carom.runs.tried import tried_by
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, find_scenes
-from carom.text import near
+from carom.text import named_hints
 from carom.trace import Trace
 
 __all__ = [
@@ -73,8 +73,8 @@ def profiles_to_plan(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -
     offered = dict.fromkeys(profile for info in infos for profile in info.profiles)
     for profile in asked or ():
         if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
-            meant, there_are = near(profile, offered), ", ".join(offered)
-            raise UnknownNameError(f"no engine asked for has a profile {profile!r}; {meant}there are: {there_are}")
+            hints = named_hints(profile, offered, f"there are: {', '.join(offered)}")
+            raise UnknownNameError(f"no engine asked for has a profile {profile!r}", hints=hints)
     if asked is None:
         asked = [name for name in DEFAULT_PROFILES if name in offered]
     # Where no adapter asked for can be loaded, its rows say why.

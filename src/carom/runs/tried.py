@@ -12,7 +12,7 @@ from carom.registry import EngineInfo, load_adapter
 from carom.runs.job import Tried
 from carom.runs.observe import profile_settings
 from carom.runs.pool import Asker
-from carom.text import near
+from carom.text import named_hints
 from carom.trace import Setting, setting_text
 
 __all__ = ["KnownSettings", "tried_by"]
@@ -81,7 +81,8 @@ def _read(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) 
         raise InputError(f"{STEP} is the step, which is asked for as one: --dt, or dt in Python")
     if name not in known:
         names = ", ".join(sorted(known.keys() - {STEP})) or "none"
-        raise UnknownNameError(f"{engine} has no setting {name!r}; {near(name, known)}there are: {names}")
+        hints = named_hints(name, known, f"there are: {names}")
+        raise UnknownNameError(f"{engine} has no setting {name!r}", hints=hints)
     kind = type(known[name])
     found = _as_kind(value, kind)
     if found is None:

@@ -73,7 +73,7 @@ def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
     for pattern in patterns:
         matches = [entry for entry in everything.values() if _matches(entry, pattern)]
         if not matches:
-            raise UnknownNameError(f"no scene is named {pattern!r}; {_hint(pattern)}")
+            raise UnknownNameError(f"no scene is named {pattern!r}", hints=[_hint(pattern)])
         found.update((entry.name, entry) for entry in matches)
     return list(found.values())
 
@@ -87,7 +87,7 @@ def scene_named(name: str) -> Scene:
     if (entry := all_scenes().get(name)) is not None:
         return entry.scene
     several = ", ".join(found.name for found in find_scenes([name]))
-    raise UnknownNameError(f"{name!r} is no one scene; it stands for: {several}")
+    raise UnknownNameError(f"{name!r} is no one scene", hints=[f"it stands for: {several}"])
 
 
 def _matches(entry: CatalogueScene, pattern: str) -> bool:

@@ -62,7 +62,7 @@ def certify(
     try:
         import flint  # noqa: F401 - what follows needs it
     except ModuleNotFoundError:
-        raise MissingExtraError("certify needs python-flint: pip install 'carom[certify]'") from None
+        raise MissingExtraError("certify needs python-flint", hints=["pip install 'carom[certify]'"]) from None
     from carom.solvers.certified.run import CertifiedRun
 
     run = CertifiedRun(scene, digits=asked.digits, max_precision_bits=asked.max_precision_bits, tie_bits=asked.tie_bits)

@@ -113,7 +113,7 @@ class Replay:
 
         if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
             raise MissingExtraError(
-                "an .mp4 needs the program ffmpeg, which is not installed; .gif and .html need none"
+                "an .mp4 needs the program ffmpeg, which is not installed", hints=[".gif and .html need none"]
             )
         writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=_FRAMES_PER_S)
         with tempfile.TemporaryDirectory() as folder, drawing():

@@ -268,7 +268,7 @@ def _read(path: Path) -> tuple[Summary, list[_Cell]]:
             cells.append(_cell(summary, line))
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # of the right types, and no cell all the same
         raise InputError(
-            f"{file}, line {number}: this is no cell of a cross-check ({error!r}); run the cross-check again"
+            f"{file}, line {number}: this is no cell of a cross-check ({error!r})", hints=["run the cross-check again"]
         ) from None
     return summary, cells
 
@@ -332,7 +332,7 @@ def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
     ]
     if not found:
         known = wording.listed(sorted({cell.method.name for cell in cells}))
-        raise InputError(f"--engine: {path} has no {name!r}; it has {known or 'no rows'}")
+        raise InputError(f"--engine: {path} has no {name!r}", hints=[f"it has {known or 'no rows'}"])
     return found
 
 

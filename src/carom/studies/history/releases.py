@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from carom.errors import UnknownNameError
-from carom.text import near, release_numbers
+from carom.text import named_hints, release_numbers
 from carom.versions import require_version, version_condition
 
 __all__ = ["in_order", "is_final", "selected"]
@@ -53,7 +53,8 @@ def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> t
     named = [word for word in words if version_condition(word) is None]
     for word in named:
         if require_version(word) not in listed:
-            raise UnknownNameError(f"no release {word!r} is listed; {near(word, listed)}there are: {_shortly(listed)}")
+            hints = named_hints(word, listed, f"there are: {_shortly(listed)}")
+            raise UnknownNameError(f"no release {word!r} is listed", hints=hints)
     conditions = [found for word in words if (found := version_condition(word)) is not None]
     able = [
         one

@@ -28,7 +28,7 @@ from carom.studies.history.columns import AskOrigin, AskServed, Origin, column_n
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.overlay import Kept
 from carom.studies.history.releases import in_order, selected
-from carom.text import is_older, near
+from carom.text import is_older, named_hints
 
 __all__ = [
     "JOURNAL",
@@ -390,8 +390,8 @@ def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> 
     (info,) = described([engine], pool)
     for profile in options.profiles:
         if info.profiles and profile not in info.profiles:
-            meant, has = near(profile, info.profiles), ", ".join(info.profiles)
-            raise UnknownNameError(f"{engine} has no profile {profile!r}; {meant}it has: {has}")
+            hints = named_hints(profile, info.profiles, f"it has: {', '.join(info.profiles)}")
+            raise UnknownNameError(f"{engine} has no profile {profile!r}", hints=hints)
     origin = _origin(engine, pool)
     versions = selected(_listed(origin, options, kept), options.versions, options.most)
     if not versions:

@@ -29,6 +29,7 @@ from carom.studies.stress.pairs import RATE_HZ, pair_attacks
 from carom.studies.stress.relations import HOLDS, relation_spot, relations
 from carom.studies.stress.rough import rough_attacks
 from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
+from carom.text import named_hints
 
 __all__ = ["JOURNAL", "PURPOSE", "SCENES", "attacks", "carried_out", "listing", "stress", "stress_journal"]
 
@@ -207,7 +208,8 @@ def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[StressTask]
     for name in names:
         if name not in known and name not in kinds:
             raise UnknownNameError(
-                f"no attack is named {name!r}; there are: {', '.join(sorted(known))}; and {', '.join(kinds)}"
+                f"no attack is named {name!r}",
+                hints=named_hints(name, known, f"there are: {', '.join(sorted(known))}; and {', '.join(kinds)}"),
             )
     wanted = {kinds[name] for name in names if name in kinds}
     return [task for task in everything if task[0].name in names or task[0].kind in wanted]

@@ -25,7 +25,7 @@ from carom.studies.tune.merit import Judged
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.space import Space, values_of
-from carom.text import near
+from carom.text import named_hints
 from carom.trace import Setting, Trace
 
 __all__ = ["JOURNAL", "PURPOSE", "SCENES", "Tuning", "tune"]
@@ -110,8 +110,8 @@ def tune(
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
         if asked.profile not in info.profiles:
-            meant, has = near(asked.profile, info.profiles), ", ".join(info.profiles)
-            raise UnknownNameError(f"{engine} has no profile {asked.profile!r}; {meant}it has: {has}")
+            hints = named_hints(asked.profile, info.profiles, f"it has: {', '.join(info.profiles)}")
+            raise UnknownNameError(f"{engine} has no profile {asked.profile!r}", hints=hints)
         horizons, left_out = _references(scenes, info, asked)
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:

@@ -43,7 +43,9 @@ def require_tune_extra() -> None:
     try:
         import optuna
     except ImportError:
-        raise MissingExtraError("carom tune needs Optuna, which is not installed: pip install 'carom[tune]'") from None
+        raise MissingExtraError(
+            "carom tune needs Optuna, which is not installed", hints=["pip install 'carom[tune]'"]
+        ) from None
     optuna.logging.set_verbosity(optuna.logging.WARNING)
 
 
