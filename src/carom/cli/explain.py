@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.shared import guarded, say, say_lines
+from carom.cli.shared import console, guarded, say, say_lines
+from carom.text import visible
 
 __all__ = ["explain"]
 
@@ -27,5 +28,5 @@ def explain(
         return
     phrase = " ".join(words)
     for entry in explained(phrase):
-        say(str(entry))
+        console().print(visible(str(entry)))
     say("Every number behind it: docs/scoring.md.")

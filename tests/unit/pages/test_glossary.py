@@ -19,7 +19,7 @@ PAGE = (Path(__file__).resolve().parents[3] / "docs" / "scoring.md").read_text(e
 
 
 def command(*words: str) -> Result:
-    return CliRunner().invoke(app, ["explain", *words])
+    return CliRunner(env={"COLUMNS": "300"}).invoke(app, ["explain", *words])
 
 
 def table(heading: str) -> list[tuple[str, str]]:
