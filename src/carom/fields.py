@@ -37,6 +37,7 @@ __all__ = [
     "Model",
     "Number",
     "Positive",
+    "Rate",
     "SignedCoefficient",
     "Vector",
     "said_of",
@@ -89,6 +90,7 @@ Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
 Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
 Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
+Rate = Friction
 SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
 # JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
 _InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")

@@ -28,6 +28,7 @@ from carom.fields import (
     Model,
     Number,
     Positive,
+    Rate,
     SignedCoefficient,
     Vector,
 )
@@ -50,6 +51,9 @@ __all__ = [
     "steps_to_cover",
 ]
 
+#: Coefficients of friction, which a scene and its arrays have under one name.
+_OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
+
 #: What a file may hold of each; a scene that a program makes may have more.
 MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
 
@@ -70,6 +74,7 @@ class Need(StrEnum):
     IMMOVABLE = "immovable discs"
     RESTITUTION = "restitution below 1"
     GRAVITY = "gravity"
+    DAMPING = "damping"
     SPIN = "spinning discs"
     FRICTION = "friction"
     TANGENTIAL_RESTITUTION = "tangential restitution"
@@ -135,11 +140,13 @@ class Scene(Drawn, Model):
             turns it round. It says nothing where there is no friction.
         wall_tangential_restitution: The same between any disc and any wall.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
+        damping_per_s: Rate c of linear damping, 0 or more, a second: between impacts velocities and spins of all discs
+            fall as ``exp(-c t)``. Not together with gravity. See `docs/damping.md`.
         duration_s: How long the scene is simulated, seconds, above 0.
         frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
     """
 
-    left_out = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
+    left_out = (*_OF_FRICTION, "damping_per_s")
 
     # Control characters would reach terminals and reports as they are.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
@@ -153,6 +160,7 @@ class Scene(Drawn, Model):
     tangential_restitution: SignedCoefficient = 0.0
     wall_tangential_restitution: SignedCoefficient = 0.0
     gravity_m_s2: Vector = (0.0, 0.0)
+    damping_per_s: Rate = 0.0
     duration_s: Positive
     frame_rate_hz: Positive = 60.0
 
@@ -161,10 +169,12 @@ class Scene(Drawn, Model):
 
         Raises:
             SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain; or sizes span more
-                than `carom.limits` allows.
+                than `carom.limits` allows; or the scene has damping and gravity.
         """
         start = self.arrays
         problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
+        if self.damping_per_s and self.gravity_m_s2 != (0.0, 0.0):
+            problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with gravity, got {self.damping_per_s}"))
         found, more = start.overlaps("discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
@@ -187,7 +197,7 @@ class Scene(Drawn, Model):
             wall_restitution=self.wall_restitution,
             spin_rad_s=np.array([disc.spin_rad_s for disc in discs]),
             inertia_factor=np.array([disc.inertia_factor for disc in discs]),
-            **{name: getattr(self, name) for name in self.left_out},
+            **{name: getattr(self, name) for name in _OF_FRICTION},
         )
 
     def _wall_materials(self) -> tuple[Material, ...] | None:
@@ -222,6 +232,11 @@ class Scene(Drawn, Model):
         return {**state, "__dict__": fields}
 
     @property
+    def undamped(self) -> Self:
+        """The scene without its damping: itself, if it has none."""
+        return self.model_copy(update={"damping_per_s": 0.0}) if self.damping_per_s else self
+
+    @property
     def needs(self) -> frozenset[Need]:
         """What this scene asks of a method, to be held against what the method declares."""
         start = self.arrays
@@ -236,6 +251,7 @@ class Scene(Drawn, Model):
             Need.IMMOVABLE: any(disc.immovable for disc in self.discs),
             Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
+            Need.DAMPING: self.damping_per_s > 0.0,
             Need.SPIN: any(disc.spin_rad_s for disc in self.discs),
             Need.FRICTION: start.rubs,
             Need.TANGENTIAL_RESTITUTION: (start.rubs_discs and self.tangential_restitution != 0.0)

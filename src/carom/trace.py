@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.damping import Damping
 from carom.display import Tabular
 from carom.equality import ByValue
 
@@ -286,6 +287,7 @@ class Flight(ByValue):
         position_m: Where, shape ``(2,)``.
         velocity_m_s: How fast the disc is then, shape ``(2,)``.
         pull_m_s2: The gravity that acts on it, shape ``(2,)``.
+        damping: What slows it down.
     """
 
     disc: int
@@ -295,10 +297,11 @@ class Flight(ByValue):
     position_m: NDArray[np.float64]
     velocity_m_s: NDArray[np.float64]
     pull_m_s2: NDArray[np.float64]
+    damping: Damping
 
     def at(self, time_s: float) -> NDArray[np.float64]:
         """Return where the disc is at a time."""
-        flown = time_s - self.begin_s
+        flown = self.damping.undamped(time_s - self.begin_s)
         place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
         return place
 
@@ -309,17 +312,21 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
     place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
     velocity = [np.array(disc.velocity_m_s, dtype=np.float64) for disc in discs]
     pull = [np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2) for disc in discs]
-    since = [0.0] * len(discs)
+    since, damping = [0.0] * len(discs), Damping(trace.scene.damping_per_s)
+
+    def flight_of(disc: int, impact: int, end_s: float) -> Flight:
+        return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
+
     for k, impact in enumerate(trace.impacts):
         for side in ("first", "second"):
             disc = int(impact[side])
             if disc >= 0:
-                flight = Flight(disc, k, since[disc], float(impact["time_s"]), place[disc], velocity[disc], pull[disc])
+                flight = flight_of(disc, k, float(impact["time_s"]))
                 yield flight
                 place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
                 velocity[disc] = impact[f"velocity_{side}_after"]
     for disc in range(len(discs)):
-        yield Flight(disc, count, since[disc], trace.end_time_s, place[disc], velocity[disc], pull[disc])
+        yield flight_of(disc, count, trace.end_time_s)
 
 
 def kinetic_energy(

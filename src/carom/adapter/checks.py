@@ -91,6 +91,8 @@ def require_sound(
     for field, value in (("friction", scene.friction), ("wall_friction", scene.wall_friction)):
         if not 0 <= value < math.inf:
             raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
+    if not 0 <= scene.damping_per_s < math.inf:
+        raise AdapterError(f"{engine}: damping_per_s must be a number, 0 or more, got {scene.damping_per_s}")
     if not all(map(math.isfinite, scene.gravity_m_s2)):
         raise AdapterError(f"{engine}: gravity_m_s2 must be finite, got {scene.gravity_m_s2}")
 
@@ -112,6 +114,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         (Need.WALL_MATERIALS, capabilities.wall_materials),
         (Need.IMMOVABLE, capabilities.immovable_discs),
         (Need.GRAVITY, capabilities.gravity),
+        (Need.DAMPING, capabilities.damping),
         (Need.SPIN, capabilities.spin),
         (Need.FRICTION, capabilities.friction[1] > 0.0),
         (Need.TANGENTIAL_RESTITUTION, capabilities.tangential_restitution),

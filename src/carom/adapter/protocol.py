@@ -91,6 +91,7 @@ class Capabilities:
         wall_materials: Whether walls can have a restitution and friction of their own.
         immovable_discs: Discs of infinite mass.
         gravity: Uniform gravity.
+        damping: Linear damping of velocities and spins, by the scene's law.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
         restitution_combine: Which coefficients of discs and of walls come out as asked for in one scene: a rule of
             `carom.adapter.checks.COMBINE_RULES`; "pair" for any.
@@ -146,6 +147,7 @@ class Capabilities:
     segments: bool = False
     arcs: bool = False
     wall_materials: bool = False
+    damping: bool = False
 
 
 @dataclass(frozen=True)

@@ -42,6 +42,7 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         "discs": discs,
         "walls": walls,
         "gravity_m_s2": _times(scene.gravity_m_s2, speed / time),
+        "damping_per_s": scene.damping_per_s / time,
         "duration_s": scene.duration_s * time,
         "frame_rate_hz": scene.frame_rate_hz / time,
     }

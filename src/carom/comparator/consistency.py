@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from carom.comparator.scales import Scales, largest, own_scales_of
 from carom.comparator.thresholds import THRESHOLDS
-from carom.scene import Wall
+from carom.damping import Damping
+from carom.scene import Scene, Wall
 from carom.trace import Trace, rim_speeds, velocities, wall_index
 
 __all__ = ["Consistency", "Slip", "consistency_of"]
@@ -145,13 +146,14 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
         leaving = np.concatenate([[disc.velocity_m_s], departures[rows]])
         arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
         place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
-        change = arriving - leaving
+        lasted = np.diff(time)
+        kept, flown_s = _damped(trace.scene, lasted)
+        change = arriving - leaving * kept[:, None]
         spun = np.abs(
             np.concatenate([rims_arriving[rows], rims_end[[number]]])
-            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]])
+            - np.concatenate([start.surface_speed_m_s[[number]], rims_leaving[rows]]) * kept
         )
-        lasted = np.diff(time)
-        moved = _off_path(place, leaving * lasted[:, None])
+        moved = _off_path(place, leaving * flown_s[:, None])
         allowed = trace.dt_s * np.concatenate([[0.0], closing[own], [0.0]])
         gx, gy = (0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2
         pull = math.hypot(gx, gy)
@@ -171,6 +173,15 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
         flights["spun"] = np.where(followed, spun, math.nan)
         flights["moved"] = np.where(followed, distance, math.nan)
         yield flights
+
+
+def _damped(scene: Scene, lasted: Array) -> tuple[Array, Array]:
+    """What is left of speeds after some seconds, over them, and how long undamped discs would take as far."""
+    if not scene.damping_per_s:
+        return np.ones_like(lasted), lasted
+    damping = Damping(scene.damping_per_s)
+    seconds = lasted.tolist()
+    return np.array([damping.kept(time) for time in seconds]), np.array([damping.undamped(time) for time in seconds])
 
 
 def _turning_times(trace: Trace) -> Array:

@@ -125,7 +125,8 @@ def first_group(reference: Trace) -> Group | None:
         for side, speed in zip(("first", "second"), rims, strict=True):
             if impact[side] >= 0:
                 rim[impact[side]] = speed
-    motion = np.array([(*flights[disc].velocity_m_s, rim[disc]) for disc in sorted(discs)])
+    slowed = [flights[disc].damping.kept(time_s - flights[disc].begin_s) for disc in range(len(scene.discs))]
+    motion = np.array([(*flights[disc].velocity_m_s, rim[disc]) * np.array(slowed[disc]) for disc in sorted(discs)])
     return Group(time_s, tuple(sorted(discs)), kept, motion)
 
 

@@ -149,13 +149,16 @@ class _Bodies:
 
 
 def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
-    """Score each impact of a trace from the trace's own state before it: of straight paths, so none under gravity."""
+    """Score each impact of a trace from the trace's own state before it.
+
+    That is done of straight paths, so of none under gravity or with damping.
+    """
     impacts, state = trace.impacts, own_states(trace)
     start, bodies = state["time_s"], _Bodies.of(trace, state)
     (p1, p2), (v1, v2) = bodies.position, bodies.velocity
     # Of an impact without finite numbers there is nothing to be worked out; the verdict says that by name.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
-    known &= not any(trace.scene.gravity_m_s2)
+    known &= not any(trace.scene.gravity_m_s2) and not trace.scene.damping_per_s
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _entry(bodies, pairs)

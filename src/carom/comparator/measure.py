@@ -139,7 +139,7 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
         position, velocity = float(np.max(ends[0])) / scales.length_m, float(np.max(ends[1])) / scales.speed_m_s
         spin = float(np.max(ends[2])) / scales.rim_m_s
     # Where the reference's end is no answer, it is an answer still that elastic, smooth impacts alone conserve energy.
-    conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY, Need.FRICTION}
+    conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION}
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(
         alignment=alignment,

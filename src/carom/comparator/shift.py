@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from carom.comparator.finite import not_finite
+from carom.damping import Damping
 from carom.errors import InputError, SceneError
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
@@ -93,27 +94,31 @@ def begun_earlier(scene: Scene, by_s: float) -> Scene:
 
 def _nothing_meets(scene: Scene, shift_s: float) -> bool:
     """Whether nothing meets between the start and `shift_s` after it, or before it where that is negative."""
-    if shift_s < 0:  # the path before the start, run backwards; a parabola is the same one either way
-        back = [(d.position_m, (-d.velocity_m_s[0], -d.velocity_m_s[1])) for d in scene.discs]
+    # A damped path is the undamped one, as far as it leads in that time: so it is run backwards, too.
+    flown_s, scene = Damping(scene.damping_per_s).undamped(shift_s), scene.undamped
+    if flown_s < 0:  # the path before the start, run backwards; a parabola is the same one either way
+        back = [(d.position_m, (-d.velocity_m_s[0], -d.velocity_m_s[1]), d.spin_rad_s) for d in scene.discs]
         scene = _with_states(scene, back)
-    return len(solve_pic(scene, max_impacts=1, until_s=abs(shift_s)).impacts) == 0
+    return len(solve_pic(scene, max_impacts=1, until_s=abs(flown_s)).impacts) == 0
 
 
 def _shifted(scene: Scene, shift_s: float) -> Scene:
     """Return the scene as it stands `shift_s` after its start if nothing meets before, its end where it was."""
     gx, gy = scene.gravity_m_s2
+    damping = Damping(scene.damping_per_s)
+    flown_s, kept = damping.undamped(shift_s), damping.kept(shift_s)
     states = []
     for disc in scene.discs:
         (x, y), (u, v) = disc.position_m, disc.velocity_m_s
-        place = (x + u * shift_s + 0.5 * gx * shift_s * shift_s, y + v * shift_s + 0.5 * gy * shift_s * shift_s)
-        states.append((place, (u + gx * shift_s, v + gy * shift_s)))
+        place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
+        states.append((place, (u * kept + gx * shift_s, v * kept + gy * shift_s), disc.spin_rad_s * kept))
     return _with_states(scene, states, duration_s=scene.duration_s - shift_s)
 
 
-def _with_states(scene: Scene, states: Iterable[tuple[Vector, Vector]], **fields: float) -> Scene:
-    """Return the scene with other places and velocities of its movable discs, and other fields."""
+def _with_states(scene: Scene, states: Iterable[tuple[Vector, Vector, float]], **fields: float) -> Scene:
+    """Return the scene with other places, velocities and spins of its movable discs, and other fields."""
     discs = [
-        disc if disc.immovable else {**dict(disc), "position_m": place, "velocity_m_s": velocity}
-        for disc, (place, velocity) in zip(scene.discs, states, strict=True)
+        disc if disc.immovable else {**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin}
+        for disc, (place, velocity, spin) in zip(scene.discs, states, strict=True)
     ]
     return Scene(**{**dict(scene), "discs": discs, **fields})

@@ -25,6 +25,7 @@ export const NOT_PORTED = {
   "walls of edges, arcs or circles": (scene) => (scene.walls ?? []).some((wall) => !("normal" in wall)),
   "walls of their own material": (scene) =>
     (scene.walls ?? []).some((wall) => wall.restitution != null || wall.friction != null),
+  damping: (scene) => (scene.damping_per_s ?? 0) !== 0,
   "numbers of extreme size": (scene) => numbersOf(scene).some(extreme),
 };
 const KNOWN = {
@@ -40,6 +41,7 @@ const KNOWN = {
     "tangential_restitution",
     "wall_tangential_restitution",
     "gravity_m_s2",
+    "damping_per_s",
     "duration_s",
     "frame_rate_hz",
   ],

@@ -113,6 +113,7 @@ _SAID = {
     "wall_materials": ("walls of their own restitution or friction", ""),
     "immovable_discs": ("immovable discs", ""),
     "gravity": ("gravity", ""),
+    "damping": ("damping", ""),
     "spin": ("spin", ""),
     "restitution": ("restitution", ""),
     "restitution_threshold_m_s": ("inelastic up to", " m/s"),

@@ -7,12 +7,13 @@ jump.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.trace import Trace, free_flights
+from carom.trace import Flight, Trace, free_flights
 
 __all__ = ["SHARPNESS", "Track", "Turning", "observed_tracks", "reference_tracks", "turnings"]
 
@@ -103,10 +104,26 @@ def reference_tracks(trace: Trace) -> tuple[Track, ...]:
     places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
     pulls = [np.zeros(2) for _ in discs]
     for flight in free_flights(trace):
-        times[flight.disc].append(flight.end_s)
-        places[flight.disc].append(flight.at(flight.end_s))
+        for time_s in _knots(flight):
+            times[flight.disc].append(time_s)
+            places[flight.disc].append(flight.at(time_s))
         pulls[flight.disc] = flight.pull_m_s2
     return tuple(Track(np.array(times[k]), np.array(places[k]), pulls[k]) for k in range(len(discs)))
+
+
+def _knots(flight: Flight) -> list[float]:
+    """Return the times at which a flight is told, the last its end: with damping, as many as even steps between need.
+
+    A disc between two knots that are h apart is off by up to c v h^2 / 8, which is to be no more than `SHARPNESS` of
+    the way of the flight. Where less than that is left of the way, it is drawn at rest.
+    """
+    lasted, rate = flight.end_s - flight.begin_s, flight.damping.per_s
+    way, begun = flight.damping.undamped(lasted), flight.begin_s
+    if not rate * lasted > SHARPNESS:
+        return [flight.end_s]
+    moved = min(lasted, -math.log(SHARPNESS) / rate)
+    count = math.ceil(moved * math.sqrt(rate / (8.0 * SHARPNESS * way)))
+    return [*(begun + moved * k / count for k in range(1, count)), flight.end_s]
 
 
 def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:

@@ -11,6 +11,7 @@ from types import MappingProxyType, ModuleType
 from carom.errors import UnknownNameError
 from carom.scene import Scene
 from carom.scenes import (
+    contact,
     engines,
     gravity,
     in_line,
@@ -37,7 +38,7 @@ _TAG_PREFIX = "tag:"
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
 _ON_REQUEST = (
     *(issues_pairs, issues_walled, issues_falling, issues_rough, issues_seams, issues_thin),
-    *(spin, tables, engines),
+    *(spin, tables, contact, engines),
 )
 
 

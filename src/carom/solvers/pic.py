@@ -36,13 +36,21 @@ _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64
 
 
 def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
-    """Return a run of a scene by PIC, of any gravity, that can be taken forward in pieces.
+    """Return a run of a scene by PIC, of any gravity or damping, that can be taken forward in pieces.
 
     Solving for `all_pairs`, as without the extension, changes no result.
     """
 
     def make(start: Start, units: Units) -> Run:
-        asked = asdict(options.in_units(units))
+        if not scene.damping_per_s:
+            return undamped(start, options.in_units(units))
+        from carom.solvers.damped import DampedRun, damping_in, undamped_options
+
+        damping = damping_in(units, scene.damping_per_s)
+        return DampedRun(undamped(start, undamped_options(options.in_units(units), damping)), damping)
+
+    def undamped(start: Start, options: RunOptions) -> Run:
+        asked = asdict(options)
         if start.gravity_m_s2 != (0.0, 0.0):
             from carom.solvers.falling.run import BallisticRun
 
@@ -54,7 +62,7 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
         return AllPairsRun(start, **asked)
 
-    run: Run = run_in_ordinary_units(scene, make)
+    run: Run = run_in_ordinary_units(scene.undamped, make)
     return run
 
 
@@ -86,14 +94,15 @@ def solve_pic(
         The trace. Its final state is that at the end, or at the last impact where the run ended before.
 
     Raises:
-        InputError: An option is outside its range, or not there under gravity.
+        InputError: An option is outside its range, or not there under gravity or with damping.
     """
     if isinstance(scene, str):
         scene = as_scene(scene)
     request = Request.checked(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
-    alone = len(scene.discs) == 2 and not scene.walls and scene.gravity_m_s2 == (0.0, 0.0)
+    straight = scene.gravity_m_s2 == (0.0, 0.0) and not scene.damping_per_s
+    alone = len(scene.discs) == 2 and not scene.walls and straight
     if request.is_plain and alone and not scene.arrays.turns:
         trace = _solve_two_discs(scene, request.end_s) if extension_available() else None
         if trace is not None:

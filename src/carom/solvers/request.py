@@ -44,11 +44,12 @@ class Request(NamedTuple):
         """Check the arguments of `carom.solve_pic`.
 
         Raises:
-            InputError: An argument is outside its range, or not there under gravity; the message names it.
+            InputError: An argument is outside its range, or not there under gravity or with damping; it is named.
         """
         options = RunOptions.of(record, window_s, contact_duration_s)
-        if options.contact_duration_s and scene.gravity_m_s2 != (0.0, 0.0):
-            raise InputError(f"contact_duration_s must be 0 in a scene with gravity, got {options.contact_duration_s}")
+        bends = "gravity" if scene.gravity_m_s2 != (0.0, 0.0) else "damping" if scene.damping_per_s else ""
+        if options.contact_duration_s and bends:
+            raise InputError(f"contact_duration_s must be 0 in a scene with {bends}, got {options.contact_duration_s}")
         return cls(
             scene.duration_s if until_s is None else _until(scene, until_s),
             None if max_impacts is None else count("max_impacts", max_impacts),

@@ -68,6 +68,10 @@ class Units(NamedTuple):
         """Return a time given in these units, in seconds."""
         return _times_power(time, self.time)
 
+    def a_second(self, rate: float) -> float:
+        """Return a rate given a second, in these units."""
+        return _times_power(rate, self.time)
+
     def metres(self, lengths: Array) -> Array:
         """Return lengths given in these units, in metres."""
         return np.ldexp(lengths, self.length)

@@ -22,7 +22,7 @@ HERE = Path(__file__).parent
 #: Enough of the impacts of the longest scenes.
 MOST = 2000
 #: All that the JavaScript refuses, by the names that it says.
-REFUSED = {"walls of edges, arcs or circles", "walls of their own material", "numbers of extreme size"}
+REFUSED = {"walls of edges, arcs or circles", "walls of their own material", "damping", "numbers of extreme size"}
 
 Job = tuple[carom.Scene, str]
 
@@ -100,12 +100,14 @@ def test_what_is_refused_stands_in_one_list() -> None:
     for (scene, _), got in zip(jobs, _of_javascript(jobs), strict=True):
         assert set(got.get("refused", ())) <= REFUSED, scene.name
         ported = all(isinstance(wall, carom.Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
+        ported &= not scene.damping_per_s
         assert ("refused" in got) == (not ported), scene.name
 
 
 @pytest.mark.parametrize(
     ("change", "name"),
     [
+        ({"damping_per_s": 0.5}, "damping"),
         ({"walls": [{"points_m": [[-1.0, -3.0], [1.0, -3.0]]}]}, "walls of edges, arcs or circles"),
         (
             {"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "restitution": 0.5}]},

@@ -108,6 +108,7 @@ TAGS = {
     "spin/english-stick": "two-bodies",
     "tables/stadium-rhombus": "chain two-bodies unstable walls",
     "tables/end-missed": "no-impact two-bodies walls",
+    "contact/damped-stop": "in-line no-impact two-bodies walls",
     "engines/film": "fast two-bodies",
     "engines/near-miss": "no-impact two-bodies",
     "engines/gas-of-25": "chain conserved walls",

@@ -50,13 +50,16 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
-        InputError: The scene has immovable discs under gravity, or walls that are no half-planes or have coefficients
-            of their own; or an option is outside its range.
+        InputError: The scene has damping, or immovable discs under gravity, or walls that are no half-planes or have
+            coefficients of their own; or an option is outside its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
         scene = as_scene(scene)
     scene.arrays.half_planes("a certified run")
+    if scene.damping_per_s:
+        message = f"damping_per_s is {scene.damping_per_s}: a certified run does not support damping; solve_pic does"
+        raise InputError(message)
     _refuse_quartics(scene)
     require_compiled("certify")
     try:

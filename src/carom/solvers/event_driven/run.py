@@ -66,9 +66,9 @@ class EventDrivenRun:
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity, or walls of more sides and vertices than can be numbered; discs given as
-            arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene; the
-            message names what differs.
+        InputError: The scene has gravity or damping, or walls of more sides and vertices than can be numbered; discs
+            given as arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene;
+            the message names what differs.
         MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 

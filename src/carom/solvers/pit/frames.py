@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.solvers.pit.clock import FrameClock
-    from carom.solvers.run import Start
+    from carom.solvers.run import RunImpacts, Start
 
 __all__ = ["PlainFrameLoop"]
 
@@ -53,13 +53,18 @@ class PlainFrameLoop:
         looked_at = {"frames_looked_at": self.frames, "frames_skipped": 0}
         return {"frames": self.frames, **looked_at, "pair_tests": self.frames * tests}
 
+    @property
+    def recorded(self) -> RunImpacts:
+        """The impacts so far, as a run shows them."""
+        return self.log
+
     def run(self, until: int, most: int, work: float) -> None:  # noqa: ARG002 - all are asked after every frame
         """Move every disc to the next frame, and test for interference there."""
         bodies, log, n = self.bodies, self.log, len(self.bodies)
         if self.frames > 0:
-            frame_s = self.clock.time_s(self.frames)
+            moved_s = self._moved_s()
             for i in range(n):
-                bodies.move_to(i, frame_s)
+                bodies.move_to(i, moved_s)
         for i in range(n):
             for j in range(i + 1, n):
                 if bodies.pair_approaches_and_overlaps(i, j) and not bodies.are_parting(i, j):
@@ -80,6 +85,10 @@ class PlainFrameLoop:
     def velocities(self, time: float) -> NDArray[np.float64]:
         """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
         return self.bodies.velocities_at(time)
+
+    def _moved_s(self) -> float:
+        """Return how long discs without damping take to where they are at the next frame."""
+        return self.clock.time_s(self.frames)
 
     def present_spins(self) -> NDArray[np.float64] | None:
         """Return the spins, radians a second, shape ``(n,)``; None where nothing turns."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.damping import UNDAMPED, Damping
 from carom.extension import Patience, extension_available, extension_notes
 from carom.scene import Scene, as_scene
 from carom.solvers.options import require_goal
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from carom.solvers.pit import frame_loop
     from carom.solvers.run import Progress, Start
-    from carom.solvers.units import RunInUnits
+    from carom.solvers.units import RunInUnits, Units
 
 __all__ = ["PATIENCE", "FrameRun", "pit_run", "solve_pit"]
 
@@ -46,6 +47,7 @@ class FrameRun:
         clock: When they are.
         notes: What a user should know of how the run was done.
         edges_of: With finite walls, what finds the edges that recorded impacts of the compiled loop were on.
+        damping: What slows the discs of the loop down.
     """
 
     def __init__(
@@ -54,16 +56,18 @@ class FrameRun:
         clock: FrameClock,
         notes: tuple[str, ...] = (),
         edges_of: NearestEdges | None = None,
+        damping: Damping = UNDAMPED,
     ) -> None:
         self.clock = clock
         self.log = (
-            loop.log
+            loop.recorded
             if isinstance(loop, PlainFrameLoop)
             else RecordedImpacts(loop, loop.present_spins() is not None, edges_of)
         )
         self.time_s = 0.0
         self.notes = notes
         self._loop = loop
+        self._damping = damping
 
     @property
     def frames(self) -> int:
@@ -101,15 +105,17 @@ class FrameRun:
 
     def positions(self) -> NDArray[np.float64]:
         """Return the centres now, metres, shape ``(n, 2)``."""
-        return self._loop.positions(self.time_s)
+        return self._loop.positions(self._damping.undamped(self.time_s))
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
-        return self._loop.velocities(self.time_s)
+        undamped_s = self._damping.undamped(self.time_s)
+        return self._loop.velocities(undamped_s) * self._damping.kept(self.time_s)
 
     def spins(self) -> NDArray[np.float64] | None:
         """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
-        return self._loop.present_spins()
+        spins = self._loop.present_spins()
+        return None if spins is None else spins * self._damping.kept(self.time_s)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
@@ -135,7 +141,9 @@ class FrameRun:
 
 
 def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
-    """Return a PIT run at the start of a scene: compiled, or under gravity and without the extension the definition.
+    """Return a PIT run at the start of a scene: compiled, or else the definition.
+
+    The definition runs under gravity, with damping, and without the extension.
 
     Args:
         scene: The scene.
@@ -143,9 +151,17 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
         skipping: Whether to leave out tests that can find nothing; the result is the same to the bit. The definition
             leaves none out.
     """
-    run: FrameRun | RunInUnits = run_in_ordinary_units(
-        scene, lambda start, units: _pit_run(start, clock.in_units(units), skipping)
-    )
+
+    def make(start: Start, units: Units) -> FrameRun:
+        by_clock = clock.in_units(units)
+        if not scene.damping_per_s:
+            return _pit_run(start, by_clock, skipping)
+        from carom.solvers.damped import DampedFrameLoop, damping_in
+
+        damping = damping_in(units, scene.damping_per_s)
+        return FrameRun(DampedFrameLoop(start, by_clock, damping), by_clock, damping=damping)
+
+    run: FrameRun | RunInUnits = run_in_ordinary_units(scene.undamped, make)
     return run
 
 

@@ -15,6 +15,7 @@ from carom.physics.friction import ContactFriction, pair_tangential_impulse, tan
 from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
 from carom.physics.wall_time import wall_time
+from carom.scene import Scene
 from carom.solvers.impact.resolution import (
     are_told_apart,
     clock_resolution,
@@ -40,11 +41,16 @@ Vector = tuple[float, float]
 
 
 def require_supported(start: Start, solver: str) -> None:
-    """Refuse a scene with gravity.
+    """Refuse a scene with gravity, or with damping.
 
     Raises:
-        InputError: The scene has gravity.
+        InputError: The scene has gravity or damping.
     """
+    if isinstance(start, Scene) and start.damping_per_s:
+        raise InputError(
+            f"damping_per_s is {start.damping_per_s}: {solver} does not support damping; "
+            "solve_pic and solve_pit do, or set it to 0"
+        )
     if start.gravity_m_s2 != (0.0, 0.0):
         raise InputError(
             f"gravity_m_s2 is {start.gravity_m_s2}: {solver} does not support gravity yet; "

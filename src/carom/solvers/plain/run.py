@@ -39,7 +39,7 @@ class AllPairsRun:
     The arguments are those of `EventDrivenRun`.
 
     Raises:
-        InputError: The scene has gravity, or an option is outside its range.
+        InputError: The scene has gravity or damping, or an option is outside its range.
     """
 
     #: Infinity where time is never counted anew.

@@ -72,7 +72,7 @@ def true_motion(scene: Scene, *, most_impacts: int = 1000) -> TrueMotion:
         UndecidedError: The scene has gravity, friction or more impacts than `most_impacts`, or its order can't be
             decided.
     """
-    beyond = sorted(scene.needs & {Need.GRAVITY, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
+    beyond = sorted(scene.needs & {Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
     if beyond:
         raise UndecidedError(f"the true motion under {' and '.join(beyond)} is not worked out here")
     rough, fine = (_Motion(scene, digits) for digits in (DIGITS, 2 * DIGITS))

@@ -1,0 +1,230 @@
+"""Runs with damping: what they are beside the runs without, and what is refused."""
+
+from __future__ import annotations
+
+import copy
+import math
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.drawn import drawn
+from tests.stage import disc_at, staged, wall_at
+
+import carom
+from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
+from carom.adapter import Capabilities, Need, unsupported_reason
+from carom.errors import InputError
+from carom.solvers.pic import pic_run
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
+from carom.trace import free_flights
+
+RATES = st.sampled_from([0.01, 0.4, 1.0])
+SCENES = st.integers(0, 9_999).map(
+    lambda number: drawn("anywhere", number, rough=number % 2 == 1).model_copy(update={"duration_s": 3.0})
+)
+
+
+def box(**more: float) -> Scene:
+    """Return two discs that spin, in a box with friction, which meet each other and the walls some times."""
+    given = {"duration_s": 3.0, "restitution": 0.9, "wall_restitution": 0.8, "friction": 0.3, "wall_friction": 0.2}
+    one = Disc(position_m=(-1.0, 0.1), velocity_m_s=(3.0, 1.0), radius_m=0.5, spin_rad_s=2.0)
+    two = Disc(position_m=(1.0, -0.2), velocity_m_s=(-1.0, 2.0), radius_m=0.5, mass_kg=2.0)
+    walls = [wall_at(-3, 0, 1, 0), wall_at(3, 0, -1, 0), wall_at(0, -3, 0, 1), wall_at(0, 3, 0, -1)]
+    return staged("box", one, two, *walls, **(given | more))
+
+
+@settings(max_examples=60, deadline=None)
+@given(SCENES, RATES)
+def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: float) -> None:
+    """PIC with damping has the impacts of PIC without, up to as far as discs get, later and slowed by the law."""
+    damped = scene.model_copy(update={"damping_per_s": rate})
+    end = -math.expm1(-rate * scene.duration_s) / rate
+    plain, trace = solve_pic(scene, until_s=end), solve_pic(damped)
+    count = len(trace.impacts)
+    assert abs(count - len(plain.impacts)) <= np.sum(plain.impacts["time_s"] > end * (1 - 1e-12))
+    plain_times = plain.impacts["time_s"][:count]
+    assert trace.impacts["time_s"] == pytest.approx(-np.log1p(-rate * plain_times) / rate, rel=1e-14)
+    kept = (1.0 - rate * plain_times)[:, None]
+    for name in ("velocity_first_before", "velocity_second_before", "velocity_first_after", "velocity_second_after"):
+        assert trace.impacts[name] == pytest.approx(plain.impacts[name][:count] * kept, rel=1e-14)
+    assert trace.impacts["normal"].tobytes() == plain.impacts["normal"][:count].tobytes()
+
+
+@settings(max_examples=40, deadline=None)
+@given(SCENES, RATES)
+def test_between_impacts_discs_move_by_the_law(scene: Scene, rate: float) -> None:
+    """From impact to impact a disc's velocity falls as exp(-c t), and its own flights lead to where it ends."""
+    trace = solve_pic(scene.model_copy(update={"damping_per_s": rate}))
+    if trace.outcome is not Outcome.COMPLETED:
+        return
+    for flight in free_flights(trace):
+        kept = math.exp(-rate * (flight.end_s - flight.begin_s))
+        expected = flight.velocity_m_s * kept
+        if flight.impact == len(trace.impacts):
+            found = trace.final_velocity_m_s[flight.disc]
+            assert flight.at(flight.end_s) == pytest.approx(trace.final_position_m[flight.disc], abs=1e-11)
+        else:
+            impact = trace.impacts[flight.impact]
+            found = impact["velocity_first_before" if impact["first"] == flight.disc else "velocity_second_before"]
+        assert found == pytest.approx(expected, rel=1e-11, abs=1e-13)
+
+
+def test_spins_fall_as_velocities_do() -> None:
+    """A disc that meets nothing ends with exp(-c T) of velocity and spin, by PIC and by PIT."""
+    scene = staged(
+        "alone",
+        Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=1, spin_rad_s=3),
+        duration_s=2.0,
+        damping_per_s=0.7,
+    )
+    for trace in (solve_pic(scene), solve_pit(scene)):
+        assert trace.final_spin_rad_s is not None
+        assert trace.final_spin_rad_s[0] == pytest.approx(3 * math.exp(-1.4), rel=1e-15)
+        assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 * math.exp(-1.4), 0.0], rel=1e-15)
+        assert trace.final_position_m[0].tolist() == pytest.approx([2 * (1 - math.exp(-1.4)) / 0.7, 0.0], rel=1e-15)
+
+
+def test_pieces_change_no_bit() -> None:
+    """A run that is taken in pieces ends with the impacts and the state of one that is not, PIC's and PIT's."""
+    scene = box(damping_per_s=0.4)
+    for make in (pic_run, lambda scene: pit_run(scene, FrameClock.at_rate(60.0))):
+        whole, pieces = make(scene), make(scene)
+        whole.advance_to(3.0)
+        for time_s in (0.1, 0.1, 0.7, 1.9, 3.0):
+            pieces.advance_to(time_s)
+            assert pieces.time_s == time_s
+        assert len(whole.log) > 3
+        assert pieces.log.array().tobytes() == whole.log.array().tobytes()
+        for one, other in ((pieces.positions(), whole.positions()), (pieces.velocities(), whole.velocities())):
+            assert one.tobytes() == other.tobytes()
+        spins, others = pieces.spins(), whole.spins()
+        assert spins is not None
+        assert others is not None
+        assert spins.tobytes() == others.tobytes()
+
+
+def test_pit_reports_the_instants_of_its_frames() -> None:
+    """An impact of PIT stands at a frame, to the bit, and is late by less than one where nothing went before."""
+    scene = box(damping_per_s=0.4)
+    first, found = solve_pic(scene).impacts[0], solve_pit(scene, frame_rate_hz=60.0).impacts
+    assert set(found["time_s"].tolist()) <= {k / 60.0 for k in range(181)}
+    assert 0.0 <= found["time_s"][0] - first["time_s"] < 1 / 60
+
+
+@pytest.mark.parametrize("frames", [240, 960, 3840])
+def test_pit_comes_to_pic_as_frames_come_closer(frames: int) -> None:
+    """Of one impact, velocities are off by no more than a frame of damping and of turning makes of them."""
+    pair = [disc_at(-2, 0, 3, 0), disc_at(2, 0.3, -1, 0)]
+    scene = staged("pair", *pair, duration_s=2.0, damping_per_s=0.4)
+    truth, found = solve_pic(scene).impacts, solve_pit(scene, frame_rate_hz=frames).impacts
+    assert len(truth) == len(found) == 1
+    # 4 m/s of closing turn the line of centres, 1 m long, by up to 4 rad/s; damping takes 0.4 of a speed a second.
+    most = 4.0 * (4.0 + 0.4) / frames
+    assert np.abs(found["velocity_first_after"] - truth["velocity_first_after"]).max() <= most
+
+
+def test_a_scene_without_damping_keeps_its_bits_and_its_file() -> None:
+    """At 0 the field is in no file, the scene is equal to one without, and no bit of a run changes."""
+    scene, named = box(), box(damping_per_s=0.0)
+    assert scene == named
+    assert "damping_per_s" not in named.model_dump()
+    assert "damping_per_s" in box(damping_per_s=0.1).model_dump()
+    assert solve_pic(scene).impacts.tobytes() == solve_pic(named).impacts.tobytes()
+    assert scene.undamped is scene
+    assert box(damping_per_s=0.1).undamped == scene
+    assert solve_pit(scene).counts["frames_looked_at"] < 181  # so it is the compiled form
+
+
+def test_samples_windows_and_numbers_of_impacts_are_those_of_the_clock() -> None:
+    """What is asked for by time is found at that time, to the last bit of it, and counts are the whole run's."""
+    scene = box(damping_per_s=0.4)
+    whole = solve_pic(scene, sample_times_s=[0.5, 1.5])
+    times = whole.impacts["time_s"].tolist()
+    assert whole.samples is not None
+    for k, time_s in enumerate((0.5, 1.5)):
+        until = solve_pic(scene, until_s=time_s)
+        assert until.end_time_s == time_s
+        assert whole.samples.position_m[k].tobytes() == until.final_position_m.tobytes()
+    window = solve_pic(scene, window_s=(times[1], times[-2]))
+    assert window.impacts.tobytes() == whole.impacts[1:-1].tobytes()
+    assert window.impacts_per_disc is not None
+    assert window.impacts_per_disc.tolist() == np.asarray(whole.impacts_per_disc).tolist()
+    first = solve_pic(scene, max_impacts=2)
+    assert first.outcome is Outcome.MAX_IMPACTS
+    assert first.end_time_s == times[1]
+    assert solve_pic(scene, until_s=times[2]).impacts.tobytes() == whole.impacts[:3].tobytes()
+
+
+def test_progress_is_told_in_time_of_the_clock() -> None:
+    """The last that a caller hears of time is no later than the scene's end, and beyond what undamped time reaches."""
+    heard = list[float]()
+    solve_pic(box(damping_per_s=2.0, duration_s=50.0), progress=lambda _, time_s: heard.append(time_s))
+    assert heard
+    assert max(heard) <= 50.0
+
+
+def test_a_run_without_end_ends_where_discs_come_to_rest() -> None:
+    """Taken to the end of time, a damped disc has gone v/c."""
+    scene = staged("alone", disc_at(0, 0, 3, 0), duration_s=1.0, damping_per_s=0.5)
+    run = pic_run(scene)
+    assert run.advance_to(math.inf) is Outcome.COMPLETED
+    assert run.positions()[0, 0] == pytest.approx(6.0, rel=1e-15)
+
+
+@pytest.mark.parametrize("power", [-300, 300])
+def test_units_beyond_ordinary_ones_change_no_bit(power: int) -> None:
+    """A scene in units of other powers of two, so large that a run has units of its own, has the same run."""
+    scene, unit = box(damping_per_s=0.4), 2.0**power
+    discs = [
+        Disc(**{**dict(d), "velocity_m_s": tuple(v / unit for v in d.velocity_m_s), "spin_rad_s": d.spin_rad_s / unit})
+        for d in scene.discs
+    ]
+    changed = {"discs": discs, "duration_s": scene.duration_s * unit, "damping_per_s": scene.damping_per_s / unit}
+    slow = Scene(**{**dict(scene), **changed, "frame_rate_hz": scene.frame_rate_hz / unit})
+    for solve in (solve_pic, solve_pit):
+        one, other = solve(scene).impacts, solve(slow).impacts
+        assert len(one) > 3
+        assert (one["time_s"] * unit).tobytes() == other["time_s"].tobytes()
+        assert (one["velocity_first_after"] / unit).tobytes() == other["velocity_first_after"].tobytes()
+
+
+def test_a_copy_keeps_its_damping() -> None:
+    """Copies, and what a scene is saved as, have the rate."""
+    scene = box(damping_per_s=0.4)
+    assert copy.deepcopy(scene) == scene == Scene(**scene.model_dump())
+    assert Need.DAMPING in scene.needs
+    assert Need.DAMPING not in box().needs
+
+
+@pytest.mark.parametrize("rate", [-0.1, math.nan, math.inf, "1"])
+def test_a_rate_that_is_none_is_refused(rate: float) -> None:
+    """A rate of damping is a finite number, 0 or more."""
+    with pytest.raises(SceneError, match="damping_per_s"):
+        box(damping_per_s=rate)
+
+
+def test_what_damping_does_not_go_with_is_refused() -> None:
+    """Gravity, the contact time of the TC model, the kernel by itself and certified runs say that there is none."""
+    with pytest.raises(SceneError, match=r"must be 0 in a scene with gravity, got 0\.4"):
+        staged("falls", disc_at(0, 0, 0, 0), duration_s=1.0, damping_per_s=0.4, gravity_m_s2=(0.0, -9.81))
+    scene = box(damping_per_s=0.4)
+    with pytest.raises(InputError, match="contact_duration_s must be 0 in a scene with damping"):
+        solve_pic(scene, contact_duration_s=0.1)
+    with pytest.raises(InputError, match="the event-driven kernel does not support damping"):
+        EventDrivenRun(scene)
+    with pytest.raises(InputError, match="a certified run does not support damping"):
+        carom.certify(scene)
+
+
+def test_an_adapter_that_does_not_declare_damping_is_skipped_by_name() -> None:
+    """The reason names damping; with it declared there is none."""
+    able = Capabilities(restitution=(0.0, 1.0), friction=(0.0, sys.float_info.max), spin=True, damping=True)
+    scene = box(damping_per_s=0.4)
+    assert unsupported_reason(scene, able, 0.01) == ""
+    reason = unsupported_reason(scene, replace(able, damping=False), 0.01)
+    assert reason == "the scene has damping, which this method does not support"
