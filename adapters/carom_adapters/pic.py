@@ -75,6 +75,7 @@ class PicAdapter:
         arcs=True,
         wall_materials=True,
         gravity=True,
+        damping=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.SOLVED,
         stamp=Stamp.INSTANT,

@@ -72,6 +72,7 @@ class PitAdapter:
         arcs=True,
         wall_materials=True,
         gravity=True,
+        damping=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.STEP,
         spin=True,

@@ -11,6 +11,9 @@ import math
 import sys
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
 __all__ = ["UNDAMPED", "Damping"]
 
 #: A product c t below this changes a time by less than half a unit in its last place: ``s = t (1 - c t / 2 + ...)``.
@@ -49,6 +52,24 @@ class Damping:
         if not abs(way) >= _NOTHING:  # NaN stays NaN
             return undamped_s
         return math.inf if way >= 1.0 else -math.log1p(-way) / self.per_s
+
+    def all_kept(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return `kept` of each of some times."""
+        return np.exp(-self.per_s * seconds)
+
+    def all_undamped(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return `undamped` of each of some times, 0 or more."""
+        way = self.per_s * seconds
+        return np.where(way >= _NOTHING, -np.expm1(-way) / (self.per_s or 1.0), seconds)
+
+    def all_damped(self, undamped_s: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return `damped` of each of some times, 0 or more; infinity for never."""
+        if not self.per_s:
+            return undamped_s
+        way = self.per_s * undamped_s
+        reached = np.where((way >= _NOTHING) & (way < 1.0), way, 0.0)
+        met = np.where(way >= _NOTHING, -np.log1p(-reached) / self.per_s, undamped_s)
+        return np.where(way >= 1.0, np.inf, met)
 
     def latest(self, seconds: float) -> float:
         """Return the greatest undamped time, 0 or more, that is no later than some seconds, 0 or more, by `damped`.

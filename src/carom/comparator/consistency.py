@@ -166,6 +166,8 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
             turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
         else:
             turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
+            # Steps that are straight end off a damped path by up to half a step of what damping takes of the velocity.
+            distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
         flights = np.empty(len(lasted), _FLIGHT_DTYPE)
         flights["disc"], flights["since_s"], flights["allowed"] = number, time[:-1], allowed[:-1] + allowed[1:]
@@ -195,7 +197,11 @@ def _turning_places(trace: Trace, turning: Array) -> Array:
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
-    flown = velocities(trace.impacts, "before") * (turning - state["time_s"])[:, None]
+    waited = turning - state["time_s"]
+    if trace.scene.damping_per_s:  # known is the velocity at the turn: seen from there the flight lies in the past
+        damping = Damping(trace.scene.damping_per_s)
+        waited = np.array([-damping.undamped(-seconds) for seconds in waited.tolist()])
+    flown = velocities(trace.impacts, "before") * waited[:, None]
     places: Array = np.stack([state["position_first"], state["position_second"]]) + flown
     return places
 

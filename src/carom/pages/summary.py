@@ -74,6 +74,8 @@ def _of_scene(scene: Scene) -> list[str]:
     laws += [f"{name.replace('_', ' ')} {_n(value)}" for name in rough if (value := getattr(scene, name))]
     if any(scene.gravity_m_s2):
         laws.append(f"gravity {_vector(scene.gravity_m_s2)} m/s²")
+    if scene.damping_per_s:
+        laws.append(f"damping {_n(scene.damping_per_s)} /s")
     heading = (
         f"Scene {_name(scene)}: {size}; {_n(scene.duration_s)} s at {_n(scene.frame_rate_hz)} frames a second",
         f"  {', '.join(laws)}",

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Contact, Observation
 from carom.comparator.finite import turned
+from carom.damping import Damping
 from carom.scene import Scene
 from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array
 
@@ -112,6 +113,7 @@ class ImpactCollector:
         self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
         self._gravity, self._pull = gravity_of(scene), math.hypot(*scene.gravity_m_s2)
+        self._damping = Damping(scene.damping_per_s)
         self._last = start
         self._last_s = 0.0
         self._open: dict[_Pair, _OpenContact] = {}
@@ -135,7 +137,7 @@ class ImpactCollector:
                 struck.update(self._movable(pair))
                 state = _state(pair, self._last_s, before if free else None)
                 self._done.append((self._next_number(), record, contact.time_s, state))
-            elif self._acted(contact, before, now):
+            elif self._acted(contact, before, now, time_s - self._last_s):
                 active[pair] = contact
         touched = Counter(body for pair in active for body in self._movable(pair))
         motion = {body: self._motion(before, body) for body in touched}
@@ -171,17 +173,25 @@ class ImpactCollector:
         spin = state.spin_rad_s
         return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
-    def _acted(self, contact: Contact, before: Observation, now: Observation) -> bool:
+    def _acted(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse.
 
-        Of two bodies of which neither can move it changed nothing, whatever became of them.
+        Of two bodies of which neither can move it changed nothing, whatever became of them. Where impulses are not told
+        and discs are damped, what changes a body by no more than damping does in the step counts as damping.
         """
         if not self._movable((contact.first, contact.second)):
             return False
         if contact.impulse_n_s is not None:
             return contact.impulse_n_s > 0.0
         bodies = [body for body in (contact.first, contact.second) if body >= 0]
-        return any(self._motion(before, body) != self._motion(now, body) for body in bodies)
+        motions = [(self._motion(before, body), self._motion(now, body)) for body in bodies]
+        if not self._damping.per_s:
+            return any(was != is_now for was, is_now in motions)
+        kept = self._damping.kept(step_s)
+        return any(
+            math.dist([kept * part for part in was], is_now) > (1.0 - kept) * math.hypot(*was)
+            for was, is_now in motions
+        )
 
     def _extend(
         self,
@@ -249,12 +259,18 @@ class ImpactCollector:
         effective = math.nan
         if known_time:
             held = contact is not whole
-            effective = (_landing_time if held else _effective_time)(pair, contact, self._gravity)
+            effective = (
+                _landing_time(pair, contact, self._gravity)
+                if held
+                else _effective_time(pair, contact, self._gravity, self._damping)
+            )
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         falls = bool(self._gravity.any())
         bent = falls and len(self._movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
             a, b, c, d = self._at(effective, pair, contact, (a, b, c, d))
+        if self._damping.per_s:
+            (a, b, c, d), known = self._slowed(effective, contact)
         record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
         state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
         self._done.append((contact.number, record, effective, state))
@@ -272,6 +288,25 @@ class ImpactCollector:
         lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
         a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, lasts, strict=True))
         return a, b, c, d
+
+
+    def _slowed(
+        self, effective_s: float, contact: _OpenContact
+    ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
+        """Return damped velocities and spins at the instant of an impact; known are those of boundaries.
+
+        Where the instant is not known, it is the reported one. Free paths that meet further away from the contact than
+        it lasted do not say when it was.
+        """
+        lasted = contact.end_s - contact.start_s
+        at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
+        at_s = min(max(at_s, contact.start_s - lasted), contact.end_s + lasted)
+        before, after = self._damping.kept(at_s - contact.start_s), self._damping.kept(at_s - contact.end_s)
+        factors = (before, before, after, after)
+        motions = (*contact.before, *contact.after)
+        a, b, c, d = ((vx * kept, vy * kept) for (vx, vy, _), kept in zip(motions, factors, strict=True))
+        s, t, u, v = (spin * kept for (_, _, spin), kept in zip(motions, factors, strict=True))
+        return (a, b, c, d), ((s, t, u, v) if self._turns else None)
 
 
 def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
@@ -309,25 +344,29 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
     return pull
 
 
-def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
+def _effective_time(
+    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping
+) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
     d0 + u0 (t - t0) and d1 + u1 (t - t1); they meet, in one dimension exactly, where the difference of the two, a
     linear function of t with slope u0 - u1, is least. Under gravity both are parabolas of one curvature, and their
-    difference is linear still.
+    difference is linear still. With damping they are lines in undamped time.
     """
     d0, u0 = _relative(pair, contact.start)
     d1, u1 = _relative(pair, contact.end)
     lasted = contact.end_s - contact.start_s
     pull = _relative_pull(pair, gravity)
+    flown, u1 = damping.undamped(lasted), u1 / damping.kept(lasted)
     slope = u0 - u1 + pull * lasted
     squared = float(slope @ slope)
     if squared == 0.0:
         return math.nan
     # Measured from the contact's start, so that a late contact is as exact as an early one.
-    offset = d0 - (d1 - u1 * lasted + pull * (lasted * lasted / 2))
-    return contact.start_s - float(offset @ slope) / squared
+    offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
+    effective = contact.start_s + damping.damped(-float(offset @ slope) / squared)
+    return effective if math.isfinite(effective) else math.nan
 
 
 def _relative(pair: _Pair, state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

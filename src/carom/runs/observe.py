@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
 from carom.comparator.local_truth import StepWatch
+from carom.damping import Damping
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import has_part, load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
@@ -168,7 +169,7 @@ class _Run:
         self.collector = ImpactCollector(scene, self.state, float_bits)
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
         self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
-        self.gravity = gravity_of(scene)
+        self.gravity, self.damping = gravity_of(scene), Damping(scene.damping_per_s)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [self.state.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
@@ -195,7 +196,8 @@ class _Run:
             self.taken = step
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.state.position_m)
-            if not self.gravity.any() and flight.begins(step * self.dt_s, self.state):
+            straight = not (self.gravity.any() or self.damping.per_s)
+            if straight and flight.begins(step * self.dt_s, self.state):
                 return
 
     def trace(self, method: str) -> Trace:
@@ -208,13 +210,15 @@ class _Run:
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
                 for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
             ]
+        flown, kept = self.damping.undamped(missing), self.damping.kept(missing)
+        spins = _final_spins(self.scene, state)
         instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
         return Trace(
             method=method,
             scene=self.scene,
             impacts=impacts,
-            final_position_m=state.position_m + state.velocity_m_s * missing + self.gravity * (missing * missing / 2),
-            final_velocity_m_s=state.velocity_m_s + self.gravity * missing,
+            final_position_m=state.position_m + state.velocity_m_s * flown + self.gravity * (missing * missing / 2),
+            final_velocity_m_s=state.velocity_m_s * kept + self.gravity * missing,
             end_time_s=self.taken * self.dt_s + missing,
             outcome=self.outcome,
             dt_s=self.dt_s,
@@ -223,7 +227,7 @@ class _Run:
             samples=Samples(instants_s, np.array(self.positions)) if self.samples else None,
             notes=self.notes,
             spins=self.collector.spins,
-            final_spin_rad_s=_final_spins(self.scene, state),
+            final_spin_rad_s=None if spins is None else spins * kept,
             local_truth=None if self.watch is None else self.watch.finish(),
         )
 

@@ -63,9 +63,9 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
 
     PIT sees them overlap and approach for half the chord, ``sqrt(R^2 - b^2)`` at the relative speed; a frame falls into
     that for certain where it lasts a step, and with the probability of its length in steps where it does not. That is
-    so of straight paths, relative to each other, that meet within the run.
+    so of straight paths at constant speeds, relative to each other, that meet within the run.
     """
-    if len(scene.discs) != 2 or scene.walls:
+    if len(scene.discs) != 2 or scene.walls or scene.damping_per_s:
         return math.nan
     one, two = scene.discs
     if any(scene.gravity_m_s2) and one.immovable is not two.immovable:

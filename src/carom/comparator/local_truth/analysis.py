@@ -179,14 +179,15 @@ class StepWatch:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
-        falls = np.hypot(*block.pull.T)
+        # What bends paths: gravity, or damping, which slows a disc down by c v.
+        bends = np.hypot(*block.pull.T) + self._law.damping.per_s * block.own_speed
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
-        allowed = 0.5 * falls * h * h
+        allowed = 0.5 * bends * h * h
         # What overlaps may be pushed apart without a change of velocity.
         asked = free & ~turned & ~activity.overlapping
         moved = asked & (block.moved_by - allowed > rounding)
-        self._polygon = self._polygon or bool(np.any(asked & (falls > 0.0) & (block.moved_by > rounding)))
+        self._polygon = self._polygon or bool(np.any(asked & (bends > 0.0) & (block.moved_by > rounding)))
         self._turned += int(turned.sum())
         self._moved += int(moved.sum())
         self._steps += flown.stop - flown.start

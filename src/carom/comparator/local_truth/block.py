@@ -69,14 +69,16 @@ class Block:
     ) -> Block:
         """Return a block of steps; `unit`, `place_unit` and `agreement` as above."""
         h = np.diff(states.time_s)[:, None]
+        kept, flown_s = law.damping.all_kept(h), law.damping.all_undamped(h)
         p, v = states.position_m, states.velocity_m_s
         radius = scene.arrays.radius_m
         pull = np.where(scene.arrays.movable[:, None], np.array(law.gravity), 0.0)
         fallen = pull * h[..., None]
-        turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] - fallen, 2, 0))
-        moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - v[:-1] * h[..., None] - 0.5 * fallen * h[..., None], 2, 0))
+        turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept[..., None] - fallen, 2, 0))
+        flown = v[:-1] * flown_s[..., None]
+        moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - flown - 0.5 * fallen * h[..., None], 2, 0))
         rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
-        spun_by = np.abs(np.diff(rims, axis=0))
+        spun_by = np.abs(rims[1:] - rims[:-1] * kept)
         speed = np.hypot(*np.moveaxis(v, 2, 0))
         own_speed = np.maximum(speed[1:], speed[:-1]) + np.hypot(*pull.T) * h
         own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))

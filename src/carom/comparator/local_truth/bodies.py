@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from carom.damping import Damping
 from carom.disc_arrays import HalfPlane
 from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
@@ -53,6 +54,7 @@ class Law:
         ]
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
+        self.damping = Damping(scene.damping_per_s)
         self.disc_restitution = scene.restitution
         self.wall_restitutions = [material.restitution for material in arrays.materials]
         self.disc_contact = ContactFriction(scene.friction, scene.tangential_restitution)
@@ -148,6 +150,8 @@ class BodyStates:
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths; what rests on a wall is not pulled into it."""
         law = self.law
+        # There is no gravity where there is damping, so that only the one or the other bends a path in time.
+        flown, kept = law.damping.undamped(seconds), law.damping.kept(seconds)
         for disc, (x, y) in self.xy.items():
             vx, vy = self.velocity[disc]
             ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
@@ -156,8 +160,9 @@ class BodyStates:
                 pull = min(ax * nx + ay * ny, 0.0)
                 ax, ay = ax - pull * nx, ay - pull * ny
             half = 0.5 * seconds * seconds
-            self.xy[disc] = (x + vx * seconds + ax * half, y + vy * seconds + ay * half)
-            self.velocity[disc] = (vx + ax * seconds, vy + ay * seconds)
+            self.xy[disc] = (x + vx * flown + ax * half, y + vy * flown + ay * half)
+            self.velocity[disc] = (vx * kept + ax * seconds, vy * kept + ay * seconds)
+            self.spin[disc] *= kept
 
     def contact(self, pair: Pair, feature: Feature | None = None) -> Separation:
         """Return how the two bodies of a pair are to each other; of a finite wall, with `feature`, at what of it."""
@@ -197,6 +202,9 @@ class BodyStates:
 
         `last` is what the disc has just met of a finite wall.
         """
+        return self.law.damping.damped(self._undamped_wait(pair, last))
+
+    def _undamped_wait(self, pair: Pair, last: Feature | None) -> float:
         (i, j), law = pair, self.law
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
         if j >= law.n:

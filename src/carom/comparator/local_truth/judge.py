@@ -210,7 +210,7 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
         # A contact that lasts, and was cut: what it gives back was taken before the cut, so only the energy counts.
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-        judged.energy_j = window.now.energy() - window.start.energy() if law.pull == 0.0 else 0.0
+        judged.energy_j = window.now.energy() - window.free.energy() if law.pull == 0.0 else 0.0
     elif not held:
         judged.turned = True
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
@@ -228,13 +228,13 @@ def _is_entangled(window: _Window, found: _Difference) -> bool:
 
 
 def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
-    """Return the energy gained against PIC; of an entangled window against its start, lost too where none may be."""
+    """Return the energy gained against PIC; of an entangled window against free flight, lost too where none may be."""
     if window.law.pull > 0.0:
         return 0.0
     now = window.now.energy()
     if not entangled:
         return now - found.truth.energy()
-    gained = now - window.start.energy()
+    gained = now - window.free.energy()
     law = window.law
     lossless = all(law.restitution(pair) == 1.0 and law.contact_of(pair).friction == 0.0 for pair in window.chain.pairs)
     return gained if lossless else max(gained, 0.0)
@@ -309,8 +309,9 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
     first, law, dt_s = window.truth[0], window.law, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
-    # A step looks at its end; a path that is a polygon gets there later by half of what a step's fall is.
-    judged.late_allowed = 1.0 + judged.late_known + 0.5 * law.pull * dt_s / closing
+    # A step looks at its end; a path that is a polygon gets there later by half of what a step bends it by.
+    bends = law.pull + law.damping.per_s * window.speed
+    judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:
         judged.late_steps = 0.0
     elif not judged.entangled and found.impacts <= 1 and judged.missed == 0:
@@ -318,7 +319,7 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
     if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
         return
     grip = law.contact_of(first.pair)
-    was, now = _relative(window.start, first.pair), _relative(window.now, first.pair)
+    was, now = _relative(window.free, first.pair), _relative(window.now, first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if grip.friction == 0.0 and size > window.still:
@@ -343,9 +344,11 @@ def _turn_s(window: _Window, pair: Pair) -> float:
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
         return math.nan
-    # Counted from the end: there the two paths are apart by what the run is off, and part at the slope.
+    # Counted from the end: there the two paths are apart by what the run is off, and part at the slope. With damping
+    # both are straight in undamped time.
     there, here = apart(fallen), apart(window.now)
-    return lasts - ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
+    ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
+    return lasts + window.law.damping.damped(-ago_s)
 
 
 def _price(window: _Window, judged: Comparison, found: _Difference) -> None:

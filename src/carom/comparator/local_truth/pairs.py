@@ -72,6 +72,7 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
+            wait = law.damping.all_damped(wait)
         wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
         wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
         _fall_on_fixed(block, begin, pairs, pulled, gap, wait)
@@ -98,7 +99,7 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         touching, still = block.place_rounding[begin:end, disc] + far, block.unit * block.own_speed[begin:end, disc]
         g, s = gap[:-1], speed[:-1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            straight = np.where(s < 0.0, g / -s, np.inf)
+            straight = law.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
             # The root at which the gap closes, without cancellation.

@@ -67,6 +67,9 @@ def _pic(scene: Scene, trace: Trace) -> str:
     count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
     found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
     walls = "" if scene.walls else ", no wall is asked about"
+    if scene.damping_per_s:
+        undamped = _pic(scene.undamped, trace)
+        return f"in the time in which damped discs move in straight lines, {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0):
         return f"event-driven along parabolas, in plain Python{walls}: {found}"
     if "crossings" in trace.counts:  # which form ran is told by what it counts
@@ -96,6 +99,8 @@ def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
         ended = f", and PIC ends at {reference.end_time_s:.4g} s, where a disc {reference.outcome.of_disc}"
         ends = ended if reference.outcome.in_contact else ""
         return f"{every}: under gravity no flight keeps its velocity{ends}"
+    if scene.damping_per_s:
+        return f"{every}: with damping no flight keeps its velocity"
     until = "their own state shows nothing but free flight"
     if not _nothing_follows(scene, reference):
         return f"{every}, or until {until}: PIC's discs have impacts to come within twice the duration"
