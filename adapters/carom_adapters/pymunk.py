@@ -68,6 +68,7 @@ LARGEST_RADIUS_M = 1e98
 
 CAPABILITIES = Capabilities(
     gravity=True,
+    damping=True,
     restitution=(0.0, 1.0),
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,
@@ -138,6 +139,8 @@ class PymunkWorld:
         for name in SPACE_SETTINGS:
             if name in settings:
                 setattr(self._space, name, settings[name])
+        if scene.damping_per_s:
+            self._space.damping = math.exp(-scene.damping_per_s)  # what is kept of a speed in a second
         self._turns = scene.arrays.turns
         # Friction is shipped as 0, and in a scene that turns nothing is left so.
         disc_friction, wall_friction = factored_frictions(scene) if self._turns else (0.0, 0.0)
@@ -269,6 +272,8 @@ def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {kind})")
     lines += [f"add_wall({corners!r})" for corners in _corners_of_walls(scene, dt_s)]
     set_up = assignments("space", settings, SPACE_SETTINGS)
+    if scene.damping_per_s:
+        set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # what is kept of a speed in a second\n"
     end = PYTHON_END.format(step="space.step(dt)", state="*body.position, *body.velocity, body.angular_velocity")
     bodies = "\n".join(lines)
     return f"""{comment(heading)}

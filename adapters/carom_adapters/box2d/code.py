@@ -35,6 +35,8 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             # Of a body that does not turn Box2D makes the inverse of any inertia 0.
             inertia = 1.0 if fixed else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             given = {"mass": disc.mass_kg, "inertia": inertia, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            if scene.damping_per_s:  # by the world's clock
+                given |= dict.fromkeys(("linearDamping", "angularDamping"), fast_clock.damping_per_s)
             given |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # Swept against all others, as it moves by more than its radius in a step.
             given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))

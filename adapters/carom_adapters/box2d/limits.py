@@ -51,7 +51,8 @@ LARGEST_TURN_RAD = 0.5 * math.pi * (1 - 2.0**-20)
 #: over its inertia: of discs 200 radii from the origin, 5e-4 of a spin here.
 LEAST_INERTIA_FACTOR = 1e-2
 
-#: The product of two coefficients must stay inside 32-bit floats: beyond, velocities are NaN.
+#: The product of two coefficients must stay inside 32-bit floats: beyond, velocities are NaN. So must a rate of damping
+#: times the velocity scale.
 LARGEST_FRICTION = 1e19
 
 #: `b2WorldManifold` makes up a normal for points that are closer than b2_epsilon, 1.2e-7.
@@ -76,6 +77,7 @@ VELOCITY_SCALE = 2.0**20
 
 CAPABILITIES = Capabilities(
     gravity=True,
+    damping=True,
     restitution=(0.0, 1.0),
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,
@@ -101,5 +103,7 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
         AdapterError: A setting has an unknown name, or a step is beyond 32-bit floats.
     """
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST, MOST, {"sweep": SWEEPS})
+    if scene.damping_per_s > LARGEST_FRICTION:
+        raise AdapterError(f"Box2D: damping_per_s must be at most {LARGEST_FRICTION:g}, got {scene.damping_per_s:g}")
     if math.frexp(float(settings.get("velocity_scale", 1.0)))[0] != 0.5:
         raise AdapterError(f"Box2D: velocity_scale must be a power of two, got {settings['velocity_scale']}")

@@ -145,6 +145,8 @@ class Box2dWorld:
                 position=disc.position_m,
                 linearVelocity=disc.velocity_m_s,
                 angularVelocity=disc.spin_rad_s,
+                linearDamping=scene.damping_per_s,
+                angularDamping=scene.damping_per_s,
                 fixedRotation=not (self._turns and math.isfinite(disc.inertia_factor)),
                 allowSleep=bool(self._asked.get("sleepingAllowed", True)),
                 bullet=self._sweep == "fast" and is_fast(disc, self._clock.dt_s),

@@ -27,6 +27,11 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         said.append(f"A kilogram is {unit!r} units of mass here: no motion changes by it.")
     if answers_in_turn(scene, settings):
         said.append("Each pair is listed, since solreffriction, which ends its slip, goes by the pair's masses.")
+    if scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free":
+        said.append(
+            "MJCF has one damping for a free joint: about its axes set dof_damping to "
+            f"{scene.damping_per_s!r} times body_inertia after loading."
+        )
     told = comment("\n".join(said).replace("--", "- -"), "     ").lstrip()  # no comment holds two hyphens
     return f"<!-- {told} -->\n{ElementTree.tostring(model, encoding='unicode')}\n"
 

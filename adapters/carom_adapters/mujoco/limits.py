@@ -87,6 +87,7 @@ LARGEST_FRICTION = 1e30
 
 CAPABILITIES = Capabilities(
     gravity=True,
+    damping=True,
     restitution=(0.0, 1.0),
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,
@@ -121,6 +122,8 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     """
     known = (*OPTION_SETTINGS, *FLAG_SETTINGS, *ENABLE_SETTINGS, *OTHER_SETTINGS)
     require_sound("MuJoCo", scene, settings, known, {"tolerance": 0.0, "iterations": 1, "stiffness": 0.0}, words=WORDS)
+    if scene.damping_per_s > LARGEST_VALUE:
+        raise AdapterError(f"MuJoCo: damping_per_s must be at most {LARGEST_VALUE:g}, got {scene.damping_per_s:g}")
     if lists_pairs(scene, settings) and len(scene.discs) > MOST_LISTED:
         why = "listed_pairs" if settings.get("listed_pairs", False) else "in_turn with friction, which lists all pairs,"
         raise AdapterError(f"MuJoCo: {why} is for at most {MOST_LISTED} discs, got {len(scene.discs)}")

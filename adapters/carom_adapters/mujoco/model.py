@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from carom.adapter import Scene, Setting, wall_body
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
 
-__all__ = ["mass_unit", "mjcf"]
+__all__ = ["dampings_about", "mass_unit", "mjcf"]
 
 #: `mju_QCQP2`, which fits friction into its cone, gives none where its determinant, friction**4 / mass**2 of a contact
 #: or more, is below 1e-10, and takes for exact what is wrong by 1e-10 N^2. In units in which the heaviest disc has this
@@ -93,14 +93,15 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         made = geom(i, scene.restitution, friction, **shape)
         if scene.arrays.turns:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
+        damped = _damping(scene, body.mass_kg)
         if settings["joints"] == "slide":
             # Its inertia about any axis is of no effect, so it is not left to a small disc to have too little of it.
             return (
                 f'<body><inertial pos="0 0 0" mass="{body.mass_kg!r}" diaginertia="1 1 1"/>'
-                f'<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>{made}</body>'
+                f'<joint type="slide" axis="1 0 0"{damped}/><joint type="slide" axis="0 1 0"{damped}/>{made}</body>'
             )
         made = geom(i, scene.restitution, friction, mass=body.mass_kg, **shape)
-        return f"<body><freejoint/>{made}</body>"
+        return f"<body>{_free_joint(damped)}{made}</body>"
 
     planes = scene.half_planes()
 
@@ -151,10 +152,31 @@ def _turning(scene: Scene, settings: Mapping[str, Setting], i: int, unit: float)
     moments = " ".join(repr(moment * mass * body.radius_m**2) for moment in (tips, tips, factor))
     inertial = f'<inertial pos="0 0 0" mass="{mass!r}" diaginertia="{moments}"/>'
     if free:
-        return f"{inertial}<freejoint/>"
+        return f"{inertial}{_free_joint(_damping(scene, mass))}"
     # The third slide, along which nothing pushes, makes MuJoCo's mean of the inverse masses along all axes that of one.
-    slides = "".join(f'<joint type="slide" axis="{axis}"/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
-    return f"{inertial}{slides}" + ('<joint type="hinge" axis="0 0 1"/>' if turns else "")
+    damped = _damping(scene, mass)
+    slides = "".join(f'<joint type="slide" axis="{axis}"{damped}/>' for axis in ("1 0 0", "0 1 0", "0 0 1"))
+    about = _damping(scene, factor * mass * body.radius_m**2)
+    return f"{inertial}{slides}" + (f'<joint type="hinge" axis="0 0 1"{about}/>' if turns else "")
+
+
+def _damping(scene: Scene, inertia: float) -> str:
+    """Return a joint's attribute, which is a force over a velocity: the rate times the mass or moment of inertia."""
+    return f' damping="{scene.damping_per_s * inertia!r}"' if scene.damping_per_s else ""
+
+
+def _free_joint(damped: str) -> str:
+    return f'<joint type="free"{damped}/>' if damped else "<freejoint/>"
+
+
+def dampings_about(scene: Scene, settings: Mapping[str, Setting], inertia: Sequence[float]) -> list[float] | None:
+    """Return the damping about the axes of a free joint with these moments of inertia; None where MJCF has said it.
+
+    MJCF has one damping for all six axes of a free joint, and that along them is the mass's.
+    """
+    if not (scene.damping_per_s and scene.arrays.turns and settings["joints"] == "free"):
+        return None
+    return [scene.damping_per_s * moment for moment in inertia]
 
 
 def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:

@@ -29,7 +29,7 @@ from carom_adapters.mujoco.limits import (
     MJCF_INTEGRATORS,
     require_usable,
 )
-from carom_adapters.mujoco.model import mass_unit, mjcf
+from carom_adapters.mujoco.model import dampings_about, mass_unit, mjcf
 
 __all__ = ["MujocoWorld"]
 
@@ -106,6 +106,10 @@ class MujocoWorld:
         # Of a free joint the third coordinate is how far the centre is out of the plane, and nothing holds it there.
         self._free = np.flatnonzero(model.jnt_type[joint] == self._mujoco.mjtJoint.mjJNT_FREE)
         self._height_at = model.jnt_qposadr[joint[self._free]] + 2
+        for body in 1 + self._free:  # of the same values for all that share this model
+            about = dampings_about(scene, settings, model.body_inertia[body].tolist())
+            if about is not None:
+                model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
         turning = np.isfinite(scene.arrays.inertia[self._movable]) & self._turns
         self._turning = self._movable[turning]

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from carom.adapter import Scene, Setting, factored_frictions, factored_restitutions, is_fast
 from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
-from carom_adapters.pybullet.limits import BODY_SETTINGS, WORLD_SETTINGS
-from carom_adapters.pybullet.world import moments_of, require_usable
+from carom_adapters.pybullet.limits import WORLD_SETTINGS
+from carom_adapters.pybullet.world import dynamics_of, moments_of, require_usable
 
 __all__ = ["code"]
 
@@ -21,7 +21,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
     maximal = bool(settings.get("useMaximalCoordinates", False))
     world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
-    dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
+    dynamics = dynamics_of(scene, settings)
     lines = []
     for disc in scene.discs:
         given: dict[str, object] = {}

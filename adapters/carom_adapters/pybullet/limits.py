@@ -74,6 +74,7 @@ LARGEST_FRICTION = 10.0
 
 CAPABILITIES = Capabilities(
     gravity=True,
+    damping=True,
     restitution=(0.0, 1.0),
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,

@@ -39,7 +39,7 @@ from carom_adapters.pybullet.limits import (
     WORLD_SETTINGS,
 )
 
-__all__ = ["PybulletWorld", "moments_of", "require_usable"]
+__all__ = ["PybulletWorld", "dynamics_of", "moments_of", "require_usable"]
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
@@ -75,6 +75,20 @@ def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> lis
     return [moment * scale for moment in ((tips if free else 0.0), (tips if free else 0.0), factor)]
 
 
+def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Setting]:
+    """Return the settings of every body, with a scene's damping instead of those of the settings.
+
+    With maximal coordinates Bullet's number is what a second takes of a speed. A multibody's is the rate c of
+    ``v' = -c v (1 + |v|)``, which is no linear damping.
+    """
+    dynamics = {name: settings[name] for name in BODY_SETTINGS if name in settings}
+    if scene.damping_per_s:
+        maximal = bool(settings.get("useMaximalCoordinates", False))
+        rate = -math.expm1(-scene.damping_per_s) if maximal else scene.damping_per_s
+        dynamics |= {"linearDamping": rate, "angularDamping": rate}
+    return dynamics
+
+
 def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
     """Return all of a scene but the start states of its movable discs; None for one that must be built anew.
 
@@ -95,7 +109,7 @@ def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
         for disc in scene.discs
     )
     frictions = (scene.arrays.turns, scene.friction, scene.wall_friction)
-    laws = (scene.restitution, scene.wall_restitution, frictions, scene.gravity_m_s2)
+    laws = (scene.restitution, scene.wall_restitution, frictions, scene.gravity_m_s2, scene.damping_per_s)
     return (discs, scene.walls, laws, tuple(sorted(settings.items())))
 
 
@@ -108,7 +122,7 @@ class PybulletWorld:
 
     def __init__(self, scene: Scene, settings: Mapping[str, Setting]) -> None:
         require_usable(scene, settings)
-        self._asked = dict(settings)
+        self._asked = dict(settings) | dynamics_of(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
         self._leans = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
