@@ -123,7 +123,8 @@ class LocalTruth:
         resting_steps: In how many steps of discs a pair rested.
         sunk_radii: The deepest that a resting pair sank, over its contact distance; 0 where none did.
         sinks_s: When a pair first sank by more in a step than falling for that step explains; NaN where none did.
-        polygon: Whether paths under gravity are polygons, each step off by up to half of what a step's fall is.
+        polygon: Whether paths under gravity are polygons, each step off by up to half of what a step's fall is; or
+            those of damped discs, by up to half of what a step's damping takes of the speed, times the step.
     """
 
     until_s: float

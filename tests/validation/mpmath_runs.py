@@ -49,6 +49,7 @@ def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) ->
     just_met = (-1, -1)
     while len(happened) < most:
         found = []
+        rate = mpf(scene.damping_per_s)
         for i in range(len(p)):
             waits = [(_pair_wait(p, v, r, m, i, j), i, j) for j in range(i + 1, len(p))]
             waits = [wait for wait in waits if wait[1:] != just_met]
@@ -57,6 +58,8 @@ def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) ->
                     waits.append((_fall_wait(p[i], v[i], r[i], g, wall), i, -1 - k))
                 elif (i, -1 - k) != just_met:
                     waits.append((_wall_wait(p[i], v[i], r[i], m[i], wall), i, -1 - k))
+            if rate:
+                waits = [(_slowed_wait(wait, rate), *bodies) for wait, *bodies in waits]
             found += [wait for wait in waits if wait[0] is not None]
         if not found:
             break
@@ -64,10 +67,13 @@ def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) ->
         if now + wait > mpf(scene.duration_s):
             break
         now += wait
+        kept = mp.exp(-rate * wait)
+        far = (1 - kept) / rate if rate else wait  # as far as this many seconds at one speed
         for place, speed in zip(p, v, strict=True):
             for c in (0, 1):
-                place[c] += speed[c] * wait + g[c] * wait**2 / 2
-                speed[c] += g[c] * wait
+                place[c] += speed[c] * far + g[c] * wait**2 / 2
+                speed[c] = speed[c] * kept + g[c] * wait
+        spin = [one * kept for one in spin]
         before = [list(speed) for speed in v]
         if j < 0:
             _bounce(v[i], scene.half_planes()[-1 - j], mpf(scene.wall_restitution))
@@ -78,6 +84,11 @@ def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) ->
         just_met = (i, j)
         happened.append(Happened(now, i, j, after, (spin[i], spin[j] if j >= 0 else mpf(0))))
     return happened
+
+
+def _slowed_wait(wait: Any, rate: Any) -> Any:
+    """Return when a damped disc is where it would be after `wait` at one speed; None where it never gets so far."""
+    return None if wait is None or rate * wait >= 1 else -mp.log(1 - rate * wait) / rate
 
 
 def _pair_wait(p: Any, v: Any, r: Any, m: Any, i: int, j: int) -> Any:

@@ -14,7 +14,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.validation.mpmath_runs import brute_force, lossy
 
-from carom import solve_pic
+from carom import Scene, solve_pic
 
 DIGITS = 50
 NUDGE = mpf(10) ** -35
@@ -23,11 +23,19 @@ ROUNDOFF = 2.0**-53
 OPERATIONS = 64
 
 
-@pytest.mark.parametrize("falls", [False, True], ids=["floating", "falling"])
+def slowed(seed: int) -> Scene:
+    """Return the drawn scene of a number, with one of three rates of damping, and friction and spin in every other."""
+    return lossy(seed, rough=seed % 2 == 1).model_copy(update={"damping_per_s": (0.05, 0.3, 1.0)[seed % 3]})
+
+
+@pytest.mark.parametrize("kind", ["floating", "falling", "damped"])
 @pytest.mark.parametrize("seed", [*range(24), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(24, 80))])
-def test_pic_is_off_by_no_more_than_the_scene_amplifies_rounding(seed: int, falls: bool) -> None:
+def test_pic_is_off_by_no_more_than_the_scene_amplifies_rounding(seed: int, kind: str) -> None:
     """Each of the first impacts of a random scene is the oracle's, as closely as its condition lets float64 be."""
+    falls = kind == "falling"
     scene = lossy(seed, immovable=not falls, gravity=(0.25, -1.0) if falls else (0.0, 0.0))
+    if kind == "damped":
+        scene = slowed(seed)
     shake = random.Random(-seed)
 
     def nudged(value: float) -> Any:

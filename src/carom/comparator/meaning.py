@@ -81,6 +81,10 @@ SAID_WHEN = {
         "beside other verdicts: steps are straight where paths are parabolas, which is the engine's integrator; the "
         "reason says by how much a step is off"
     ),
+    Verdict.DAMPED_POLYGON: (
+        "beside other verdicts: in a step a disc goes as far as one speed takes it, where damping slows it down "
+        "meanwhile, which is the engine's integrator; the reason says by how much a step is off"
+    ),
     Verdict.SINKS: ("deeper than rounding; the reason says whether falling for each step anew explains it"),
     Verdict.WORSE_STEPS: (
         "the steps are *inaccurate*, and the trajectory is not the place to say so: it has parted, or is compared up "
@@ -118,8 +122,8 @@ GRADED_WHEN = {
         "a millionth; ends no further off than PIT (at this phase, or, where every step is *sampled* or better, at any "
         "at which PIT finds all), or where its own impacts make it end; in agreement with itself, "
         "except for what sampling explains; no step worse than PIT at its worst phase, or at the run's own lateness, "
-        "from the same state; falling along polygons, and sinking at rest by no more than the fall of a step, are "
-        "sampling's"
+        "from the same state; falling along polygons, damped steps at one speed, and sinking at rest by no more than "
+        "the fall of a step, are sampling's"
     ),
     Grade.INACCURATE: (
         "worse than that: early, later, or with more error than PIT at any phase, or from the same state; or in "

@@ -110,10 +110,16 @@ def sinking(evidence: Evidence) -> Iterator[Finding]:
 
 
 def polygons(evidence: Evidence) -> Iterator[Finding]:
-    """Say that steps are straight where paths are parabolas: the engine's integrator, and not its collisions."""
-    local, dt_s = evidence.local_truth, evidence.observed.dt_s
-    if local is not None and local.polygon:
-        off_m = 0.5 * math.hypot(*evidence.reference.scene.gravity_m_s2) * dt_s * dt_s
+    """Say that steps are straight, and at one speed, where paths are not: the engine's integrator, no collision."""
+    local, dt_s, scene = evidence.local_truth, evidence.observed.dt_s, evidence.reference.scene
+    if local is not None and local.polygon and scene.damping_per_s:
+        off_m = 0.5 * scene.damping_per_s * evidence.scales.speed_m_s * dt_s * dt_s
+        yield Finding(
+            Verdict.DAMPED_POLYGON,
+            f"each step ends up to half of c |v| dt^2 off its path, {off_m:.3g} m at the scene's speed; it adds up",
+        )
+    elif local is not None and local.polygon:
+        off_m = 0.5 * math.hypot(*scene.gravity_m_s2) * dt_s * dt_s
         yield Finding(
             Verdict.POLYGON, f"each step ends up to half of |g| dt^2 off its parabola, {off_m:.3g} m; it adds up"
         )

@@ -55,6 +55,7 @@ _OF_ADAPTER = {
     "refuses-unknown-setting": settings.refuses_unknown_setting,
     "immovable-discs-alone": capability.posts_stand_still,
     "gravity": capability.falls_as_declared,
+    "damping": capability.slows_as_declared,
     "greatest-speed": capability.fast_as_declared,
     "greatest-coordinate": capability.far_as_declared,
     "greatest-move": capability.moves_as_declared,

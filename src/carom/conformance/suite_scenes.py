@@ -197,6 +197,12 @@ def fall() -> Scene:
     )
 
 
+def slowing(*, spins: bool) -> Scene:
+    """One disc that is damped for half a second, and that spins if asked for."""
+    disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5, spin_rad_s=1.0 if spins else 0.0)
+    return Scene(name=f"conformance-slowing{'-spin' * spins}", discs=[disc], damping_per_s=0.8, duration_s=0.5)
+
+
 def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Two discs that meet off centre; where walls are supported, the first comes back and leaves a slanted one.
 

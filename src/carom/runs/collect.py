@@ -289,7 +289,6 @@ class ImpactCollector:
         a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, lasts, strict=True))
         return a, b, c, d
 
-
     def _slowed(
         self, effective_s: float, contact: _OpenContact
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
@@ -344,9 +343,7 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
     return pull
 
 
-def _effective_time(
-    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping
-) -> float:
+def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are

@@ -20,6 +20,7 @@ from carom.conformance.suite_scenes import (
     post,
     posts,
     rubbing,
+    slowing,
     walled_box,
 )
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
@@ -39,6 +40,7 @@ __all__ = [
     "refuses",
     "restitution_as_declared",
     "slow_as_declared",
+    "slows_as_declared",
     "small_as_declared",
 ]
 
@@ -98,6 +100,23 @@ def falls_as_declared(subject: Subject) -> None:
     setup = Setup(fall())
     require_supported(subject, setup)
     end_with_velocities(subject, setup, [(1.0, -8.0 * setup.scene.duration_s)], "gravity")
+
+
+def slows_as_declared(subject: Subject) -> None:
+    """A damped disc that meets nothing slows down, and spins down, to within one step's error of exp(-c t)."""
+    setup = Setup(slowing(spins=subject.capabilities().spin))
+    require_supported(subject, setup)
+    scene, end = setup.scene, subject.watch(setup).seen[-1]
+    disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
+    step = scene.damping_per_s * setup.dt_s
+    # Integrators of the first order make 1 - c dt or 1 / (1 + c dt) of exp(-c dt) in a step, which lies between.
+    least, most = (1.0 - step) ** steps, (1.0 + step) ** -steps
+    found = [(end.velocity_m_s[0] @ disc.velocity_m_s) / math.hypot(*disc.velocity_m_s) ** 2]
+    if disc.spin_rad_s:
+        found.append(math.nan if end.spin_rad_s is None else end.spin_rad_s[0] / disc.spin_rad_s)
+    slowed = all(least - subject.rounding <= kept <= most + subject.rounding for kept in found)
+    expected = f"{least:.6g} to {most:.6g} of its velocity" + " and of its spin" * bool(disc.spin_rad_s)
+    require(slowed, "a disc is not damped by the scene's rate", expected, numbers(found), setup)
 
 
 def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) -> None:
@@ -217,6 +236,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
     "immovable discs": ("immovable_discs", lambda can: None if can.immovable_discs else post()),
     "gravity": ("gravity", lambda can: None if can.gravity else fall()),
+    "damping": ("damping", lambda can: None if can.damping else slowing(spins=False)),
     "restitution below the range": (
         "restitution",
         lambda can: _bouncing(can.restitution[0] / 2) if can.restitution[0] else None,
