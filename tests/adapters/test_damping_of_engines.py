@@ -75,7 +75,7 @@ def test_what_is_kept_of_a_velocity_is_that_of_the_page(engine: Adapter, finish:
 
 
 def test_pybullets_shipped_damping_is_as_told(engine: Adapter, finish: Finish) -> None:
-    """As shipped, 0.04 takes more than a seventh of 1 m/s in two seconds; its closed form is 1/((1 + 1/v) e^(ct) - 1)."""
+    """As shipped, 0.04 takes over a seventh of 1 m/s in two seconds; the closed form is 1/((1 + 1/v) e^(ct) - 1)."""
     if engine.name != "pybullet":
         pytest.skip("of PyBullet alone")
     disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5)
@@ -87,7 +87,7 @@ def test_pybullets_shipped_damping_is_as_told(engine: Adapter, finish: Finish) -
 
 @pytest.mark.parametrize("phase", range(8))
 def test_the_step_of_a_bounce_is_damped_as_the_page_tells(engine: Adapter, finish: Finish, phase: int) -> None:
-    """A disc leaves a wall with e of its speed by pymunk, (e - c h)/(1 + c h) by MuJoCo, and e of the damped by others."""
+    """A disc leaves with e of its speed by pymunk, (e - c h)/(1 + c h) by MuJoCo, and e of the damped by others."""
     rate, speed, e = 1.0, 2.0, 0.75
     disc = Disc(position_m=(1.0 + phase / 8 * speed * DT_S, 0.0), velocity_m_s=(-speed, 0.0), radius_m=0.5)
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
