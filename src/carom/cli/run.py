@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -83,6 +84,8 @@ def run(
             return
         least = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
         results = _carried_out(plan, pool, out, least, resume=resume, retry=retry, verbose=verbose)
+        if len(named) == 1:
+            _say_settings(results, (scenes or [named[0].name])[0])
     code = _exit_code(results, set(options.engines or ()), least)
     if code:
         raise typer.Exit(code)
@@ -115,6 +118,27 @@ def _carried_out(
     shared.print_document(document, full=verbose)
     shared.say_place("report", page)
     return results
+
+
+def _say_settings(results: Results, scene: str) -> None:
+    """Say which command prints the settings of the best run of an engine, as code to paste; `scene` as it was asked."""
+    from carom.pages import wording
+    from carom.pages.grid import build_grid
+    from carom.registry import asked_as
+    from carom.studies.cross_check.ranking import ranked
+
+    grid, infos = build_grid(results), {info.name: info for info in results.engines}
+    for column in ranked(grid, grid.columns.values()):
+        method, info = column.method, infos[column.engine]
+        steps = [
+            cell.row.job.dt_s for cell in grid.cells(column) if cell.row is not None and cell.row.score is not None
+        ]
+        if column.own or method.tried or not info.code or method.profile in info.located or not steps:
+            continue
+        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
+        command = shlex.join((*words, "--dt", wording.step_option(max(steps)), "--scene", scene))
+        shared.say(f"Settings of {column.name}, as code to paste: {command}")
+        return
 
 
 def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> int:

@@ -60,6 +60,12 @@ def step(dt_s: float) -> str:
     return seconds(dt_s)
 
 
+def step_option(dt_s: float) -> str:
+    """Return a step as an option takes it, to the last bit: 1/240 where that is the very number."""
+    whole = round(1.0 / dt_s)
+    return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
+
+
 def part(share: float) -> str:
     """Return a part of a whole, as a fraction where it is one: 1/16."""
     inverse = round(1.0 / share)

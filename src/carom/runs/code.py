@@ -10,14 +10,14 @@ from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
 from carom.runs.door import plain_text
 from carom.runs.engines import described
-from carom.runs.job import Status, UnsupportedError
+from carom.runs.job import Status, Tried, UnsupportedError
 from carom.runs.observe import capabilities_of, profile_settings
 from carom.runs.pool import LocalPool, Pool
 from carom.runs.raised import raised
-from carom.runs.step_code import step_lines
+from carom.runs.step_code import changed_lines, step_lines
 from carom.scene import Disc, Scene, Wall
 
-__all__ = ["code_of", "example_scene", "step_code_of"]
+__all__ = ["code_of", "example_scene", "step_code_of", "tried_code_of"]
 
 #: Characters of a program: a line of a hundred for each of a hundred thousand discs.
 MOST_CODE = 10_000_000
@@ -46,6 +46,9 @@ class _CodeOf:
     scene: Scene
     dt_s: float
     heading: str
+    tried: Tried = ()
+    #: Settings that are searched may lift what a profile declares to be its limits.
+    limited: bool = True
 
     def carry_out(self) -> str:
         """Return the code.
@@ -55,9 +58,9 @@ class _CodeOf:
             AdapterError: The adapter refuses, or fails.
         """
         adapter = load_adapter(self.engine)
-        settings = profile_settings(adapter, self.profile, self.dt_s)
+        settings = profile_settings(adapter, self.profile, self.dt_s, self.tried)
         able = capabilities_of(adapter, self.profile)
-        if reason := unsupported_reason(self.scene, able, self.dt_s, located=False):
+        if self.limited and (reason := unsupported_reason(self.scene, able, self.dt_s, located=False)):
             raise UnsupportedError(reason)
         if not isinstance(adapter, CodedAdapter):
             raise AdapterError("it has no code() any more")
@@ -126,3 +129,23 @@ def step_code_of(engine: str, profile: str, scene: Scene, dt_s: float, pool: Poo
     written = [pool.ask(_CodeOf(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
     here, finer = written
     return "" if here is None or finer is None else step_lines(here, finer)
+
+
+def tried_code_of(engine: str, profile: str, tried: Tried, scene: Scene, dt_s: float, pool: Pool) -> str:
+    """Return what of an engine's own code reads otherwise with settings in place of a profile's own.
+
+    Args:
+        engine: Name of the adapter.
+        profile: Name of one of its profiles.
+        tried: The settings.
+        scene: The scene.
+        dt_s: Step, seconds.
+        pool: Where the adapter is asked; it stays open.
+
+    Returns:
+        The lines; empty where there are none, or the adapter writes no code of this.
+    """
+    asks = [_CodeOf(engine, profile, scene, dt_s, "Found.", some, limited=False) for some in (tried, ())]
+    written = [pool.ask(ask).value for ask in asks]
+    found, before = written
+    return "" if found is None or before is None else changed_lines(found, before)

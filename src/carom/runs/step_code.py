@@ -6,7 +6,7 @@ import ast
 import re
 from collections.abc import Iterator
 
-__all__ = ["step_lines"]
+__all__ = ["changed_lines", "step_lines"]
 
 _COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
 
@@ -47,6 +47,24 @@ def step_lines(code: str, at_another_step: str) -> str:
             chosen.insert(0, statement)
             taken |= names
     return "\n".join(_source(code, statement) for statement in chosen)
+
+
+def changed_lines(code: str, before: str) -> str:
+    """Return the statements of a program in Python, or the lines of another text, that read otherwise than before.
+
+    Of a program also those that read what these give a value to. Comments are left out.
+    """
+    if not code.startswith("#"):
+        model = code.startswith("<")
+        here, there = (_COMMENT.sub("", text) if model else text for text in (code, before))
+        other = set(there.splitlines())
+        lines = (line.strip() for line in here.splitlines() if line not in other)
+        return "\n".join(line for line in lines if model or not line.startswith("//"))
+    other = {_source(before, statement) for statement in ast.parse(before).body}
+    statements = ast.parse(code).body
+    changed = [one for one in statements if _source(code, one) not in other]
+    given = {name for one in changed for name in _names(one, ast.Store)}
+    return "\n".join(_source(code, one) for one in statements if one in changed or given & {*_names(one, ast.Load)})
 
 
 def _source(code: str, statement: ast.stmt) -> str:

@@ -6,9 +6,9 @@ import textwrap
 
 from carom.adapter import CodedAdapter
 from carom.registry import load_adapter
-from carom.runs.code import step_code_of
+from carom.runs.code import step_code_of, tried_code_of
 from carom.runs.pool import InProcess
-from carom.runs.step_code import step_lines
+from carom.runs.step_code import changed_lines, step_lines
 from carom.scene import Disc, Scene
 
 #: A program as an adapter writes one, with a place for the step, its number, and what depends on it.
@@ -72,3 +72,31 @@ def test_a_frame_of_a_scene_is_what_the_code_is_of() -> None:
     assert isinstance(adapter, CodedAdapter)
     whole = adapter.code(scene, adapter.profiles["tuned"].settings(1 / 360), "A heading.").splitlines()
     assert set(found.splitlines()[1:]) <= set(whole)
+
+
+def test_statements_that_change_are_given_with_those_that_read_them() -> None:
+    """A setting that is turned brings its own statement, and a scale those that are computed with it; no more."""
+    here = PROGRAM.format(dt=0.1, steps=2, margin=5)
+    assert changed_lines(here, here) == ""
+    assert changed_lines(here.replace("iterations = 10", "iterations = 30"), here) == "world.iterations = 30"
+    assert changed_lines(here.replace("scale = 8.0", "scale = 2.0"), here).splitlines() == [
+        "scale = 2.0",
+        "for _ in range(steps):",
+        "    world.step(dt / scale)",
+    ]
+
+
+def test_what_is_not_python_gives_its_changed_lines() -> None:
+    """Lines of a model, without comments, and of a module of node."""
+    model = '<!-- a\n {n} -->\n<mujoco>\n  <option iterations="{n}"/>\n</mujoco>\n'
+    assert changed_lines(model.format(n=2), model.format(n=1)) == '<option iterations="2"/>'
+    module = "// {n}\nimport a\nconst slop = {n};\n"
+    assert changed_lines(module.format(n=2), module.format(n=1)) == "const slop = 2;"
+
+
+def test_settings_that_are_tried_are_said_in_the_engines_own_code() -> None:
+    """Twenty iterations are one line of pymunk's; who writes no code has none."""
+    scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1.0)], duration_s=0.1)
+    with InProcess() as pool:
+        assert tried_code_of("pymunk", "default", (("iterations", 20),), scene, 1 / 60, pool) == "space.iterations = 20"
+        assert tried_code_of("pit", "tuned", (), scene, 1 / 60, pool) == ""

@@ -117,6 +117,9 @@ def test_a_step_of_a_frame_is_said_with_the_code_that_takes_it() -> None:
     )
     assert "10 steps a frame, in its own code: dt, steps = 0.01, 2 for _ in range(steps): space.step(dt) With" in text
     assert "carom engines pymunk --show tuned --dt 1/600 --scene paper/late" in text
+    coarse = replace(alone.never_misses, in_frame=replace(alone.trials[-1], dt_s=1 / 180))
+    fewer = said(replace(found, answers=(replace(alone, never_misses=coarse),)))
+    assert "directions right to 1°: 10 steps a frame (3 to miss no impact alone), in its own code:" in fewer
     finer = replace(alone.never_misses, in_frame=alone.trials[-1])
     many = replace(found, answers=(replace(alone, never_misses=finer, demand=finer),))
     assert "600 steps a second (40 steps a frame of 60 Hz are enough): pymunk tuned." in said(many)

@@ -202,18 +202,22 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         kept = f"directions right to {_angle(advice)}" if found is answer.demand else "no impact missed"
         code = advice.code.get(method, "")
         of = ", in its own code:" if code else "."
-        yield Text(f"{_name(method)}, {kept}: {wording.count(times, 'step')} a frame{of}", shown)
+        fewer = _times(advice, answer.never_misses)
+        alone = f" ({fewer} to miss no impact alone)" if fewer is not None and fewer < times else ""
+        yield Text(f"{_name(method)}, {kept}: {wording.count(times, 'step')} a frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
-        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile, "--dt", _second(trial.dt_s))
+        words = (
+            "carom",
+            "engines",
+            asked_as(method.engine),
+            "--show",
+            method.profile,
+            "--dt",
+            wording.step_option(trial.dt_s),
+        )
         yield Text(f"With all its settings: {shlex.join((*words, '--scene', asked))}", shown)
         shown = IN_FULL
-
-
-def _second(dt_s: float) -> str:
-    """Return a step as an option takes it, to the last bit."""
-    whole = round(1.0 / dt_s)
-    return f"1/{whole}" if whole and 1.0 / whole == dt_s else repr(dt_s)
 
 
 def _both(answer: Advised) -> tuple[StepRange, StepRange]:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import tomli_w
 
+from carom.comparator import Grade
 from carom.folders import write_files
 from carom.pages import wording
-from carom.pages.document import Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
+from carom.pages.document import IN_FULL, Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
 from carom.pages.grid import mark_of_grade
 from carom.pages.made import making
 from carom.pages.render.markdown import markdown
@@ -29,6 +30,10 @@ __all__ = ["set_words", "tune_document", "write_tune"]
 ERROR_NOTE = (
     "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what looking "
     "once a step costs, 0 is rounding."
+)
+MERIT_NOTE = (
+    "Numbers of scenes; between: sampled, inaccurate, parted or not graded. Error: the mean over scenes on a scale of "
+    "ratios, 0 rounding, 50 what looking once a step costs, 100 wrong or not run."
 )
 #: What the profile to paste is called.
 FOUND = "found"
@@ -58,11 +63,12 @@ def tune_document(found: Tuning, asked: Sequence[str]) -> Document:
         Column("error", lambda line: _error(line.best), number=True),
     )
     shown = columns if better else columns[:3]
-    left_out = tuple(f"{name} is left out: {reason}" for name, reason in found.left_out.items())
+    left_out = tuple(f"Not run: {name} ({reason})." for name, reason in found.left_out.items())
     return Document(
         f"Carom: settings of {found.engine}",
         Headline.of(_lead(found)),
         (
+            _profiles(found),
             *((_settings(found),) if better else ()),
             Section("Scene by scene", (Table(shown, lines), Text(ERROR_NOTE), Lines(left_out))),
             *(_paste(found, asked) if better else ()),
@@ -93,13 +99,29 @@ def _lead(found: Tuning) -> Iterator[str]:
     if found.best is found.first:
         yield f"Nothing better than {found.options.profile} was found on {scenes}: {tried}."
         yield f"With {found.options.profile}: {_tally(found.first)}."
+        yield from _ties(found)
         return
-    yield f"Found in trial {found.best.trial}: {_tally(found.best)}; {found.options.profile} has {_tally(found.first)}."
+    own, grades = found.options.profile, f"{_tally(found.best)}; {found.options.profile} has {_tally(found.first)}"
+    changed = wording.count(len(found.best.tried), "setting")
+    yield f"{found.engine}: {changed} instead of {own}'s, found in trial {found.best.trial}: {grades}."
+    yield from _ties(found)
     yield f"Of {scenes}, each at {_steps(found)}; {tried}."
     if not math.isnan(found.time_ratio):
         cost = wording.number(found.time_ratio)
         yield f"Its steps take {cost} times as long as those of {found.options.profile}, the median over scenes."
     yield "Found on these scenes, at these steps: of others it says nothing."
+
+
+def _ties(found: Tuning) -> Iterator[str]:
+    """Yield which profiles that can be set are as good on these scenes, and which are better."""
+    own = FOUND if found.best is not found.first else found.options.profile
+    others = {name: one.merit for name, one in found.others.items() if name not in found.located}
+    alike = [name for name, merit in others.items() if merit.respects == found.best.merit.respects]
+    better = [name for name, merit in others.items() if merit.respects < found.best.merit.respects]
+    if alike:
+        yield f"{wording.listed([own, *alike])} tie."
+    if better:
+        yield f"Better, written by hand: {wording.listed(better)}."
 
 
 def _tally(found: Found) -> str:
@@ -126,6 +148,41 @@ def _error(judged: Judged) -> str:
     return wording.ABSENT if math.isnan(judged.price) else wording.number(judged.price)
 
 
+class _Row(NamedTuple):
+    """A profile, or what was found, with what came of it."""
+
+    name: str
+    found: Found
+
+
+def _rows(found: Tuning) -> list[_Row]:
+    """Return what was found and every profile, the best first; steps that Carom cuts are no setting, and stand last."""
+    rows = [_Row(FOUND, found.best)] if found.best is not found.first else []
+    rows += [_Row(found.options.profile, found.first), *(_Row(*item) for item in found.others.items())]
+    return sorted(rows, key=lambda row: (row.name in found.located, row.found.merit.respects))
+
+
+def _profiles(found: Tuning) -> Section:
+    columns = (
+        Column("", lambda row: row.name),
+        Column("wrong", lambda row: _count(one.grade is Grade.WRONG for one in row.found.judged), number=True),
+        Column("exact or close", lambda row: _count(not one.behind for one in row.found.judged), number=True),
+        Column("between", lambda row: _count(one.behind and not one.wrong for one in row.found.judged), number=True),
+        Column("not run", lambda row: _count(one.grade is None for one in row.found.judged), number=True),
+        Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
+    )
+    refused: dict[str, list[str]] = {}
+    for name, other in found.others.items():
+        for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None):
+            refused.setdefault(reason, []).append(name)
+    lines = tuple(f"Not run: {wording.listed(names)} ({reason})." for reason, names in refused.items())
+    return Section("Beside the profiles written by hand", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines)))
+
+
+def _count(which: Iterable[bool]) -> str:
+    return str(sum(which) or "")
+
+
 def _settings(found: Tuning) -> Section:
     columns = (
         Column("setting", lambda item: item[0]),
@@ -150,6 +207,9 @@ def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
     """Yield the command that tries the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
     words = ("carom", "run", *asked, "-e", asked_as(found.engine), "-p", found.options.profile, *step)
+    if found.code:
+        said = f"In {found.engine}'s own code, of {found.scenes[0].name}:"
+        yield Section("To paste, in the engine's own code", (Text(said), Code(found.code)))
     yield Section("To run it", (Code(f"{shlex.join(words)} {set_words(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
     said = f"Found by carom tune on {wording.count(len(found.scenes), 'scene')}: {_tally(found.best)}."
@@ -168,5 +228,5 @@ def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
         ]
     )
     toml = tomli_w.dumps({"profiles": {FOUND: {"description": said, "settings": constant}}})
-    yield Section("To paste, in Python", (Code(python),))
-    yield Section("To paste, in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying])),))
+    yield Section("To paste, in Python", (Code(python, IN_FULL),))
+    yield Section("To paste, in engine.toml", (Code("\n".join([toml.rstrip("\n"), *varying]), IN_FULL),))

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from carom.adapter import unsupported_reason
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.registry import EngineInfo
+from carom.runs.code import tried_code_of
 from carom.runs.engines import SettingsAt, described
 from carom.runs.environment import Environment, environment
 from carom.runs.job import Job, Method, Progress, Tried, UnavailableError
@@ -21,7 +22,7 @@ from carom.runs.reference import reference_of, reference_trace
 from carom.runs.timing import Measure
 from carom.scene import Scene
 from carom.studies.tune.judge import Jury
-from carom.studies.tune.merit import Judged
+from carom.studies.tune.merit import Judged, merit_of
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.space import Space, values_of
@@ -48,6 +49,10 @@ class Tuning:
         space: What could be tried.
         first: What came of the profile that it began with.
         best: What came of the best settings; `first` itself where nothing was better.
+        others: What came of the engine's other profiles on the same scenes, by name.
+        located: Names of the profiles whose steps Carom cuts: no setting of the engine does that.
+        code: What of the engine's own code at the first scene's step reads otherwise with the best settings; empty
+            where nothing was better, or the adapter writes no code.
         own: The settings of that profile at the first scene's step, by name.
         settings: All settings of the best there.
         varying: Names of those that vary with the step.
@@ -66,6 +71,9 @@ class Tuning:
     space: Space
     first: Found
     best: Found
+    others: Mapping[str, Found]
+    located: frozenset[str]
+    code: str
     own: Mapping[str, Setting]
     settings: Mapping[str, Setting]
     varying: frozenset[str]
@@ -123,6 +131,8 @@ def tune(
         best = search.run(asked.trials, asked.seed)
         own, _ = _settings(pool, engine, asked.profile, (), steps[able[0]])
         settings, varying = _settings(pool, engine, asked.profile, best.tried, steps[able[0]])
+        others = {name: _beside(info, name, steps, jury) for name in info.profiles if name != asked.profile}
+        code = tried_code_of(engine, asked.profile, best.tried, able[0], steps[able[0]], pool) if best.tried else ""
         ratio = _time_ratio(pool, search.method, best.tried, steps)
     return Tuning(
         engine=engine,
@@ -132,6 +142,9 @@ def tune(
         space=space,
         first=search.begun,
         best=best,
+        others=others,
+        located=info.located,
+        code=code,
         own=own,
         settings=settings,
         varying=varying,
@@ -142,6 +155,19 @@ def tune(
         command=command,
         elapsed_s=time.perf_counter() - started,
     )
+
+
+def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: Jury) -> Found:
+    """Return what comes of another profile; a scene that it does not support is not run."""
+    able, located = info.own.get(profile, info.capabilities), profile in info.located
+    refused = {
+        scene: "" if able is None else unsupported_reason(scene, able, dt_s, located=located)
+        for scene, dt_s in steps.items()
+    }
+    ran = [scene for scene, reason in refused.items() if not reason]
+    found = dict(zip(ran, jury.judge(Method(info.name, profile), ran), strict=True))
+    judged = tuple(found.get(scene) or Judged(None, reason=reason) for scene, reason in refused.items())
+    return Found((), merit_of(judged), judged, 0)
 
 
 def _references(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import carom
 from carom.errors import InputError, UnknownNameError
+from carom.studies.tune.merit import Merit
 
 pytest.importorskip("optuna", reason="optuna, extra tune, is not installed")
 pytest.importorskip("pymunk", reason="pymunk is not installed")
@@ -18,7 +21,7 @@ def test_a_call_gives_settings_that_print_and_draw_themselves() -> None:
     from matplotlib.figure import Figure
 
     found = carom.tune("pymunk", ["paper/late"], trials=2, jobs=1)
-    assert repr(found).splitlines()[0].startswith(("Nothing better than default was found", "Found in trial "))
+    assert repr(found).splitlines()[0].startswith(("Nothing better than default was found", "pymunk: "))
     axes = found.plot(Figure().add_subplot())
     lines = {str(line.get_label()): line for line in axes.lines}
     for label, judged in (("default", found.first.judged), ("found", found.best.judged)):
@@ -27,6 +30,25 @@ def test_a_call_gives_settings_that_print_and_draw_themselves() -> None:
     assert page is not None
     assert "<svg" in page
     assert "trial" in page or "tried" in page
+
+
+def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
+    """Each has a row, located last; a tie and a better one are said; what a profile does not support is not run."""
+    found = carom.tune("pymunk", ["paper/late", "gravity/bouncing-ball"], trials=1, jobs=1)
+    text = " ".join(repr(found).split())
+    assert [*found.others] == ["tuned", "located"]
+    assert [one.grade for one in found.others["located"].judged][1] is None
+    assert "Not run: located (discs fall onto what does not fall" in text
+    named = ("default ", "tuned ", "located ")
+    names = [line.split()[0] for line in repr(found).splitlines() if line.startswith(named) and " tie" not in line]
+    assert names[-1] == "located"
+    own = "default" if found.best is found.first else "found"
+    tie = replace(found, others={"tuned": found.best, "located": found.best})
+    assert f"{own} and tuned tie." in " ".join(repr(tie).split())
+    best = replace(found.best, merit=Merit(0, 0, 0))
+    better = " ".join(repr(replace(found, others={"tuned": best, "located": best})).split())
+    assert "Better, written by hand: tuned." in better
+    assert " tie." not in better
 
 
 def test_what_makes_no_sense_is_refused_by_name() -> None:
