@@ -21,7 +21,7 @@ FAULTS ?= 200
 MINUTES ?= 60
 JOBS ?= 1
 # For engines: those from wheels, which are extras; those from npm stand in the package.json of their folder.
-WHEELS ?= rapier,dart,drake
+WHEELS ?= rapier,dart,drake,ode
 NPM_ENGINES := adapters/carom_adapters/npm
 # For hazards and atlas: figures over many starts.
 HAZARDS := reports/hazards.json

@@ -11,8 +11,10 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +26,7 @@ from carom.scenes import all_scenes
 from carom.trace import Trace
 
 PAGE = Path(__file__).resolve().parents[1] / "determinism.md"
-COUNTED = ("again", "after another", "another process")
+COUNTED = ("again", "after another", "another process", "two threads")
 SCENE, PROFILES = "classics/gas", ("default", "tuned")
 
 # ruff: noqa: E501 - lines of the page are as long as they are
@@ -36,10 +38,13 @@ each impact, to the bit.
 - **again**: a second run in the same process.
 - **after another**: the same, after a world of another scene has run between.
 - **another process**: a process of its own, started for it.
+- **two threads**: two runs at once in two threads of one process; of an engine that is a program (those from npm), two programs at once. An
+  engine that ends the process by it is called *ended*. That one try is the same proves no more than that.
 - **order**: the discs are handed over in the opposite order, and the answer is turned back. That it differs is a fact and no fault: an
   engine that solves contacts one after another comes to other sums in another order.
 
-The score counts *again*, *after another* and *another process*. Threads were not varied.
+The score counts all except *order*. Engines that can spread one step over threads of their own are left with the number that is shipped.
+Releases are compared on [the page of histories](history.md).
 """
 
 
@@ -74,14 +79,43 @@ def measured(engine: str, profile: str) -> None:
     sys.stdout.write(json.dumps({"same": same, "digest": digest(first)}) + "\n")
 
 
-def asked(engine: str, profile: str) -> dict[str, object]:
-    """Return what a process of its own found."""
-    command = [sys.executable, __file__, engine, profile]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)  # noqa: S603 - this script
+def threaded(engine: str, profile: str) -> None:
+    """Print, as JSON, the digests of two runs at once, in two threads."""
+    scene = all_scenes()[SCENE].scene
+    with ThreadPoolExecutor(2) as pool:
+        runs = [pool.submit(ran, engine, profile, scene) for _ in range(2)]
+    sys.stdout.write(json.dumps({"digests": [digest(run.result()) for run in runs]}) + "\n")
+
+
+def asked(engine: str, profile: str, how: str = "alone") -> dict[str, Any]:
+    """Return what a process of its own found: `alone` or in `threads`.
+
+    Raises:
+        CaromError: The process failed; the message is its last line.
+    """
+    command = [sys.executable, __file__, engine, profile, how]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)  # noqa: S603 - this script
     if done.returncode:
         raise CaromError((done.stderr.strip().splitlines() or ["it ended without a word"])[-1])
-    found: dict[str, object] = json.loads(done.stdout.splitlines()[-1])
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
     return found
+
+
+def in_threads(engine: str, profile: str, expected: str) -> str:
+    """Return whether two runs at once come to the expected digest, in a word of the table."""
+    try:
+        found = asked(engine, profile, "threads")
+    except CaromError:
+        return "ended"
+    return "same" if found["digests"] == [expected] * 2 else "other"
+
+
+def words_of(engine: str, profile: str) -> dict[str, str]:
+    """Return a word for each column of the table: same, other or ended."""
+    one, two = asked(engine, profile), asked(engine, profile)
+    same = dict(one["same"]) | {"another process": one["digest"] == two["digest"]}
+    words = {name: "same" if value else "other" for name, value in same.items()}
+    return words | {"two threads": in_threads(engine, profile, one["digest"])}
 
 
 def rows(lacking: list[str]) -> Iterator[list[str]]:
@@ -92,11 +126,9 @@ def rows(lacking: list[str]) -> Iterator[list[str]]:
             lacking.append(adapter.engine.name)
             continue
         for profile in PROFILES:
-            one, two = asked(engine, profile), asked(engine, profile)
-            same = dict(one["same"]) | {"another process": one["digest"] == two["digest"]}  # type: ignore[call-overload]
-            counted = [same[name] for name in COUNTED]
-            words = ["same" if value else "other" for value in (*counted, same["order"])]
-            yield [engine, profile, f"{sum(counted)} of {len(counted)}", *words]
+            words = words_of(engine, profile)
+            counted = [words[name] for name in COUNTED]
+            yield [engine, profile, f"{counted.count('same')} of {len(counted)}", *counted, words["order"]]
 
 
 def main() -> None:
@@ -112,6 +144,7 @@ def main() -> None:
 
 if __name__ == "__main__":
     if sys.argv[1:]:
-        measured(*sys.argv[1:])
+        engine, profile, how = sys.argv[1:]
+        (threaded if how == "threads" else measured)(engine, profile)
     else:
         main()

@@ -1,7 +1,8 @@
 """The tables of the engines' pages: `python docs/figures/engine_pages.py` writes them into `docs/engines/*.md`.
 
 They are made of `measured.json`, which `make atlas` writes, of the tables of `docs/hazards.md`, which `make hazards`
-does, and of the sentences of `docs/history.md`, which `make history` does. What stands between `<!-- made by ...: NAME
+does, of the rows of `docs/determinism.md`, which `make determinism` does, and of the sentences of `docs/history.md`,
+which `make history` does. What stands between `<!-- made by ...: NAME
 -->` and `<!-- end -->` is written here, the rest by hand.
 """
 
@@ -23,6 +24,7 @@ PAGES = DOCS / "engines"
 MEASURED = DOCS / "figures" / "measured.json"
 HAZARDS = DOCS / "hazards.md"
 HISTORY = DOCS / "history.md"
+DETERMINISM = DOCS / "determinism.md"
 
 _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
 #: What a row of `docs/hazards.md` says where no start is off.
@@ -109,12 +111,51 @@ def history_of(engine: str) -> str:
     return f"{' '.join(text.strip() for text in said)} [The tables](../history.md#{anchor}).\n"
 
 
+def _same_bits() -> Iterator[dict[str, str]]:
+    """Yield the rows of the page of determinism, each by its headings."""
+    lines = [line for line in DETERMINISM.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
+    heads, _, *rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+    yield from (dict(zip(heads, row, strict=True)) for row in rows)
+
+
+def _not_same(row: dict[str, str]) -> str:
+    """Return in which of the tries that count a run did not come to the same bits."""
+    counted = (name for name, word in row.items() if word in {"other", "ended"} and name != "order")
+    return listed(list(counted)) or "none"
+
+
+def determinism_of(engine: str) -> str:
+    """Return whether an engine comes to the same bits again, a sentence a profile."""
+    rows = [row for row in _same_bits() if row["engine"] == engine]
+    if not rows:
+        return "Not measured: [the same bits again?](../determinism.md)\n"
+    turned = {"same": "the same", "other": "other bits"}
+    said = [
+        f"`{row['profile']}` {row['score']} (not in: {_not_same(row)}; discs in the opposite "
+        f"order: {turned[row['order']]})"
+        for row in rows
+    ]
+    return f"A run repeats to the bit: {listed(said)}. [What is compared](../determinism.md).\n"
+
+
+def same_bits() -> str:
+    """Return the table of all engines: the score, what does not repeat, and whether the order of discs counts."""
+    heads = ("method", "the same bits", "not in", "discs in the opposite order")
+    return rows_of(
+        heads,
+        [(f"{row['engine']} {row['profile']}", row["score"], _not_same(row), row["order"]) for row in _same_bits()],
+    )
+
+
 def version() -> str:
     """Return what was measured, when and on what."""
     here = measured()["measured"]
     versions = listed([f"{name} {version}" for name, version in here["versions"].items()])
-    alone = [f"{name} ({when})" for name, when in measured().get("alone", {}).items()]
-    later = f"Alone, and so in no table that ranks engines: {listed(alone)}.\n" if alone else ""
+    alone, joined = (
+        listed([f"{name} ({when})" for name, when in measured().get(key, {}).items()]) for key in ("alone", "joined")
+    )
+    later = f"Joined from a run of their own on the same scenes, without run times: {joined}.\n" if joined else ""
+    later += f"Alone, and so in no table that ranks engines: {alone}.\n" if alone else ""
     return (
         f"Measured on {here['date'][:10]} with Carom {here['carom']}, {here['python']}, {here['processor']}, "
         f"{here['system']}, on {here['scenes']} scenes: {versions}. Run times are of {here['timed']}.\n{later}"
@@ -132,9 +173,16 @@ SHARED = {
     "needs": lambda: table(measured()["needs"]),
     "crowd": lambda: table(measured()["crowd"]),
     "limits": lambda: table(measured()["limits"]),
+    "same_bits": same_bits,
     "commands": commands,
 }
-OWN = {"hazards": hazards_of, "profiles": profiles_of, "settings": settings_of, "history": history_of}
+OWN = {
+    "hazards": hazards_of,
+    "profiles": profiles_of,
+    "settings": settings_of,
+    "history": history_of,
+    "determinism": determinism_of,
+}
 
 
 def filled(page: Path) -> str:

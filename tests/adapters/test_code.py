@@ -23,7 +23,21 @@ Named = Callable[[str], Adapter]
 
 WRITING = ["pymunk", "pybullet", "mujoco", "box2d"]
 #: Their programs are run in tests/engines.
-OTHERS = ["rapier", "dart", "drake", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2", "havok", "physx"]
+OTHERS = [
+    "rapier",
+    "dart",
+    "drake",
+    "ode",
+    "planck",
+    "matter",
+    "box2d3",
+    "jolt",
+    "rapier2d",
+    "cannon",
+    "p2",
+    "havok",
+    "physx",
+]
 
 #: Discs that spin and rub, one of them held, in a corner, under gravity: all that a scene can ask for.
 CORNER = Scene(

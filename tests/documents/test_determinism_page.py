@@ -24,11 +24,11 @@ def test_one_bit_makes_another_digest() -> None:
 @pytest.mark.long
 def test_pic_comes_to_the_bits_that_the_page_says() -> None:
     """Carom's own method, asked as `make determinism` asks, is the page's row."""
-    one, two = determinism.asked("pic", "default"), determinism.asked("pic", "default")
-    assert one == two
-    same = one["same"]
-    assert isinstance(same, dict)
-    words = [
-        "same" if value else "other" for value in (same["again"], same["after another"], one == two, same["order"])
-    ]
-    assert f"| pic | default | 3 of 3 | {' | '.join(words)} |" in determinism.PAGE.read_text(encoding="utf-8")
+    words = determinism.words_of("pic", "default")
+    row = " | ".join(words[name] for name in (*determinism.COUNTED, "order"))
+    assert f"| pic | default | 4 of 4 | {row} |" in determinism.PAGE.read_text(encoding="utf-8")
+
+
+def test_a_run_that_ends_its_process_is_not_the_same() -> None:
+    """An engine that is not there fails in a process of its own: that is told as ended, and counts as not the same."""
+    assert determinism.in_threads("no-such-engine", "default", "") == "ended"

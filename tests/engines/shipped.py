@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from tests.adapters.shipped import DT_S, PHASES, SPEEDS, STEPS, End, Shipped, meeting
+from tests.adapters.shipped import DT_S, NOT_TOLD, PHASES, SPEEDS, STEPS, End, Shipped, meeting
 
 from carom import Disc
 from carom_adapters import npm
@@ -102,6 +102,49 @@ def of_dart() -> Shipped:
     return Shipped(values, run)
 
 
+def of_ode() -> Shipped:
+    """ODE's own: a world, and the surface of a contact; which of its steppers is called is the caller's choice."""
+    from panda3d import ode
+
+    engine: Any = ode
+    world, surface = engine.OdeWorld(), engine.OdeSurfaceParameters()
+    values = {
+        "cfm": world.getCfm(),
+        "erp": world.getErp(),
+        "quick_step_iterations": world.getQuickStepNumIterations(),
+        "stepper": NOT_TOLD,
+        "bounce": surface.getBounce(),
+        "mu": surface.getMu(),
+        "mode": surface.getMode(),
+    }
+
+    def run(discs: Sequence[Disc]) -> End:
+        world, group, bodies, geoms = engine.OdeWorld(), engine.OdeJointGroup(), [], []
+        for disc in discs:
+            body, mass = engine.OdeBody(world), engine.OdeMass()
+            mass.setSphereTotal(disc.mass_kg, disc.radius_m)
+            body.setMass(mass)
+            body.setPosition(*disc.position_m, 0.0)
+            body.setLinearVel(*disc.velocity_m_s, 0.0)
+            geoms.append(engine.OdeSphereGeom(disc.radius_m))
+            geoms[-1].setBody(body)
+            bodies.append(body)
+        surface = engine.OdeSurfaceParameters(engine.OdeSurfaceParameters.MFContactBounce)
+        surface.setBounce(1.0)
+        for _ in range(STEPS):
+            met = engine.OdeUtil.collide(*geoms, 1)
+            for k in range(met.getNumContacts()):
+                contact = engine.OdeContact()
+                contact.setGeom(met.getContactGeom(k))
+                contact.setSurface(surface)
+                engine.OdeContactJoint(world, group, contact).attach(*bodies)
+            world.step(DT_S)
+            group.empty()
+        return np.array([[*list(body.getPosition())[:2], *list(body.getLinearVel())[:2]] for body in bodies])
+
+    return Shipped(values, run)
+
+
 def of_drake() -> Shipped:
     """Drake's own: a plant's, a scene graph's and a simulator's configurations."""
     from pydrake import geometry
@@ -178,6 +221,7 @@ OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
     "rapier": of_rapier,
     "dart": of_dart,
     "drake": of_drake,
+    "ode": of_ode,
     "planck": lambda: _of_npm("planck", 0),
     "matter": lambda: _of_npm("matter", 0),
     "box2d3": lambda: _of_npm("box2d3", 3),

@@ -29,7 +29,7 @@ STARTS, GAS_STARTS = 32, 16
 #: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
 ENGINES = (
     "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2",
-    "havok", "physx", "rapier", "dart", "drake",
+    "havok", "physx", "rapier", "dart", "drake", "ode",
 )  # fmt: skip
 
 #: Speeds at which two discs close, m/s: below, about and above where engines stop to bounce.
@@ -144,6 +144,11 @@ def _findings() -> Iterator[Finding]:
         yield Finding(f"parts over closing, {speed:g} m/s", "drake", "default", head_on(speed), parted, 1.0)
     for speed in (1.0, 0.1, 0.01):
         yield Finding(f"parts over closing, {speed:g} m/s", "drake", "tuned", head_on(speed), parted, 1.0)
+    for mass in (1.0, 100.0, 10000.0):
+        says = f"parts over closing, 5 m/s, discs of {mass:g} kg"
+        yield Finding(says, "ode", "default", head_on(5.0, mass_kg=mass), parted, 1.0)
+    plastic = head_on(5.0).model_copy(update={"restitution": 0.0})
+    yield Finding("parts over closing, 5 m/s, restitution 0", "ode", "default", plastic, parted, 0.0)
     for pixels in (60, 110, 130, 300, 1200):
         scene = head_on(pixels / 128)
         for name, changes in (("free", {}), ("locked", {"locked": True})):
