@@ -50,7 +50,7 @@ def main() -> None:
         if CAME:  # and was lost: Python ignores what is raised where it tidies up after an import
             raise Ended(CAME[-1])
         code = command()
-        if CAME and code == 128 + signal.SIGINT:  # whoever ends with what there is takes each for Ctrl-C
+        if CAME and code == 128 + signal.SIGINT:  # a caller that ends with what there is takes each for Ctrl-C
             code = 128 + CAME[-1]
         _hear_no_more(heard)
     except BaseException:  # what a library makes of an `Ended` that comes while it is imported is anything

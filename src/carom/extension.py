@@ -3,7 +3,7 @@
 Every .pyx file of the package becomes a module of the extension. They are built together or not at all, so
 `carom.built` stands for them all. Where they are not there, plain Python serves, many times slower, with the same bits.
 
-Whoever chooses between the two forms asks `extension_available` when a run starts, and adds `extension_notes` to what
+What chooses between the two forms asks `extension_available` when a run starts, and adds `extension_notes` to what
 the run has to say; a loop in plain Python that may take long has a `Patience`.
 """
 

@@ -4,7 +4,7 @@ A folder of Carom's has a marker, a file that says what it is for. Carom writes 
 marked for the same purpose, and refuses every other; so no file of anybody else's is ever in its way.
 
 Files that belong together appear together: they are written into a folder beside, put on the disk, and the rename of
-that folder is the moment at which they count. From then on they are moved to their places, by whoever comes next if
+that folder is the moment at which they count. From then on they are moved to their places, by the next process if
 need be. So after a kill or a loss of power at any moment the next command finds the old files or the new ones, whole.
 """
 
@@ -91,13 +91,13 @@ def claimed(folder: Path, purpose: str, option: str = "") -> Iterator[None]:
         yield
     finally:
         if not marked and folder.is_dir() and os.access(folder, os.R_OK) and set(os.listdir(folder)) <= {MARKER}:
-            (folder / MARKER).unlink(missing_ok=True)  # whoever claimed it again has removed it
+            (folder / MARKER).unlink(missing_ok=True)  # the process that claimed it again has removed it
             if new:
                 folder.rmdir()
 
 
 def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes]) -> Path:
-    """Write files into a folder of Carom's, all or none, in place of older ones; return the first.
+    """Write files into a folder of Carom's, all or none, replacing older ones; return the first.
 
     Raises:
         InputError: As `claim` says.
@@ -119,7 +119,7 @@ def write_files(folder: Path, purpose: str, contents: Mapping[str, str | bytes])
 
 
 def write_file(path: Path, content: str | bytes) -> Path:
-    """Write one file where somebody asked for it by name, whole, in place of an older one; return its path.
+    """Write one file where somebody asked for it by name, whole, replacing an older one; return its path.
 
     A link is followed, and what is no file, a pipe or ``/dev/stdout`` say, is written to and stays what it is.
 

@@ -207,7 +207,7 @@ class Outline:
         return crossings % 2 == 1
 
     def drawn(self, arc_parts: int) -> Iterator[Point]:
-        """Yield the points of a polyline that shows it: an arc in so many parts for a whole turn."""
+        """Yield the points of a polyline that shows it: an arc in this many parts for a whole turn."""
         for k, stretch in enumerate(self.stretches):
             (ax, ay), b, bulge = stretch.edge
             if k == 0:

@@ -65,7 +65,7 @@ def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
 
 
 class Need(StrEnum):
-    """Something a scene asks of whoever simulates it; its value is how a report names it."""
+    """Something a scene asks of a method that simulates it; its value is how a report names it."""
 
     WALLS = "walls"
     SEGMENTS = "walls of straight edges"
@@ -238,7 +238,7 @@ class Scene(Drawn, Model):
 
     @property
     def needs(self) -> frozenset[Need]:
-        """What this scene asks of a method, to be held against what the method declares."""
+        """What this scene asks of a method, to be compared with what the method declares."""
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]

@@ -1,6 +1,6 @@
 """How large what belongs to one scene is, and what spans too much for any units.
 
-Lengths, the way that a disc can fly until the end among them, are held against the smallest radius, and masses against
+Lengths, the way that a disc can fly until the end among them, are compared with the smallest radius, and masses with
 the lightest; see `carom.limits`.
 """
 

@@ -1,4 +1,4 @@
-"""Text that others wrote, made harmless to whoever shows it: a terminal, a browser, a program that reads lines."""
+"""Text that others wrote, made harmless to those who show it: a terminal, a browser, a program that reads lines."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["is_older", "last_words", "named_hints", "near", "release_numbers", "
 #: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 
-#: What ends a program is told within so many lines of its end: the longest stack traces, node's, have half of that.
+#: What ends a program is told within this many lines of its end: the longest stack traces, node's, have half of that.
 _LAST_LINES = 40
 
 #: What a terminal obeys instead of showing it (all control characters but tab and line feed), what turns the direction
@@ -29,7 +29,7 @@ def visible(text: str) -> str:
 
 
 def shortened(text: str, most: int = 60) -> str:
-    """Return the text as a message shows it: so many characters at most."""
+    """Return the text as a message shows it: this many characters at most."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 

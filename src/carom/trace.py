@@ -53,7 +53,7 @@ def setting_text(value: Setting) -> str:
 
 
 def profile_shown(profile: str, tried: Mapping[str, Setting]) -> str:
-    """Return what people are shown for a profile: its name, and the settings that were tried in place of its own."""
+    """Return what people are shown for a profile: its name, and the settings that were tried instead of its own."""
     values = ", ".join(f"{name}={setting_text(value)}" for name, value in tried.items())
     return f"{profile} with {values}" if values else profile
 
@@ -230,7 +230,7 @@ class Trace(ByValue, Tabular):
             gives them no unique answer, and the order taken is a convention.
         samples: States for drawing, where asked for.
         profile: Name of the profile, empty where a solver was called directly.
-        tried: Settings that were tried in place of the profile's own, as they were asked for.
+        tried: Settings that were tried instead of the profile's own, as they were asked for.
         settings: The settings really used, read back from the engine where it can be read.
         float_bits: Width of the floats that the method declares to compute in, 32 or 64.
         counts: Work counts: steps, pair tests, predictions and so on.

@@ -112,7 +112,7 @@ class Box2dWorld:
         require_supported("Box2D", scene, CAPABILITIES, float(settings["dt_s"]))
         self._box2d = _imported()
         self._asked = dict(settings)
-        # Of its time units a second has so many: velocities are as many times as large.
+        # Of its time units a second has this many: velocities are as many times as large.
         self._time = 1.0 / float(settings.get("velocity_scale", 1.0))
         scene = scaled(scene, time=self._time)
         self._iterations = (int(settings["velocityIterations"]), int(settings["positionIterations"]))

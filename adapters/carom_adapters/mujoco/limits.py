@@ -80,7 +80,7 @@ MOST_LISTED = 1000
 #: of the model, is refused by MuJoCo itself.
 LEAST_INERTIA_FACTOR = 1e-5
 
-#: MuJoCo's mjMINMU: a coefficient of less, but for none at all, is silently made this. From 1e80 on there is no
+#: MuJoCo's mjMINMU: a coefficient of less, except for none at all, is silently made this. From 1e80 on there is no
 #: friction any more, since the fourth power is no float.
 LEAST_FRICTION = 1e-5
 LARGEST_FRICTION = 1e30

@@ -336,7 +336,7 @@ class PybulletWorld:
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """End the client, or keep it for the next scene of the same structure in place of the one kept before.
+        """End the client, or keep it for the next scene of the same structure instead of the one kept before.
 
         A client that is let go of without being disconnected holds its memory for as long as the process lives.
         """

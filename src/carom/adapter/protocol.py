@@ -203,7 +203,7 @@ class Knob:
         low: Its least value; of a setting that is a whole number, one.
         high: Its greatest value, of the same kind.
         log: Whether the values between are spread by their ratios; `low` must be above 0 then.
-        choices: The values that it may take, in place of a least and a greatest.
+        choices: The values that it may take, instead of a least and a greatest.
 
     Raises:
         InputError: There is neither a range nor a choice, or both, or the range is empty or not finite.

@@ -59,12 +59,12 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
 
     def contact(one: Contact) -> Contact:
         # `velocities` and `spins_rad_s` are for methods that solve in the scene's own units.
-        push, rub = one.impulse_n_s, one.tangential_impulse_n_s
+        normal, tangential = one.impulse_n_s, one.tangential_impulse_n_s
         return replace(
             one,
             time_s=one.time_s / time,
-            impulse_n_s=None if push is None else push / speed,
-            tangential_impulse_n_s=None if rub is None else rub / speed,
+            impulse_n_s=None if normal is None else normal / speed,
+            tangential_impulse_n_s=None if tangential is None else tangential / speed,
         )
 
     return replace(

@@ -24,7 +24,7 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
 
-#: Distances of discs and walls that are computed in one go: a few arrays of so many numbers are tens of megabytes.
+#: Distances of discs and walls that are computed in one go: a few arrays of this many numbers are tens of megabytes.
 _DISTANCES = 2**20
 
 
@@ -32,8 +32,8 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
     """Yield the pairs of discs, not both immovable, whose centres are no farther apart than the sum of their reaches.
 
     They come in blocks of up to some ten thousand more than there are discs. No pair of a later block has a lower
-    second disc than a pair of an earlier one, so whoever wants the first of them can stop. Where the sum of the reaches
-    is below 0 the pair is not near; ``dx * dx + dy * dy <= reach * reach`` decides, in floats.
+    second disc than a pair of an earlier one, so a caller that wants the first of them can stop. Where the sum of the
+    reaches is below 0 the pair is not near; ``dx * dx + dy * dy <= reach * reach`` decides, in floats.
 
     Args:
         position_m: Centres, metres, shape ``(n, 2)``.

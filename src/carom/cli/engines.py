@@ -68,7 +68,7 @@ def engines(
 
 
 def _scene(name: str | None, restitution: float | None, friction: float | None) -> Scene:
-    """Return the scene that is asked for, with these coefficients in place of its own where they are given."""
+    """Return the scene that is asked for, with these coefficients instead of its own where they are given."""
     from carom.errors import InputError
     from carom.runs.code import example_scene
     from carom.scene import Scene

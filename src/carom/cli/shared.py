@@ -206,7 +206,7 @@ def console() -> Console:
 
 
 def plain_where_needed() -> None:
-    """Write ASCII in place of signs that an output's encoding does not have."""
+    """Write ASCII instead of signs that an output's encoding does not have."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors=ERRORS)

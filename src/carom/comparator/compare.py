@@ -140,8 +140,8 @@ def compare(reference: Trace, observed: Trace, *, sampling: Trace | None = None,
         reference: The truth, as a rule from `carom.solve_pic`.
         observed: What is scored.
         sampling: PIT at the same step, where it is to be told what sampling alone costs.
-        horizon: Up to where the reference may be believed: a number of impacts (an int) or a time in seconds (a float).
-            What lies beyond is held against the trace's own states only. None for the whole run.
+        horizon: Up to where the reference is reliable: a number of impacts (an int) or a time in seconds (a float).
+            What lies beyond is compared with the trace's own states only. None for the whole run.
 
     Raises:
         InputError: The traces are of different scenes, one of them can't be of its scene (see `sound.require_sound`),

@@ -45,7 +45,7 @@ class Consistency:
 
     Attributes:
         velocity: Largest change of a velocity between impacts, or after the last, over the scene's speed.
-        spin: The same of a spin times its radius, over the scene's speed of rims; 0 where nothing turns.
+        spin: The same of a spin times its radius, over the scene's speed of rims; 0 if no disc spins.
         position: Largest distance of a disc from where its own velocities lead, over the scene's length.
         excess: The largest of these beyond what bodies close in a step at the impacts before and after it.
         stamp_s: How far the stamp of an impact lies outside the step that reported it, or outside the run, seconds.
@@ -55,7 +55,7 @@ class Consistency:
         normal_length: What the length of a normal differs from 1 by.
         momentum: Largest change of the velocity of two discs' centre of mass at their impact, over the scene's speed.
         angular: Largest change of a disc's angular momentum about the point of contact at an impact, over its mass, its
-            radius and the scene's speed of rims; 0 where nothing turns.
+            radius and the scene's speed of rims; 0 if no disc spins.
         angular_excess: The largest of these beyond what bodies close in on each other in a step explains.
         arm: At the impact of `angular`, what turned the disc over what friction would have turned it by at full radius;
             NaN where nothing rubbed there.
@@ -240,7 +240,7 @@ def _normals(trace: Trace, scales: Scales) -> tuple[float, float]:
     """Largest part of a change of velocity that is across the normal, over the speed, and the angle between the two.
 
     A half-plane's normal is known. Of a finite wall, as between discs it is along what the impact changes of their
-    relative velocity, but for what friction adds across it (its coefficient times the part along it, at most) and
+    relative velocity, except for what friction adds across it (its coefficient times the part along it, at most) and
     gravity where it acts on one alone.
     Where several contacts of one step share a disc, nobody knows which of them changed what.
     """

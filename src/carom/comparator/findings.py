@@ -192,7 +192,7 @@ def _not_told(evidence: Evidence) -> Iterator[Finding]:
 
 
 def _turning(evidence: Evidence) -> Iterator[Finding]:
-    """What is off about spins; NaN where nothing turns."""
+    """What is off about spins; NaN if no disc spins."""
     own, scales, impacts = evidence.measured.own.rim_m_s, evidence.scales, evidence.observed.impacts
     off = [e.spin for e in evidence.measured.errors if e.spin * scales.rim_m_s > evidence.rounding * own[e.reference]]
     if off:

@@ -107,7 +107,7 @@ def _is_wrong(evidence: Evidence) -> bool:
 
 
 def _agrees_with_itself(evidence: Evidence, *, but_for_sampling: bool = True) -> bool:
-    """Whether a run agrees with itself, but for what the floats that it declares, and sampling, explain."""
+    """Whether a run agrees with itself, except for what the floats that it declares, and sampling, explain."""
     own = evidence.consistency
     if own is None:
         return False
@@ -119,7 +119,7 @@ def _agrees_with_itself(evidence: Evidence, *, but_for_sampling: bool = True) ->
 def _agrees(evidence: Evidence, measured: Measured, rounding_s: float) -> bool:
     """Whether nothing that was measured is more than rounding; beyond a horizon the end is not measured, and NaN.
 
-    So are spins where nothing turns.
+    So are spins if no disc spins.
     """
     errors, largest = measured.errors, measured.largest
     return (

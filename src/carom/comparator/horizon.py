@@ -1,4 +1,4 @@
-"""Up to where a reference may be believed: given, certified, or estimated from what an ulp at the start leads to."""
+"""Up to where a reference is reliable: given, certified, or estimated from what an ulp at the start leads to."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Horizon:
         order_differs: Index of the first impact that is of other bodies than the certified one; None where none is.
         certified: How many impacts were certified.
         complete: Whether they are all impacts of the scene.
-        end_s: Time up to which the reference may be believed: the end of the scene, or that of the last impact that
+        end_s: Time up to which the reference is reliable: the end of the scene, or that of the last impact that
             agrees. What comes later is not scored globally.
     """
 
@@ -187,7 +187,7 @@ def before_tie(reference: Trace) -> Reach | None:
 
 
 def estimate_horizon(reference: Trace) -> float | None:
-    """Estimate the time up to which a trace by `carom.solve_pic` may be believed; None where that is the whole of it.
+    """Estimate the time up to which a trace by `carom.solve_pic` is reliable; None where that is the whole of it.
 
     The scene is solved again with every number of its start moved by one unit in the last place. Rounding does about as
     much to a run at each impact, so where the two part, neither is to be believed. That is an estimate and no proof:

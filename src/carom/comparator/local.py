@@ -42,7 +42,7 @@ class LocalErrors:
         velocity: Length of the velocity error after, the worse of the two bodies, over the scene's speed.
         restitution: Effective coefficient of restitution along the analytic normal, less the scene's.
         spin: Error of the spin after times the radius, the worse of the two bodies, over the scene's speed of rims; NaN
-            everywhere where nothing turns.
+            everywhere if no disc spins.
         energy: Kinetic energy gained against the analytic answer, over that at the start of the scene.
         sampling_velocity: What `velocity` would be for PIT from the same state at the same step; NaN where PIT would
             find no impact, or there are no steps.

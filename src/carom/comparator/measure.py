@@ -84,7 +84,7 @@ class Errors:
     Attributes:
         energy: Final kinetic energy, over that at the start, with its sign; 0 where nothing moved at the start.
         momentum: Length of the error of the final momentum of the movable discs, over their mass and the speed.
-        final_position: Distance of a disc from its final place, over the scene's length.
+        final_position: Distance of a disc from its final position, over the scene's length.
         final_velocity: Final velocity of a disc, over the scene's speed.
         final_spin: Final spin of a disc times its radius, over the scene's speed of rims.
     """
@@ -115,7 +115,7 @@ class Measured:
 
     Attributes:
         own: What rounding of each impact of the reference, and of each disc's end, is in proportion to.
-        ends: Errors of each disc's final place (metres), velocity and rim (metres a second), shape ``(3, n)``; NaN
+        ends: Errors of each disc's final position (metres), velocity and rim (metres a second), shape ``(3, n)``; NaN
             where they are not measured.
     """
 
@@ -183,7 +183,7 @@ def _number(error: float) -> float:
 
 
 def _end_errors(reference: Trace, observed: Trace) -> Array:
-    """Errors of each disc's final place, velocity and rim, shape ``(3, n)``; rims are NaN where nothing turns."""
+    """Errors of each disc's final position, velocity and rim, shape ``(3, n)``; rims are NaN if no disc spins."""
     place = np.hypot(*(observed.final_position_m - reference.final_position_m).T)
     velocity = np.hypot(*(observed.final_velocity_m_s - reference.final_velocity_m_s).T)
     rim = np.full(len(place), math.nan)
@@ -260,7 +260,7 @@ def untold(trace: Trace) -> NDArray[np.bool_]:
 def _spin_errors(
     reference: Trace, observed: Trace, r: NDArray[np.intp], o: NDArray[np.intp], told: NDArray[np.bool_]
 ) -> Array:
-    """Largest error of a rim's speed after each matched impact, shape ``(m,)``; NaN where nothing turns."""
+    """Largest error of a rim's speed after each matched impact, shape ``(m,)``; NaN if no disc spins."""
     if reference.spins is None or observed.spins is None:
         return np.full(len(r), math.nan)
     apart = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])

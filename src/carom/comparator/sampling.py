@@ -32,8 +32,10 @@ __all__ = ["Paid", "Price", "changes", "paid_of", "price_of_sampling"]
 
 Array = NDArray[np.float64]
 
-#: Prices of so many scenes and steps are kept: a cross-check holds every engine against the same few.
-KEPT = 256
+#: Prices of this many scenes and steps are kept: every engine is compared with the same ones, all scenes of the
+#: catalogue at three steps each, and prices at phases of its own, which hardly come again, push none of them out.
+KEPT = 1024
+OWN_KEPT = 256
 
 
 class Paid(NamedTuple):
@@ -41,7 +43,7 @@ class Paid(NamedTuple):
 
     Attributes:
         velocity: Of the velocity after, over the scene's speed.
-        spin: Of the spin times the radius, over the scene's speed of rims; 0 where nothing turns.
+        spin: Of the spin times the radius, over the scene's speed of rims; 0 if no disc spins.
     """
 
     velocity: Array
@@ -62,7 +64,7 @@ class Price:
         found_off_s: How far the impact's time is off at these phases, seconds.
         energy: Error of the final kinetic energy, over that at the start. This and what follows, at worst over the
             phases, is of the scene's own and of those at which nothing is missed or invented.
-        final_position: Largest distance of a disc from its final place, over the scene's length; 0 where not measured.
+        final_position: Largest distance of a disc from its final one, over the scene's length; 0 where not measured.
         final_velocity: Largest error of a final velocity, over the scene's speed; 0 where not measured.
         final_spin: Largest error of a final spin times its radius, over the scene's speed of rims; 0 as well.
         late_s: Largest error of a time, seconds, over all phases; infinite where an impact is missed or invented.
@@ -127,7 +129,7 @@ def price_of_sampling(
     prices = [Price.of(dt_s, paid_of(reference, measured, scales, reach.impacts), measured)]
     if not (dt_s and reach.impacts):
         return _worst_of(prices)
-    prices += _at_phases(reference.scene, dt_s, reach.impacts, cut, even_phases(THRESHOLDS.phases)[1:])
+    prices += _at_even_phases(reference.scene, dt_s, reach.impacts, cut)
     price = _worst_of(prices)
     if phases := _own_phases(reference, own, price, THRESHOLDS.ratio_known_of(float_bits)):
         at_own = _worst_of([*prices, *_at_phases(reference.scene, dt_s, reach.impacts, cut, phases)])
@@ -203,6 +205,12 @@ def changes(reference: Trace, scales: Scales) -> Paid:
 
 
 @lru_cache(maxsize=KEPT)
+def _at_even_phases(scene: Scene, dt_s: float, believed: int, cut: bool) -> tuple[Price, ...]:
+    """Return the price at each even phase after the first, which is the scene's own; as `_at_phases` does."""
+    return _at_phases.__wrapped__(scene, dt_s, believed, cut, even_phases(THRESHOLDS.phases)[1:])
+
+
+@lru_cache(maxsize=OWN_KEPT)
 def _at_phases(scene: Scene, dt_s: float, believed: int, cut: bool, phases: tuple[float, ...]) -> tuple[Price, ...]:
     """Return the price at each of some phases, as far as the same impacts happen there.
 

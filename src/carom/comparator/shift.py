@@ -21,7 +21,7 @@ __all__ = ["begun_earlier", "even_phases", "shifted_references", "shifted_scenes
 
 
 def even_phases(count: int) -> tuple[float, ...]:
-    """Return so many phases, evenly spread over a step, the first of them 0.
+    """Return this many phases, evenly spread over a step, the first of them 0.
 
     Raises:
         InputError: `count` is below 1.

@@ -24,7 +24,7 @@ from carom.trace import Setting
 
 __all__ = ["Leftover", "Make", "Raised", "Watch", "Watched"]
 
-#: Pools that an engine fills once are full after so many worlds.
+#: Pools that an engine fills once are full after this many worlds.
 WARM_UP_WORLDS = 10
 
 Probe = TypeVar("Probe")
@@ -197,7 +197,7 @@ class Watch(_Probe):
 
 @dataclass(frozen=True)
 class Make(_Probe):
-    """Make, step once, and close so many worlds, and tell by how many bytes the process has grown since the first ten.
+    """Make, step once, and close this many worlds, and tell by how many bytes the process grew since the first ten.
 
     The processes that it has started count, too: an engine can be a program.
 

@@ -1,6 +1,6 @@
 """The scenes of the suite: those of the catalogue whose every impact is known, and a few that show one thing each.
 
-A known answer becomes a trace here, so that a run is held against mathematics and not against a solver.
+A known answer becomes a trace here, so that a run is compared with mathematics and not with a solver.
 """
 
 from __future__ import annotations

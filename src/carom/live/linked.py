@@ -81,7 +81,7 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
 
 
 def linked(name: str, *, package: str, package_name: str, shared: str, module: str) -> str:
-    """Return a script that runs an engine's module unchanged but for its imports, and hands its class to the page."""
+    """Return a script that runs an engine's module unchanged except its imports, and hands its class to the page."""
 
     def bound(match: re.Match[str]) -> str:
         names, source = match["names"], match["source"]

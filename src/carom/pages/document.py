@@ -77,13 +77,13 @@ class Cell:
     Attributes:
         text: What it says.
         note: What stands smaller beside it: the number behind a word.
-        short: What a terminal shows in place of text and note, where that is shorter.
+        short: What a terminal shows instead of text and note, where that is shorter.
         title: The whole story, which a page shows when it is pointed at.
         css: Class of its colours on a page.
         symbol: A sign before the text, so that colour is never the only one.
         style: Its colours on a terminal.
         link: Where the text leads on a page; empty for nowhere.
-        shares: Parts of a bar below the text; a terminal shows it in place of the text.
+        shares: Parts of a bar below the text; a terminal shows it instead of the text.
         part: Length of a meter below the text, in parts of the longest; None for no meter.
         anchor: Its name within a page, for what leads to it; empty for none.
         corner: A sign that a page sets into the cell's corner; empty for none.

@@ -76,7 +76,7 @@ class Mark(Enum):
 
     @property
     def ran(self) -> bool:
-        """Whether the engine gave an answer that was held against the reference."""
+        """Whether the engine gave an answer that was compared with the reference."""
         return self in _OF_GRADE.values() or self in _OF_WIDTH.values()
 
 
@@ -137,7 +137,7 @@ class GridColumn(NamedTuple):
 
     @property
     def profile(self) -> str:
-        """The profile as it is shown: with what was tried in place of its own settings."""
+        """The profile as it is shown: with what was tried instead of its own settings."""
         return self.method.profile_shown
 
     @property
@@ -283,7 +283,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
     if velocity <= rounding and not spin > rounding and abs(time_s) > rounding_s:
         away = wording.steps(abs(time_s), row.job.dt_s)
         return f"{away} {'late' if time_s > 0 else 'early'}", away.replace(" steps", " dt").replace(" step", " dt")
-    symbol, worse = ("RΔω", spin) if spin > velocity else ("Δv", velocity)  # where nothing turns, spin is NaN
+    symbol, worse = ("RΔω", spin) if spin > velocity else ("Δv", velocity)  # if no disc spins, spin is NaN
     shown = wording.number(worse)
     paid = "" if math.isnan(score.price_paid) else f", pays {wording.number(score.price_paid)}"
     return f"{symbol} {shown}{paid}", shown

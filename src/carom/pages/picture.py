@@ -30,7 +30,7 @@ _WIDTH_IN = 3.3
 #: A picture is no flatter and no taller than this, in parts of its width; then there is empty room beside the scene.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
-#: An engine that throws discs out of the picture must not shrink the scene to a dot: so many extents are shown.
+#: An engine that throws discs out of the picture must not shrink the scene to a dot: this many extents are shown.
 _WIDEST = 1.6
 #: With more impacts than this, circles at each of them would hide the paths: the turns are dotted instead.
 _MOST_STANDS = 8

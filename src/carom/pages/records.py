@@ -173,7 +173,7 @@ def _paid(price: float) -> float | Literal["inf"]:
 def _local(score: Score) -> dict[str, int | float]:
     """Medians and largest of the local errors: one entry an impact would be too long a line.
 
-    A kind of error that no impact has, of spins where nothing turns say, is left out.
+    A kind of error that no impact has, of spins, say, if no disc spins, is left out.
     """
     local = score.local
     sampled = ("sampling_velocity", "solver_velocity", "sampling_spin", "solver_spin")

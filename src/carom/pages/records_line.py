@@ -118,7 +118,7 @@ class RowLine:
     """Every other line: one cell, a scene on a method at a step. What was not run has null for what is of a run.
 
     Attributes:
-        tried: Settings in place of the profile's own.
+        tried: Settings instead of the profile's own.
         reason: Why there is no score, or what the verdicts say; empty if it ran.
         matched: How many impacts were found; `missed`, `spurious` and `undecided` are indices.
         price_paid: Velocity error over PIT's; "inf" if PIT has none.

@@ -44,7 +44,7 @@ Json = dict[str, Any]
 #: Discs of a scene that the page of `carom play` shows.
 _FEWEST_THROWN, _MOST_THROWN = 2, 10
 
-#: A pair that passes through within so many steps of an impact has missed that one.
+#: A pair that passes through within this many steps of an impact has missed that one.
 _NEAR_STEPS = 2.0
 
 

@@ -32,7 +32,7 @@ WHOLE = 1e-9
 
 
 def number(value: float, digits: int = 2) -> str:
-    """Return a number to so many significant digits: 0.075, 1.5e-16, 120."""
+    """Return a number to this many significant digits: 0.075, 1.5e-16, 120."""
     if math.isnan(value):
         return ABSENT
     if math.isinf(value):

@@ -71,7 +71,7 @@ class Prepare(_Message):
 
 
 class Step(_Message):
-    """Take so many steps."""
+    """Take this many steps."""
 
     do: Literal["step"] = "step"
     world: int
@@ -130,7 +130,7 @@ class Failure(_Message):
 
 
 class Reply(_Message):
-    """What every answer may hold: an error, in place of all else."""
+    """What every answer may hold: an error, instead of all else."""
 
     error: Failure | None = None
 

@@ -107,7 +107,7 @@ class Program:
             told = f"{self.name} answered {request.do!r} with nonsense: the line {error}; it wrote {line[:SHOWN]!r}"
             raise AdapterError(told, hints=["see docs/engine-protocol.md#the-requests"]) from error
         except (ValueError, RecursionError):
-            return  # what is no JSON is told by whoever reads it
+            return  # what is no JSON is told by what reads it
 
     def _exchange(self, request: bytes) -> bytes | None:
         """Send a request and return the line that answers it; None where there is none.

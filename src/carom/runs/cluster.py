@@ -29,7 +29,7 @@ __all__ = ["ClusterError", "ClusterPool"]
 #: How long to wait for the scheduler to answer at all, seconds.
 CONNECT_S = 10
 
-#: What was lost with a worker is tried again so many times by the scheduler.
+#: What was lost with a worker is tried again this many times by the scheduler.
 RETRIES = 3
 
 #: A cluster may be without any worker for so long, seconds: one that is started anew is there sooner.

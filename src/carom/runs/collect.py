@@ -32,7 +32,7 @@ _State = tuple[float, Vector, Vector]
 _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
-#: A pair rests that neither closes nor parts by more than gravity gives in so many steps: one until the engine looks,
+#: A pair rests that neither closes nor parts by more than gravity gives in this many steps: one until the engine looks,
 #: one until what it found acts, and the half by which a leapfrog's velocities stand beside its boundaries.
 _REST_STEPS = 2.5
 
@@ -132,7 +132,7 @@ class ImpactCollector:
             if contact.velocities is not None:
                 spins = contact.spins_rad_s if self._turns else None
                 record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
-                # Several impacts of one disc in a step: but for those of the step's very start, it has moved between.
+                # Several impacts of one disc in a step: except those of the step's very start, it has moved between.
                 free = contact.time_s == self._last_s or struck.isdisjoint(pair)
                 struck.update(self._movable(pair))
                 state = _state(pair, self._last_s, before if free else None)

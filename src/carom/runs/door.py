@@ -45,7 +45,7 @@ def slip(message: str, section: str = FIELDS) -> AdapterError:
 
 
 def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
-    """Return a text of an adapter's, of at most so many characters, as a plain string.
+    """Return a text of an adapter's, of at most this many characters, as a plain string.
 
     Raises:
         AdapterError: It is no text, too long, or can't be written; `what` says which.
@@ -327,7 +327,7 @@ def _items(found: object, what: str, count: int) -> tuple[object, ...]:
 def _numbers(found: object, what: str, count: int) -> list[float]:
     items = _items(found, what, count)
     try:
-        numbers = [float(item) for item in items if not isinstance(item, str | bytes)]  # type: ignore[arg-type] # what is none raises
+        numbers = [float(item) for item in items if not isinstance(item, str | bytes)]  # type: ignore[arg-type] # anything else raises
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != count:
@@ -341,7 +341,7 @@ def _numbers(found: object, what: str, count: int) -> list[float]:
 
 def _whole(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
     try:
-        number = operator.index(value)  # type: ignore[arg-type] # what is none raises
+        number = operator.index(value)  # type: ignore[arg-type] # anything else raises
     except TypeError:
         raise slip(f"{what} must be a whole number, got {_shown(value)}") from None
     if not least <= number <= MOST_WHOLE:

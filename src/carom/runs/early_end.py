@@ -78,7 +78,7 @@ class FreeFlight:
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
     def _moved_straight_on(self, time_s: float, now: Observation) -> bool:
-        """Whether the last step moved every disc by its velocity, but for rounding of coordinates and of instants."""
+        """Whether the last step moved every disc by its velocity, except for rounding of coordinates and instants."""
         off = np.abs(now.position_m - self._position - now.velocity_m_s * self._dt_s)
         largest = np.max(np.abs([self._position, now.position_m, now.velocity_m_s * time_s]))
         return bool(np.all(off <= _ROUNDINGS * self._unit * largest))

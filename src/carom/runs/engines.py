@@ -178,7 +178,7 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 @dataclass(frozen=True)
 class SettingsAt:
-    """Ask an adapter for the settings of a profile at several steps, with those that are tried in place of its own."""
+    """Ask an adapter for the settings of a profile at several steps, with those that are tried instead of its own."""
 
     least_limit_s: ClassVar[float] = LEAST_LIMIT_S
     engine: str
@@ -244,7 +244,7 @@ def methods_of(
         profiles: Names of the profiles to run.
         dts: Steps, seconds.
         pool: Where adapters are asked; it stays open.
-        tried: Settings in place of the profiles' own, by the engine's name.
+        tried: Settings instead of the profiles' own, by the engine's name.
     """
     steps = tuple(dict.fromkeys(dts))
     tasks = {

@@ -102,7 +102,7 @@ def import_scene(
 
 
 def _in_metres(scene: Scene, unit: float) -> Scene:
-    """Return a scene whose lengths were given in units of which a metre has so many."""
+    """Return a scene whose lengths were given in units of which a metre has this many."""
     if unit == 1.0:
         return scene
 

@@ -32,18 +32,18 @@ T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
-#: Settings that are tried in place of a profile's own, by name.
+#: Settings that are tried instead of a profile's own, by name.
 Tried = tuple[tuple[str, Setting], ...]
 
 
 @dataclass(frozen=True, order=True)
 class Method:
-    """One engine with one profile, and what is tried in place of the profile's own settings.
+    """One engine with one profile, and what is tried instead of the profile's own settings.
 
     Attributes:
         engine: Name of the adapter.
         profile: Name of the profile.
-        tried: Settings in place of the profile's own, by name; with any, it is the profile's method no more.
+        tried: Settings instead of the profile's own, by name; with any, it is the profile's method no more.
     """
 
     engine: str
@@ -61,7 +61,7 @@ class Method:
         return f"{self.engine}/{self.profile_shown}"
 
 
-#: PIT stands for sampling itself: every method is held against it at its own step.
+#: PIT stands for sampling itself: every method is compared with it at its own step.
 PIT_METHOD = Method("pit", "tuned")
 
 
@@ -74,7 +74,7 @@ class Job:
         method: Engine and profile.
         dt_s: Step, seconds.
         refinement: Which of the scene's steps this is, 0 for the coarsest, so that steps of different scenes compare.
-        phase: Where in a step the scene's start falls, 0 to 1: the scene begins so large a part of a step earlier.
+        phase: Where in a step the scene's start falls, 0 to 1: the scene begins this fraction of a step earlier.
     """
 
     scene: Scene

@@ -2,7 +2,7 @@
 
 Run as ``python -m carom.runs.keeper MEMORY_BYTES`` by `carom.runs.process`, or forked by `carom.runs.template`. It
 forks before it loads an adapter: the child becomes the worker (`carom.runs.worker`), which keeps standard input, output
-and error; the keeper watches. When the worker ends, or whoever asked wants no more answers (SIGTERM, or the other end
+and error; the keeper watches. When the worker ends, or the caller wants no more answers (SIGTERM, or the other end
 of standard input is closed) or is gone, the keeper kills what is left and ends as the worker did.
 
 On Linux the keeper adopts what the worker's processes leave behind, so that one that has left their session is found,

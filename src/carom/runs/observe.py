@@ -28,7 +28,7 @@ from carom.trace import Outcome, Samples, Setting, Trace
 __all__ = ["Observe", "able_adapter", "capabilities_of", "observe_run", "profile_settings"]
 
 
-#: Samples are for drawing, and no picture is more than so many pixels wide.
+#: Samples are for drawing, and no picture is more than this many pixels wide.
 MOST_SAMPLES = 4096
 
 
@@ -77,7 +77,7 @@ def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
 
 
 def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried = ()) -> Mapping[str, Setting]:
-    """Return the settings of a profile at a step, with those that are tried in place of its own.
+    """Return the settings of a profile at a step, with those that are tried instead of its own.
 
     Raises:
         UnknownNameError: The adapter has no such profile.
@@ -118,7 +118,7 @@ def observe_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: Step, seconds.
-        tried: Settings in place of the profile's own.
+        tried: Settings instead of the profile's own.
         samples: Whether to keep positions for drawing.
         watched: Whether each step is compared with PIC from the run's own state: the trace's `local_truth`.
 
@@ -242,7 +242,7 @@ def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iter
 
 
 def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None:
-    """Return the spins of a state, None where nothing turns; of discs that can't turn an adapter need not tell them."""
+    """Return the spins of a state, None if no disc spins; of discs that can't turn an adapter need not tell them."""
     if not scene.arrays.turns:
         return None
     return np.zeros(len(scene.discs)) if state.spin_rad_s is None else state.spin_rad_s

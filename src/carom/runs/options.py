@@ -94,7 +94,7 @@ class Limited(DeclaredOptions):
 
     Attributes:
         jobs: How many jobs are run at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for so many seconds is ended.
+        time_limit_s: An engine that gives no answer for this many seconds is ended.
         memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.runs.pool.LocalPool` has
             it.
     """
@@ -146,7 +146,7 @@ class Options(Limited):
             Where two profiles of an engine have the same settings, only the later one is run. One whose steps are cut
             is run at a scene's coarsest step only, unless steps are asked for, since what it finds does not depend on
             them.
-        settings: Settings to try in place of the profiles' own, by name; every engine asked for must have them. A text
+        settings: Settings to try instead of the profiles' own, by name; every engine asked for must have them. A text
             is read as the kind that the setting is.
         phases: At how many sub-step phases to run each job beside the scene's own, for the spread of its errors.
         seed: Where the quasi-random sequence of phases begins.

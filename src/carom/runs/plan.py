@@ -136,7 +136,7 @@ def plan_of(scenes: Iterable[Scene | CatalogueScene | str], options: Options, po
 def _tried(
     infos: Sequence[EngineInfo], profiles: Sequence[str], options: Options, dts: Sequence[float], pool: Pool
 ) -> dict[str, Tried]:
-    """Return what each engine is to try in place of its profiles' own settings."""
+    """Return what each engine is to try instead of its profiles' own settings."""
     if not options.settings:
         return {}
     return {info.name: tried_by(info, options.settings, profiles, dts[0], pool) for info in infos}

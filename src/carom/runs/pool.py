@@ -1,6 +1,6 @@
 """Where tasks are carried out: in worker processes of this machine, or in this very process.
 
-Whoever runs engines asks a pool, and gets an `Answer` whatever an engine does. A third pool is a cluster
+A caller that runs engines asks a pool, and gets an `Answer` whatever an engine does. A third pool is a cluster
 (`carom.runs.cluster`).
 """
 
@@ -24,7 +24,7 @@ __all__ = ["Asker", "Closing", "InProcess", "Lane", "LocalPool", "Pool"]
 
 
 def memory_share(lanes: int) -> float:
-    """Return how many megabytes each of so many processes at work may take, where one share is left for all else."""
+    """Return how many megabytes each of this many processes at work may take, where one share is left for all else."""
     return available_memory() / (lanes + 1) / 1e6
 
 
@@ -139,7 +139,7 @@ class Lane(Asker):
             worker.close()
 
     def stop(self) -> None:
-        """Let whoever waits for an answer wait no longer, and nobody ask again."""
+        """Let the caller that waits for an answer wait no longer, and nobody ask again."""
         with self._lock:
             self._closed = True
             for worker in self._workers.values():

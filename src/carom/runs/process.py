@@ -41,14 +41,14 @@ SHOWN_BYTES = 60
 
 #: How long a process that was told to end may take to do so, seconds: what the system takes to end it.
 GRACE_S = 5.0
-#: How often whoever waits for an answer looks whether the worker was closed meanwhile, seconds.
+#: How often a caller that waits for an answer looks whether the worker was closed meanwhile, seconds.
 CLOSED_CHECK_S = 0.2
 
 T = TypeVar("T")
 
 
 class ClosedError(Exception):
-    """Whoever asked was ended meanwhile, by Ctrl-C say, so that nobody waits for the answer."""
+    """The caller was ended meanwhile, by Ctrl-C say, so that nobody waits for the answer."""
 
 
 class Worker:
@@ -89,7 +89,7 @@ class Worker:
                     del todo[0]
                     yield answer
         finally:
-            if todo:  # whoever asked went away: what is still to come must not answer the next
+            if todo:  # the caller went away: what is still to come must not answer the next
                 with self._lock:
                     self._end()
 
@@ -139,7 +139,7 @@ class Worker:
         return sorted(os.listdir(self._folder.path))
 
     def stop(self) -> None:
-        """Let whoever waits for an answer wait no longer, and nobody ask again."""
+        """Let the caller that waits for an answer wait no longer, and nobody ask again."""
         self._closed = True
 
     def close(self) -> None:
@@ -257,7 +257,7 @@ class _Process:
         for pipe in (self._popen.stdin, self._popen.stdout, self._popen.stderr):
             if pipe is not None:
                 pipe.close()  # the end of its input is the keeper's sign
-        self._popen.terminate()  # and so is this: whoever was forked meanwhile can hold the other end open
+        self._popen.terminate()  # and so is this: what was forked meanwhile can hold the other end open
         self._selector.close()
         with suppress(subprocess.TimeoutExpired):
             self._popen.wait(GRACE_S)

@@ -1,4 +1,4 @@
-"""The reference of a scene: PIC's trace, how far it is certified, and up to when it may be believed."""
+"""The reference of a scene: PIC's trace, how far it is certified, and up to when it is reliable."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ FEWEST_DISCS = 3
 
 @dataclass(frozen=True)
 class Reference:
-    """What a scene's runs are held against.
+    """What a scene's runs are compared with.
 
     Attributes:
         trace: The PIC trace, or the certified one.
         certified: How far PIC agrees with the certified run, or why that is not known; None where it was not looked at.
-        horizon_s: Time up to which `trace` may be believed; None for all of it.
+        horizon_s: Time up to which `trace` is reliable; None for all of it.
         pic: The PIC trace where `trace` is not it.
     """
 
@@ -54,7 +54,7 @@ class Reference:
 
 
 def reference_trace(scene: Scene) -> Trace | str:
-    """Return the PIC trace that everything is held against, or why there is none, for every row to say."""
+    """Return the PIC trace that everything is compared with, or why there is none, for every row to say."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
     except InputError as error:

@@ -58,7 +58,7 @@ def violates(row: Row, fail_on: Grade) -> bool:
 
 @dataclass(frozen=True, repr=False)
 class Results(Tabular):
-    """All rows of a cross-check, and what they were held against.
+    """All rows of a cross-check, and what they were compared with.
 
     Attributes:
         rows: In the order scene, engine, profile, step.
@@ -70,7 +70,7 @@ class Results(Tabular):
         elapsed_s: Wall-clock seconds of the whole cross-check.
         certified: How far the reference of a scene is certified, or in words why it is not, by the scene's name; scenes
             of one or two discs are left out unless that was asked for.
-        horizons: Up to when a scene's reference may be believed, seconds, by the scene's name; what is not listed is
+        horizons: Up to when a scene's reference is reliable, seconds, by the scene's name; what is not listed is
             believed whole. An estimate where nobody has certified it.
         phases: At how many sub-step phases each job was run beside the scene's own.
     """

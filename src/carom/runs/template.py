@@ -63,7 +63,7 @@ class Forked:
         """Return the exit code, as `subprocess.Popen.wait` does.
 
         Raises:
-            subprocess.TimeoutExpired: It runs on after so many seconds.
+            subprocess.TimeoutExpired: It runs on after this many seconds.
         """
         if self._code is None:
             if not select.select([self._status], [], [], timeout)[0]:

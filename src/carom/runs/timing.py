@@ -82,10 +82,10 @@ def time_run(
         scene: The scene.
         profile: Name of the profile.
         dt_s: The step, seconds.
-        tried: Settings in place of the profile's own.
+        tried: Settings instead of the profile's own.
         steps: How many; as many as the scene lasts by default.
         runs: How many runs the medians are of, one at least.
-        enough_s: No further run is made once so many seconds have been timed.
+        enough_s: No further run is made once this many seconds have been timed.
         call: Whether to time a call of no steps, too; it is made before the steps, and no part of them.
         zero: Whether the clock may show no time: what is timed is next to nothing, and its cost is taken off.
 

@@ -40,7 +40,7 @@ class KnownSettings:
     dt_s: float
 
     def carry_out(self) -> Mapping[str, Setting]:
-        """Return the values by name; of a profile that fails none, since whoever runs it is told why."""
+        """Return the values by name; of a profile that fails none, since the caller is told why."""
         adapter = load_adapter(self.engine)
         found: dict[str, Setting] = {}
         for profile in dict.fromkeys((*self.profiles, *adapter.profiles)):
@@ -59,7 +59,7 @@ def tried_by(
     Args:
         info: What is known of the engine.
         asked: The settings, by name; a text is read as the kind that the setting is.
-        profiles: The profiles in place of whose settings they are tried.
+        profiles: The profiles instead of whose settings they are tried.
         dt_s: A step at which the profiles are asked for theirs, seconds.
         asker: Where the adapter is asked.
 

@@ -107,7 +107,7 @@ class CatalogueScene:
     Attributes:
         name: Full name, ``group/name``; the scene's own name.
         shows: What it shows, in one sentence; the scene's own description.
-        build: Makes the scene, but for its name, and its answer.
+        build: Makes the scene, except for its name, and its answer.
         marks: Tags that can't be told from the scene and its answer.
     """
 
@@ -221,7 +221,7 @@ def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[floa
 def _told_of_spin(
     trace: Trace, known: KnownAnswer, scene: Scene, speed: float
 ) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
-    """Yield spins told, known, and what they are held against; infinity where a method does not tell what is known."""
+    """Yield spins told, known, and what they are compared with; infinity where a method does not tell what is known."""
     for k, expected in enumerate(known.impacts):
         for side, disc in (("first", expected.first), ("second", expected.second)):
             spin = getattr(expected, f"spin_{side}_after")

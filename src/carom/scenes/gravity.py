@@ -18,7 +18,7 @@ FALL = complex(0.0, -9.80665)
 
 
 def _fallen(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
-    """Return position and velocity after so many seconds of free fall."""
+    """Return position and velocity after this many seconds of free fall."""
     return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
 
 

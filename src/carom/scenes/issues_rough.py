@@ -53,9 +53,9 @@ def _tailuge_298() -> Staged:
         Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
     ]
     scene = scene_of(discs=discs, friction=0.5, duration_s=2 * _TIME_S)
-    push, rub = speed * nx, speed * ny / (2 * (1 + 1 / k))  # the slip is -speed ny, of which a seventh is taken
-    struck = (push * nx + rub * ny, push * ny - rub * nx)
-    after, spin = ((speed - struck[0], -struck[1]), struck), rub / k / radius
+    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # of the slip, -speed ny, a seventh
+    struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
+    after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
     hit = KnownImpact(_TIME_S, 0, 1, *after, spin, spin)
     source = "Alciatore, billiards TP A.14: the tangent of the throw is a seventh of that of the cut, with e = 1"
     return Staged(scene, KnownAnswer(source, (hit,), 1, after, final_spin_rad_s=(spin, spin)))

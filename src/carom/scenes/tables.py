@@ -52,7 +52,7 @@ def _bullet() -> Staged:
 
 
 def _end_of_a_wall(offset: float) -> Staged:
-    """Stage a disc that flies past the upper end of a wall, with its centre so many radii above it."""
+    """Stage a disc that flies past the upper end of a wall, with its centre this many radii above it."""
     radius, speed, time = 0.25, 3.0, 0.51
     normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time

@@ -32,7 +32,7 @@ __all__ = ["ImpactLog", "Recent", "gliding_note", "standstill_impacts"]
 
 
 def standstill_impacts(bodies: int) -> int:
-    """Return after how many impacts at one instant time no longer advances, where there are so many bodies.
+    """Return after how many impacts at one instant time no longer advances, where there are this many bodies.
 
     Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch; masses 1:100 against a wall
     31, 1:10,000 314. A hundred times the square of the bodies lets all of these through, and ends a run in which time
@@ -147,7 +147,7 @@ class ImpactLog:
         return self._impacts.array()
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
         if self._turns and len(self._spins) < len(self.records):
             self._spins.add(spin_array(self.records[len(self._spins) :]))
         return self._spins.array() if self._turns else None

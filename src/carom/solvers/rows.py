@@ -87,7 +87,7 @@ class RecordedImpacts:
         return self._taken.array()
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return the spins around the impacts so far; None where nothing turns."""
+        """Return the spins around the impacts so far; None if no disc spins."""
         self.array()
         return None if self._spins is None else self._spins.array()
 

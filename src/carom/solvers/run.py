@@ -43,7 +43,7 @@ class RunImpacts(Protocol):
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""

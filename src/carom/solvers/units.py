@@ -154,7 +154,7 @@ class RunInUnits:
         return self._run.counts["frames"]
 
     def advance_frames(self, frames: int) -> None:
-        """Of a run of PIT: pass so many frames, and go to the instant of the one that follows."""
+        """Of a run of PIT: pass this many frames, and go to the instant of the one that follows."""
         self._of_frames.advance_frames(frames)
 
     @property
@@ -198,7 +198,7 @@ class LogInUnits:
         return self._units.rows(self._log.array())
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
         return None if spins is None else self._units.rows(spins)
 

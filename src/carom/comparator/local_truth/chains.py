@@ -36,7 +36,7 @@ class StepChain:
     goes_on: bool = False
 
     def later(self, steps: int) -> StepChain:
-        """Return it so many steps later, as another numbering has it."""
+        """Return it this many steps later, as another numbering has it."""
         pairs = {pair: tuple(step + steps for step in active) for pair, active in self.pairs.items()}
         return replace(self, begin=self.begin + steps, end=self.end + steps, pairs=pairs)
 

@@ -16,7 +16,7 @@ __all__ = ["MARGIN_STEPS", "RESTING_GAP", "NearPairs", "disc_pairs", "wall_pairs
 
 Array = NDArray[np.float64]
 
-#: An engine may answer a meeting so many steps ahead (speculative margins), or still push after it (soft contacts).
+#: An engine may answer a meeting this many steps ahead (speculative margins), or still push after it (soft contacts).
 MARGIN_STEPS = 2.0
 
 #: It rests at a distance of up to this part of the contact distance: margins of engines are below a hundredth.

@@ -17,7 +17,7 @@ __all__ = ["RESTING_STEPS", "Rest", "rests"]
 
 Flags = NDArray[np.bool_]
 
-#: A pair that gravity presses together rests while it closes or parts by no more than what it falls in so many steps:
+#: A pair that gravity presses together rests while it closes or parts by no more than what it falls in this many steps:
 #: an engine that holds velocities shows one step's fall or none, one that holds places two and a half at most
 #: (Box2D and MuJoCo `default`, 8 starts each).
 RESTING_STEPS = 2.5

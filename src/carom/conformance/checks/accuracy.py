@@ -3,7 +3,7 @@
 What a method that looks once a step has to pay is measured, not guessed: PIT runs the same scene at the same step. An
 adapter may be as bad as that, and on top of it by what its profile's `Accuracy` owns up to. A profile whose steps are
 cut does not look once a step but where bodies begin to touch, so it is allowed rounding and its promise alone. A
-promised margin allows each impact what `carom.conformance.margin` finds of it, in place of sampling and not on top.
+promised margin allows each impact what `carom.conformance.margin` finds of it, instead of sampling and not on top.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ __all__ = ["finds_impacts", "spins_are_right", "times_are_right", "velocities_ar
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
-    """Every impact is found that PIT finds at this step, and none is invented, but for what a promised margin makes."""
+    """Every impact is found that PIT finds at this step, and none is invented, except what a promised margin makes."""
     setup, trace, score, pit = subject.score(profile, name)
     margin = subject.margin(profile, name)
     others = [pit] if margin is None else [pit, margin]

@@ -110,7 +110,7 @@ def closes_after_errors(subject: Subject) -> None:
 
 
 def lets_go_of_worlds(subject: Subject) -> None:
-    """Two hundred worlds made, stepped and closed one after another leave less behind than so many small ones hold."""
+    """200 worlds made, stepped and closed one after another leave less behind than that many small ones hold."""
     setup, least = Setup(approach()), math.inf
     for _ in range(ROUNDS):
         grown = subject.growth_bytes(setup, WORLDS)

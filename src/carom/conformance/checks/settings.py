@@ -35,7 +35,7 @@ def settings_are_read_back(subject: Subject, profile: str) -> None:
 
 
 def _same(asked: Setting, found: Setting, bits: int) -> bool:
-    """Whether two settings are one value to an engine whose floats have so many bits."""
+    """Whether two settings are one value to an engine whose floats have this many bits."""
     if isinstance(asked, str) or isinstance(found, str) or not isinstance(asked + found, float):
         return asked == found
     with np.errstate(over="ignore"):  # beyond the greatest float of this width both are infinite

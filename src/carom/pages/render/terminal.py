@@ -57,7 +57,7 @@ def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[
 
 
 def plain_text(document: Document, width: int = 80) -> str:
-    """Return what a terminal of so many columns shows, without its colours."""
+    """Return what a terminal of this many columns shows, without its colours."""
     buffer = io.StringIO()
     console = Console(file=buffer, width=width, highlight=False, markup=False)
     for item in terminal(document, width):

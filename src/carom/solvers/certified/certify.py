@@ -41,7 +41,7 @@ def certify(
         max_impacts: Stop after this many impacts; None for no limit.
         time_budget_s: Stop after this many seconds of clock time; None for no limit.
         max_precision_bits: Never compute with more bits than these.
-        tie_bits: An event that is still not decided when its bodies are known to so many bits is called degenerate.
+        tie_bits: An event that is still not decided when its bodies are known to this many bits is called degenerate.
         progress: Called now and then with impacts so far, time reached in seconds, and bits of precision.
 
     Returns:

@@ -100,7 +100,7 @@ def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) ->
 
 
 def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> tuple[arb, arb, arb]:
-    """Carry out the impact of a disc on a wall: a mirror, but for one that gravity pulls to or from."""
+    """Carry out the impact of a disc on a wall: a mirror, except for one that gravity pulls to or from."""
     i = meeting.first
     law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
     x, y = bodies.moved(i, meeting.at)

@@ -13,7 +13,7 @@ MOST_DIGITS = 10_000
 #: Half a million impacts of 64 discs at packing .4, which would take an hour or so.
 MAX_PRECISION_BITS = 65536
 
-#: Two times that agree in so many bits are no accident of the start's 53.
+#: Two times that agree in this many bits are no accident of the start's 53.
 TIE_BITS = 512
 
 #: Floats have no fewer than these, rounded up to a word.

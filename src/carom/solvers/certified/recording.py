@@ -93,7 +93,7 @@ class Recording:
         return impact_array(row.radii for row in self.rows)
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
         return spin_array(row.values for row in self.rows) if self._turns else None
 
     def spin_radii(self) -> NDArray[np.void] | None:

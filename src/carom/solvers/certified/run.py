@@ -127,7 +127,7 @@ class CertifiedRun:
 
         Args:
             time_s: Seconds from the start.
-            max_impacts: Stop after so many impacts in all; None for no limit.
+            max_impacts: Stop after this many impacts in all; None for no limit.
             progress: Called now and then with impacts and seconds.
             time_budget_s: Seconds of clock time; None for no limit.
 

@@ -195,7 +195,7 @@ class Selection:
     def _report(self, kind: Degenerate, meetings: tuple[Meeting, ...], when: arb) -> Degeneracy:
         bodies = self.bodies
         involved = sorted({body for m in meetings for body in (m.first, m.second)})
-        if kind is Degenerate.RESTING_CONTACT:  # whoever met one of them last drives it into the other
+        if kind is Degenerate.RESTING_CONTACT:  # the disc that met one of them last drives it into the other
             last = [bodies.partner[body] for body in involved if body >= 0]
             involved = sorted({*involved, *(body for body in last if body is not None)})
         proven = all(m.proven for m in meetings) or (

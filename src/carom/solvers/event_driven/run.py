@@ -46,7 +46,7 @@ class RunState(NamedTuple):
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in kernel.pyx
     time_s: float
-    fixed: Mapping[str, Any]  # what no impact changes, by name, but for radii and masses, which the kernel's rows hold
+    fixed: Mapping[str, Any]  # what no impact changes, by name, except radii and masses, which the kernel's rows hold
 
 
 class EventDrivenRun:
@@ -221,7 +221,7 @@ _LAW = (
 
 
 def _fixed_of(start: DiscArrays, contact_duration_s: float) -> dict[str, Any]:
-    """Return by name what no impact changes, but for radii and masses, which the kernel has copied."""
+    """Return by name what no impact changes, except for radii and masses, which the kernel has copied."""
     law = {name: getattr(start, name) for name in _LAW}
     inertia = start.inertia.copy() if start.turns else None
     return {"inertia_factor": inertia, "walls": start.walls, **law, "contact_duration_s": contact_duration_s}

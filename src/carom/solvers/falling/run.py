@@ -25,7 +25,7 @@ class BallisticRun(AllPairsRun):
     """A PIC run under gravity: `carom.solvers.run.Run`.
 
     It ends before its time where a disc comes to rest: see `carom.trace.Outcome.AT_REST` and `notes`. The arguments are
-    those of `AllPairsRun`, but for the contact time of the TC model.
+    those of `AllPairsRun`, except for the contact time of the TC model.
     """
 
     bodies: FallingBodies

@@ -27,7 +27,7 @@ class FrameClock:
 
     @classmethod
     def at_rate(cls, frame_rate_hz: float) -> FrameClock:
-        """Return the clock of so many frames a second.
+        """Return the clock of this many frames a second.
 
         Raises:
             InputError: The frame rate is not a positive number.

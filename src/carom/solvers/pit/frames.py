@@ -91,7 +91,7 @@ class PlainFrameLoop:
         return self.clock.time_s(self.frames)
 
     def present_spins(self) -> NDArray[np.float64] | None:
-        """Return the spins, radians a second, shape ``(n,)``; None where nothing turns."""
+        """Return the spins, radians a second, shape ``(n,)``; None if no disc spins."""
         return self.bodies.spins()
 
 

@@ -99,7 +99,7 @@ class FrameRun:
         return outcome
 
     def advance_frames(self, frames: int) -> None:
-        """Pass so many frames, and go to the instant of the one that follows."""
+        """Pass this many frames, and go to the instant of the one that follows."""
         self._advance(self.frames + frames, None, None)
         self.time_s = max(self.time_s, self.clock.time_s(self.frames))
 

@@ -113,7 +113,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
 
 
 def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
-    """Write ``index.html`` into a folder, in place of an older one, and return its path; `asked` as of the document.
+    """Write ``index.html`` into a folder, replacing an older one, and return its path; `asked` as of the document.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.

@@ -75,7 +75,7 @@ def bench_document(bench: Bench, axes: Sequence[Diagram] = tuple(Diagram)) -> Do
 
 
 def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram)) -> Path:
-    """Write `index.html`, `bench.json` and a diagram a scene and pair of axes, in place of older ones.
+    """Write `index.html`, `bench.json` and a diagram a scene and pair of axes, replacing older ones.
 
     Returns:
         The page.

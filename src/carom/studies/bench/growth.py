@@ -43,7 +43,7 @@ PACKING = 0.3
 DT_S = 1 / 240
 STEPS = 30
 
-#: Below so many discs what is fixed (a call, a box, the walls) hides how cost grows with their number.
+#: Below this many discs what is fixed (a call, a box, the walls) hides how cost grows with their number.
 FIT_FROM = 100
 
 #: A run that is shorter than this is repeated, and the median taken.
@@ -76,7 +76,7 @@ class Grown:
 
 @dataclass(frozen=True)
 class GrowthTask:
-    """Run a gas of so many discs in a worker process of its own, whose memory nothing else has touched."""
+    """Run a gas of this many discs in a worker process of its own, whose memory nothing else has touched."""
 
     discs: int
     method: Method

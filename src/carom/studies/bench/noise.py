@@ -36,7 +36,7 @@ class Noise:
 
     Attributes:
         work_s: Seconds that it took, the median.
-        interquartile: The middle half of all probes lies within so large a part of the median.
+        interquartile: The middle half of all probes lies within this fraction of the median.
         worst: The slowest, over the median.
         probes: How many there were.
     """

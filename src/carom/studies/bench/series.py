@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 __all__ = ["STEPS", "default_steps", "geometric_steps"]
 
 #: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
-#: 1/60 s, in so many steps as a fitted order needs to have a confidence interval worth reading.
+#: 1/60 s, in as many steps as a fitted order needs to have a confidence interval worth reading.
 FINEST = 60 / 10_000
 STEPS = 6
 
 
 def geometric_steps(coarsest_s: float, finest_s: float, count: int) -> tuple[float, ...]:
-    """Return so many steps, evenly spread on a logarithmic axis; whole frame rates where both ends are.
+    """Return this many steps, evenly spread on a logarithmic axis; whole frame rates where both ends are.
 
     Raises:
         InputError: An end is no positive number, or there are fewer than two steps.

@@ -94,7 +94,7 @@ def write_report(
     *,
     fail_on: Grade | None = Grade.INACCURATE,
 ) -> Path:
-    """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, in place of older ones.
+    """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, replacing older ones.
 
     Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
 
@@ -148,7 +148,7 @@ def _counts(grid: Grid) -> str:
     """Say how many runs have which grade."""
     every = list(grid.columns.values())
     columns, what = [column for column in every if not column.own], "engine run"
-    if not columns:  # Carom's own methods only: then it is PIT that is held against PIC
+    if not columns:  # Carom's own methods only: then it is PIT that is compared with PIC
         columns = [column for column in every if column.engine != "pic"] or every
         labels = {column.label for column in columns}
         what = f"{labels.pop()} run" if len(labels) == 1 else "run"

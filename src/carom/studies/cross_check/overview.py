@@ -43,7 +43,7 @@ __all__ = ["first_replay", "overview"]
 #: From best to worst.
 _GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED)
 #: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods, and
-#: beside so many methods a terminal has room for their times.
+#: beside this many methods a terminal has room for their times.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 GROUP_NOTE = (
@@ -233,7 +233,7 @@ class _Impact(NamedTuple):
 
 
 def _held(row: GridRow) -> list[GridCell]:
-    """Return what is held against PIC; PIC itself where nothing else ran."""
+    """Return what is compared with PIC; PIC itself where nothing else ran."""
     ran = [cell for cell in row.cells if cell.plays]
     return [cell for cell in ran if cell.column.engine != "pic"] or ran
 

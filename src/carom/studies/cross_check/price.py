@@ -46,7 +46,7 @@ PRICE_SHORT = (
 
 @dataclass(frozen=True)
 class EnginePrice:
-    """An engine's profile at each scene's coarsest step, held against PIT there.
+    """An engine's profile at each scene's coarsest step, compared with PIT there.
 
     Attributes:
         column: The engine and profile.

@@ -34,7 +34,7 @@ KNOWN_NOTE = (
 
 
 def reference_section(results: Results) -> Section:
-    """Say how far the reference of a scene may be believed, where that is not the whole of it or was asked for."""
+    """Say how far the reference of a scene is reliable, where that is not the whole of it or was asked for."""
     lines = []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         said = [str(results.certified[name])] if name in results.certified else []

@@ -60,8 +60,8 @@ def run(
         engine: Name of an adapter, as `carom.engines()` lists it, or the ``engine.toml`` of a program.
         dt: Step, seconds; the scene's frame by default.
         profile: Name of one of its profiles.
-        settings: Settings to try in place of the profile's own, by name.
-        time_limit_s: The engine is ended after so many seconds.
+        settings: Settings to try instead of the profile's own, by name.
+        time_limit_s: The engine is ended after this many seconds.
 
     Raises:
         UnknownNameError: There is no such scene, engine, profile or setting.
@@ -132,20 +132,20 @@ def execute(
     """
     started, options = time.perf_counter(), plan.options
     references = _references(plan, progress)
-    held = {name: found for name, found in references.items() if isinstance(found, Reference)}
-    jobs = [job for job in plan.jobs if job.scene.name in held]
-    shifted = _shifted(jobs, held, phase_values(options.phases, options.seed))
+    usable = {name: found for name, found in references.items() if isinstance(found, Reference)}
+    jobs = [job for job in plan.jobs if job.scene.name in usable]
+    shifted = _shifted(jobs, usable, phase_values(options.phases, options.seed))
     timed = [job for job in jobs if options.timing and job.refinement == 0]
     observer = _Observer(plan, pool, notes, progress)
     observed = {_key(job) for one in jobs for job in (one, _sampling(one))}
     observer.total = len(observed) + sum(map(len, shifted.values())) + len(timed)
-    rows = _scored(jobs, held, observer)
-    rows |= _spread(rows, shifted, held, observer)
+    rows = _scored(jobs, usable, observer)
+    rows |= _spread(rows, shifted, usable, observer)
     rows |= _timed([rows[_key(job)] for job in timed], observer)
     for job in plan.jobs:
         if isinstance(reason := references[job.scene.name], str):
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
-    return _results(plan, [rows[_key(job)] for job in plan.jobs], held, command, time.perf_counter() - started)
+    return _results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
 
 
 class _Observer:
@@ -189,7 +189,7 @@ def _key(job: Job) -> Key:
 
 
 def _references(plan: Plan, progress: Progress | None) -> dict[str, Reference | str]:
-    """Return what each scene's runs are held against, or why there is nothing."""
+    """Return what each scene's runs are compared with, or why there is nothing."""
     options = plan.options
     found: dict[str, Reference | str] = {}
     for scene in plan.scenes:
@@ -207,23 +207,24 @@ def _sampling(job: Job) -> Job:
     return replace(job, method=PIT_METHOD)
 
 
-def _scored(jobs: Sequence[Job], held: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
+def _scored(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Observer) -> dict[Key, Row]:
     """Return the rows of all jobs, and of PIT on each scene at each step, asked for or not: it is run first."""
     sampling = {_key(one): one for one in map(_sampling, jobs)}
     pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
-    rows = {key: _row(sampling[key], answer, held, answer.value) for key, answer in pit.items()}
+    rows: dict[Key, Row] = {}
     for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
-        rows[_key(job)] = _row(job, answer, held, pit[_key(_sampling(job))].value)
-    return rows
+        rows[_key(job)] = _row(job, answer, usable, pit[_key(_sampling(job))].value)
+    # PIT's own last: engines are asked at the first turn of the loop, and run while rows are scored.
+    return rows | {key: _row(sampling[key], answer, usable, answer.value) for key, answer in pit.items()}
 
 
-def _row(job: Job, answer: Answer[Trace], held: Mapping[str, Reference], pit: Trace | None) -> Row:
+def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:
     """Return the row of a job, scored where there is a trace; PIT's own is what sampling costs at its step."""
     row = Row(job, answer.status, answer.reason, answer.value)
     if answer.value is None:
         return row
     try:
-        reference = held[job.scene.name]
+        reference = usable[job.scene.name]
         score = compare(reference.trace, answer.value, sampling=pit, horizon=reference.horizon_s)
     except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us, they cost no other row
         return _unscored(job, error)
@@ -235,19 +236,19 @@ def _unscored(job: Job, error: Exception) -> Row:
     return Row(job, Status.FAILED, f"what it returned can't be scored: {raised(error)}")
 
 
-def _shifted(jobs: Sequence[Job], held: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Trace]]:
+def _shifted(jobs: Sequence[Job], usable: Mapping[str, Reference], phases: Sequence[float]) -> dict[Key, list[Trace]]:
     """Return for each job the reference of its scene at each phase."""
     if not phases:
         return {}
     steps = {(job.scene.name, job.dt_s) for job in jobs}
-    at = {step: list(shifted_references(held[step[0]].trace, step[1], phases)) for step in steps}
+    at = {step: list(shifted_references(usable[step[0]].trace, step[1], phases)) for step in steps}
     return {_key(job): at[job.scene.name, job.dt_s] for job in jobs}
 
 
 def _spread(
     rows: Mapping[Key, Row],
     shifted: Mapping[Key, Sequence[Trace]],
-    held: Mapping[str, Reference],
+    usable: Mapping[str, Reference],
     observer: _Observer,
 ) -> dict[Key, Row]:
     """Run every job that ran at its phases, too, and return its row with the spread of its errors."""
@@ -262,7 +263,7 @@ def _spread(
         key, one = home[id(job)]
         if answer.value is not None:
             try:
-                scores[key].append(compare(one, answer.value, horizon=held[key[0]].horizon_s))
+                scores[key].append(compare(one, answer.value, horizon=usable[key[0]].horizon_s))
             except Exception as error:  # noqa: BLE001 - as in a row at the scene's own start
                 failed[key] = _unscored(rows[key].job, error)
     return {
@@ -280,21 +281,23 @@ def _timed(rows: Sequence[Row], observer: _Observer) -> dict[Key, Row]:
     return {_key(job): replace(ran[_key(job)], timing=answer.value, untimed=answer.said) for job, answer in times}
 
 
-def _results(plan: Plan, rows: Sequence[Row], held: Mapping[str, Reference], command: str, elapsed_s: float) -> Results:
+def _results(
+    plan: Plan, rows: Sequence[Row], usable: Mapping[str, Reference], command: str, elapsed_s: float
+) -> Results:
     return Results(
         rows=_with_ratios(rows),
-        references={name: reference.trace for name, reference in held.items()},
+        references={name: reference.trace for name, reference in usable.items()},
         known={
-            name: (answer, deviation(held[name].pic or held[name].trace, answer, held[name].trace.scene))
+            name: (answer, deviation(usable[name].pic or usable[name].trace, answer, usable[name].trace.scene))
             for name, answer in plan.answers.items()
-            if name in held
+            if name in usable
         },
         engines=plan.engines,
         environment=environment(plan.engines),
         command=command,
         elapsed_s=elapsed_s,
-        certified={name: one.certified for name, one in held.items() if one.certified is not None},
-        horizons={name: one.horizon_s for name, one in held.items() if one.horizon_s is not None},
+        certified={name: one.certified for name, one in usable.items() if one.certified is not None},
+        horizons={name: one.horizon_s for name, one in usable.items() if one.horizon_s is not None},
         phases=plan.options.phases,
     )
 

@@ -260,7 +260,7 @@ def settings_section(results: Results, grid: Grid) -> Section:
 
 
 def _stands_for(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -> str:
-    """Return what a profile stands for, and what was tried in place of its own settings."""
+    """Return what a profile stands for, and what was tried instead of its own settings."""
     method = column.method
     own = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.tried:

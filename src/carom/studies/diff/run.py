@@ -104,7 +104,7 @@ class Change:
     Attributes:
         kind: What became of it.
         scene: Name of the scene.
-        method: Engine and profile; both, where two are held against each other.
+        method: Engine and profile; both, where two are compared with each other.
         dt_s: Step, seconds.
         old: Its mark before.
         new: Its mark after.

@@ -53,7 +53,7 @@ class Ran:
         lost: Impacts missed and impacts invented.
         velocity: Largest velocity error over the scene's speed; NaN where no impact was matched.
         late_steps: Largest error of a time, in steps; NaN likewise.
-        path_m: Where each disc is at so many instants of the run, evenly spread, and at its end: coordinates, metres.
+        path_m: Where each disc is at this many instants of the run, evenly spread, and at its end: coordinates, metres.
         velocity_m_s: The velocities at the end: coordinates, metres a second.
         float_bits: Width of the floats that the adapter declares.
     """

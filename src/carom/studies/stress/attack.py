@@ -127,8 +127,8 @@ class Attack:
 def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:
     """Judge by the final velocities: the error of each disc over the greatest change that one impact makes to it.
 
-    A disc that is never hit is held against the greatest change of any disc. So the measure knows no unit, and a graze,
-    which changes little, is measured by that little.
+    A disc that is never hit is compared with the greatest change of any disc. So the measure knows no unit, and a
+    graze, which changes little, is measured by that little.
     """
     change = truth.greatest_change_m_s
     note = "by convention" if truth.convention else ""

@@ -318,7 +318,7 @@ def _many_impacts() -> list[Attack]:
             _DIGITS,
             f"{_VELOCITY}; an error across the axis grows 5.8 times a bounce, so 53 bits last for some twenty",
             whole=True,
-            # Once off the axis the disc leaves in much the same direction, whoever runs it: the few bounces between are
+            # Once off the axis the disc leaves in much the same direction, by all methods: the few bounces between are
             # where it shows, so none may be stepped over.
             rungs=40,
         ),

@@ -79,7 +79,7 @@ _MEANINGS = (
 
 
 def write_stress(results: StressResults, folder: Path) -> Path:
-    """Write `stress.html`, `stress.md` and `stress.json` into a folder, in place of older ones; return the page.
+    """Write `stress.html`, `stress.md` and `stress.json` into a folder, replacing older ones; return the page.
 
     Raises:
         MissingExtraError: jinja2, of the extra `report`, is not installed.

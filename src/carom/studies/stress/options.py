@@ -23,7 +23,7 @@ class StressOptions(Limited):
         engines: Names of adapters; None for all.
         profiles: Names of profiles.
         quick: The quick form: fewer rungs, nearer ends, a coarser bisection.
-        time_limit_s: An engine that gives no answer for so many seconds has given way; given as None, it is that of
+        time_limit_s: An engine that gives no answer for this many seconds has given way; given as None, it is that of
             the form.
 
     Raises:

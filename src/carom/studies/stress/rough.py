@@ -66,9 +66,9 @@ def spin_judge(
     return judge
 
 
-def _held_or_slid(friction: float, push: float, slip: float, inverse_effective_mass: float) -> float:
-    """Return friction's impulse for a push and a slip, of unit mass: no tangential restitution."""
-    return math.copysign(min(abs(slip) / inverse_effective_mass, friction * push), slip)
+def _tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float) -> float:
+    """Return the impulse of sticking, or of sliding if that is less, of unit mass; nothing is given back along it."""
+    return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
 
 
 def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
@@ -91,8 +91,8 @@ def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: floa
         duration_s=(_STEPS_BEFORE + _STEPS_AFTER) * dt,
         frame_rate_hz=RATE_HZ,
     )
-    rub = _held_or_slid(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
-    final, rim = [(speed - rub, speed)], [-rub / inertia]
+    impulse = _tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
+    final, rim = [(speed - impulse, speed)], [-impulse / inertia]
     return Trial(scene, spin_judge(scene, final, rim, [2.0 * speed]))
 
 
@@ -116,9 +116,9 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
         frame_rate_hz=RATE_HZ,
     )
     rim = _RADIUS_M * spin_rad_s
-    rub = _held_or_slid(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
-    final, rims = [(0.0, -rub), (speed, rub)], [rim - rub / k, -rub / k]
-    return Trial(scene, spin_judge(scene, final, rims, [max(speed, rub / k)] * 2))
+    impulse = _tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
+    final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
+    return Trial(scene, spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
 
 
 def _friction(value: float) -> list[Trial]:
@@ -157,7 +157,7 @@ def _between(height: float, shows: str, name: str, duration_s: float, **fields: 
 
 
 def _grip_chain(value: float) -> list[Trial]:
-    """Stage so many bounces of a superball between plates, each a dozen steps after the one before."""
+    """Stage this many bounces of a superball between plates, each a dozen steps after the one before."""
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
     shows = f"A superball grips two plates in turn, {2 * rounds} times."

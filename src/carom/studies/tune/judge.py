@@ -50,7 +50,7 @@ class JudgeTask(JobTask):
     """Run a job and judge it, in a worker process.
 
     Attributes:
-        horizon_s: Time up to which the reference may be believed; None for all of it.
+        horizon_s: Time up to which the reference is reliable; None for all of it.
         timed: Whether its steps are timed too.
     """
 
@@ -64,7 +64,7 @@ class JudgeTask(JobTask):
             UnsupportedError: There is no reference.
         """
         job, tried = self.job, self.job.method.tried
-        # Also where the first profile says that it can't: it is held against settings that say nothing of themselves.
+        # Also where the first profile says that it can't: it is compared with settings that say nothing of themselves.
         adapter = load_adapter(job.engine)
         reference = _reference(job.scene)
         if not isinstance(reference, Trace):
@@ -89,7 +89,7 @@ class Jury:
 
     Args:
         steps: The scenes with the step of each, seconds.
-        horizons: Time up to which a scene's reference may be believed, by the scene's name; what is not listed is
+        horizons: Time up to which a scene's reference is reliable, by the scene's name; what is not listed is
             believed whole.
         pool: Where jobs are run; it stays open.
         notes: What is judged already, and where more of it goes.

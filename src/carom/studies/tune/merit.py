@@ -76,7 +76,7 @@ class Merit:
 
     @property
     def respects(self) -> tuple[int, int, int]:
-        """What it is about but for the cost: scenes wrong, scenes neither exact nor close, and the error."""
+        """What it is about except for the cost: scenes wrong, scenes neither exact nor close, and the error."""
         return self.wrong, self.behind, self.error
 
     def beaten_by(self, other: Merit) -> bool:

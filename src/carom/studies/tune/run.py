@@ -173,7 +173,7 @@ def _beside(info: EngineInfo, profile: str, steps: Mapping[Scene, float], jury: 
 def _references(
     scenes: Sequence[Scene], info: EngineInfo, options: TuneOptions
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return up to when each scene's reference may be believed, and why a scene can't be used, by name."""
+    """Return up to when each scene's reference is reliable, and why a scene can't be used, by name."""
     horizons: dict[str, float] = {}
     left_out: dict[str, str] = {}
     located = options.profile in info.located
@@ -191,7 +191,7 @@ def _references(
 def _settings(
     pool: Pool, engine: str, profile: str, tried: Tried, dt_s: float
 ) -> tuple[dict[str, Setting], frozenset[str]]:
-    """Return the settings at a step, but for the step itself, and the names of those that vary with it."""
+    """Return the settings at a step, except for the step itself, and the names of those that vary with it."""
     answer = pool.ask(SettingsAt(engine, profile, (dt_s, dt_s / 2), tried))
     here, finer = answer.value or (answer.said, "")
     if isinstance(here, str) or isinstance(finer, str):

@@ -1,4 +1,4 @@
-"""The search: from an engine's shipped settings to those of the most merit that are found in so many trials.
+"""The search: from an engine's shipped settings to those of the most merit that are found in a number of trials.
 
 First each knob alone, at its ends; then trials that an optimiser asks for (Optuna's tree-structured Parzen estimator,
 Bergstra et al., NeurIPS 2011), each knob as shipped or turned; then, from the best, one knob at a time again: taken
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Found", "KnobSearch", "require_tune_extra"]
 
-#: A trial is judged in so many parts, the scenes first that went worst with the first profile; after each part a trial
+#: A trial is judged in this many parts, those scenes first that went worst with the first profile; after each part one
 #: that can't come up to the best any more is given up.
 PARTS = 3
 
-#: The best is gone over whatever it takes; what is better in one respect only, up to so many times those asked for.
+#: The best is gone over whatever it takes; what is better in one respect only, up to this many times those asked for.
 MOST_TRIALS = 4
 
 

@@ -15,7 +15,7 @@ __all__ = ["Point", "Space", "values_of"]
 #: among them since they are the best as a rule: off is 0, never is the largest value there is.
 BETWEEN = 15
 
-#: When the best is gone over once more, each knob goes to the ends of so many equal parts of its range, and to the so
+#: When the best is gone over once more, each knob goes to the ends of this many equal parts of its range, and to the so
 #: many values on either side of its own: what is far is found by the one, and what is near by the other.
 STOPS, NEAR = 4, 2
 
