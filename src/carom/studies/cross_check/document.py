@@ -26,6 +26,7 @@ from carom.studies.cross_check.finding import finding
 from carom.studies.cross_check.overview import first_replay, overview
 from carom.studies.cross_check.price import price_section, prices
 from carom.studies.cross_check.reference import known_section, reference_section
+from carom.studies.cross_check.sentences import Sentence
 from carom.studies.cross_check.steps import steps_section
 from carom.studies.cross_check.trend import trend_sections
 
@@ -132,16 +133,16 @@ def _reference(results: Results) -> str:
     if not results.known:
         proven = [n for n, how in results.certified.items() if isinstance(how, Horizon) and how.covers_the_scene]
         if not proven:
-            return "None of these scenes has a known answer, so PIC is the reference here without a proof of its own."
+            return Sentence.UNPROVEN()
         which = f"{len(proven)} of {wording.count(len(results.references), 'scene')}"
-        return f"None of these scenes has a known answer; of {which} every impact of PIC is certified."
+        return Sentence.CERTIFIED(which=which)
     deviations = {name: deviation for name, (_, deviation) in results.known.items()}
     off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
     if off:
         right = f"{len(deviations) - len(off)} of {wording.count(len(deviations), 'known answer')}"
-        return f"PIC reproduces {right} to rounding; it does not reproduce {wording.listed(off)}."
+        return Sentence.DEVIATES(which=right, scenes=wording.listed(off))
     which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
-    return f"PIC reproduces {which} (largest deviation {wording.number(max(deviations.values()))})."
+    return Sentence.REPRODUCES(which=which, deviation=wording.number(max(deviations.values())))
 
 
 def _counts(grid: Grid) -> str:
@@ -156,10 +157,10 @@ def _counts(grid: Grid) -> str:
     ran = sum(n for mark, n in tally.items() if mark.ran)
     scored = [f"{tally[mark]} {mark.word}" for mark in Mark if mark.ran and tally[mark]]
     others = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]]
-    sentence = f"Of {wording.count(ran, what)} at {grid.step_phrase}: {'; '.join(scored)}."
-    if not ran:
-        sentence = f"No {what} at {grid.step_phrase} could be scored."
-    return f"{sentence} Not scored: {'; '.join(others)}." if others else sentence
+    sentence = Sentence.NO_RUN(what=what, steps=grid.step_phrase)
+    if ran:
+        sentence = Sentence.RUNS(runs=wording.count(ran, what), steps=grid.step_phrase, grades="; ".join(scored))
+    return f"{sentence} {Sentence.NOT_SCORED(others='; '.join(others))}" if others else sentence
 
 
 def _lucky(grid: Grid) -> Iterator[str]:
@@ -177,7 +178,7 @@ def _lucky(grid: Grid) -> Iterator[str]:
             owes = "its grade" if len(lucky) == 1 else f"{sum(map(bool, lucky))} of its {len(lucky)} grades"
             some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
             right = f"looking once a step is as right at {some} of {phases} phases"
-            yield f"{column.name} owes {owes} to the phase of the step: {right}."
+            yield Sentence.LUCKY(method=column.name, grades=owes, right=right)
 
 
 def _python_call(results: Results, grid: Grid) -> str:

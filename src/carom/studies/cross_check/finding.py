@@ -9,6 +9,7 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.pages import wording
 from carom.pages.grid import Grid, GridCell, GridColumn, Mark
 from carom.studies.cross_check.ranking import merit, ranked
+from carom.studies.cross_check.sentences import Sentence
 
 __all__ = ["finding", "misses"]
 
@@ -25,7 +26,7 @@ def finding(grid: Grid) -> str:
     every = [column for column in grid.columns.values() if any(cell.plays for cell in grid.cells(column))]
     columns = [column for column in every if not column.own] or [c for c in every if c.engine != "pic"] or every
     if not columns:
-        return "Nothing could be scored: no method that was asked ran any of these scenes."
+        return Sentence.NOTHING()
     return _of_one(grid, columns) if len(grid.rows) == 1 else _of_many(grid, columns)
 
 
@@ -47,7 +48,7 @@ def _of_one(grid: Grid, columns: Sequence[GridColumn]) -> str:
     more = f"; {len(kinds) - len(shown)} other outcomes between" if len(shown) < len(kinds) else ""
     steps = {cell.row.job.dt_s for cell in grid.rows[0].cells if cell.row is not None}
     at = f" at {wording.step(steps.pop())}" if len(steps) == 1 else ""
-    return f"{grid.rows[0].scene.name}{at}: {'; '.join(parts)}{more}."
+    return Sentence.ONE_SCENE(scene=grid.rows[0].scene.name, step=at, outcomes=f"{'; '.join(parts)}{more}")
 
 
 def _does(cell: GridCell) -> str:
@@ -60,17 +61,17 @@ def _does(cell: GridCell) -> str:
     lost = [f"{len(score.missed)} missed"] if score.missed else []
     lost += [f"{len(score.spurious)} invented"] if score.spurious else []
     if lost:
-        return f"{wording.listed(lost)} of {wording.count(score.expected, 'impact')}"
+        return Sentence.LOST(lost=wording.listed(lost), impacts=wording.count(score.expected, "impact"))
     if not score.errors or cell.mark in (Mark.EXACT, Mark.EXACT_32):
         return cell.mark.word
     rounding = THRESHOLDS.rounding_of(score.float_bits)
     if score.total.velocity > rounding:
-        return f"velocities off by {wording.percent(score.total.velocity)} of the greatest speed"
+        return Sentence.VELOCITY(part=wording.percent(score.total.velocity))
     late = score.total.time_s
     if cell.row is not None and abs(late) > THRESHOLDS.time_rounding_of(
         score.float_bits, score.scales.time_s, cell.row.job.dt_s
     ):
-        return f"{wording.number(abs(late) * 1e3, 3)} ms {'late' if late > 0 else 'early'}"
+        return Sentence.TIME(time=wording.number(abs(late) * 1e3, 3), side="late" if late > 0 else "early")
     return cell.mark.word
 
 
@@ -83,16 +84,16 @@ def _of_many(grid: Grid, columns: Sequence[GridColumn]) -> str:
         engines = "every engine as shipped that ran" if len(shipped) > 1 else f"{shipped[0].label} as shipped"
         missed = [row.scene.name for row in grid.rows if _all_miss([c for c in row.cells if c.column in shipped])]
         which = f": {_names(missed)}" if missed else ""
-        parts.append(f"In {len(missed)} of {scenes} scenes {engines} misses an impact{which}.")
+        parts.append(Sentence.MISSES(missed=len(missed), scenes=scenes, engines=engines, which=which))
     merits = {column: merit([cell.mark for cell in grid.cells(column)]) for column in columns}
     best = min(merits.values())
     firsts = [column for column in ranked(grid, columns) if merits[column] == best]
     if best[0] == 0:
-        parts.append(f"No {'engine' if not columns[0].own else 'method'} is exact or close in any of {scenes} scenes.")
+        parts.append(Sentence.NONE_CLOSE(kind="method" if columns[0].own else "engine", scenes=scenes))
     else:
         names, tie = [column.name for column in firsts], " tie" if len(firsts) > 1 else ""
         wrong = max(sum(cell.mark is Mark.WRONG for cell in grid.cells(column)) for column in firsts)
-        parts.append(f"Most exact or close: {_names(names)}{tie}, in {-best[0]}; wrong in {wrong}.")
+        parts.append(Sentence.MOST_CLOSE(names=_names(names), tie=tie, scenes=-best[0], wrong=wrong))
     return " ".join(parts)
 
 
