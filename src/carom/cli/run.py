@@ -137,7 +137,7 @@ def _say_settings(results: Results, scene: str) -> None:
             continue
         words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", wording.step_option(max(steps)), "--scene", scene))
-        shared.say(f"Settings of {column.name}, as code to paste: {command}")
+        shared.say(f"Settings of {column.name}, as code to paste:\n{command}")
         return
 
 
