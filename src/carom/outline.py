@@ -87,23 +87,34 @@ class Stretch(NamedTuple):
             return ((ax, ay) if part <= 0.0 else (bx, by)), False
         (cx, cy), (dx, dy) = self.centre, (x - self.centre[0], y - self.centre[1])
         distance = math.sqrt(dx * dx + dy * dy)
-        # All points of a circle are as far from its centre.
-        rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
-        if self.whole:
+        if self.whole:  # all points of a circle are as far from its centre
+            rim = (cx + self.radius * dx / distance, cy + self.radius * dy / distance) if distance else (ax, ay)
             return rim, self.radius > 0.0
-        side = (bx - ax) * (rim[1] - ay) - (by - ay) * (rim[0] - ax)
-        if side * bulge < 0.0:  # a counterclockwise arc is on the right of its chord
-            return rim, True
+        # In the sector, which is told from the ends: a flat arc's centre is far off.
+        begun = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0.0
+        not_ended = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0.0
+        if (begun or not_ended) if abs(bulge) > 1.0 else (begun and not_ended):
+            out = self.power(x, y) / (distance + self.radius) if distance else 0.0
+            return (x - out * dx / distance, y - out * dy / distance) if distance else (ax, ay), True
         to_a, to_b = _square(x - ax, y - ay), _square(x - bx, y - by)
         return ((ax, ay) if to_a <= to_b else (bx, by)), False
+
+    def power(self, x: float, y: float) -> float:
+        """Return the squared distance of a point from an arc's centre less its squared radius.
+
+        From the ends, so that a radius far above all else costs no digits: circles through both are ``(p - a).(p - b)``
+        plus a multiple of the chord's cross product with ``p - a``, which vanishes on the line through them.
+        """
+        (ax, ay), (bx, by), bulge = self.edge
+        across = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+        return ((x - ax) * (x - bx) + (y - ay) * (y - by)) - across * (0.5 * (1.0 / bulge - bulge))
 
     def bulges_over(self, x: float, y: float) -> bool:
         """Whether a point lies between an arc and its chord."""
         if self.centre is None:
             return False
         (ax, ay), (bx, by), bulge = self.edge
-        within = (x - self.centre[0]) ** 2 + (y - self.centre[1]) ** 2 < self.radius**2
-        return within and ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) * bulge < 0.0
+        return self.power(x, y) < 0.0 and ((bx - ax) * (y - ay) - (by - ay) * (x - ax)) * bulge < 0.0
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ They are told apart by their fields: a half-plane has a point and a normal, a ch
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import islice
 from typing import Annotated, Any, ClassVar, Union
@@ -14,7 +15,7 @@ from pydantic import BeforeValidator, Field, Strict
 
 from carom.errors import Problem, SceneError
 from carom.fields import Direction, Friction, Model, Number, Vector
-from carom.limits import MOST_WALLS
+from carom.limits import LARGEST, MOST_WALLS
 from carom.outline import Outline
 from carom.outline_checks import meetings
 
@@ -166,6 +167,10 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
     edges = points - (not chain.closed)
     if chain.bulges and len(chain.bulges) != edges:
         yield Problem(("bulges",), f"must be one for each of the {edges} edges, or left out, got {len(chain.bulges)}")
+    for k, bulge in enumerate(chain.bulges[:edges]):
+        chord = math.dist(chain.points_m[k], chain.points_m[(k + 1) % points])
+        if bulge and not chord * (1.0 / abs(bulge) + abs(bulge)) / 4.0 <= LARGEST:
+            yield Problem(("bulges", k), f"makes edge {k} an arc of a radius above {LARGEST:.3g} m: 0 is straight")
     if chain.solid and not chain.closed:
         yield Problem(("solid",), "needs closed = true: an open chain has no inside")
     for k in range(edges):

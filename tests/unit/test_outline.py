@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import random
+from decimal import Decimal, localcontext
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -107,3 +110,42 @@ def test_touching_is_decided_exactly() -> None:
     for y, expected in ((1.0, 1), (math.nextafter(1.0, 2.0), 0)):
         outline = Outline(((0.0, 0.0), (2.0, 0.0), (4.0, 0.0), (4.0, y), (0.0, y)), (-1.0, 0.0, 0.0, 0.0), 0.0)
         assert len(list(meetings(outline.edges, closed=False))) == expected
+
+
+def exact_gap(edge: Edge, x: float, y: float) -> float:
+    """Return how far a point is from an arc's circle, outwards, with 400 digits."""
+
+    def decimal(number: Fraction) -> Decimal:
+        return Decimal(number.numerator) / Decimal(number.denominator)
+
+    circle = circle_of(edge)
+    with localcontext(prec=400):
+        distance = decimal((Fraction(x) - circle.x) ** 2 + (Fraction(y) - circle.y) ** 2).sqrt()
+        return float(distance - decimal(circle.radius2).sqrt())
+
+
+@pytest.mark.parametrize("bulge", [50.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
+def test_however_flat_an_arc_is_its_nearest_point_is_known_to_the_rounding_of_its_ends(bulge: float) -> None:
+    """Of points around its middle the distance is that of exact arithmetic, on both sides and for both ways."""
+    rnd = random.Random(5)
+    for sign in (1.0, -1.0):
+        edge = Edge((-1.25, 0.75), (0.5, 1.0), sign * bulge)
+        arc = Outline(edge[:2], (edge.bulge,), 0.0)
+        middle = -0.375 + 0.125 * edge.bulge, 0.875 - 0.875 * edge.bulge  # the bulge is the height over half the chord
+        for _ in range(50):
+            off = rnd.uniform(-0.4, 0.4), rnd.uniform(-0.4, 0.4)
+            x, y = middle[0] + off[0], middle[1] + off[1]
+            foot = arc.nearest(x, y)
+            assert foot.inner
+            room = 2.0**-50 * (abs(x) + abs(y) + 2.0 + (bulge if bulge > 1.0 else 0.0))
+            assert abs(math.hypot(x - foot.x, y - foot.y) - abs(exact_gap(edge, x, y))) <= room
+            assert abs(exact_gap(edge, foot.x, foot.y)) <= room
+
+
+@pytest.mark.parametrize("bulge", [0.3, 1e-6, 1e-12, 1e-15])
+def test_beside_a_flat_arc_its_end_is_nearest(bulge: float) -> None:
+    """A point before the one end, or behind the other, has that end for its nearest point."""
+    arc = Outline(((-1.0, 0.0), (1.0, 0.0)), (bulge,), 0.0)
+    for x, y, end in ((-1.5, 0.25, -1.0), (1.5, 0.25, 1.0), (-1.5, -0.25, -1.0), (1.5, -0.25, 1.0)):
+        foot = arc.nearest(x, y)
+        assert (foot.x, foot.y, foot.inner) == (end, 0.0, False)

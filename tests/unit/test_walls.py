@@ -59,6 +59,10 @@ def test_a_half_plane_is_written_as_ever() -> None:
         ({"points_m": [[3, 0], [4, 0]], "closed": True}, "3 points of a closed chain without bulges at least, got 2"),
         ({"points_m": [[3, 0], [4, 0], [4, 0]]}, "points_m[2]: must not be where edge 1 begins, got (4.0, 0.0)"),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [1, 1]}, "bulges: must be one for each of the 1 edges"),
+        (
+            {"points_m": [[3, 0], [4, 0]], "bulges": [5e-324]},
+            "bulges[0]: makes edge 0 an arc of a radius above",
+        ),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [math.inf]}, "bulges[0]: must be a finite number, got inf"),
         ({"points_m": [[3, 0], [4, 0]], "solid": True}, "solid: needs closed = true"),
         ({"points_m": [[3, 0], [5, 0], [4, 1], [4, -1]]}, "edge 2 meets edge 0 at (4, 0)"),

@@ -29,18 +29,28 @@ cdef struct Foot:  # the nearest point of a wall's line
     double y
 
 
+cdef inline double power(const Stretch *s, double x, double y) noexcept nogil:
+    across = (s.bx - s.ax) * (y - s.ay) - (s.by - s.ay) * (x - s.ax)
+    chord = (x - s.ax) * (x - s.bx) + (y - s.ay) * (y - s.by)
+    return chord - across * (0.5 * (1.0 / s.bulge - s.bulge))
+
+
 cdef inline Foot nearest_of_arc(const Stretch *s, double x, double y) noexcept nogil:
-    cdef Foot rim = Foot(s.ax, s.ay)
+    cdef bint begun, not_ended
     dx = x - s.cx
     dy = y - s.cy
     distance = sqrt(dx * dx + dy * dy)
-    if distance != 0.0:
-        rim = Foot(s.cx + s.radius * dx / distance, s.cy + s.radius * dy / distance)
     if s.whole:
-        return rim
-    side = (s.bx - s.ax) * (rim.y - s.ay) - (s.by - s.ay) * (rim.x - s.ax)
-    if side * s.bulge < 0.0:
-        return rim
+        if distance == 0.0:
+            return Foot(s.ax, s.ay)
+        return Foot(s.cx + s.radius * dx / distance, s.cy + s.radius * dy / distance)
+    begun = ((s.ax - s.cx) * (y - s.ay) - (s.ay - s.cy) * (x - s.ax)) * s.bulge > 0.0
+    not_ended = ((s.bx - s.cx) * (y - s.by) - (s.by - s.cy) * (x - s.bx)) * s.bulge < 0.0
+    if (begun or not_ended) if fabs(s.bulge) > 1.0 else (begun and not_ended):
+        if distance == 0.0:
+            return Foot(s.ax, s.ay)
+        out = power(s, x, y) / (distance + s.radius)
+        return Foot(x - out * dx / distance, y - out * dy / distance)
     to_a = (x - s.ax) * (x - s.ax) + (y - s.ay) * (y - s.ay)
     to_b = (x - s.bx) * (x - s.bx) + (y - s.by) * (y - s.by)
     return Foot(s.ax, s.ay) if to_a <= to_b else Foot(s.bx, s.by)

@@ -52,6 +52,21 @@ def test_random_tables_have_the_bits_of_the_definition() -> None:
     assert kinds == {-1, *(kind.value for kind in EdgeKind)}
 
 
+@pytest.mark.parametrize("bulge", [1e-3, -1e-6, 1e-9, -1e-12, 1e-15])
+def test_a_nearly_flat_arc_is_met_as_a_segment_is(bulge: float) -> None:
+    """In all forms, at the frame at which a disc overlaps the segment from end to end."""
+    discs = [Disc(position_m=(0.3, 2.0), velocity_m_s=(0.1, -1.003), radius_m=0.25)]
+    frames = []
+    for bulges in ((bulge,), ()):
+        floor = Chain(points_m=[(-1, 0), (1, 0)], bulges=bulges)
+        scene = Scene(name="floor", discs=discs, walls=[floor], duration_s=4.0)
+        run = assert_alike(scene, FrameClock.at_rate(1000.0))
+        frames.append(run.log.array()["time_s"].tolist())
+    assert len(frames[1]) == 1
+    # The arc's middle is off the segment by the bulge, in metres, at a metre a second; and a frame more or less.
+    assert abs(frames[0][0] - frames[1][0]) <= abs(bulge) + 1.5e-3 * (abs(bulge) > 1e-4)
+
+
 def test_many_discs_in_cells_have_the_bits_of_the_definition() -> None:
     """More of them than are looked through one by one, in a stadium with a bar."""
     draw = random.Random(5)
