@@ -61,6 +61,8 @@ SCENES = {
     "multiple": all_scenes()["paper/multiple"].scene,
     "box": all_scenes()["classics/box"].scene,
     "bullet": all_scenes()["classics/bullet"].scene,
+    "damped corner": CORNER.model_copy(update={"gravity_m_s2": (0.0, 0.0), "damping_per_s": 0.4}),
+    "damped box": all_scenes()["contact/damped-box"].scene,
 }
 
 
@@ -68,6 +70,10 @@ def models_end(text: str, scene: Scene, steps: int) -> State:
     """Load a model in MuJoCo, start it from its keyframe, step it, and return what became of each movable disc."""
     mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_string(text)
+    if "dof_damping" in text:  # as it says itself, of discs on free joints
+        for body in range(1, model.nbody):
+            dof = model.body_dofadr[body]
+            model.dof_damping[dof + 3 : dof + 6] = scene.damping_per_s * model.body_inertia[body]
     data = mujoco.MjData(model)
     mujoco.mj_resetDataKeyframe(model, data, 0)
     mujoco.mj_step(model, data, nstep=steps)
