@@ -360,6 +360,7 @@ def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
         looks.append(truth[0].time_s + judged.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
+    kept = window.law.damping.kept(window.lasts - until_s)  # as the run's own errors are told, at the window's end
     costs: list[tuple[float, float, float]] = []
     finds: list[bool] = []
     for first_s in looks:
@@ -367,7 +368,7 @@ def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
         end = (met[-1].after if met else window.start).copy()
         end.fly(until_s - (met[-1].time_s if met else 0.0))
         off = window.nearest(end, until_there, until_s, None)
-        costs.append((off.velocity, off.spin, abs(end.energy() - off.truth.energy())))
+        costs.append((off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2))
         finds.append(len(met) >= min(need, len(until_there)))
     paid = [cost for cost, found_it in zip(costs, finds, strict=True) if found_it] or costs
     judged.price_velocity, judged.price_spin, judged.energy_price_j = (
