@@ -46,3 +46,16 @@ def break_() -> Scene:
     ]
     cue = Disc(position_m=(-3, 0.013), velocity_m_s=(5, 0), radius_m=0.5)
     return Scene(name="break", discs=[cue, *rack], duration_s=1.0)
+
+
+def bullet(phase: float, dt_s: float) -> Scene:
+    """Return a disc that flies 33 radii a step and hits one at rest after 5.25 steps and this phase of one."""
+    speed, radius = 100.0, 0.05
+    return Scene(
+        name="bullet",
+        discs=[
+            Disc(position_m=(-(5.3 + phase) * speed * dt_s, 0), velocity_m_s=(speed, 0), radius_m=radius),
+            Disc(position_m=(0, 0.06), radius_m=radius, mass_kg=2),
+        ],
+        duration_s=12 * dt_s,
+    )

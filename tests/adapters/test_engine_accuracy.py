@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.adapters.staged import oblique
+from tests.adapters.staged import bullet, oblique
 from tests.adapters.widths import rounded, width
 
 from carom import Disc, Scene, Wall, solve_pic, solve_pit
@@ -134,17 +134,10 @@ def test_no_disc_passes_through_a_wall(engine: Adapter, finish: Finish, x_m: flo
 
 def test_pybullet_sweeps_fast_discs(named: Named, finish: Finish) -> None:
     """PyBullet's tuned profile misses no hit of a disc that moves 33 radii a step; without the sweep it misses some."""
-    pybullet, dt_s, radius, speed = named("pybullet"), 1 / 60, 0.05, 100.0
+    pybullet, dt_s = named("pybullet"), 1 / 60
     missed = {0.95: 0, 0.0: 0}
     for phase in np.linspace(0, 1, 24, endpoint=False):
-        scene = Scene(
-            name="bullet",
-            discs=[
-                Disc(position_m=(-(5.3 + phase) * speed * dt_s, 0), velocity_m_s=(speed, 0), radius_m=radius),
-                Disc(position_m=(0, 0.06), radius_m=radius, mass_kg=2),
-            ],
-            duration_s=12 * dt_s,
-        )
+        scene = bullet(phase, dt_s)
         for fraction in missed:
             end = finish(pybullet, scene, dt_s, ccd_radius_fraction=fraction)
             missed[fraction] += bool(np.all(end.velocity_m_s[1] == 0))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.adapters.staged import bullet
 
 import carom
 from carom import Disc, Scene, compare, solve_pic
@@ -41,19 +42,11 @@ def test_continuous_detection_finds_what_is_missed_without_it(named: Named, name
 @pytest.mark.parametrize("name", SWEPT)
 def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: str) -> None:
     """Of 24 phases of a hit at 33 radii a step none is missed with continuous detection, and most without."""
-    adapter, dt_s, radius, speed = named(name), 1 / 60, 0.05, 100.0
+    adapter, dt_s = named(name), 1 / 60
     hits = {"tuned": 0, "no-ccd": 0}
     for phase in np.linspace(0, 1, 24, endpoint=False):
-        scene = Scene(
-            name="bullet",
-            discs=[
-                Disc(position_m=(-(5.3 + phase) * speed * dt_s, 0), velocity_m_s=(speed, 0), radius_m=radius),
-                Disc(position_m=(0, 0.06), radius_m=radius, mass_kg=2),
-            ],
-            duration_s=12 * dt_s,
-        )
         for profile in hits:
-            hits[profile] += len(observe_run(adapter, scene, profile, dt_s).impacts)
+            hits[profile] += len(observe_run(adapter, bullet(phase, dt_s), profile, dt_s).impacts)
     assert hits["tuned"] == 24
     assert hits["no-ccd"] < 12
 
