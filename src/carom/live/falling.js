@@ -1,9 +1,9 @@
 // PIC and PIT under gravity: carom/solvers/falling and carom/solvers/plain/instants.py.
-import { INF, abs, max, sqrt, twoProd, twoSum } from "./arithmetic.js";
+import { INF, abs, max, sqrt, twoDiff, twoProd, twoSum } from "./arithmetic.js";
 import { Bodies, wallBody } from "./bodies.js";
 import { descentTime, encounterTime, returnTime } from "./encounter.js";
 import { solvePit, standstillImpacts } from "./flying.js";
-import { pairTime, wallGap, wallSpeed } from "./meeting.js";
+import { excess, pairTime, wallGap, wallSpeed } from "./meeting.js";
 
 const NEVER = [INF, 0];
 
@@ -135,9 +135,11 @@ export class FallingBodies extends Bodies {
     const dx = this.x[i] - this.x[f],
       dy = this.y[i] - this.y[f],
       d = hypot(dx, dy),
-      excess = (d - (this.radius[i] + this.radius[f])) / d;
-    this.x[i] -= excess * dx;
-    this.y[i] -= excess * dy;
+      reach = twoSum(this.radius[i], this.radius[f]);
+    const beyond = excess(twoDiff(this.x[i], this.x[f]), twoDiff(this.y[i], this.y[f]), reach)[0],
+      part = beyond / ((d + reach[0]) * d);
+    this.x[i] -= part * dx;
+    this.y[i] -= part * dy;
     const before = record.before[record.first === i ? 0 : 1];
     this.leaving[i] = this.restitution * max(0, -(dx * before[0] + dy * before[1]) / d);
   }

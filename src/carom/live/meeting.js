@@ -101,6 +101,12 @@ const products = (p, q) => [
 ];
 const DOUBTFUL_SUM = 2 ** -140,
   DOUBTFUL_DISCRIMINANT = 2 ** -90;
+// By how much the square of a distance is beyond that of the reach.
+export function excess(x, y, reach) {
+  const c = sumOfProducts([...square(x), ...square(y), ...square(reach, -1)]);
+  if (!(abs(c[0]) <= DOUBTFUL_SUM * (reach[0] * reach[0]))) return c;
+  return exactSum([...exactProducts(x, x), ...exactProducts(y, y), ...exactProducts(reach, reach, -1)]);
+}
 export function exactPairTime(e) {
   let [x, y, ux, uy, reach] = e;
   const fastest = max(abs(ux[0]), abs(uy[0]));
@@ -113,9 +119,7 @@ export function exactPairTime(e) {
   if (abs(b[0]) <= DOUBTFUL_SUM * (abs(x[0] * ux[0]) + abs(y[0] * uy[0])))
     b = exactSum([...exactProducts(x, ux), ...exactProducts(y, uy)]);
   if (!(b[0] < 0) && !(b[0] === 0 && x[0] * e[2][0] + y[0] * e[3][0] < 0)) return INF;
-  let c = sumOfProducts([...square(x), ...square(y), ...square(reach, -1)]);
-  if (abs(c[0]) <= DOUBTFUL_SUM * (reach[0] * reach[0]))
-    c = exactSum([...exactProducts(x, x), ...exactProducts(y, y), ...exactProducts(reach, reach, -1)]);
+  const c = excess(x, y, reach);
   if (c[0] <= 0) return 0;
   const a = sumOfProducts([...square(ux), ...square(uy)]);
   const largest = a[0] * (reach[0] * reach[0]),
