@@ -150,8 +150,8 @@ def test_a_single_run_refuses_likewise() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("run", "paper/missed", "-e", "pimunk"), "no engine is named 'pimunk'; did you mean 'pymunk'?"),
-        (("run", "paper/missed", "-e", "pit", "-p", "tunde"), "a profile 'tunde'; did you mean 'tuned'?"),
+        (("run", "paper/missed", "-e", "pimunk"), "no engine is named 'pimunk' hint: did you mean 'pymunk'?"),
+        (("run", "paper/missed", "-e", "pit", "-p", "tunde"), "a profile 'tunde' hint: did you mean 'tuned'?"),
         (("run", "paper/missed", "-e", "pymunk", "--set", "iteration=3"), "did you mean 'iterations'?"),
     ],
 )

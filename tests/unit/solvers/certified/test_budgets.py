@@ -101,5 +101,5 @@ def test_bad_options_are_refused(option: dict[str, Any], words: str) -> None:
 def test_without_python_flint_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     """The message holds the command that installs it."""
     monkeypatch.setitem(sys.modules, "flint", None)
-    with pytest.raises(MissingExtraError, match=r"certify needs python-flint: pip install 'carom\[certify\]'"):
+    with pytest.raises(MissingExtraError, match=r"certify needs python-flint; pip install 'carom\[certify\]'"):
         certify(SCENE)
