@@ -54,7 +54,7 @@ def test_the_journal_of_another_form_is_refused(tmp_path: Path) -> None:
     assert stress("small", "-e", "pit", "--quick", "--out", tmp_path).exit_code == 0
     result = stress("small", "-e", "pit", "--resume", "--out", tmp_path)
     assert result.exit_code == 2
-    assert "its quick is True, and this one's False; name another folder" in " ".join(result.output.split())
+    assert "its quick is True, and this one's False hint: name another folder" in " ".join(result.output.split())
 
 
 def _interrupted(*_arguments: object) -> None:
