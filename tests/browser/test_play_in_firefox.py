@@ -23,10 +23,17 @@ pytestmark = pytest.mark.browser
 #: Where Firefox listens for who drives it, unless its profile says another port.
 _PORT, _START_WITHIN_S = 2828, 60.0
 #: What a run says, as text in which every float keeps its bits.
-_SOLVED = """(text) => {
-  const [scene, method] = JSON.parse(text), run = method === "pic" ? caromPage.pic(scene, 500) : caromPage.pit(scene);
-  return JSON.stringify([run.impacts, run.positions, run.velocities], (_, x) => (Object.is(x, -0) ? "-0" : x));
-}"""
+_REFUSED = "not ported to JavaScript"
+_SOLVED = f"""(text) => {{
+  const [scene, method] = JSON.parse(text);
+  try {{
+    const run = method === "pic" ? caromPage.pic(scene, 500) : caromPage.pit(scene);
+    return JSON.stringify([run.impacts, run.positions, run.velocities], (_, x) => (Object.is(x, -0) ? "-0" : x));
+  }} catch (error) {{
+    if (error.message.startsWith("{_REFUSED}")) return error.message;
+    throw error;
+  }}
+}}"""
 
 
 class Firefox:
@@ -110,11 +117,10 @@ def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_pat
     assert firefox.run(shown) == page.inner_text("#sentence")
     compared = 0
     for entry in all_scenes().values():
-        if not all("normal" in type(wall).model_fields for wall in entry.scene.walls):
-            continue
         for method in ("pic", "pit"):
             asked = json.dumps([json.loads(entry.scene.model_dump_json()), method])
-            assert firefox.run(_SOLVED, asked) == page.evaluate(_SOLVED, asked), (entry.name, method)
-            compared += 1
-    assert compared >= 2 * len(GALLERY)
+            answer = page.evaluate(_SOLVED, asked)
+            assert firefox.run(_SOLVED, asked) == answer, (entry.name, method)
+            compared += not answer.startswith(_REFUSED)
+    assert compared > len(all_scenes())
     page.close()
