@@ -49,6 +49,7 @@ def test_each_input_is_used_and_each_use_is_an_input() -> None:
     assert set(re.findall(r"inputs\.([\w-]+)", yaml.safe_dump(ACTION["runs"]))) == set(ACTION["inputs"])
 
 
+@pytest.mark.long
 def test_conformance_and_records(tmp_path: Path) -> None:
     """The suite runs with and without known failures; the summary has the diff, and one build differs in nothing."""
     few = {"engine": "pymunk", "pytest_arguments": "-k declares -p no:cacheprovider"}

@@ -154,9 +154,8 @@ def _call(world: World) -> float:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Collect garbage now, and none meanwhile: somebody else's garbage is no part of a step."""
+    """Collect no garbage meanwhile: somebody else's is no part of a step."""
     collecting = gc.isenabled()
-    gc.collect()
     gc.disable()
     try:
         yield

@@ -31,7 +31,7 @@ def without(trace: Trace, row: int) -> Trace:
     return replace(trace, impacts=np.delete(trace.impacts, row))
 
 
-@pytest.mark.parametrize("frame_rate_hz", [60, 240, 960])
+@pytest.mark.parametrize("frame_rate_hz", [60, 240, pytest.param(960, marks=pytest.mark.long)])
 @pytest.mark.parametrize("tilt", [0.0, 0.3])
 @pytest.mark.parametrize("restitution", [0.0, 0.2, 0.5, 0.7])
 def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(

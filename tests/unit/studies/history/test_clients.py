@@ -117,6 +117,7 @@ def wheels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
+@pytest.mark.long
 def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path) -> None:
     """What the release needs comes with it; what is installed here already, numpy, is not laid over itself."""
     wheel(wheels, "caromtoy", "1.0", "caromtoyneeds")
