@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.adapter import (
-    AdapterError,
     Capabilities,
     Contact,
     ContactTimes,
@@ -21,12 +20,8 @@ from carom.adapter import (
     Setting,
     Stamp,
     StepClock,
-    Wall,
-    factored_frictions,
-    factored_restitutions,
     oriented_contact,
     pair_of,
-    reach,
     require_sound,
     require_supported,
     wall_body,
@@ -34,11 +29,18 @@ from carom.adapter import (
 from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.pymunk_space import scene_of
+from carom_adapters.pymunk_walls import Shaped, factored_walls, shapes_of_walls
 
 if TYPE_CHECKING:
     import pymunk
+    from pymunk import Vec2d
+
+    #: One arbiter's normal, and the impulses along and across it, newton-seconds; of friction None if no disc spins.
+    Push = tuple[Vec2d, float, float | None]
 
 __all__ = ["adapter"]
+
+Pair = tuple[int, int]
 
 #: Attributes of `pymunk.Space`, by pymunk's own names; what a profile leaves out stays as pymunk ships it.
 SPACE_SETTINGS = (
@@ -51,13 +53,17 @@ SPACE_SETTINGS = (
     "sleep_time_threshold",
 )
 
+#: Whether the segments of a chain are told of their neighbours (`Segment.set_neighbors`): 1 or 0.
+NEIGHBORS = "set_neighbors"
+SETTINGS = (*SPACE_SETTINGS, NEIGHBORS)
+
 #: Chipmunk compares squared distances with squared radii, and divides by masses. Between these bounds neither squares
 #: nor quotients leave the range of 64-bit floats (1e-308 to 1e308), so that no hit is invented or lost.
 LARGEST = 1e100
 SMALLEST = 1e-100
 
 #: Below these Chipmunk aborts, or makes no sense of them.
-LEAST = dict.fromkeys(SPACE_SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
+LEAST = dict.fromkeys(SETTINGS, 0.0) | {"iterations": 1, "collision_persistence": 1, "dt_s": SMALLEST}
 
 #: A contact point is off the line of centres by a rounding of its coordinates, and the push on it turns a disc by that
 #: over its inertia: of discs 200 radii from the origin, 3e-9 of a spin here.
@@ -67,6 +73,8 @@ LEAST_INERTIA_FACTOR = 1e-6
 LARGEST_RADIUS_M = 1e98
 
 CAPABILITIES = Capabilities(
+    segments=True,
+    wall_materials=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),
@@ -84,42 +92,9 @@ CAPABILITIES = Capabilities(
 )
 
 
-def _half_plane(wall: Wall, centre: tuple[float, float], radius: float) -> list[tuple[float, float]]:
-    """Return the corners of a rectangle that no disc of the scene can tell from the half-plane.
-
-    Chipmunk has no half-plane. Through a thin segment fast discs pass, and a thick one takes its normal from the depth
-    of the overlap; a polygon's face has one normal, exact to rounding, and is as deep as it is made.
-    """
-    (px, py), (nx, ny) = wall.point_m, wall.normal
-    along = (px - centre[0]) * ny - (py - centre[1]) * nx
-    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
-    foot_x, foot_y = px - along * ny, py + along * nx
-    # Twice as wide and deep as a disc can get: whatever sinks in is still nearest to the face. And no smaller than the
-    # coordinates themselves, for the face's direction is the difference of two corners, each rounded.
-    size = max(2.0 * (radius + gap), abs(foot_x), abs(foot_y))
-    return [
-        (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)
-        for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))
-    ]
-
-
-def _corners_of_walls(scene: Scene, dt_s: float) -> list[list[tuple[float, float]]]:
-    centre, radius = reach(scene, dt_s)
-    corners = [_half_plane(wall, centre, radius) for wall in scene.half_planes()]
-    # A face is placed to the rounding of its farthest corner.
-    farthest = max((abs(value) for wall in corners for corner in wall for value in corner), default=0.0)
-    smallest = min(disc.radius_m for disc in scene.discs)
-    if not farthest * 2.0**-52 < smallest:  # NaN fails this too
-        raise AdapterError(
-            f"pymunk: a disc may get {farthest:.3g} m far, and a wall of that length is rounded by more than the "
-            f"smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
-        )
-    return corners
-
-
 def _usable_step(scene: Scene, settings: Mapping[str, Setting]) -> float:
     """Return the step of settings, in seconds, once they and the scene are known to be what pymunk can do."""
-    require_sound("pymunk", scene, settings, SPACE_SETTINGS, LEAST, {"dt_s": LARGEST})
+    require_sound("pymunk", scene, settings, SETTINGS, LEAST, {"dt_s": LARGEST, NEIGHBORS: 1})
     dt_s = float(settings["dt_s"])
     require_supported("pymunk", scene, CAPABILITIES, dt_s)
     return dt_s
@@ -142,9 +117,8 @@ class PymunkWorld:
         if scene.damping_per_s:
             self._space.damping = math.exp(-scene.damping_per_s)  # what is kept of a speed in a second
         self._turns = scene.arrays.turns
-        # Friction is shipped as 0, and in a scene that turns nothing is left so.
-        disc_friction, wall_friction = factored_frictions(scene) if self._turns else (0.0, 0.0)
-        disc_elasticity, wall_elasticity = factored_restitutions(scene)
+        self._neighbors = bool(settings.get(NEIGHBORS, 0))
+        disc_elasticity, disc_friction, of_walls = factored_walls(scene)
         self._bodies: list[pymunk.Body] = []
         self._movable: list[pymunk.Body] = []
         self._number: dict[pymunk.Shape, int] = {}
@@ -159,15 +133,24 @@ class PymunkWorld:
                 body.angular_velocity = disc.spin_rad_s
                 self._movable.append(body)
             body.position = disc.position_m
-            self._add(body, pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
+            self._space.add(body)
+            self._add(pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
             self._bodies.append(body)
-        for k, corners in enumerate(_corners_of_walls(scene, dt_s)):
+        for k, (shaped, material) in enumerate(zip(shapes_of_walls(scene, dt_s), of_walls, strict=True)):
             body = pymunk.Body(body_type=pymunk.Body.STATIC)
-            self._add(body, pymunk.Poly(body, corners), wall_elasticity, wall_friction, wall_body(k))
+            self._space.add(body)
+            if isinstance(shaped, list):
+                self._add(pymunk.Poly(body, shaped), *material, wall_body(k))
+                continue
+            for segment in shaped[0]:
+                shape = pymunk.Segment(body, segment.a, segment.b, shaped[1])
+                if self._neighbors:
+                    shape.set_neighbors(segment.before, segment.after)
+                self._add(shape, *material, wall_body(k))
 
-    def _add(self, body: pymunk.Body, shape: pymunk.Shape, elasticity: float, friction: float, number: int) -> None:
+    def _add(self, shape: pymunk.Shape, elasticity: float, friction: float, number: int) -> None:
         shape.elasticity, shape.friction = elasticity, friction
-        self._space.add(body, shape)
+        self._space.add(shape)
         self._number[shape] = number
 
     @property
@@ -175,7 +158,7 @@ class PymunkWorld:
         """The settings of the space, read back."""
         # The space knows no step before it has taken one.
         read: dict[str, Setting] = {"dt_s": self._space.current_time_step or self._clock.dt_s}
-        return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS}
+        return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
 
     def advance(self, steps: int) -> None:
         """Call `Space.step` this many times, and nothing else."""
@@ -190,9 +173,10 @@ class PymunkWorld:
 
         Chipmunk moves the bodies and then looks for contacts, so those of step k (from 0) stand at ``(k + 1) dt_s``.
         """
-        found: list[Contact] = []
+        pushes: dict[Pair, list[Push]] = {}
         for body in self._movable:
-            body.each_arbiter(self._collect, found)
+            body.each_arbiter(self._collect, pushes)
+        found = [self._contact(pair, told) for pair, told in pushes.items()]
         return Observation(
             np.array([body.position for body in self._bodies], dtype=np.float64),
             np.array([body.velocity for body in self._bodies], dtype=np.float64),
@@ -200,18 +184,30 @@ class PymunkWorld:
             spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
         )
 
-    def _collect(self, arbiter: pymunk.Arbiter, found: list[Contact]) -> None:
-        """Note a contact, as seen by the body that was asked: it is the arbiter's first."""
+    def _collect(self, arbiter: pymunk.Arbiter, pushes: dict[Pair, list[Push]]) -> None:
+        """Note a push, as seen by the body that was asked: it is the arbiter's first."""
         normal = arbiter.normal
-        impulse = -arbiter.total_impulse.dot(normal)
+        total = -arbiter.total_impulse
+        impulse = total.dot(normal)
         if impulse <= 0:  # Chipmunk keeps a contact while the shapes overlap, also when they separate already
             return
         asked, other = arbiter.shapes
         first, second = self._number[asked], self._number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
             return  # that one was asked before, and told
-        rub = -arbiter.total_impulse.dot(normal.perpendicular()) if self._turns else None
-        found.append(oriented_contact(first, second, self._clock.now_s, (normal.x, normal.y), impulse, rub))
+        rub = total.dot(normal.perpendicular()) if self._turns else None
+        pushes.setdefault((first, second), []).append((normal, impulse, rub))
+
+    def _contact(self, pair: Pair, pushes: list[Push]) -> Contact:
+        """Return the contact of a pair: several segments of one chain may push at once, and their sum is told."""
+        if len(pushes) > 1:
+            along = sum((impulse * normal for normal, impulse, _ in pushes[1:]), pushes[0][1] * pushes[0][0])
+            across = [rub * normal.perpendicular() for normal, _, rub in pushes if rub is not None]
+            normal = along.normalized()
+            total = sum(across, along)
+            pushes = [(normal, total.dot(normal), total.dot(normal.perpendicular()) if across else None)]
+        ((normal, impulse, rub),) = pushes
+        return oriented_contact(*pair, self._clock.now_s, (normal.x, normal.y), impulse, rub)
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on.
@@ -220,7 +216,9 @@ class PymunkWorld:
         shapes in contact are taken out and put back, which makes it forget.
         """
         self._clock.cut(dt_s)
-        shapes = sorted({shape for pair in self._in_contact() for shape in pair}, key=self._number.__getitem__)
+        touching = {shape for pair in self._in_contact() for shape in pair}
+        # The segments of a chain have one number, and go in the order in which they were made.
+        shapes = sorted((shape for shape in self._number if shape in touching), key=self._number.__getitem__)
         if shapes:
             self._space.remove(*shapes)
             self._space.add(*shapes)
@@ -254,11 +252,40 @@ class PymunkWorld:
         del self._space, self._bodies, self._movable, self._number
 
 
+_ADD_WALL = """def add_wall(corners, elasticity, friction):  # a deep polygon: a half-plane has no far side
+    body = pymunk.Body(body_type=pymunk.Body.STATIC)
+    add(body, pymunk.Poly(body, corners), elasticity, friction)
+
+
+"""
+
+_ADD_SEGMENT = """def add_segment(a, b, radius, elasticity, friction, neighbors=None):
+    body = pymunk.Body(body_type=pymunk.Body.STATIC)
+    segment = pymunk.Segment(body, a, b, radius)
+    if neighbors:  # so that no disc catches on the joint of two segments
+        segment.set_neighbors(*neighbors)
+    add(body, segment, elasticity, friction)
+
+
+"""
+
+
+def _code_of_wall(shape: Shaped, material: tuple[float, float], settings: Mapping[str, Setting]) -> list[str]:
+    of_wall = f"elasticity={material[0]!r}, friction={material[1]!r}"
+    if isinstance(shape, list):
+        return [f"add_wall({shape!r}, {of_wall})"]
+    told = bool(settings.get(NEIGHBORS, 0))
+    return [
+        f"add_segment({s.a!r}, {s.b!r}, {shape[1]!r}, {of_wall}"
+        + (f", neighbors=({s.before!r}, {s.after!r}))" if told else ")")
+        for s in shape[0]
+    ]
+
+
 def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the space that `PymunkWorld` makes as a program."""
     dt_s, turns = _usable_step(scene, settings), scene.arrays.turns
-    friction, wall_friction = factored_frictions(scene) if turns else (0.0, 0.0)
-    elasticity, wall_elasticity = factored_restitutions(scene)
+    elasticity, friction, of_walls = factored_walls(scene)
     lines = []
     for disc in scene.discs:
         moment = (disc.inertia_factor if turns else math.inf) * disc.mass_kg * disc.radius_m**2
@@ -270,12 +297,15 @@ def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             )
         )
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {kind})")
-    lines += [f"add_wall({corners!r})" for corners in _corners_of_walls(scene, dt_s)]
+    shapes = shapes_of_walls(scene, dt_s)
+    lines += [line for pair in zip(shapes, of_walls, strict=True) for line in _code_of_wall(*pair, settings)]
     set_up = assignments("space", settings, SPACE_SETTINGS)
     if scene.damping_per_s:
         set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # what is kept of a speed in a second\n"
     end = PYTHON_END.format(step="space.step(dt)", state="*body.position, *body.velocity, body.angular_velocity")
     bodies = "\n".join(lines)
+    functions = _ADD_WALL if any(isinstance(shape, list) for shape in shapes) else ""
+    functions += _ADD_SEGMENT if any(isinstance(shape, tuple) for shape in shapes) else ""
     return f"""{comment(heading)}
 from math import inf
 
@@ -300,12 +330,7 @@ def add_disc(position, radius, mass=0.0, moment=0.0, velocity=(0.0, 0.0), spin=0
     discs.append(body)
 
 
-def add_wall(corners):  # a deep polygon: discs pass through a thin segment
-    body = pymunk.Body(body_type=pymunk.Body.STATIC)
-    add(body, pymunk.Poly(body, corners), elasticity={wall_elasticity!r}, friction={wall_friction!r})
-
-
-{bodies}
+{functions}{bodies}
 {end}"""
 
 
@@ -322,6 +347,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         # Chipmunk pushes overlapping bodies apart, on top of the bounce. This is the part of an overlap that is left
         # after a second, so 1 is never.
         "collision_bias": 1.0,
+        # A disc that slides over the joint of two segments catches on it, unless each is told of the other.
+        NEIGHBORS: 1,
     }
 
 

@@ -1,7 +1,7 @@
 """How large numbers, files and options may be. It is stated here, and every way in keeps it.
 
 - No number that measures something is larger than `LARGEST` in magnitude, so that its square is a float; and a radius,
-  mass, duration or rate is not smaller than `SMALLEST`.
+  edge, mass, duration or rate is not smaller than `SMALLEST`.
 - Sizes from ``1 / ORDINARY`` to `ORDINARY` are computed with as they are: the formulas are of fourth degree at most, so
   their terms, and what the rounding of these leaves, stay within the range of floats.
 - PIC refuses an impact of two discs so far out that floats do not tell their centres apart, see

@@ -112,7 +112,7 @@ def of_pymunk() -> Shipped:
     names += ["collision_persistence", "idle_speed_threshold", "sleep_time_threshold"]
     shape = pymunk.Circle(pymunk.Body(1, 1), 1)
     values: dict[str, object] = {name: getattr(space, name) for name in names}
-    values |= {"elasticity": shape.elasticity, "friction": shape.friction, "moment": None}
+    values |= {"elasticity": shape.elasticity, "friction": shape.friction, "moment": None, "set_neighbors": NOT_TOLD}
 
     def run(discs: Sequence[Disc]) -> End:
         space, bodies = pymunk.Space(), []
@@ -237,10 +237,12 @@ def of_box2d() -> Shipped:
         "fixedRotation": bool(body.fixedRotation),
         "velocityIterations": None,
         "positionIterations": None,
-        # Words of the adapter's own: time as it is, swept against what can't move, and no wall that had a skin.
+        # Words of the adapter's own: time as it is, swept against what can't move, no wall that had a skin, and each
+        # edge of a wall a shape of its own.
         "velocity_scale": 1.0,
         "sweep": "shipped",
         "polygon_radius_m": 0.0,
+        "chains": False,
     }
 
     def run(discs: Sequence[Disc]) -> End:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from carom import Disc, Scene, Wall
+from carom import Chain, Disc, Scene, Wall
 
 
 def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:
@@ -58,4 +58,38 @@ def bullet(phase: float, dt_s: float) -> Scene:
             Disc(position_m=(0, 0.06), radius_m=radius, mass_kg=2),
         ],
         duration_s=12 * dt_s,
+    )
+
+
+def along_a_floor(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_width_m: float = 0.0) -> Scene:
+    """Return a disc that lands at 5 m/s along a floor in pieces, after 0.3 s, this fraction of a metre further left.
+
+    Ten pieces are a metre long: at ten phases and more of them the disc lands before, on and behind a joint.
+    """
+    speed, radius, lands_s = 5.0, 0.25, 0.3
+    start = (-3.0 - phase, radius + half_width_m + lands_s * approach_m_s)
+    return Scene(
+        name="along a floor",
+        discs=[Disc(position_m=start, velocity_m_s=(speed, -approach_m_s), radius_m=radius)],
+        walls=[Chain(points_m=[(-5.0, 0.0), (5.0, 0.0)], pieces=pieces, half_width_m=half_width_m)],
+        duration_s=1.0,
+        frame_rate_hz=60.0,
+    )
+
+
+def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scene:
+    """Return a disc that flies q of its reach a step, head-on at an edge, and is there this fraction of a step later.
+
+    Its reach is its radius and the half width of the wall. What looks once a step has 1/q of all phases to see it in.
+    """
+    dt_s, radius = 1 / 60, 0.1
+    reach = radius + half_width_m
+    step_m = q * reach
+    # Six steps and a phase before it touches, and six after.
+    return Scene(
+        name="at a thin wall",
+        discs=[Disc(position_m=(-reach - (6 + phase) * step_m, 0), velocity_m_s=(step_m / dt_s, 0), radius_m=radius)],
+        walls=[Chain(points_m=[(0.0, -2.0), (0.0, 2.0)], half_width_m=half_width_m)],
+        duration_s=12 * dt_s,
+        frame_rate_hz=60.0,
     )

@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.pasted import State, adapters_end, programs_end
+from tests.adapters.staged import along_a_floor
 
-from carom import Disc, Scene, Wall
+from carom import Chain, Disc, Scene, Wall
 from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
 from carom.registry import adapter_points, load_adapter
 from carom.runs.step_code import step_lines
@@ -55,6 +56,17 @@ CORNER = Scene(
     gravity_m_s2=(0.0, -9.81),
     duration_s=1.0,
 )
+#: The discs of the corner among edges, open and closed, thin and thick, each of a material of its own.
+EDGES = CORNER.model_copy(
+    update={
+        "name": "among edges",
+        "walls": (
+            Chain(points_m=[(-1, -1), (4, -1), (4, 3), (-1, 3)], closed=True, pieces=3, half_width_m=0.05),
+            Chain(points_m=[(0, 0.1), (2.5, 0.1), (3, 0.5)], half_width_m=0.02, restitution=0.5, friction=0.1),
+            Wall(point_m=(-0.5, 0), normal=(1, 0.1), restitution=0.7),
+        ),
+    }
+)
 #: A fast disc among them is what continuous detection is for.
 SCENES = {
     "corner": CORNER,
@@ -63,6 +75,8 @@ SCENES = {
     "bullet": all_scenes()["classics/bullet"].scene,
     "damped corner": CORNER.model_copy(update={"gravity_m_s2": (0.0, 0.0), "damping_per_s": 0.4}),
     "damped box": all_scenes()["contact/damped-box"].scene,
+    "seams": along_a_floor(10, 11 / 16, half_width_m=0.01),
+    "edges": EDGES,
 }
 
 

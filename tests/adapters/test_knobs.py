@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from tests.adapters.staged import break_, cradle, oblique
+from tests.adapters.staged import along_a_floor, break_, cradle, oblique
 from tests.adapters.widths import width
 
 from carom import Disc, Scene
@@ -82,6 +82,16 @@ def _break() -> Scene:
     return break_().model_copy(update={"frame_rate_hz": 240.0})
 
 
+def _seams() -> Scene:
+    """The start of sixteen at which pymunk's segments, each on its own, turn the disc aside most."""
+    return along_a_floor(10, 11 / 16)
+
+
+def _slow_seams() -> Scene:
+    """The start of sixteen at which tuned Box2D turns the disc aside at half a metre a second, if edges stand alone."""
+    return along_a_floor(10, 10 / 16, 0.5)
+
+
 @dataclass(frozen=True)
 class Knob:
     """A tuned setting put back to what is shipped (or worse), where that shows, and the least that it does there."""
@@ -102,6 +112,7 @@ class Knob:
 KNOBS = [
     Knob("pymunk", "iterations", 10, _break, 1e-7),
     Knob("pymunk", "collision_bias", 0.0018, _coarse, 1e-2, of="position"),
+    Knob("pymunk", "set_neighbors", 0, _seams, 1e-1),
     Knob("pybullet", "linearDamping", 0.04, _fine, 1e-2),
     Knob("pybullet", "useMaximalCoordinates", False, _fast, 1e1),
     Knob("pybullet", "contactERP", 0.08, _fine, 1e-2),
@@ -126,6 +137,7 @@ KNOBS = [
     Knob("box2d", "velocityIterations", 8, _shared, 1e-3),
     Knob("box2d", "positionIterations", 3, _inelastic, 1e-3, of="position"),
     Knob("box2d", "sweep", "none", _bullet, 1e1),
+    Knob("box2d", "chains", False, _slow_seams, 1.0),
     Knob("box2d", "polygon_radius_m", 0.01, _fine, 1e-3, of="position"),
 ]
 

@@ -22,6 +22,7 @@ async function planck() {
     warmStarting: world.getWarmStarting(),
     continuousPhysics: world.getContinuousPhysics(),
     bullet: body.isBullet(),
+    chain: false, // a word of the adapter's own: edges, of which none knows the next
     fixedRotation: body.isFixedRotation(),
     restitution: fixture.getRestitution(),
     friction: fixture.getFriction(),

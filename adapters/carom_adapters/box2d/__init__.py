@@ -38,6 +38,8 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
         "sweep": "fast",
         # As shipped, a polygon has a skin of 1 cm.
         "polygon_radius_m": 0.0,
+        # A disc that slides over the joint of two edges catches on it, unless they are of one chain.
+        "chains": True,
     }
 
 

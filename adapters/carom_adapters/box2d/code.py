@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from carom.adapter import Scene, Setting, is_fast, reach, require_supported, scaled
+from carom.adapter import Chain, Scene, Setting, Wall, is_fast, reach, require_supported, scaled
 from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_usable
-from carom_adapters.box2d.world import BEFORE_WALLS, rectangle_of, shapes_of_disc, sweeps
+from carom_adapters.box2d.walls import edges_of, rectangle_of
+from carom_adapters.box2d.world import BEFORE_WALLS, shapes_of_disc, sweeps
 from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
 
 __all__ = ["code"]
@@ -19,6 +20,30 @@ SCALED = (
     "nothing."
 )
 NOT_SCALED = "As shipped: contacts that close at less than 1 m/s are inelastic (b2_velocityThreshold, compiled in)."
+
+
+ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0):
+    wall = world.CreateStaticBody(position=position)
+    fixture = wall.CreateFixture(shape=shape, {of_wall}, categoryBits={bits}, maskBits={bits})
+    fixture.shape.radius = {skin} + half_width
+
+
+"""
+ADD_WALL = """def add_wall(position, corners):  # a deep polygon: a half-plane has no far side
+    add_shape(Box2D.b2PolygonShape(vertices=corners), position=position)
+
+
+"""
+ADD_EDGE = """def add_edge(points, half_width):
+    add_shape(Box2D.b2EdgeShape(vertices=points), half_width=half_width)
+
+
+"""
+ADD_CHAIN = """def add_chain(half_width, **points):  # so that no disc catches on the joint of two edges
+    add_shape(Box2D.b2ChainShape(**points), half_width=half_width)
+
+
+"""
 
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -42,15 +67,30 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     centre, radius = reach(fast_clock, dt_s)
-    for k in range(len(scene.walls)):
-        place, corners = rectangle_of(fast_clock, k, centre, radius)
-        lines.append(f"add_wall({place!r}, {corners!r})")
+    functions = {}
+    for wall in fast_clock.walls:
+        if isinstance(wall, Wall):
+            place, corners = rectangle_of(fast_clock, wall, centre, radius)
+            lines.append(f"add_wall({place!r}, {corners!r})")
+            functions["wall"] = ADD_WALL
+        elif isinstance(wall, Chain):
+            pieces = edges_of(wall, settings)
+            if not settings.get("chains", False):
+                lines += [f"add_edge({points!r}, {wall.half_width_m!r})" for points in pieces]
+                functions["edge"] = ADD_EDGE
+            else:
+                points, kind = (pieces[0][:-1], "loop") if wall.closed else (pieces[0], "chain")
+                lines.append(f"add_chain({wall.half_width_m!r}, vertices_{kind}={points!r})")
+                functions["chain"] = ADD_CHAIN
     circles = ", ".join(
         f"dict(friction={friction!r}, restitution={restitution!r}, categoryBits={bits}, maskBits={bits})"
         for bits, restitution, friction in shapes_of_disc(scene)
     )
-    wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
-    skin = f"    shape.radius = {float(settings['polygon_radius_m'])!r}\n" if "polygon_radius_m" in settings else ""
+    of_wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
+    skin = repr(float(settings["polygon_radius_m"])) if "polygon_radius_m" in settings else "fixture.shape.radius"
+    add_walls = ""
+    if functions:
+        add_walls = ADD_SHAPE.format(of_wall=of_wall, bits=BEFORE_WALLS, skin=skin) + "".join(functions.values())
     iterations = f"{int(settings['velocityIterations'])}, {int(settings['positionIterations'])}"
     state = "*body.position, *(v / scale for v in body.linearVelocity), body.angularVelocity / scale"
     end = PYTHON_END.format(step=f"world.Step(dt / scale, {iterations})", state=state)
@@ -82,11 +122,5 @@ def add_disc(position, radius, mass=None, inertia=0.0, velocity=(0.0, 0.0), spin
     discs.append(body)
 
 
-def add_wall(position, corners):  # a deep polygon: discs pass through an edge
-    shape = Box2D.b2PolygonShape(vertices=corners)
-{skin}    wall = world.CreateStaticBody(position=position)
-    wall.CreateFixture(shape=shape, {wall}, categoryBits={BEFORE_WALLS}, maskBits={BEFORE_WALLS})
-
-
-{bodies}
+{add_walls}{bodies}
 {end}"""

@@ -11,6 +11,7 @@ __all__ = [
     "CAPABILITIES",
     "LARGEST_TURN_RAD",
     "LONGEST_MOVE_M",
+    "SHORTEST_PIECE_M",
     "THRESHOLD_M_S",
     "VELOCITY_SCALE",
     "WORLD_SETTINGS",
@@ -21,8 +22,8 @@ __all__ = [
 WORLD_SETTINGS = ("warmStarting",)
 
 #: Arguments of `b2World.Step`; ``sleepingAllowed`` of every body (`b2World.allowSleeping` is without effect in pybox2d
-#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale`` (see the profile `tuned`); and ``polygon_radius_m``, the skin
-#: of a wall's shape.
+#: 2.3.10); ``sweep``, one of `SWEEPS`; ``velocity_scale`` (see the profile `tuned`); ``polygon_radius_m``, the skin
+#: of a wall's shape; and ``chains``, whether the edges of a wall are one chain, each with its neighbours as ghosts.
 OTHER_SETTINGS = (
     "velocityIterations",
     "positionIterations",
@@ -30,6 +31,7 @@ OTHER_SETTINGS = (
     "sweep",
     "velocity_scale",
     "polygon_radius_m",
+    "chains",
 )
 
 #: Box2D's continuous detection: none; as shipped (every disc is swept against what can't move); or for a scene with a
@@ -75,7 +77,11 @@ THRESHOLD_M_S = 1.0
 #: See the profile `tuned`.
 VELOCITY_SCALE = 2.0**20
 
+#: b2_linearSlop: the neighbouring points of a chain must be farther apart, or Box2D asserts.
+SHORTEST_PIECE_M = 0.005
+
 CAPABILITIES = Capabilities(
+    segments=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from carom.adapter import (
-    AdapterError,
+    Chain,
     Contact,
     Observation,
     Scene,
     Setting,
     StepClock,
+    Wall,
     is_fast,
     oriented_contact,
     pair_of,
@@ -34,28 +35,14 @@ from carom_adapters.box2d.limits import (
     WORLD_SETTINGS,
     require_usable,
 )
+from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
 
-__all__ = ["BEFORE_WALLS", "Box2dWorld", "rectangle_of", "shapes_of_disc", "sweeps"]
-
-#: `b2PolygonShape` joins corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
-SMALLEST_WALL_M = 0.1
-
-#: Relative rounding of a 32-bit float.
-ROUNDING = 2.0**-23
+__all__ = ["BEFORE_WALLS", "Box2dWorld", "shapes_of_disc", "sweeps"]
 
 #: Collision categories of the shapes that a disc has for other discs, and for walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
 
 Point = tuple[float, float]
-
-
-def _rectangle(normal: Point, size: float) -> list[Point]:
-    """Return the corners of a rectangle below the origin, one face along the wall, ``2 size`` wide and `size` deep.
-
-    Box2D has no half-plane. Through an edge fast discs pass, and a polygon's face is as deep as it is made.
-    """
-    nx, ny = normal
-    return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
 
 
 def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
@@ -70,31 +57,16 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
     return [(AMONG_DISCS | BEFORE_WALLS, scene.restitution, scene.friction)]
 
 
-def rectangle_of(scene: Scene, k: int, centre: Point, radius: float) -> tuple[Point, list[Point]]:
-    """Return where the body of a wall is put, the point nearest to the scene, and its corners around that.
-
-    Raises:
-        AdapterError: It would have to be so long that 32-bit floats round it by more than the smallest disc.
-    """
-    plane = scene.half_planes()[k]
-    (px, py), (nx, ny) = plane.point_m, plane.normal
-    # The point of the wall nearest to the scene, so that the numbers around it are small.
-    along = (px - centre[0]) * ny - (py - centre[1]) * nx
-    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
-    size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
-    smallest = min(disc.radius_m for disc in scene.discs)
-    if not size * ROUNDING < smallest:
-        raise AdapterError(
-            f"Box2D: a disc may get {radius:.3g} m far, and 32-bit floats round a wall of that length by more than "
-            f"the smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
-        )
-    return (px - along * ny, py + along * nx), _rectangle((nx, ny), size)
-
-
 def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
     """Whether the world sweeps at all, see `limits.SWEEPS`."""
     sweep = settings.get("sweep", "shipped")
     return sweep == "shipped" or (sweep == "fast" and any(is_fast(disc, dt_s) for disc in scene.discs))
+
+
+def _key(contact: Any) -> tuple[Any, ...]:
+    """Return what tells a contact from all others: its bodies, shapes of these, and parts of the shapes."""
+    a, b = contact.fixtureA, contact.fixtureB
+    return a.body.userData, b.body.userData, a.userData, b.userData, contact.childIndexA, contact.childIndexB
 
 
 def _imported() -> Any:  # untyped: a SWIG module without stubs
@@ -125,16 +97,24 @@ class Box2dWorld:
         self._world.continuousPhysics = sweeps(scene, settings, self._clock.dt_s)
         self._bodies: list[Any] = []
         self._walls: list[Any] = []
+        self._skinned: list[Any] = []  # shapes of walls that have no thickness of their own
+        self._chains: set[int] = set()
         self._movable: list[Any] = []
         self._turns = scene.arrays.turns
         self._solved: list[tuple[Any, Any, Point, float, float]] = []
-        self._normals: dict[tuple[int, int], Point] = {}
+        self._normals: dict[tuple[Any, ...], Point] = {}
         self._listener: Any = None
         for i, disc in enumerate(scene.discs):
             self._add_disc(scene, i, disc.immovable)
         centre, radius = reach(scene, self._clock.dt_s)
-        for k in range(len(scene.walls)):
-            self._add_wall(scene, k, centre, radius)
+        for k, wall in enumerate(scene.walls):
+            if isinstance(wall, Wall):
+                place, corners = rectangle_of(scene, wall, centre, radius)
+                self._add_wall(scene, k, place, [self._box2d.b2PolygonShape(vertices=corners)], 0.0)
+            elif isinstance(wall, Chain):
+                self._chains.add(wall_body(k))
+                shapes = shapes_of_chain(self._box2d, wall, settings)
+                self._add_wall(scene, k, (0.0, 0.0), shapes, wall.half_width_m)
 
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
         box2d, disc = self._box2d, scene.discs[i]
@@ -168,19 +148,22 @@ class Box2dWorld:
         body.userData = i
         self._bodies.append(body)
 
-    def _add_wall(self, scene: Scene, k: int, centre: Point, radius: float) -> None:
-        place, corners = rectangle_of(scene, k, centre, radius)
-        shape = self._box2d.b2PolygonShape(vertices=corners)
-        if "polygon_radius_m" in self._asked:
-            shape.radius = float(self._asked["polygon_radius_m"])
+    def _add_wall(self, scene: Scene, k: int, place: Point, shapes: list[Any], half_width_m: float) -> None:
         body = self._world.CreateStaticBody(position=place)
-        body.CreateFixture(
-            shape=shape,
-            friction=scene.wall_friction,
-            restitution=scene.wall_restitution,
-            categoryBits=BEFORE_WALLS,
-            maskBits=BEFORE_WALLS,
-        )
+        for number, shape in enumerate(shapes):
+            fixture = body.CreateFixture(
+                shape=shape,
+                friction=scene.wall_friction,
+                restitution=scene.wall_restitution,
+                categoryBits=BEFORE_WALLS,
+                maskBits=BEFORE_WALLS,
+            )
+            # Of the shape that the body has: a chain that is copied is given the skin that is shipped.
+            skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
+            fixture.shape.radius = skin + half_width_m
+            fixture.userData = number
+            if not half_width_m:
+                self._skinned.append(fixture.shape)
         body.userData = wall_body(k)
         self._walls.append(body)
 
@@ -199,8 +182,9 @@ class Box2dWorld:
             "sweep": self._sweep,
             "continuousPhysics": bool(self._world.continuousPhysics),
             "polygon_radius_m": float(
-                self._walls[0].fixtures[0].shape.radius if self._walls else self._asked.get("polygon_radius_m", 0.0)
+                self._skinned[0].radius if self._skinned else self._asked.get("polygon_radius_m", 0.0)
             ),
+            "chains": bool(self._asked.get("chains", False)),
         }
         return read
 
@@ -234,13 +218,13 @@ class Box2dWorld:
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
                 manifold = contact.worldManifold  # held on to: its normal is a view into it
-                normals[contact.fixtureA.body.userData, contact.fixtureB.body.userData] = tuple(manifold.normal)
+                normals[_key(contact)] = tuple(manifold.normal)
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
                 # By now the bodies have moved on, and the manifold's normal with them.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
                 rub = sum(impulse.tangentImpulses)
-                solved.append((*pair, normals[pair], sum(impulse.normalImpulses), rub))
+                solved.append((*pair, normals[_key(contact)], sum(impulse.normalImpulses), rub))
 
         self._listener = Listener()
         self._world.contactListener = self._listener
@@ -248,14 +232,32 @@ class Box2dWorld:
     def _contacts(self) -> tuple[Contact, ...]:
         at_s = self._clock.step_began_s
         found = []
-        for a, b, (nx, ny), impulse, rub in self._solved:
-            if impulse <= 0:  # Box2D tells of a contact for as long as it lasts
-                continue
+        for a, b, (nx, ny), impulse, rub in self._summed():
             length = math.hypot(nx, ny)  # a unit vector to 32 bits only
             # Box2D's tangent is the normal turned by -90 degrees.
             along = -rub if self._turns else None
             found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse, along))
         return tuple(found)
+
+    def _summed(self) -> list[tuple[Any, Any, Point, float, float]]:
+        """Return what was solved: what several edges of one chain gave a disc is told as one contact, their sum."""
+        # Box2D tells of a contact for as long as it lasts.
+        pushes = [push for push in self._solved if push[3] > 0]
+        found = [push for push in pushes if not self._chains & {push[0], push[1]}]
+        for pair in dict.fromkeys(push[:2] for push in pushes if self._chains & {push[0], push[1]}):
+            of_pair = [push[2:] for push in pushes if push[:2] == pair]
+            along_x, along_y = (sum(normal[i] * impulse for normal, impulse, _ in of_pair) for i in (0, 1))
+            # Box2D's tangent is the normal turned by -90 degrees.
+            across_x = sum(normal[1] * rub for normal, _, rub in of_pair)
+            across_y = sum(-normal[0] * rub for normal, _, rub in of_pair)
+            size = math.hypot(along_x, along_y)
+            if len(of_pair) == 1 or not size:  # or edges that face one another push as hard, and have no sum
+                found += [(*pair, *push) for push in of_pair]
+                continue
+            nx, ny = along_x / size, along_y / size
+            x, y = along_x + across_x, along_y + across_y
+            found.append((*pair, (nx, ny), x * nx + y * ny, x * ny - y * nx))
+        return found
 
     def _warning(self, seen: Observation) -> str:
         # Made so fast by an impact, it is too late to refuse.
@@ -299,4 +301,4 @@ class Box2dWorld:
     def close(self) -> None:
         """Let go of the world; its memory goes with the last reference."""
         self._world.contactListener = None
-        del self._bodies, self._movable, self._walls, self._listener, self._world
+        del self._bodies, self._movable, self._walls, self._skinned, self._listener, self._world

@@ -41,12 +41,14 @@ from carom.adapter.units import scaled, unscaled
 from carom.errors import AdapterError
 from carom.scene import Disc, Need, Scene, Wall
 from carom.trace import Setting, wall_body
+from carom.walls import Chain, Ring
 
 __all__ = [
     "Accuracy",
     "Adapter",
     "AdapterError",
     "Capabilities",
+    "Chain",
     "CodedAdapter",
     "Contact",
     "ContactTimes",
@@ -59,6 +61,7 @@ __all__ = [
     "Observation",
     "Profile",
     "ReadingAdapter",
+    "Ring",
     "Scene",
     "Setting",
     "Stamp",

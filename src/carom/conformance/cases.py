@@ -17,6 +17,7 @@ from carom.conformance.checks import (
     invariants,
     settings,
     turning,
+    walls,
 )
 from carom.conformance.subject import Subject, catalogue_setup
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
@@ -53,6 +54,9 @@ _OF_ADAPTER = {
     "declares-profiles": declaration.declares_profiles,
     "imports-no-engine": declaration.imports_no_engine,
     "refuses-unknown-setting": settings.refuses_unknown_setting,
+    "edges": walls.edges_as_declared,
+    "circles": walls.circles_as_declared,
+    "wall-materials": walls.materials_as_declared,
     "immovable-discs-alone": capability.posts_stand_still,
     "gravity": capability.falls_as_declared,
     "damping": capability.slows_as_declared,

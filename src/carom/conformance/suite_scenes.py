@@ -12,7 +12,7 @@ import numpy as np
 from carom.adapter.protocol import Capabilities
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Chain, Disc, Ring, Scene, Wall
 from carom.scenes import KnownAnswer
 from carom.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
@@ -25,13 +25,16 @@ __all__ = [
     "bounce_and_pair",
     "bullet",
     "crowd",
+    "either_side",
     "fall",
+    "in_and_out",
     "known_trace",
     "mixed_contacts",
     "post",
     "posts",
     "rubbing",
     "rubbing_crowd",
+    "two_walls",
     "walled_box",
 ]
 
@@ -168,6 +171,42 @@ def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) 
         restitution=restitution,
         wall_restitution=wall_restitution,
         duration_s=0.75,
+    )
+
+
+def either_side(restitution: float) -> Scene:
+    """An edge that stands on its own, which a disc meets from either side at 3 m/s, head-on."""
+    return Scene(
+        name=f"conformance-edge-{restitution:g}",
+        discs=[Disc(position_m=(side * 1.51, side), velocity_m_s=(-3 * side, 0), radius_m=0.5) for side in (-1, 1)],
+        walls=[Chain(points_m=[(0, -2), (0, 2)])],
+        wall_restitution=restitution,
+        duration_s=0.6,
+    )
+
+
+def in_and_out(restitution: float) -> Scene:
+    """A circle that one disc meets from inside and one from outside at 3 m/s, head-on."""
+    return Scene(
+        name=f"conformance-circle-{restitution:g}",
+        discs=[Disc(position_m=(x, 0), velocity_m_s=(v, 0), radius_m=0.5) for x, v in ((0.99, 3), (4.51, -3))],
+        walls=[Ring(centre_m=(0, 0), radius_m=2.5)],
+        wall_restitution=restitution,
+        duration_s=0.6,
+    )
+
+
+def two_walls(first: float, second: float) -> Scene:
+    """A half-plane at each side, each with a restitution of its own, which a disc meets at 3 m/s, head-on."""
+    return Scene(
+        name=f"conformance-walls-{first:g}-{second:g}",
+        discs=[Disc(position_m=(side * 1.49, side), velocity_m_s=(3 * side, 0), radius_m=0.5) for side in (-1, 1)],
+        walls=[
+            Wall(point_m=(-3, 0), normal=(1, 0), restitution=first),
+            Wall(point_m=(3, 0), normal=(-1, 0), restitution=second),
+        ],
+        wall_restitution=first,
+        duration_s=0.6,
     )
 
 

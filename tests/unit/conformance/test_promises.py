@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from tests.unit.conformance.bouncer import Bouncer, BouncerWorld
 
-from carom.adapter import Accuracy, Adapter, Capabilities, Setting
+from carom.adapter import Accuracy, Adapter, Capabilities, Setting, World
 from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.conformance import probe, subject
@@ -202,3 +202,47 @@ def test_thicker_bodies_are_as_hard_to_turn_and_meet_walls_as_early() -> None:
     thick = thickened(scene, MARGIN).discs[0]
     assert thick.inertia_factor * thick.radius_m**2 == pytest.approx(0.5 * 0.25, rel=1e-15)
     assert solve_pic(thickened(scene, MARGIN)).impacts["time_s"][0] == pytest.approx(1.0 - MARGIN, rel=1e-12)
+
+
+#: What adapters do with walls that are otherwise than declared, the case that finds it, and the words for it.
+LIES_ABOUT_WALLS: dict[str, tuple[str, Callable[[Scene], Scene], str]] = {
+    "a wall from one side": (
+        "edges",
+        lambda scene: scene.model_copy(update={"walls": (Wall(point_m=(0, 0), normal=(1, 0)),)}),
+        "an edge: disc 0 leaves with a wrong velocity",
+    ),
+    "a post and no container": (
+        "circles",
+        lambda scene: scene.model_copy(
+            update={
+                "discs": (*scene.discs, Disc(position_m=(0, 0), radius_m=2.5, mass_kg=math.inf)),
+                "walls": (),
+            }
+        ),
+        "a circle: disc 0 leaves with a wrong velocity",
+    ),
+    "one material": (
+        "wall-materials",
+        lambda scene: scene.model_copy(
+            update={"walls": tuple(wall.model_copy(update={"restitution": None}) for wall in scene.walls)}
+        ),
+        "walls of their own: disc 1 leaves with a wrong velocity",
+    ),
+}
+
+
+@pytest.mark.parametrize("lie", LIES_ABOUT_WALLS)
+def test_a_lie_about_walls_is_found(lie: str, held: Held) -> None:
+    """PIT with a wall that is other than declared fails the case for it; as it is, it passes."""
+    pit = load_adapter("pit")
+    case, staged, words = LIES_ABOUT_WALLS[lie]
+
+    class Lying:
+        name = "pit"
+        engine, capabilities, profiles = pit.engine, pit.capabilities, pit.profiles
+
+        def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
+            return pit.prepare(staged(scene), settings)
+
+    assert held(pit, case) == ""
+    assert words in held(Lying(), case)

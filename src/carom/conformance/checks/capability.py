@@ -16,11 +16,14 @@ from carom.conformance.suite_scenes import (
     approach,
     bounce_and_pair,
     bullet,
+    either_side,
     fall,
+    in_and_out,
     post,
     posts,
     rubbing,
     slowing,
+    two_walls,
     walled_box,
 )
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
@@ -234,6 +237,9 @@ def _uncombined(can: Capabilities) -> Scene | None:
 #: What may be missing from the declaration: the field, and the scene that needs more (None where nothing is more).
 REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "walls": ("walls", lambda can: None if can.walls else walled_box()),
+    "segments": ("segments", lambda can: None if can.segments else either_side(can.restitution[1])),
+    "arcs": ("arcs", lambda can: None if can.arcs else in_and_out(can.restitution[1])),
+    "wall materials": ("wall_materials", lambda can: None if can.wall_materials else two_walls(1.0, 0.5)),
     "immovable discs": ("immovable_discs", lambda can: None if can.immovable_discs else post()),
     "gravity": ("gravity", lambda can: None if can.gravity else fall()),
     "damping": ("damping", lambda can: None if can.damping else slowing(spins=False)),

@@ -1,0 +1,84 @@
+"""The walls of a scene as Box2D has them: deep polygons for half-planes, edges or one chain of them for chains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+from carom.adapter import AdapterError, Chain, Scene, Setting, Wall
+from carom_adapters.box2d.limits import SHORTEST_PIECE_M
+from carom_adapters.pieces import points_of
+
+__all__ = ["edges_of", "rectangle_of", "shapes_of_chain"]
+
+#: `b2PolygonShape` joins corners closer than half of b2_linearSlop, 2.5e-3, so a wall is never made smaller than this.
+SMALLEST_WALL_M = 0.1
+
+#: Relative rounding of a 32-bit float.
+ROUNDING = 2.0**-23
+
+Point = tuple[float, float]
+
+
+def _rectangle(normal: Point, size: float) -> list[Point]:
+    """Return the corners of a rectangle below the origin, one face along the wall, ``2 size`` wide and `size` deep.
+
+    Box2D has no half-plane. Through an edge fast discs pass, and a polygon's face is as deep as it is made.
+    """
+    nx, ny = normal
+    return [((a * ny - b * nx) * size, (-a * nx - b * ny) * size) for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))]
+
+
+def rectangle_of(scene: Scene, plane: Wall, centre: Point, radius: float) -> tuple[Point, list[Point]]:
+    """Return where the body of a half-plane is put, the point nearest to the scene, and its corners around that.
+
+    Raises:
+        AdapterError: It would have to be so long that 32-bit floats round it by more than the smallest disc.
+    """
+    (px, py), (nx, ny) = plane.point_m, plane.normal
+    # The point of the wall nearest to the scene, so that the numbers around it are small.
+    along = (px - centre[0]) * ny - (py - centre[1]) * nx
+    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
+    size = max(2.0 * (radius + gap), SMALLEST_WALL_M)
+    smallest = min(disc.radius_m for disc in scene.discs)
+    if not size * ROUNDING < smallest:
+        raise AdapterError(
+            f"Box2D: a disc may get {radius:.3g} m far, and 32-bit floats round a wall of that length by more than "
+            f"the smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
+        )
+    return (px - along * ny, py + along * nx), _rectangle((nx, ny), size)
+
+
+def edges_of(chain: Chain, settings: Mapping[str, Setting]) -> list[list[Point]]:
+    """Return the points of each shape of a chain: of one, if settings ask for chains, or of each edge.
+
+    Those of a closed chain that is one shape end with the first again.
+
+    Raises:
+        AdapterError: A chain is asked for, and a piece is shorter than Box2D takes.
+    """
+    points = points_of(chain)
+    all_points = [*points, points[0]] if chain.closed else points
+    if not settings.get("chains", False):
+        return [list(pair) for pair in pairwise(all_points)]
+    shortest = min(math.dist(a, b) for a, b in pairwise(all_points))
+    # Twice, as 32-bit floats round the points.
+    if not shortest > 2.0 * SHORTEST_PIECE_M:
+        raise AdapterError(
+            f"Box2D: the pieces of a chain must be longer than {2.0 * SHORTEST_PIECE_M:g} m, got {shortest:.3g} m; "
+            "cut it into fewer"
+        )
+    return [all_points]
+
+
+def shapes_of_chain(box2d: Any, chain: Chain, settings: Mapping[str, Setting]) -> list[Any]:
+    """Return Box2D's shapes of a chain."""
+    pieces = edges_of(chain, settings)
+    if not settings.get("chains", False):
+        return [box2d.b2EdgeShape(vertices=points) for points in pieces]
+    ((*points, last),) = pieces
+    if chain.closed:
+        return [box2d.b2ChainShape(vertices_loop=points)]
+    return [box2d.b2ChainShape(vertices_chain=[*points, last])]

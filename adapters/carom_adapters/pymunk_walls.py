@@ -1,0 +1,96 @@
+"""The walls of a scene as pymunk has them: deep polygons for half-planes, segments for chains."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from carom.adapter import AdapterError, Chain, Ring, Scene, Wall, factored_frictions, factored_restitutions, reach
+from carom_adapters.pieces import points_of
+
+__all__ = ["Shaped", "factored_walls", "shapes_of_walls"]
+
+Point = tuple[float, float]
+
+
+def _half_plane(wall: Wall, centre: Point, radius: float) -> list[Point]:
+    """Return the corners of a rectangle that no disc of the scene can tell from the half-plane.
+
+    Chipmunk has no half-plane. Through a thin segment fast discs pass, and a thick one takes its normal from the depth
+    of the overlap; a polygon's face has one normal, exact to rounding, and is as deep as it is made.
+    """
+    (px, py), (nx, ny) = wall.point_m, wall.normal
+    along = (px - centre[0]) * ny - (py - centre[1]) * nx
+    gap = abs((px - centre[0]) * nx + (py - centre[1]) * ny)
+    foot_x, foot_y = px - along * ny, py + along * nx
+    # Twice as wide and deep as a disc can get: whatever sinks in is still nearest to the face. And no smaller than the
+    # coordinates themselves, for the face's direction is the difference of two corners, each rounded.
+    size = max(2.0 * (radius + gap), abs(foot_x), abs(foot_y))
+    return [
+        (foot_x + (a * ny - b * nx) * size, foot_y - (a * nx + b * ny) * size)
+        for a, b in ((1, 0), (-1, 0), (-1, 1), (1, 1))
+    ]
+
+
+class _Segment(NamedTuple):
+    """An edge of a chain, or a piece of one: from a to b, with the points before a and after b."""
+
+    a: Point
+    b: Point
+    before: Point
+    after: Point
+
+
+def _segments(chain: Chain) -> list[_Segment]:
+    """Return the straight segments of a chain; at an open end the neighbour is the end itself, as pymunk has it."""
+    points = points_of(chain)
+    last = len(points) - 1
+    return [
+        _Segment(
+            points[k],
+            points[(k + 1) % len(points)],
+            points[k - 1] if k > 0 or chain.closed else points[k],
+            points[(k + 2) % len(points)] if k + 2 <= last or chain.closed else points[k + 1],
+        )
+        for k in range(last + chain.closed)
+    ]
+
+
+#: A wall as pymunk has it: a polygon's corners, or segments with their radius.
+Shaped = list[Point] | tuple[list[_Segment], float]
+
+
+def shapes_of_walls(scene: Scene, dt_s: float) -> list[Shaped]:
+    """Return the walls in order, of a scene without circles.
+
+    Raises:
+        AdapterError: A half-plane would have to be so long that its rounding is as large as a disc.
+    """
+    centre, radius = reach(scene, dt_s)
+    shapes: list[Shaped] = [
+        _half_plane(wall, centre, radius) if isinstance(wall, Wall) else (_segments(wall), wall.half_width_m)
+        for wall in scene.walls
+        if not isinstance(wall, Ring)
+    ]
+    # A face is placed to the rounding of its farthest corner.
+    corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]
+    farthest = max((abs(value) for corner in corners for value in corner), default=0.0)
+    smallest = min(disc.radius_m for disc in scene.discs)
+    if not farthest * 2.0**-52 < smallest:  # NaN fails this too
+        raise AdapterError(
+            f"pymunk: a disc may get {farthest:.3g} m far, and a wall of that length is rounded by more than the "
+            f"smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
+        )
+    return shapes
+
+
+def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
+    """Return elasticity and friction of every disc, and of each wall: pymunk multiplies those of a pair.
+
+    Friction is shipped as 0, and in a scene that turns nothing is left so.
+    """
+    turns = scene.arrays.turns
+    elasticity, friction = factored_restitutions(scene)[0], factored_frictions(scene)[0] if turns else 0.0
+    walls = [
+        (wall.restitution / elasticity, wall.friction / friction if turns else 0.0) for wall in scene.arrays.materials
+    ]
+    return elasticity, friction, walls

@@ -1,0 +1,97 @@
+"""What engines make of walls of edges: thin ones, those in pieces, and those that push a disc in two places at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.adapters.staged import along_a_floor, at_a_thin_wall
+
+from carom import Chain, Disc, Scene
+from carom.adapter import Adapter, Observation
+
+Finish = Callable[..., Observation]
+Named = Callable[[str], Adapter]
+
+STARTS = 32
+
+#: Half widths with which an engine is run: what has no thickness, where that can be built.
+HALF_WIDTHS = {"pymunk": 0.0, "box2d": 0.0}
+#: What of a velocity of some 5 m/s is its rounding, and what is left of it in a floor in pieces.
+ROUNDING_M_S = {"pymunk": 1e-12, "box2d": 0.0}
+#: Engines that look once a step for a disc in a wall, and no further.
+LOOKING = ["pymunk"]
+
+
+@pytest.mark.parametrize("q", [0.9, 1.5, 3.0, 20.0])
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+@pytest.mark.parametrize("name", LOOKING)
+def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
+    named: Named, finish: Finish, name: str, profile: str, q: float
+) -> None:
+    """Of evenly spread starts the fraction max(0, 1 - 1/q) passes, to the one start that even spreading may miss."""
+    adapter, passed = named(name), 0
+    for k in range(STARTS):
+        scene = at_a_thin_wall(q, k / STARTS, half_width_m=HALF_WIDTHS[name])
+        passed += finish(adapter, scene, 1 / scene.frame_rate_hz, profile).position_m[0, 0] > 0
+    assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
+
+
+@pytest.mark.parametrize("q", [0.9, 1.5, 3.0, 19.0])
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_what_box2d_sweeps_passes_no_thin_wall(named: Named, finish: Finish, profile: str, q: float) -> None:
+    """At none of evenly spread starts, below the 2 m a step at which Box2D slows bodies down, a disc is through."""
+    adapter = named("box2d")
+    for k in range(STARTS):
+        scene = at_a_thin_wall(q, k / STARTS)
+        seen = finish(adapter, scene, 1 / scene.frame_rate_hz, profile)
+        assert seen.position_m[0, 0] < 0
+        np.testing.assert_allclose(seen.velocity_m_s[0], -np.array(scene.discs[0].velocity_m_s), rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["pymunk", "box2d"])
+def test_a_floor_in_pieces_is_as_smooth_as_the_engine_can_make_it(named: Named, finish: Finish, name: str) -> None:
+    """Tuned, a floor in ten pieces is as smooth as one in one at each of sixteen starts, and as shipped it is not."""
+    adapter, width = named(name), HALF_WIDTHS[name]
+
+    def bump(profile: str, start: int) -> float:
+        ends = [
+            finish(adapter, along_a_floor(n, start / 16, half_width_m=width), 1 / 60, profile).velocity_m_s
+            for n in (1, 10)
+        ]
+        return float(np.abs(ends[1] - ends[0]).max())
+
+    tuned, shipped = ([bump(profile, start) for start in range(16)] for profile in ("tuned", "default"))
+    assert max(tuned) <= ROUNDING_M_S[name]
+    assert max(shipped) > 1
+
+
+@pytest.mark.parametrize(("name", "rounding"), [("pymunk", 1e-12), ("box2d", 1e-5)])
+def test_pushes_of_two_edges_at_once_are_told_as_one_contact(named: Named, name: str, rounding: float) -> None:
+    """In a corner both edges of a chain push in one step, and one contact tells the whole change of velocity."""
+    width = HALF_WIDTHS[name]
+    lands = 0.31  # between two steps, so that both are found in one
+    scene = Scene(
+        name="corner",
+        discs=[
+            Disc(position_m=(0.25 + width + 3 * lands, 0.25 + width + 4 * lands), velocity_m_s=(-3, -4), radius_m=0.25)
+        ],
+        walls=[Chain(points_m=[(5, 0), (0, 0), (0, 5)], half_width_m=width)],
+        duration_s=1.0,
+    )
+    adapter = named(name)
+    world = adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 60))
+    told, velocity = [], np.array([-3.0, -4.0])
+    for _ in range(30):
+        world.advance(1)
+        seen = world.observe()
+        told += [contact.impulse_n_s * np.array(contact.normal) for contact in seen.contacts]
+        if len(told) == 1 and seen.contacts:
+            velocity = velocity - told[0]
+            np.testing.assert_allclose(seen.velocity_m_s[0], velocity, rtol=0, atol=rounding)
+    world.close()
+    assert len(told) == 1
+    np.testing.assert_allclose(velocity, [3.0, 4.0], rtol=0, atol=rounding)
+    assert math.hypot(*told[0]) == pytest.approx(10.0, abs=rounding)
