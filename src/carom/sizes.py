@@ -6,6 +6,7 @@ the lightest; see `carom.limits`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -14,6 +15,7 @@ import numpy as np
 from carom.disc_arrays import DiscArrays, wall_lengths
 from carom.errors import Problem
 from carom.limits import SPAN
+from carom.outline import Outline
 
 __all__ = ["Sizes", "span_problems"]
 
@@ -74,6 +76,9 @@ def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) ->
             f"must be at least {least} of the greatest length in the scene, {sizes.length:.3g} m, "
             f"got {sizes.radius}; leave out what is so small, or so far away",
         )
+    for index, wall in enumerate(start.walls):
+        if isinstance(wall, Outline):
+            yield from _short_edges(index, wall, sizes.length)
     if sizes.heaviest > SPAN * sizes.lightest:
         yield Problem(
             ("discs", int(start.mass_kg.argmin()), "mass_kg"),
@@ -92,3 +97,13 @@ def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) ->
             f"must be so short that no disc flies further than {SPAN:.3g} times the smallest radius, "
             f"got {sizes.duration}: the way is {sizes.way:.3g} m; shorten it",
         )
+
+
+def _short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem]:
+    for edge, (a, b, _) in enumerate(wall.edges):
+        if greatest > SPAN * (length := math.dist(a, b)):
+            yield Problem(
+                ("walls", index, "points_m", (edge + 1) % len(wall.points)),
+                f"makes edge {edge} {length:.3g} m long, which must be at least {1.0 / SPAN:.3g} of the greatest "
+                f"length in the scene, {greatest:.3g} m; leave the point out",
+            )

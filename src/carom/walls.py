@@ -15,7 +15,7 @@ from pydantic import BeforeValidator, Field, Strict
 
 from carom.errors import Problem, SceneError
 from carom.fields import Direction, Friction, Model, Number, Vector
-from carom.limits import LARGEST, MOST_WALLS
+from carom.limits import LARGEST, MOST_WALLS, SMALLEST
 from carom.outline import Outline
 from carom.outline_checks import meetings
 
@@ -175,10 +175,11 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
         yield Problem(("solid",), "needs closed = true: an open chain has no inside")
     for k in range(edges):
         a, b = chain.points_m[k], chain.points_m[(k + 1) % points]
+        place: tuple[str | int, ...] = ("points_m", (k + 1) % points)
         if a == b:
-            yield Problem(
-                ("points_m", (k + 1) % points), f"must not be where edge {k} begins, got {a}: it has no length"
-            )
+            yield Problem(place, f"must not be where edge {k} begins, got {a}: it has no length")
+        elif (length := math.dist(a, b)) < SMALLEST:
+            yield Problem(place, f"makes edge {k} {length:.3g} m long: {SMALLEST:.3g} m is the least, as of a radius")
 
 
 def _crossing_problems(chain: Chain) -> Iterator[Problem]:

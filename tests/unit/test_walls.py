@@ -58,6 +58,14 @@ def test_a_half_plane_is_written_as_ever() -> None:
         ({"points_m": [[0, 0]]}, "walls[0].points_m: must be 2 points at least, got 1"),
         ({"points_m": [[3, 0], [4, 0]], "closed": True}, "3 points of a closed chain without bulges at least, got 2"),
         ({"points_m": [[3, 0], [4, 0], [4, 0]]}, "points_m[2]: must not be where edge 1 begins, got (4.0, 0.0)"),
+        (
+            {"points_m": [[0, 0], [1e-160, 0], [3, 4]]},
+            "points_m[1]: makes edge 0 1e-160 m long: 1.49e-154 m is the least",
+        ),
+        (
+            {"points_m": [[0, 0], [1e-150, 0], [3, 4]]},
+            "points_m[1]: makes edge 0 1e-150 m long, which must be at least 6.2e-120 of the greatest length",
+        ),
         ({"points_m": [[3, 0], [4, 0]], "bulges": [1, 1]}, "bulges: must be one for each of the 1 edges"),
         (
             {"points_m": [[3, 0], [4, 0]], "bulges": [5e-324]},
