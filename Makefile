@@ -31,10 +31,10 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism stress campaign campaign-pic campaign-tables mutants arm bench check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls stress campaign campaign-pic campaign-tables mutants arm bench check changelog coverage coverage-compiled clean
 
 help:
-	@echo "make demo               install what it needs, open a page: an engine that misses an impact, beside the exact run"
+	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
 	@echo "make report             install what it needs, run the built-in suite, write $(REPORT)/index.html"
 	@echo "make test               install what it needs, run the tests"
 	@echo "make test-long          run the tests that take minutes: wheels, builds, long runs"
@@ -48,6 +48,7 @@ help:
 	@echo "make stress             (fifteen minutes) the full stress campaign; write docs/stress-results.md"
 	@echo "make history            (minutes, from the registries) engines over their releases; write docs/history.md"
 	@echo "make determinism        whether the installed engines come to the same bits again; write docs/determinism.md"
+	@echo "make walls              what thin walls and floors in pieces do in the installed engines; write the tables of docs/walls.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make campaign-tables TABLES=20000: compare PIC on random tables of finite walls with brute force of 600 bits"
@@ -99,6 +100,8 @@ campaign: $(BUILT)
 
 pictures: $(BUILT)
 	$(BIN)/python docs/figures/pictures.py
+	$(BIN)/python docs/figures/walkthrough.py
+	$(BIN)/python docs/figures/throw_gallery.py
 
 # With every engine installed, or the page is not written: `make engines` brings those that are not.
 $(HAZARDS): | $(BUILT)
@@ -129,6 +132,11 @@ history: $(BUILT)
 
 determinism: $(BUILT)
 	$(BIN)/python docs/figures/determinism.py
+
+# An engine that is not installed keeps its rows: `make engines` brings those that are not.
+walls: $(BUILT)
+	$(BIN)/python docs/figures/walls.py
+	$(BIN)/python docs/figures/engine_pages.py
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json

@@ -1,9 +1,9 @@
 """The tables of the engines' pages: `python docs/figures/engine_pages.py` writes them into `docs/engines/*.md`.
 
 They are made of `measured.json`, which `make atlas` writes, of the tables of `docs/hazards.md`, which `make hazards`
-does, of the rows of `docs/determinism.md`, which `make determinism` does, and of the sentences of `docs/history.md`,
-which `make history` does. What stands between `<!-- made by ...: NAME
--->` and `<!-- end -->` is written here, the rest by hand.
+does, of the rows of `docs/determinism.md`, which `make determinism` does, of the sentences of `docs/history.md`, which
+`make history` does, and of the tables of `docs/walls.md`, which `make walls` does. What stands between
+`<!-- made by ...: NAME -->` and `<!-- end -->` is written here, the rest by hand.
 """
 
 from __future__ import annotations
@@ -25,6 +25,7 @@ MEASURED = DOCS / "figures" / "measured.json"
 HAZARDS = DOCS / "hazards.md"
 HISTORY = DOCS / "history.md"
 DETERMINISM = DOCS / "determinism.md"
+WALLS = DOCS / "walls.md"
 
 _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
 #: What a row of `docs/hazards.md` says where no start is off.
@@ -111,6 +112,17 @@ def history_of(engine: str) -> str:
     return f"{' '.join(text.strip() for text in said)} [The tables](../history.md#{anchor}).\n"
 
 
+def walls_of(engine: str) -> str:
+    """Return an engine's rows of the two tables of walls."""
+    name, text = load_adapter(engine).engine.name, WALLS.read_text(encoding="utf-8")
+    made = []
+    for part in re.findall(r"<!-- made by docs/figures/walls\.py: \w+ -->\n(.*?)<!-- end -->", text, re.DOTALL):
+        lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in part.splitlines() if line[:1] == "|"]
+        made.append(rows_of(lines[0][1:], [line[1:] for line in lines[2:] if line[0] == name]))
+    said = "Thin walls: how many of 32 starts pass. Floors in pieces: how many of 48 flights end with another velocity."
+    return f"{said} [What is counted](../walls.md#my-ball-goes-through-thin-walls-what-now).\n\n" + "\n".join(made)
+
+
 def _same_bits() -> Iterator[dict[str, str]]:
     """Yield the rows of the page of determinism, each by its headings."""
     lines = [line for line in DETERMINISM.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
@@ -182,6 +194,7 @@ OWN = {
     "settings": settings_of,
     "history": history_of,
     "determinism": determinism_of,
+    "walls": walls_of,
 }
 
 

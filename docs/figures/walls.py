@@ -1,0 +1,253 @@
+"""`make walls`: what a thin wall, and a floor in pieces, do to a disc in each engine; the tables of `docs/walls.md`.
+
+It flies discs in the engines themselves, without adapters (`walls_python.py`, `walls_npm.mjs`), for each way of
+building a wall. `walls.json` keeps the figures. An engine that is not installed keeps its rows, which name its version.
+"""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import json
+import math
+import subprocess
+import sys
+from itertools import groupby
+from pathlib import Path
+from typing import Any, NamedTuple
+
+HERE = Path(__file__).resolve().parent
+PAGE, FIGURES = HERE.parent / "walls.md", HERE / "walls.json"
+NPM = HERE.parents[1] / "adapters/carom_adapters/npm"
+
+#: A figure's row: names of columns and what was found.
+Row = dict[str, Any]
+Flight = dict[str, Any]
+End = list[float]
+
+
+class Way(NamedTuple):
+    """A way of building a wall in an engine."""
+
+    engine: str
+    package: str
+    key: str
+    words: str
+    half_width_m: float = 0.0
+
+
+#: Half the width of what is solid: walls that are built of it have some.
+HALF_M = 0.02
+
+WAYS = (
+    Way("Box2D", "Box2D", "edges", "edges"),
+    Way("Box2D", "Box2D", "chain", "one chain"),
+    Way("Box2D v3", "box2d3-wasm", "segments", "segments"),
+    Way("Box2D v3", "box2d3-wasm", "chain", "one chain, with a ghost point at each end"),
+    Way("cannon-es", "cannon-es", "boxes", "boxes", HALF_M),
+    Way("Jolt", "jolt-physics", "boxes", "boxes", HALF_M),
+    Way("Jolt", "jolt-physics", "boxes, cast", "boxes, the disc `LinearCast`", HALF_M),
+    Way("Jolt", "jolt-physics", "compound, removal", "one compound, `mEnhancedInternalEdgeRemoval`", HALF_M),
+    Way("matter.js", "matter-js", "rectangles", "rectangles", HALF_M),
+    Way("MuJoCo", "mujoco", "boxes", "boxes", HALF_M),
+    Way("MuJoCo", "mujoco", "capsules", "capsules", HALF_M),
+    Way("p2-es", "p2-es", "boxes", "boxes", HALF_M),
+    Way("p2-es", "p2-es", "boxes, swept", "boxes, `ccdSpeedThreshold` 0", HALF_M),
+    Way("Planck", "planck", "edges", "edges"),
+    Way("Planck", "planck", "chain", "one chain"),
+    Way("PyBullet", "pybullet", "boxes", "boxes", HALF_M),
+    Way("PyBullet", "pybullet", "swept", "boxes, `ccdSweptSphereRadius` r/2", HALF_M),
+    Way("PyBullet", "pybullet", "swept, maximal", "boxes, the same and `useMaximalCoordinates`", HALF_M),
+    Way("pymunk", "pymunk", "segments", "`Segment`"),
+    Way("pymunk", "pymunk", "neighbours", "`Segment`, `set_neighbors`"),
+    Way("Rapier 2D", "@dimforge/rapier2d-compat", "segments", "segments"),
+    Way("Rapier 2D", "@dimforge/rapier2d-compat", "polyline", "one polyline"),
+    Way("Rapier 2D", "@dimforge/rapier2d-compat", "boxes", "boxes", HALF_M),
+)
+FROM_PYTHON = ("Box2D", "mujoco", "pybullet", "pymunk")
+
+#: The thin wall: starts, the disc's radius, its steps a second, and how many reaches it moves in a step.
+STARTS, THIN_RADIUS_M, THIN_HZ = 32, 0.1, 60
+SPEEDS = (0.9, 1.1, 1.5, 2.1, 3.0, 5.0, 20.0)
+#: A bounce off a thin wall is called wrong if a hundredth of the velocity is.
+WRONG = 0.01
+
+#: The floor: the disc, how it comes, steps a second, how many phases along a piece of a metre, and when it lands.
+FLOOR_RADIUS_M, ALONG_M_S, APPROACHES_M_S, PHASES, LANDS_S = 0.25, 5.0, (0.01, 0.5, 2.0), 16, 0.3
+FLOOR_HZ = (60, 240)
+#: Velocities that differ by more than this are called others: 32-bit floats round them by some 1e-6 a step.
+OTHER_M_S = 1e-3
+
+
+def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
+    """Return a flight, head-on, of q of the reach a step, that begins six steps and this fraction before the wall."""
+    reach = THIN_RADIUS_M + half_width_m
+    step_m = q * reach
+    return {
+        "dt_s": 1 / THIN_HZ,
+        "steps": 12,
+        "position_m": [-reach - (6 + phase) * step_m, 0.0],
+        "velocity_m_s": [step_m * THIN_HZ, 0.0],
+        "radius_m": THIN_RADIUS_M,
+        "points_m": [[0.0, -2.0], [0.0, 2.0]],
+        "half_width_m": half_width_m,
+    }
+
+
+def along_a_floor(pieces: int, hz: int, approach_m_s: float, phase: float, half_width_m: float) -> Flight:
+    """Return a flight of a second that lands on a floor of ten metres in pieces, begun this much of a metre left."""
+    return {
+        "dt_s": 1 / hz,
+        "steps": hz,
+        "position_m": [-3.0 - phase, FLOOR_RADIUS_M + half_width_m + LANDS_S * approach_m_s],
+        "velocity_m_s": [ALONG_M_S, -approach_m_s],
+        "radius_m": FLOOR_RADIUS_M,
+        "points_m": [[-5.0 + 10.0 * k / pieces, 0.0] for k in range(pieces + 1)],
+        "half_width_m": half_width_m,
+    }
+
+
+def command_of(way: Way) -> tuple[list[str], Path]:
+    """Return the command that flies in this way, and the folder to run it in."""
+    if way.package in FROM_PYTHON:
+        return [sys.executable, str(HERE / "walls_python.py"), way.package, way.key], HERE
+    # Given as text, the program finds the packages of the folder that it runs in.
+    program = (HERE / "walls_npm.mjs").read_text(encoding="utf-8")
+    return ["node", "--input-type=module", "--eval", program, way.package, way.key], NPM
+
+
+def version_of(way: Way) -> str | None:
+    """Return the version that is installed, or None."""
+    if way.package in FROM_PYTHON:
+        return importlib.metadata.version(way.package) if importlib.util.find_spec(way.package) else None
+    manifest = NPM / "node_modules" / way.package / "package.json"
+    return str(json.loads(manifest.read_text(encoding="utf-8"))["version"]) if manifest.exists() else None
+
+
+def flown(way: Way, flights: list[Flight]) -> list[End]:
+    """Return where the flights end: x, y and velocity.
+
+    Raises:
+        RuntimeError: The engine fails, or ends somewhere that is not finite; the message names it.
+    """
+    command, folder = command_of(way)
+    done = subprocess.run(  # noqa: S603 - the programs of this folder
+        command, cwd=folder, input=json.dumps(flights), capture_output=True, text=True, check=False, timeout=300
+    )
+    if done.returncode:
+        raise RuntimeError(f"{way.engine}, {way.words}: {done.stderr.strip()[-500:]}")
+    ends: list[End] = json.loads(done.stdout[done.stdout.index("[") :])
+    if len(ends) != len(flights) or not all(
+        len(end) == 4 and all(value is not None and math.isfinite(value) for value in end) for end in ends
+    ):
+        raise RuntimeError(f"{way.engine}, {way.words}: not every flight has a finite end")
+    return ends
+
+
+def thin(way: Way) -> Row:
+    """Return how many starts pass through, at each speed, and how many of the others bounce wrongly at any."""
+    flights = [at_a_thin_wall(q, k / STARTS, way.half_width_m) for q in SPEEDS for k in range(STARTS)]
+    ends = flown(way, flights)
+    through = [end[0] > 0 for end in ends]
+    wrong = 0
+    for flight, end, passed in zip(flights, ends, through, strict=True):
+        speed = flight["velocity_m_s"][0]
+        wrong += not passed and math.hypot(end[2] + speed, end[3]) > WRONG * speed
+    return {"through": [sum(through[k : k + STARTS]) for k in range(0, len(through), STARTS)], "wrong": wrong}
+
+
+def seams(way: Way) -> Row:
+    """Return, at each rate, how many flights end otherwise on ten pieces than on one, and by how much at most."""
+    row: Row = {"other": [], "worst_m_s": [], "one_piece_m_s": []}
+    cases = [(approach, k / PHASES) for approach in APPROACHES_M_S for k in range(PHASES)]
+    for hz in FLOOR_HZ:
+        flights = [along_a_floor(n, hz, *case, way.half_width_m) for n in (1, 10) for case in cases]
+        ends = flown(way, flights)
+        one, ten = ends[: len(cases)], ends[len(cases) :]
+        apart = [math.dist(a[2:], b[2:]) for a, b in zip(one, ten, strict=True)]
+        exact = [(ALONG_M_S, approach) for approach, _ in cases]
+        row["other"].append(sum(gap > OTHER_M_S for gap in apart))
+        row["worst_m_s"].append(max(apart))
+        row["one_piece_m_s"].append(max(math.dist(a[2:], b) for a, b in zip(one, exact, strict=True)))
+    return row
+
+
+def measured(way: Way) -> Row | None:
+    """Return a way's row of both tables, or None if its engine is not installed."""
+    version = version_of(way)
+    if version is None:
+        return None
+    named = {"engine": way.engine, "version": version, "way": way.words, "half_width_m": way.half_width_m}
+    return named | {"thin": thin(way), "seams": seams(way)}
+
+
+def small(value: float) -> str:
+    """Return a difference of velocities in a cell."""
+    if value == 0:
+        return "0"
+    return f"{value:.2f}" if value >= 0.01 else f"{value:.0e}".replace("e-0", "e-")
+
+
+def lines_of(heads: list[str], rows: list[list[str]]) -> str:
+    """Return a table, numbers to the right from the third column on."""
+    rule = ["---", "---"] + ["---:"] * (len(heads) - 2)
+    return "".join(f"| {' | '.join(line)} |\n" for line in [heads, rule, *rows])
+
+
+def thin_table(rows: list[Row]) -> str:
+    """Return the table of thin walls: the closed form first."""
+    exact = [f"{STARTS * max(0.0, 1 - 1 / q):.1f}" for q in SPEEDS]
+    heads = ["engine", "wall", *(f"q = {q:g}" for q in SPEEDS), "wrong"]
+    body = [[row["engine"], row["way"], *map(str, row["thin"]["through"]), str(row["thin"]["wrong"])] for row in rows]
+    return lines_of(heads, [["*32 max(0, 1 - 1/q)*", "", *exact, ""], *body])
+
+
+def seam_table(rows: list[Row]) -> str:
+    """Return the table of floors in pieces."""
+    heads = [
+        "engine",
+        "floor",
+        *(f"{hz} Hz: {what}" for hz in FLOOR_HZ for what in ("other", "by m/s", "one piece off")),
+    ]
+    body = []
+    for row in rows:
+        found = row["seams"]
+        cells = zip(found["other"], found["worst_m_s"], found["one_piece_m_s"], strict=True)
+        body.append([row["engine"], row["way"], *(cell for n, *two in cells for cell in (str(n), *map(small, two)))])
+    return lines_of(heads, body)
+
+
+def versions(rows: list[Row]) -> str:
+    """Return which releases were measured, in a sentence."""
+    named = dict.fromkeys(f"{row['engine']} ({row['version']})" for row in rows)
+    return f"\nMeasured: {', '.join(named)}.\n"
+
+
+def filled(page: str, rows: list[Row]) -> str:
+    """Return the page with the tables of these rows between its marks."""
+    tables = {"thin": thin_table(rows), "seams": seam_table(rows) + versions(rows)}
+    for name, table in tables.items():
+        begins, ends = f"<!-- made by docs/figures/walls.py: {name} -->\n", "<!-- end -->"
+        if page.count(begins) != 1:
+            raise ValueError(f"{PAGE.name} has {page.count(begins)} marks of the table {name}, and needs one")
+        before, after = page.split(begins)
+        page = before + begins + table + ends + after.split(ends, 1)[1]
+    return page
+
+
+def main() -> None:
+    """Measure what is installed, keep the other rows, and write figures and page."""
+    kept = {(row["engine"], row["way"]): row for row in json.loads(FIGURES.read_text(encoding="utf-8"))}
+    for engine, ways in groupby(WAYS, key=lambda way: way.engine):
+        for way in ways:
+            row = measured(way)
+            sys.stdout.write(f"{engine}, {way.words}: {'not installed, its row is kept' if row is None else row}\n")
+            if row is not None:
+                kept[way.engine, way.words] = row
+    rows = [kept[way.engine, way.words] for way in WAYS if (way.engine, way.words) in kept]
+    FIGURES.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), rows), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

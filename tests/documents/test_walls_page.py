@@ -1,0 +1,59 @@
+"""The page of walls has the tables of its figures, and what it says of engines is so in these."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+from docs.figures import walls
+
+ROWS: list[dict[str, Any]] = json.loads(walls.FIGURES.read_text(encoding="utf-8"))
+SWEEPING = {"Box2D", "Box2D v3", "Planck", "Rapier 2D"}
+#: Found smooth on ten pieces at every start.
+SMOOTH = {
+    ("Box2D", "one chain"),
+    ("Box2D v3", "one chain, with a ghost point at each end"),
+    ("Jolt", "one compound, `mEnhancedInternalEdgeRemoval`"),
+    ("Planck", "one chain"),
+    ("pymunk", "`Segment`, `set_neighbors`"),
+}
+
+
+def test_the_tables_are_those_of_the_figures() -> None:
+    """The page is what `walls.json` makes it, with a row for each way of building a wall."""
+    page = walls.PAGE.read_text(encoding="utf-8")
+    assert walls.filled(page, ROWS) == page
+    assert [(row["engine"], row["way"]) for row in ROWS] == [(way.engine, way.words) for way in walls.WAYS]
+
+
+def test_who_passes_a_thin_wall_is_as_the_page_says() -> None:
+    """What sweeps passes at no start, what looks once a step by the closed form to four starts, and p2 by its own."""
+    for row in ROWS:
+        through = row["thin"]["through"]
+        if row["engine"] in SWEEPING or "LinearCast" in row["way"] or "useMaximalCoordinates" in row["way"]:
+            assert through == [0] * len(walls.SPEEDS), row
+        elif row["engine"] == "p2-es":
+            step = [q * (walls.THIN_RADIUS_M + walls.HALF_M) for q in walls.SPEEDS]
+            if row["way"] == "boxes":
+                assert through == pytest.approx([walls.STARTS * (1 - 2 * walls.HALF_M / s) for s in step], abs=1)
+        else:
+            form = [walls.STARTS * max(0.0, 1 - 1 / q) for q in walls.SPEEDS]
+            assert through == pytest.approx(form, abs=4), row
+            assert through[0] == 0
+
+
+def test_who_is_smooth_over_joints_is_as_the_page_says() -> None:
+    """Ways that the page calls smooth meet no joint at any start, and every other meets some."""
+    for row in ROWS:
+        assert ((row["engine"], row["way"]) in SMOOTH) == (row["seams"]["other"] == [0, 0]), row
+
+
+def test_the_figures_are_those_of_the_engine() -> None:
+    """pymunk, flown again, comes to its row."""
+    (way,) = (way for way in walls.WAYS if way.key == "neighbours")
+    (kept,) = (row for row in ROWS if (row["engine"], row["way"]) == (way.engine, way.words))
+    if walls.version_of(way) != kept["version"]:
+        pytest.skip("another release of pymunk was measured")
+    assert walls.thin(way) == kept["thin"]
+    assert walls.seams(way)["other"] == kept["seams"]["other"]
