@@ -9,12 +9,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import Browser, BrowserContext, Page
 from tests.browser.conftest import Faults
 
 import carom
 from carom.live.installed import page_engines
+from carom.live.packages import PACKAGES
 from carom.live.page import GALLERY, page_html
 from carom.registry import load_adapter
 from carom.scenes import all_scenes
@@ -263,17 +265,16 @@ def test_an_altered_script_does_not_run(file: Path, browser: Browser, tmp_path: 
 @pytest.fixture(scope="module")
 def with_engines(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page with all the engines that it can have; skipped where `make engines` was not run."""
-    names = ("matter", "planck", "rapier2d")
-    engines = page_engines(names, required=False)
-    if len(engines) < len(names):
+    engines = page_engines(PACKAGES, required=False)
+    if len(engines) < len(PACKAGES):
         pytest.skip("the engines from npm are not installed: make engines")
     path = tmp_path_factory.mktemp("engines") / "play.html"
     path.write_text(page_html([all_scenes()[name].scene for name in GALLERY], engines), encoding="utf-8")
     return path
 
 
-_STEPS = 60
-_DRIVEN = """async ([name, scene, settings, steps]) => {
+STEPS = 60
+DRIVEN = """async ([name, scene, settings, steps]) => {
   const World = await caromPage.load(name), world = new World(scene, settings), seen = [];
   world.observe();
   for (let k = 0; k < steps; k++) {
@@ -287,7 +288,7 @@ _DRIVEN = """async ([name, scene, settings, steps]) => {
 }"""
 
 
-@pytest.mark.parametrize("name", ["matter", "planck", "rapier2d"])
+@pytest.mark.parametrize("name", PACKAGES)
 def test_an_engine_gives_in_the_page_what_it_gives_in_node(
     name: str, with_engines: Path, opened: Callable[..., Page]
 ) -> None:
@@ -302,16 +303,64 @@ def test_an_engine_gives_in_the_page_what_it_gives_in_node(
             settings = {**profile.settings(dt), "dt_s": dt}
             world = adapter.prepare(scene, settings)
             seen = []
-            for _ in range(_STEPS):
+            for _ in range(STEPS):
                 world.advance(1)
                 now = world.observe()
                 contacts = [[contact.first, contact.second, contact.time_s] for contact in now.contacts]
                 seen.append([now.position_m.tolist(), now.velocity_m_s.tolist(), contacts])
-            told = [name, json.loads(scene.model_dump_json()), settings, _STEPS]
-            assert page.evaluate(_DRIVEN, told) == seen, scene.name
+            told = [name, json.loads(scene.model_dump_json()), settings, STEPS]
+            assert page.evaluate(DRIVEN, told) == seen, scene.name
             world.close()
             compared += 1
     assert compared >= len(GALLERY) - 1
+
+
+#: Scenes of two discs that do not spin, in which what an engine does is one contact.
+_PAIRS = ("paper/missed", "paper/late", "paper/wrong-direction", "classics/graze", "gravity/falling-pair")
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, opened: Callable[..., Page]) -> None:
+    """When an engine reports an impact and when the paths turned are what carom.run makes of the same steps."""
+    page = opened(with_engines)
+    page.evaluate("console.warn = () => {}")
+    known = 0
+    for scene in _PAIRS:
+        page.evaluate("(scene) => { location.hash = scene; }", scene)
+        page.wait_for_timeout(200)
+        page.select_option("#method", f"{name}/default")
+        page.wait_for_timeout(500)
+        trace = carom.run(scene, name, profile="default")
+        assert trace.effective_time_s is not None
+        found = _state(page, "seen.impacts.map((r) => [r.time_s, r.effective_s])")
+        assert [time for time, _ in found] == pytest.approx(trace.impacts["time_s"].tolist(), abs=1e-12)
+        instants = [math.nan if time is None else time for _, time in found]
+        assert instants == pytest.approx(trace.effective_time_s.tolist(), abs=1e-9, nan_ok=True)
+        known += sum(map(math.isfinite, instants))
+    assert known > 0
+
+
+def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Callable[..., Page]) -> None:
+    """At each rate PIT's misses are the closed form's to a phase, and the engine chosen has points where PIT has."""
+    page = opened(with_engines, "#paper/missed")
+    page.select_option("#method", "planck/default")
+    for _ in range(300):
+        if page.evaluate("caromPage.state.chart?.['planck/default'] != null"):
+            break
+        page.wait_for_timeout(100)
+    chart = _state(page, "chart")
+    scene = all_scenes()["paper/missed"].scene
+    (impact,) = carom.solve_pic(scene).impacts
+    between = np.subtract(impact["velocity_second_before"], impact["velocity_first_before"])
+    reach = scene.discs[0].radius_m + scene.discs[1].radius_m
+    approach = abs(between @ impact["normal"]) * reach / (between @ between)
+    for place, missed, _ in chart["pit"]:
+        rate = page.evaluate("(v) => Math.round(10 * 5 * 200 ** v) / 10", place)
+        assert missed == pytest.approx(max(0.0, 1.0 - approach * rate), abs=1 / 8)
+    engine = [error for _, _, error in chart["planck/default"] if error is not None]
+    assert len(chart["planck/default"]) == len(chart["pit"]) == 49
+    assert engine
+    assert all(map(math.isfinite, engine))
 
 
 def test_an_engine_without_friction_is_not_shown_with_it(with_engines: Path, opened: Callable[..., Page]) -> None:

@@ -13,9 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
+from tests.browser.test_play import DRIVEN, STEPS
 
+from carom.live.installed import page_engines
+from carom.live.packages import PACKAGES
 from carom.live.page import GALLERY, page_html
+from carom.registry import load_adapter
 from carom.scenes import all_scenes
 
 pytestmark = pytest.mark.browser
@@ -34,6 +38,9 @@ _SOLVED = f"""(text) => {{
     throw error;
   }}
 }}"""
+
+
+_SHOWN = "() => document.getElementById('sentence')?.textContent ?? ''"
 
 
 class Firefox:
@@ -101,20 +108,25 @@ def firefox(tmp_path: Path) -> Iterator[Firefox]:
     found.close()
 
 
-def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
-    """Every impact and final state of every scene that the page takes is the same in both browsers, to the bit."""
-    path = tmp_path / "play.html"
-    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
+def _opened(firefox: Firefox, browser: Browser, path: Path) -> Page:
+    """Open a page in both, and return Chromium's."""
     page = browser.new_page()
     page.goto(path.as_uri())
     page.wait_for_selector("#sentence:not(:empty)")
     firefox.ask("WebDriver:Navigate", url=path.as_uri())
-    shown = "() => document.getElementById('sentence')?.textContent ?? ''"
     until = time.monotonic() + _START_WITHIN_S
-    while not firefox.run(shown):
+    while not firefox.run(_SHOWN):
         assert time.monotonic() < until, "the page does not start in Firefox"
         time.sleep(0.1)
-    assert firefox.run(shown) == page.inner_text("#sentence")
+    return page
+
+
+def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
+    """Every impact and final state of every scene that the page takes is the same in both browsers, to the bit."""
+    path = tmp_path / "play.html"
+    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY]), encoding="utf-8")
+    page = _opened(firefox, browser, path)
+    assert firefox.run(_SHOWN) == page.inner_text("#sentence")
     compared = 0
     for entry in all_scenes().values():
         for method in ("pic", "pit"):
@@ -123,4 +135,30 @@ def test_firefox_has_chromium_s_bits(firefox: Firefox, browser: Browser, tmp_pat
             assert firefox.run(_SOLVED, asked) == answer, (entry.name, method)
             compared += not answer.startswith(_REFUSED)
     assert compared > len(all_scenes())
+    page.close()
+
+
+def test_engines_have_in_firefox_the_digits_of_chromium(firefox: Firefox, browser: Browser, tmp_path: Path) -> None:
+    """Every engine's places, velocities and contacts are the same in both, in as many runs as docs/play.md says."""
+    engines = page_engines(PACKAGES, required=False)
+    if len(engines) < len(PACKAGES):
+        pytest.skip("the engines from npm are not installed: make engines")
+    path = tmp_path / "play.html"
+    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY], engines), encoding="utf-8")
+    page = _opened(firefox, browser, path)
+    page.evaluate("console.warn = () => {}")
+    asked = f"const [told, done] = arguments; ({DRIVEN})(told).then((seen) => done(JSON.stringify(seen)));"
+    runs = 0
+    for name in PACKAGES:
+        for key, profile in load_adapter(name).profiles.items():
+            for scene in (
+                all_scenes()[one].scene for one in GALLERY if key != "located" and not one.startswith("spin/")
+            ):
+                dt = 1.0 / scene.frame_rate_hz
+                told = [name, json.loads(scene.model_dump_json()), {**profile.settings(dt), "dt_s": dt}, STEPS]
+                answer = firefox.ask("WebDriver:ExecuteAsyncScript", script=asked, args=[told], sandbox=None)["value"]
+                assert json.loads(answer) == page.evaluate(DRIVEN, told), (name, key, scene.name)
+                runs += 1
+    document = Path(__file__).resolve().parents[2] / "docs" / "play.md"
+    assert f"in all {runs} runs of {STEPS} steps" in " ".join(document.read_text(encoding="utf-8").split())
     page.close()

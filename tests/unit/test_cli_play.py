@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
+import re
 from pathlib import Path
 
 import pytest
@@ -9,8 +12,10 @@ from typer.testing import CliRunner
 
 from carom.cli import app_of
 from carom.errors import InputError
-from carom.live.linked import linked
-from carom.live.page import page_script
+from carom.live.installed import with_gallery
+from carom.live.linked import PageEngine, linked
+from carom.live.packages import PACKAGES, package_script
+from carom.live.page import page_html, page_script
 
 
 def _play(*words: str) -> tuple[int, str]:
@@ -35,7 +40,7 @@ def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
         (["classics/gas"], "10 discs at most"),
         (["paper"], "name one"),
         (["-e", "pymunk"], "the page runs"),
-        (["-e", "box2d3"], "the page runs"),
+        (["-e", "physx"], "the page runs"),
         (["--out", "play.txt"], "ends in .html"),
         (["nowhere.toml"], "nowhere.toml"),
     ],
@@ -45,6 +50,34 @@ def test_what_the_page_can_t_show_is_refused(words: list[str], why: str) -> None
     code, said = _play(*words)
     assert code == 2
     assert why in " ".join(said.split())
+
+
+@pytest.mark.parametrize("wasm", [True, False])
+def test_webassembly_is_allowed_only_to_a_page_that_has_it(wasm: bool) -> None:
+    """The policy has the engine's hash, and the word for WebAssembly if an engine of the page is made of it."""
+    engine = PageEngine("toy", "Toy", {"default": {}}, "0;", "of no licence", wasm=wasm)
+    (policy,) = re.findall(r'Content-Security-Policy" content="(.*?)"', page_html(with_gallery(), [engine]))
+    assert f"'sha256-{base64.b64encode(hashlib.sha256(b'0;').digest()).decode()}'" in policy
+    assert ("'wasm-unsafe-eval'" in policy) == wasm
+    assert "'unsafe-eval'" not in policy
+
+
+def test_an_engine_that_is_not_installed_is_refused_with_what_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An engine that was asked for and whose package is not there is bad usage, and the answer says what to run."""
+    monkeypatch.setattr("carom.live.installed.page_engine", lambda *_: None)
+    code, said = _play("-e", "rapier2d")
+    assert code == 2
+    assert "rapier2d is not installed: " in " ".join(said.split())
+    assert "npm install" in " ".join(said.split())
+
+
+def test_a_package_of_another_form_is_refused(tmp_path: Path) -> None:
+    """Text that the page must alter and that a release no longer has is an error, not a page that fails later."""
+    script = tmp_path / PACKAGES["cannon"].script
+    script.parent.mkdir(parents=True)
+    script.write_text("exports.World = class {};\n", encoding="utf-8")
+    with pytest.raises(InputError, match="is another one than the page knows"):
+        package_script(PACKAGES["cannon"], tmp_path)
 
 
 def test_the_scripts_are_one() -> None:

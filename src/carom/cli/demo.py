@@ -1,4 +1,4 @@
-"""`carom demo`: a page that shows an engine missing an impact, within seconds."""
+"""`carom demo`: an engine that misses an impact, and a page to miss it by hand, within seconds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def demo(
         Path | None, typer.Argument(help="The page to write, .html. In a folder for temporary files by default.")
     ] = None,
 ) -> None:
-    """Show an engine that misses an impact beside the exact run: opens a page, or prints where it lies."""
+    """Run an engine that misses an impact, and open a page to throw the discs of its scene, or print where it lies."""
     from carom.studies.cross_check.demo import demo as shown
 
     found = shown(page)
@@ -27,4 +27,4 @@ def demo(
         say("No browser could be opened here: open the page in one.")
     trace = found.replay.observed
     say(f"The numbers: carom run {trace.scene.name} -e {trace.method} -p {trace.profile} --dt 1/{1 / trace.dt_s:g} -v")
-    say("Throw the discs yourself: carom play")
+    say("Another scene, or one of yours: carom play SCENE")

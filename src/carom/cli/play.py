@@ -25,8 +25,8 @@ def play(
         typer.Option(
             "--engine",
             "-e",
-            help="An engine to run in the page, where it is installed: matter, planck or rapier2d; `none` for none. "
-            "By default matter and planck, where they are.",
+            help="An engine to run in the page, where it is installed: matter, planck, cannon, p2, rapier2d, box2d3 or "
+            "jolt; `none` for none. By default matter and planck, where they are.",
         ),
     ] = None,
     out: Annotated[
@@ -39,21 +39,19 @@ def play(
     Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
     """
     from carom.folders import write_file
-    from carom.live.installed import DEFAULT_ENGINES, page_engines
+    from carom.live.installed import DEFAULT_ENGINES, page_engines, with_gallery
     from carom.live.opened import open_page
-    from carom.live.page import GALLERY, page_html
+    from carom.live.page import page_html
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"the page ends in .html, got {str(out)!r}")
     own = shared.plain_scenes_named([scene]) if scene is not None else []
     if len(own) > 1:
         raise InputError(f"{scene} are {len(own)} scenes: name one")
-    names = {one.name for one in own}
-    others = [one for name in GALLERY if name not in names for one in shared.plain_scenes_named([name])]
     asked = [] if engine == ["none"] else engine
     installed = page_engines(DEFAULT_ENGINES if asked is None else asked, required=asked is not None)
     page = Path(tempfile.mkdtemp(prefix="carom-")) / "play.html" if out is None else out
-    write_file(page, page_html([*own, *others], installed))
+    write_file(page, page_html(with_gallery(*own), installed))
     say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
     shared.say_place("page", page)
     if opened and not open_page(page.resolve()):

@@ -2,6 +2,9 @@
 import { overlapOf } from "./stage.js";
 import { isFixed } from "./scene.js";
 
+// When discs bounced: of an engine, where their paths turned, if that is known; else when it says so.
+export const bouncedAt = (r) => (Number.isFinite(r.effective_s) ? r.effective_s : r.time_s);
+
 // Impacts of the same two bodies are compared in their order.
 export function compare(scene, truth, run) {
   const waiting = new Map(),
@@ -28,7 +31,8 @@ export function compare(scene, truth, run) {
   const fastest = Math.max(...r.before.map((v) => Math.hypot(...v)));
   return {
     ...result,
-    late: own.time_s - r.time_s,
+    late: bouncedAt(own) - r.time_s,
+    reported: own.time_s - r.time_s,
     turned: (Math.atan2(a[0] * b[1] - a[1] * b[0], a[0] * b[0] + a[1] * b[1]) * 180) / Math.PI,
     velocity: Math.hypot(a[0] - b[0], a[1] - b[1]) / fastest,
   };

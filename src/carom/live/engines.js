@@ -20,7 +20,7 @@ async function start(name) {
   });
 }
 
-// Steps a scene through an engine. An impact is a contact that was not there a step before and changed a velocity.
+// Steps a scene through an engine. An impact is a contact that changed a velocity, for as many steps as it goes on to.
 export function drive(World, settings, scene, phase) {
   const dt = 1 / scene.frame_rate_hz,
     early = phase * dt;
@@ -36,51 +36,82 @@ export function drive(World, settings, scene, phase) {
 const UNCHANGED = 1e-5;
 function stepped(world, scene, start, dt, early) {
   world.observe(); // as the harness does before the first step
+  const pullOf = (i) => (i < 0 || isFixed(scene.discs[i]) ? [0, 0] : scene.gravity_m_s2);
   const impacts = [],
     tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);
   const steps = Math.ceil(start.duration_s / dt - 1e-9);
-  let before = start.discs.map((d) => d.velocity_m_s),
-    touched = new Set(),
+  let before = {
+      time_s: early,
+      position_m: start.discs.map((d) => d.position_m),
+      velocity_m_s: start.discs.map((d) => d.velocity_m_s),
+    },
+    acting = new Map(),
     warning = "",
     spent = 0;
   for (let k = 1; k <= steps; k++) {
     const clock = performance.now();
     world.step();
     spent += performance.now() - clock;
-    const now = structuredClone(world.observe()),
-      time = early + k * dt,
-      touching = new Set();
+    const now = { ...structuredClone(world.observe()), time_s: early + k * dt },
+      still = new Map();
     warning ||= now.warning ?? "";
+    const changed = now.velocity_m_s.map((now_v, i) => {
+      const was = before.velocity_m_s[i],
+        pull = pullOf(i);
+      const by = now_v.map((v, axis) => v - was[axis] - pull[axis] * dt);
+      return Math.hypot(...by) > UNCHANGED * (1 + Math.hypot(...was));
+    });
     for (const c of now.contacts) {
       const key = `${c.first} ${c.second}`,
         bodies = [c.first, c.second];
-      if (touching.has(key)) continue;
-      touching.add(key);
-      const changed = bodies.some((i) => {
-        if (i < 0) return false;
-        const pull = isFixed(scene.discs[i]) ? [0, 0] : scene.gravity_m_s2,
-          was = before[i];
-        const by = now.velocity_m_s[i].map((v, axis) => v - was[axis] - pull[axis] * dt);
-        return Math.hypot(...by) > UNCHANGED * (1 + Math.hypot(...was));
-      });
-      if (!changed || touched.has(key)) continue;
-      impacts.push({
-        time_s: Math.min(time, early + c.time_s),
+      if (still.has(key) || c.impulse_n_s === 0 || !bodies.some((i) => i >= 0 && changed[i])) continue;
+      const one = acting.get(key) ?? {
         first: c.first,
         second: c.second,
+        time_s: Math.min(now.time_s, early + c.time_s),
         normal: c.normal,
-        before: bodies.map((i) => (i < 0 ? [0, 0] : before[i])),
-        after: bodies.map((i) => (i < 0 ? [0, 0] : now.velocity_m_s[i])),
+        began: before,
+        before: bodies.map((i) => (i < 0 ? [0, 0] : before.velocity_m_s[i])),
         at: bodies.filter((i) => i >= 0).map((i) => now.position_m[i]),
-      });
+        alone: true,
+      };
+      if (!acting.has(key)) impacts.push(one);
+      one.ended = now;
+      one.after = bodies.map((i) => (i < 0 ? [0, 0] : now.velocity_m_s[i]));
+      still.set(key, one);
     }
+    const shared = (i, one) =>
+      i >= 0 &&
+      !isFixed(scene.discs[i]) &&
+      [...still.values()].some((r) => r !== one && (r.first === i || r.second === i));
+    for (const one of still.values()) if (shared(one.first, one) || shared(one.second, one)) one.alone = false;
     now.position_m.forEach(([x, y], i) => {
-      tracks[i][0].push(time);
+      tracks[i][0].push(now.time_s);
       tracks[i][1].push(x);
       tracks[i][2].push(y);
     });
-    before = now.velocity_m_s;
-    touched = touching;
+    before = now;
+    acting = still;
   }
+  for (const one of impacts) if (one.alone) one.effective_s = effectiveTime(one, pullOf);
   return { impacts, tracks, warning, end_s: early + steps * dt, stepped: true, step_ms: spent / Math.max(1, steps) };
+}
+// When the paths turned: where the free flights before and after the contact come nearest, as carom/runs/collect.py has
+// it. NaN where they don't turn.
+function effectiveTime({ first, second, began, ended }, pullOf) {
+  const lasted = ended.time_s - began.time_s,
+    of = (rows, axis) => (second < 0 ? 0 : rows[second][axis]) - rows[first][axis];
+  let along = 0,
+    squared = 0;
+  for (const axis of [0, 1]) {
+    const u0 = of(began.velocity_m_s, axis),
+      u1 = of(ended.velocity_m_s, axis),
+      pull = pullOf(second)[axis] - pullOf(first)[axis],
+      slope = u0 - u1 + pull * lasted,
+      offset =
+        of(began.position_m, axis) - (of(ended.position_m, axis) - u1 * lasted + (pull * lasted * lasted) / 2);
+    along -= offset * slope;
+    squared += slope * slope;
+  }
+  return began.time_s + along / squared;
 }

@@ -7,14 +7,24 @@ from dataclasses import replace
 from pathlib import Path
 
 from carom.errors import InputError
-from carom.live.linked import SCRIPTS, PageEngine, page_engine
+from carom.live.linked import PageEngine, page_engine
+from carom.live.packages import PACKAGES
+from carom.live.page import GALLERY
 from carom.program.adapter import ProgramAdapter
 from carom.registry import load_adapter, require_named
+from carom.scene import Scene
+from carom.scenes import all_scenes
 
-__all__ = ["DEFAULT_ENGINES", "page_engines"]
+__all__ = ["DEFAULT_ENGINES", "page_engines", "with_gallery"]
 
 #: Small, and free of WebAssembly.
 DEFAULT_ENGINES = ("matter", "planck")
+
+
+def with_gallery(*own: Scene) -> list[Scene]:
+    """Return scenes, and after them those of the catalogue that a reader is led to."""
+    names = {scene.name for scene in own}
+    return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
 def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
@@ -27,8 +37,8 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
     for name in names:
         require_named(name)
         adapter = load_adapter(name)
-        if name not in SCRIPTS or not isinstance(adapter, ProgramAdapter):
-            raise InputError(f"the page runs {', '.join(SCRIPTS)}, and not {name}")
+        if name not in PACKAGES or not isinstance(adapter, ProgramAdapter):
+            raise InputError(f"the page runs {', '.join(PACKAGES)}, and not {name}")
         engine = page_engine(name, Path(adapter.folder) / "engine.toml")
         if engine is not None:
             has = adapter.capabilities

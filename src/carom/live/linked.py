@@ -14,16 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from carom.errors import InputError
+from carom.live.packages import PACKAGES, package_script
 
-__all__ = ["SCRIPTS", "PageEngine", "linked", "page_engine"]
+__all__ = ["PageEngine", "linked", "page_engine"]
 
-#: By adapter, the script of its package that a page can run, and whether it holds WebAssembly. box2d3 is not here: the
-#: glue of its package makes functions of text, which the policy of the page forbids.
-SCRIPTS = {
-    "matter": ("build/matter.min.js", False),
-    "planck": ("dist/planck.min.js", False),
-    "rapier2d": ("dist/rapier.cjs", True),
-}
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
 _SHARED = "../serve.mjs"
@@ -56,7 +50,7 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
     """Return an engine from its manifest, ``engine.toml``, or None where its npm package is not installed.
 
     Raises:
-        InputError: Its adapter imports what is not linked.
+        InputError: Its adapter imports what is not linked, or its package is another one than the page knows.
         OSError: A file of an installed package can't be read.
     """
     about = tomllib.loads(manifest.read_text(encoding="utf-8"))
@@ -64,10 +58,9 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
     if not description.is_file():
         return None
     package = json.loads(description.read_text(encoding="utf-8"))
-    path, wasm = SCRIPTS[name]
     script = linked(
         name,
-        package=(description.parent / path).read_text(encoding="utf-8"),
+        package=package_script(PACKAGES[name], description.parent),
         package_name=package["name"],
         shared=(manifest.parent / _SHARED).read_text(encoding="utf-8"),
         module=(manifest.parent / about["command"][1]).read_text(encoding="utf-8"),
@@ -77,7 +70,7 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
     profiles = {
         name: profile["settings"] for name, profile in about["profiles"].items() if not profile.get("located", False)
     }
-    return PageEngine(name, f"{about['engine']} {package['version']}", profiles, script, licence, wasm)
+    return PageEngine(name, f"{about['engine']} {package['version']}", profiles, script, licence, PACKAGES[name].wasm)
 
 
 def linked(name: str, *, package: str, package_name: str, shared: str, module: str) -> str:

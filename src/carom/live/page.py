@@ -15,13 +15,13 @@ from carom.errors import InputError
 from carom.live.linked import PageEngine
 from carom.scene import Scene, Wall
 
-__all__ = ["GALLERY", "MOST_DISCS", "SOURCES", "page_html", "page_script"]
+__all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "page_html", "page_script"]
 
 SOURCES = Path(__file__).parent
 #: The modules of the page, each after those that it imports.
-_MODULES = (
+MODULES = (
     *("arithmetic", "meeting", "bodies", "flying", "encounter", "falling", "index", "stage", "scene", "compare"),
-    *("engines", "page"),
+    *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
 MOST_DISCS = 10
 #: Scenes of the catalogue that a reader is led to, the first of them being shown.
@@ -29,13 +29,13 @@ GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
     *("classics/cradle-gaps", "classics/galperin-100", "gravity/falling-pair", "spin/throw-stick"),
 )
-_IMPORT = re.compile(r"^import (?:\{[^}]*\}) from \"\./\w+\.js\";\n", re.MULTILINE)
+_IMPORT = re.compile(r"^import (?:\{[^}]*\} from )?\"\./\w+\.js\";\n", re.MULTILINE)
 _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 
 
 def page_script() -> str:
     """Return all modules as one script: no two of them give one name to different things."""
-    joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in _MODULES)
+    joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
     own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
     # Comments of whole lines and indents are for who reads the modules; no text of a module goes over lines.
     lines = (line.strip() for line in own.splitlines())

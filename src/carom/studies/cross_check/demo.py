@@ -1,19 +1,21 @@
-"""The shortest way to see what Carom is for: an engine that misses an impact, beside what must happen."""
+"""The shortest way to see what Carom is for: an engine that misses an impact, and a page to miss it by hand."""
 
 from __future__ import annotations
 
 import tempfile
-import webbrowser
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from carom.errors import AdapterError, CaromError, InputError
-from carom.live.opened import has_display as _has_display
+from carom.folders import write_file
+from carom.live.installed import DEFAULT_ENGINES, page_engines, with_gallery
+from carom.live.opened import open_page
+from carom.live.page import page_html
 from carom.pages import wording
-from carom.pages.files import require_report_extra
 from carom.runs.engines import engines
 from carom.runs.job import PIT_METHOD
+from carom.scenes import all_scenes
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.playback import Replay, replay
 
@@ -27,7 +29,7 @@ _FIRST = "pymunk"
 
 @dataclass(frozen=True, repr=False)
 class Demo:
-    """A replay of an engine that misses an impact, and the page that it was written to.
+    """An engine that misses an impact, and a page on which one throws the discs of the same scene oneself.
 
     Attributes:
         replay: The engine's run beside the exact one.
@@ -46,16 +48,17 @@ class Demo:
         due = wording.count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
         told = f"{method} misses {len(missed)} of {due} at {rate}; the exact run has the first at {when:.4g} s."
-        return f"{told}\nThe page: {self.page}"
+        return f"{told}\nThrow the discs yourself: {self.page}"
 
     def _repr_html_(self) -> str | None:
         return self.replay._repr_html_()
 
 
 def demo(path: str | Path | None = None) -> Demo:
-    """Show an engine that misses an impact beside the exact run, on a page that is opened where there is a display.
+    """Run an engine that misses an impact, and open the page of ``carom play`` on its scene where there is a display.
 
-    The engine is pymunk as shipped, another one where that is not installed, and Carom's own PIT where none is.
+    The engine is pymunk as shipped, another one where that is not installed, and Carom's own PIT where none is. In a
+    notebook the answer shows its replay, beside the exact run.
 
     Args:
         path: The page to write, ``.html``; in a new folder for temporary files by default.
@@ -63,16 +66,15 @@ def demo(path: str | Path | None = None) -> Demo:
     Raises:
         AdapterError: No method that could be run misses the impact.
         InputError: The path ends otherwise.
-        MissingExtraError: The extra `report` is not installed.
         OSError: The page can't be written.
     """
-    require_report_extra()
     if path is not None and Path(path).suffix != ".html":
         raise InputError(f"the page of the demo ends in .html, got {str(path)!r}")
     shown = _missed()
     page = Path(tempfile.mkdtemp(prefix="carom-")) / "demo.html" if path is None else Path(path)
-    page = shown.save(page).resolve()
-    return Demo(shown, page, _has_display() and webbrowser.open(page.as_uri()))
+    engines_here = page_engines(DEFAULT_ENGINES, required=False)
+    write_file(page, page_html(with_gallery(all_scenes()[_SCENE].scene), engines_here))
+    return Demo(shown, page.resolve(), open_page(page.resolve()))
 
 
 def _missed() -> Replay:

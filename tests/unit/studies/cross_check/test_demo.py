@@ -28,15 +28,16 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 def test_the_demo_opens_a_page_of_an_engine_that_misses(
     monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:
-    """Where there is a display the page is opened: of an engine as shipped that misses what the exact run has."""
-    monkeypatch.setattr(module, "_has_display", lambda: True)
+    """Where there is a display the page to throw discs is opened, on a scene that an engine as shipped misses."""
+    monkeypatch.setattr("carom.live.opened.has_display", lambda: True)
     found = carom.demo(tmp_path / "mine.html")
     assert opened == [(tmp_path / "mine.html").as_uri()]
     assert found.opened
     assert found.replay.score.missed
     assert len(found.replay.reference.impacts) == 1
     assert found.replay.observed.method == "pymunk"
-    assert "<script" in found.page.read_text()
+    text = found.page.read_text()
+    assert f'<script type="application/json" id="scenes">{{"{found.replay.reference.scene.name}":' in text
     assert "pymunk as shipped misses 1 of 1 impact at 24 steps a second" in repr(found)
 
 
@@ -51,7 +52,7 @@ def test_without_a_display_the_page_is_written_and_named(
     monkeypatch.setattr("tempfile.tempdir", None)
     result = CliRunner().invoke(app, ["demo"])
     assert result.exit_code == 0, result.output
-    (path,) = re.findall(r"The page: (\S+)", result.output)
+    (path,) = re.findall(r"Throw the discs yourself: (\S+)", result.output)
     assert Path(path).is_relative_to(tmp_path)
     assert Path(path).is_file()
     assert opened == []

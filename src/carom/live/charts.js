@@ -1,0 +1,156 @@
+// The two charts: the time about the first impact, and what is missed by frames a second.
+import { compare, missedShare } from "./compare.js";
+import { chart, chartSaid, left, line, lineSaid, methods } from "./layout.js";
+import { problemOf } from "./scene.js";
+import { runOf } from "./solving.js";
+import { digits, overlapOf } from "./stage.js";
+import { placeOf, rateAt, state } from "./state.js";
+
+// The time about the first impact of two discs, so far spread out that its overlap is seen.
+export function drawLine() {
+  const pen = line.getContext("2d"),
+    { width: w, height: h } = line,
+    { scene: s, truth } = state,
+    dense = devicePixelRatio || 1,
+    dt = 1 / s.frame_rate_hz,
+    colour = left.colour;
+  const pairs = truth.impacts.filter((r) => r.second >= 0),
+    first = pairs[0];
+  const span = first ? Math.min(s.duration_s, Math.max(8 * dt, 6 * overlapOf(s, first))) : s.duration_s,
+    from = first ? Math.max(0, Math.min(first.time_s - span / 2, s.duration_s - span)) : 0,
+    x = (t) => ((t - from) / span) * w;
+  pen.clearRect(0, 0, w, h);
+  for (const r of pairs.slice(0, s.discs.length > 2 ? 1 : 40)) {
+    const half = overlapOf(s, r) / 2;
+    pen.fillStyle = colour("--over");
+    pen.fillRect(x(r.time_s), 10 * dense, (half / span) * w, h - 20 * dense);
+    pen.fillStyle = colour("--over2");
+    pen.fillRect(x(r.time_s + half), 10 * dense, (half / span) * w, h - 20 * dense);
+  }
+  if ((w * dt) / span >= 2)
+    for (let k = Math.max(0, Math.floor(from / dt - s.phase)); (k + s.phase) * dt <= from + span; k++) {
+      const t = (k + s.phase) * dt,
+        seen = first && t >= first.time_s && t <= first.time_s + overlapOf(s, first) / 2;
+      pen.fillStyle = colour(seen ? "--right" : "--ink");
+      pen.fillRect(x(t) - dense, (seen ? 2 : 8) * dense, (seen ? 4 : 2) * dense, h - (seen ? 4 : 16) * dense);
+    }
+  pen.fillStyle = colour("--link");
+  pen.fillRect(x(state.time) - dense, 0, 2 * dense, h);
+  lineSaid.textContent = `From ${digits(from)} to ${digits(from + span)} s. Ticks: looks of PIT, a tall thick one where it sees the first impact of two discs. Dark: its overlap while they approach, which PIT asks for; light: while they part.`;
+}
+const PHASES = 8,
+  RATES = 48,
+  SLICE_MS = 12; // of the time between two pictures, so that the page goes on answering
+let charted = "",
+  rows = {}; // by method: frames a second, the part that is missed, the worst velocity error
+export function drawChart() {
+  const { scene: s, truth } = state;
+  if (state.drag || !truth) return;
+  const { frame_rate_hz, phase: _, ...rest } = s,
+    key = JSON.stringify([state.method, state.World !== null, rest]),
+    crowd = s.discs.length > 2;
+  if (key !== charted && !problemOf(s)) {
+    charted = key;
+    rows = { pit: [], [state.method]: [] };
+    const runs = Object.keys(rows).map((method) => measured(method, crowd));
+    measure(key, runs);
+  }
+  paintChart(s, truth, frame_rate_hz, crowd);
+}
+function measure(key, runs) {
+  if (key !== charted) return; // another one has begun
+  if (state.drag) {
+    charted = ""; // begun anew when the hand lets go
+    return;
+  }
+  const began = performance.now();
+  while (runs.length && performance.now() - began < SLICE_MS) if (runs[0].next().done) runs.shift();
+  paintChart(state.scene, state.truth, state.scene.frame_rate_hz, state.scene.discs.length > 2);
+  state.chart = runs.length ? null : rows;
+  if (runs.length) setTimeout(measure, 0, key, runs);
+}
+function paintChart(s, truth, frame_rate_hz, crowd) {
+  const pen = chart.getContext("2d"),
+    { width: w, height: h } = chart,
+    dense = devicePixelRatio || 1,
+    colour = left.colour;
+  const x = (v) => 30 * dense + v * (w - 44 * dense),
+    y = (v) => h - 24 * dense - v * (h - 34 * dense);
+  pen.clearRect(0, 0, w, h);
+  pen.font = `${11 * dense}px sans-serif`;
+  pen.strokeStyle = pen.fillStyle = colour("--muted");
+  pen.lineWidth = dense;
+  pen.textBaseline = "top";
+  pen.textAlign = "center";
+  for (const r of [5, 10, 24, 60, 120, 240, 1000]) pen.fillText(r, x(placeOf(r)), h - 18 * dense);
+  pen.textAlign = "left";
+  pen.textBaseline = "middle";
+  for (const part of [0, 0.5, 1]) pen.fillText(`${100 * part}%`, 0, y(part));
+  pen.beginPath();
+  pen.moveTo(x(0), y(0));
+  pen.lineTo(x(1), y(0));
+  pen.stroke();
+  pen.fillStyle = colour("--wrong");
+  pen.globalAlpha = 0.5;
+  for (const [v, missed] of rows[state.method] ?? []) pen.fillRect(x(v) - w / 130, y(missed), w / 65, y(0) - y(missed));
+  pen.globalAlpha = 1;
+  const curve = (points, hue, width, dash = []) => {
+    pen.strokeStyle = colour(hue);
+    pen.lineWidth = width * dense;
+    pen.setLineDash(dash.map((d) => d * dense));
+    pen.beginPath();
+    for (const [v, e] of points) pen.lineTo(x(v), y(e));
+    pen.stroke();
+    pen.setLineDash([]);
+  };
+  for (const [method, found] of Object.entries(rows))
+    curve(
+      found.filter(([, , e]) => e !== null).map(([v, , e]) => [v, Math.min(1, e)]),
+      method === state.method ? "--link" : "--ghost",
+      method === state.method ? 2 : 1,
+    );
+  if (!crowd && missedShare(s, truth, 1) !== null)
+    curve(
+      [...Array(201).keys()].map((k) => [k / 200, missedShare(s, truth, 1 / rateAt(k / 200))]),
+      "--ink",
+      1,
+      [4, 3],
+    );
+  const v = Math.min(1, Math.max(0, placeOf(frame_rate_hz)));
+  curve(
+    [
+      [v, 1],
+      [v, 0],
+    ],
+    "--ink",
+    2,
+  );
+  const engine = state.method === "pit" ? "" : methods.selectedOptions[0].textContent;
+  chartSaid.textContent = `${engine || "PIT"} by frames a second, ${PHASES} phases each; upright: yours. Bars: ${crowd ? "impacts from the first miss on" : "phases at which an impact is missed"}. Line: worst velocity error of the first impact where it is found, of its speed${engine ? "; thin: PIT's" : ""}${crowd ? "" : `; dashed: the closed form of ${engine ? "PIT's" : "the"} bars`}.`;
+}
+// Each run is a step, after which others may have their turn. A phase at which a method does not run counts for nothing.
+function* measured(method, crowd) {
+  const { scene: s, truth } = state,
+    own = rows[method];
+  for (let k = 0; k <= RATES; k++) {
+    let missed = 0,
+      ran = 0,
+      worst = null;
+    for (let p = 0; p < PHASES; p++) {
+      let score = null;
+      try {
+        const run = runOf(method, { ...s, frame_rate_hz: rateAt(k / RATES), phase: (p + 0.5) / PHASES }, truth);
+        score = run && compare(s, truth, run);
+      } catch (error) {
+        if (!(error instanceof RangeError)) throw error;
+      }
+      if (score) {
+        ran++;
+        missed += crowd ? 1 - score.right / Math.max(1, truth.impacts.length) : score.missed.length > 0;
+        if (score.found.length && score.found[0][0] === truth.impacts[0]) worst = Math.max(worst ?? 0, score.velocity);
+      }
+      yield;
+    }
+    if (ran) own.push([k / RATES, missed / ran, worst]);
+  }
+}

@@ -1,0 +1,22 @@
+// A link and a file that carry the scene.
+import { copy, problem, save } from "./layout.js";
+import { asLink, asToml } from "./scene.js";
+import { make } from "./stage.js";
+import { state } from "./state.js";
+
+async function copyLink() {
+  const link = location.href.split("#")[0] + `#${asLink(state.scene, state.method)}`;
+  try {
+    await navigator.clipboard.writeText(link);
+    copy.textContent = "copied";
+  } catch {
+    problem.textContent = link;
+  }
+}
+function download() {
+  const url = URL.createObjectURL(new Blob([asToml(state.scene)], { type: "application/toml" }));
+  make("a", { href: url, download: "scene.toml" }).click();
+  setTimeout(() => URL.revokeObjectURL(url), 1000);
+}
+copy.onclick = copyLink;
+save.onclick = download;

@@ -1,0 +1,119 @@
+"""How the npm packages of engines become text that a page can run."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from carom.errors import InputError
+
+__all__ = ["PACKAGES", "Package", "package_script"]
+
+
+@dataclass(frozen=True)
+class Package:
+    """An npm package that runs in a page.
+
+    Attributes:
+        script: Its file, from the package's folder.
+        wasm: Whether it runs WebAssembly.
+        exported: What an ECMAScript module calls its default; empty for a script that sets ``module.exports``.
+        binary: The file of WebAssembly beside it, empty where the script holds its own.
+        closed: Text of the script that only node has or that the page's policy forbids, each once in it, and what does
+            the same in a page.
+    """
+
+    script: str
+    wasm: bool = False
+    exported: str = ""
+    binary: str = ""
+    closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+
+#: embind, in Box2D's glue, writes the text of its callers and makes functions of it. What they call and in which order
+#: is known without text, so that closures do the same.
+_BOX2D_CALLERS = {
+    "return new Function(args1, invokerFnBody);": """return function (...bound) {
+    const [, , invoker, fn, runDestructors, fromRetWire, toClassParamWire, ...rest] = bound;
+    const wires = rest.slice(0, argCount), ends = rest.slice(argCount), first = isClassMethodFunc ? 1 : 2;
+    return function (...given) {
+      const stack = needsDestructorStack ? [] : null;
+      const own = isClassMethodFunc ? [toClassParamWire(stack, this)] : [];
+      const wired = [...own, ...wires.map((wire, i) => wire(stack, given[i]))];
+      const value = invoker(fn, ...wired);
+      if (needsDestructorStack) runDestructors(stack);
+      else
+        for (let i = first, k = 0; i < argTypes.length; i++)
+          if (argTypes[i].destructorFunction !== null) ends[k++](wired[i - first]);
+      return returns ? fromRetWire(value) : undefined;
+    };
+  };""",
+    "new Function(Object.keys(captures), functionBody)(...Object.values(captures));": """
+  (handle, methodName, destructorsRef, args) => {
+    const given = argFromPtr.map((read, i) => read(args + i * GenericWireTypeSize));
+    const value = {
+      0: () => Emval.toValue(handle)(...given),
+      1: () => Emval.toValue(handle)[getStringOrSymbol(methodName)](...given),
+      2: () => new (Emval.toValue(handle))(...given),
+      3: () => given.at(-1),
+    }[kind]();
+    return retType.isVoid ? undefined : emval_returnValue(toReturnWire, destructorsRef, value);
+  };""",
+}
+#: cannon-es asks node for a clock, which a page has.
+_CANNON_CLOCK = {
+    "const performance = require('perf_hooks') && require('perf_hooks').performance || {};": (
+        "const performance = globalThis.performance;"
+    )
+}
+#: By adapter. havok and physx are not here: their adapters read files as node does.
+PACKAGES = MappingProxyType(
+    {
+        "matter": Package("build/matter.min.js"),
+        "planck": Package("dist/planck.min.js"),
+        "rapier2d": Package("dist/rapier.cjs", wasm=True),
+        "box2d3": Package(
+            "build/dist/es/compat/Box2D.compat.mjs",
+            wasm=True,
+            exported="Box2D",
+            binary="build/dist/es/compat/Box2D.compat.wasm",
+            closed=_BOX2D_CALLERS,
+        ),
+        "jolt": Package("dist/jolt-physics.wasm-compat.js", wasm=True, exported="Jolt"),
+        "cannon": Package("dist/cannon-es.cjs.js", closed=_CANNON_CLOCK),
+        "p2": Package("dist/p2-es.cjs.js"),
+    }
+)
+
+
+def package_script(package: Package, folder: Path) -> str:
+    """Return the script of an installed package, which sets ``module.exports``.
+
+    Raises:
+        InputError: The package is another one than this was written for.
+        OSError: A file of it can't be read.
+    """
+    # As bytes: a script may hold WebAssembly in strings, of which no end of line may be altered.
+    text = (folder / package.script).read_bytes().decode("utf-8")
+    ended = {f"export default {package.exported};": _default(package, folder)} if package.exported else {}
+    for old, new in (ended | dict(package.closed)).items():
+        if text.count(old) != 1:
+            raise InputError(f"{package.script} is another one than the page knows: {old!r} is not once in it")
+        text = text.replace(old, new)
+    if not package.exported:
+        return text
+    return '"use strict";\n' + text.replace("import.meta.url", "document.baseURI")
+
+
+def _default(package: Package, folder: Path) -> str:
+    """Return what hands over the default of a module, with its WebAssembly where that is a file of its own."""
+    if not package.binary:
+        return f"module.exports = {{ default: {package.exported} }};"
+    data = base64.b64encode((folder / package.binary).read_bytes()).decode()
+    return (
+        f'const caromBinary = Uint8Array.from(atob("{data}"), (c) => c.charCodeAt(0));\n'
+        f"module.exports = {{ default: (asked) => {package.exported}({{ ...asked, wasmBinary: caromBinary }}) }};"
+    )

@@ -1,0 +1,96 @@
+// Both pictures: the discs now, their paths, the exact run as a grey ghost, the last look, what was missed.
+import { head, extent, reachOf } from "./edits.js";
+import { chart, left, line, right, time } from "./layout.js";
+import { drawChart, drawLine } from "./charts.js";
+import { isFixed } from "./scene.js";
+import { angleAt, digits, placeAt } from "./stage.js";
+import { state } from "./state.js";
+
+const pulls = () => state.scene.discs.map((d) => (isFixed(d) ? [0, 0] : state.scene.gravity_m_s2));
+function bounds() {
+  const { discs, walls: ws } = state.scene,
+    places = discs.flatMap((d) => [d.position_m, head(d)]);
+  const [l, b, r, t] = extent(places),
+    size = Math.max(r - l, t - b, 4 * reachOf(discs)),
+    m = 0.25 * size;
+  const inside = ([x, y]) => [Math.max(l - m, Math.min(r + m, x)), Math.max(b - m, Math.min(t + m, y))];
+  const paths = state.truth ? state.truth.tracks.flatMap(([, xs, ys]) => xs.map((x, k) => inside([x, ys[k]]))) : [];
+  const near = ws.flatMap(({ point_m: [px, py], normal: [nx, ny] }) =>
+    discs.map(({ position_m: [x, y] }) => {
+      const gap = (x - px) * nx + (y - py) * ny;
+      return inside([x - gap * nx, y - gap * ny]);
+    }),
+  );
+  const whole = extent([...places, ...paths, ...near]),
+    edge = 1.15 * reachOf(discs);
+  return [whole[0] - edge, whole[1] - edge, whole[2] + edge, whole[3] + edge];
+}
+export function fit() {
+  const view = state.drag && left.box ? left.box : bounds();
+  for (const stage of [left, right]) stage.fit(view, innerWidth < 800 ? 0.34 : 0.52);
+  for (const [canvas, tall] of [
+    [line, 46],
+    [chart, 150],
+  ]) {
+    const dense = devicePixelRatio || 1;
+    canvas.style.height = `${tall}px`;
+    canvas.width = (canvas.clientWidth || 480) * dense;
+    canvas.height = tall * dense;
+  }
+  draw();
+  drawChart();
+}
+function drawRun(stage, run) {
+  const { scene: s, truth, score, time: now } = state,
+    pull = pulls(),
+    own = run.stepped ? pull.map(() => [0, 0]) : pull,
+    ghost = stage.colour("--ghost");
+  const place = (i) => placeAt(run.tracks[i], own[i], now),
+    looked = (Math.floor(now * s.frame_rate_hz - s.phase) + s.phase) / s.frame_rate_hz;
+  stage.walls(s.walls);
+  s.discs.forEach((d, i) => {
+    const hue = stage.hue(s, i);
+    if (run !== truth) stage.path(truth.tracks[i], pull[i], ghost, 0, truth.end_s, { width: 1, alpha: 0.5 });
+    stage.path(run.tracks[i], own[i], hue, 0, now);
+    stage.path(run.tracks[i], own[i], hue, now, run.end_s, { dash: [3, 4], width: 1, alpha: 0.5 });
+  });
+  if (run !== truth)
+    s.discs.forEach((d, i) => {
+      stage.ring(placeAt(truth.tracks[i], pull[i], now), d.radius_m, ghost, { fill: ghost, alpha: 0.3 });
+      if (looked >= 0)
+        stage.ring(placeAt(run.tracks[i], own[i], looked), d.radius_m, stage.hue(s, i), { dash: [4, 3] });
+    });
+  s.discs.forEach((d, i) => {
+    const hue = stage.hue(s, i);
+    stage.ring(d.position_m, d.radius_m, hue, { alpha: 0.45, width: 1 });
+    stage.disc(place(i), d.radius_m, hue, String(i), run.angles ? angleAt(run.angles[i], now) : undefined);
+    if (isFixed(d)) return;
+    stage.arrow(d.position_m, head(d), hue);
+    stage.ring(head(d), (6 * stage.dense) / stage.scale, hue, { alpha: 0.5 });
+  });
+  if (stage === left && document.activeElement === left.canvas)
+    stage.ring(s.discs[state.chosen].position_m, s.discs[state.chosen].radius_m, stage.colour("--link"), { width: 3 });
+  if (run === truth || !score) return;
+  const taken = s.discs.map((d, i) => stage.square(place(i), d.radius_m));
+  for (const r of score.missed.slice(0, s.discs.length > 2 ? 1 : 6)) {
+    const at = r.at[0].map((x, k) => x + s.discs[r.first].radius_m * r.normal[k]);
+    stage.cross(at);
+    stage.label(at, "missed", stage.colour("--wrong"), taken);
+  }
+  // what is late by less moves no disc that a reader could see
+  if (!score.missed.length && score.late * s.frame_rate_hz > 1e-3)
+    stage.label(score.found[0][1].at[0], `${digits(score.late * 1000)} ms late`, stage.colour("--wrong"), taken);
+}
+export function draw() {
+  const { scene: s, truth, seen } = state;
+  if (!truth) return;
+  for (const [stage, run] of [
+    [left, truth],
+    [right, seen],
+  ]) {
+    stage.clear();
+    if (run && run.tracks.length === s.discs.length) drawRun(stage, run);
+  }
+  time.value = state.time / s.duration_s;
+  drawLine();
+}

@@ -1,0 +1,54 @@
+// The exact run, the run of the method that is chosen, and what comparing them gives.
+import { compare } from "./compare.js";
+import { drive, installed, load } from "./engines.js";
+import { pic, pit } from "./index.js";
+import { methods, problem } from "./layout.js";
+import { bare } from "./scene.js";
+import { anglesOf, tracksOf } from "./stage.js";
+import { MOST_IMPACTS, changed, state } from "./state.js";
+
+export async function choose(method) {
+  state.method = methods.value = method;
+  state.World = null;
+  problem.textContent = "";
+  if (method !== "pit")
+    try {
+      const World = await load(method.split("/")[0]);
+      if (state.method !== method) return;
+      state.World = World;
+    } catch (error) {
+      problem.textContent = `This engine does not run here: ${error.message ?? error}`;
+      state.method = methods.value = "pit";
+    }
+  changed();
+}
+// A scene at its rate and phase by a method that has started; null while it has not.
+export function runOf(method, s, truth) {
+  if (method === "pit") return pit(bare(s), s.frame_rate_hz, s.phase);
+  if (!state.World) return null;
+  const [name, profile] = method.split("/"),
+    early = s.phase / s.frame_rate_hz;
+  if (early > 0 && truth.impacts.length && early >= truth.impacts[0].time_s)
+    throw new RangeError(
+      "an engine begins after the phase, and the first impact lies before that: a smaller phase, please",
+    );
+  const { label, lacks, profiles } = installed.find((one) => one.name === name);
+  const needs = {
+    spin: s.discs.some((d) => d.spin_rad_s !== 0),
+    friction: s.friction > 0 || (s.wall_friction > 0 && s.walls.length > 0),
+  };
+  for (const need of lacks) if (needs[need]) throw new RangeError(`${label} has no ${need} here, and the scene has`);
+  return drive(state.World, profiles[profile], s, s.phase);
+}
+function methodRun(s, truth) {
+  const run = runOf(state.method, s, truth);
+  return state.method === "pit" ? { ...run, tracks: tracksOf(s, run), angles: run.spins && anglesOf(s, run) } : run;
+}
+export function solve() {
+  const s = state.scene,
+    run = pic(bare(s), MOST_IMPACTS),
+    truth = { ...run, tracks: tracksOf(s, run), angles: run.spins && anglesOf(s, run) };
+  const seen = methodRun(s, truth);
+  return { truth, seen, score: seen && compare(s, truth, seen) };
+}
+methods.onchange = () => choose(methods.value);

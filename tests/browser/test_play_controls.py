@@ -1,0 +1,178 @@
+"""Every control of the page of `carom play`, worked in Chromium and in Firefox; and what axe finds there."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import pytest
+from playwright.sync_api import Browser
+from tests.browser.test_play_in_firefox import Firefox, firefox  # noqa: F401 - a fixture
+
+from carom.live.page import GALLERY, page_html
+from carom.scenes import all_scenes
+
+pytestmark = pytest.mark.browser
+
+
+class Control(NamedTuple):
+    """What a hand does to a control, and what of the page must have changed then, both as JavaScript."""
+
+    act: str
+    seen: str
+
+
+def _slid(value: float, seen: str) -> Control:
+    return Control(f"e.value = {value}; e.dispatchEvent(new Event('input', {{ bubbles: true }}))", seen)
+
+
+def _chosen(value: str, seen: str) -> Control:
+    return Control(f"e.value = '{value}'; e.dispatchEvent(new Event('change', {{ bubbles: true }}))", seen)
+
+
+def _pressed(seen: str) -> Control:
+    return Control("e.click()", seen)
+
+
+_FIELDS = {
+    "x": ("position_m[0]", -0.9),
+    "y": ("position_m[1]", 0.05),
+    "velocity x": ("velocity_m_s[0]", 0.5),
+    "velocity y": ("velocity_m_s[1]", 0.75),
+    "radius": ("radius_m", 0.125),
+    "mass": ("mass_kg", 2.5),
+    "spin": ("spin_rad_s", 1.5),
+}
+#: By its name, in the order in which they are worked. A control of the page that is not here fails the test.
+CONTROLS = {
+    "scene": _chosen("paper/late", "state.scene.discs"),
+    "more": _pressed("state.scene.discs.length"),
+    "fewer": _pressed("state.scene.discs.length"),
+    "walls": _pressed("state.scene.walls"),
+    "gravity": _pressed("state.scene.gravity_m_s2"),
+    "frames a second": _slid(0.5, "state.scene.frame_rate_hz"),
+    "phase of the looks": _slid(0.25, "state.scene.phase"),
+    "restitution": _slid(0.5, "state.scene.restitution"),
+    "friction": _slid(0.4, "state.scene.friction"),
+    "method": _chosen("toy/default", "state.method"),
+    "run": _pressed("state.playing"),
+    "time": _slid(0.25, "state.time"),
+    "speed": _chosen("1", "state.speed"),
+    "copy": _pressed("[document.getElementById('copy').textContent, document.getElementById('problem').textContent]"),
+    "save": _pressed("window.saved"),
+    "All numbers of the discs": _pressed("document.querySelector('details').open"),
+    "The exact run": Control(
+        "e.focus(); e.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowUp', bubbles: true }))",
+        "state.scene.discs[0].position_m",
+    ),
+    **{
+        f"disc {i}, {name}": _chosen(
+            str(value * (1 - 2 * i) if name in {"x", "y"} else value), f"state.scene.discs[{i}].{field}"
+        )
+        for i in range(2)
+        for name, (field, value) in _FIELDS.items()
+    },
+}
+_LISTED = """() => JSON.stringify([...document.querySelectorAll(
+  "#play :is(a, button, input, select, textarea, summary, [tabindex], [contenteditable])")].map(
+  (e) => e.id || (e.getAttribute("aria-label") ?? e.textContent).split(":")[0]))"""
+_FOUND = """[...document.querySelectorAll("#play *")].find(
+  (e) => e.matches("a, button, input, select, textarea, summary, [tabindex]") &&
+    (e.id || (e.getAttribute("aria-label") ?? e.textContent).split(":")[0]) === name)"""
+
+
+def _source(tmp_path: Path) -> Path:
+    """Write the page with an engine of eight lines, so that there is a second method to choose."""
+    from carom.live.linked import PageEngine
+
+    world = """caromEngines.toy.done(class {
+      constructor(scene) { this.discs = scene.discs; }
+      step() {}
+      observe() {
+        return {
+          position_m: this.discs.map((d) => d.position_m),
+          velocity_m_s: this.discs.map((d) => d.velocity_m_s),
+          contacts: [],
+        };
+      }
+    });"""
+    toy = PageEngine("toy", "Toy", {"default": {}}, world, "of no licence", wasm=False)
+    path = tmp_path / "play.html"
+    path.write_text(page_html([all_scenes()[name].scene for name in GALLERY], [toy]), encoding="utf-8")
+    return path
+
+
+def _worked(run: Callable[[str], Any]) -> None:
+    """Work each control, `run` evaluating JavaScript, and assert that the page followed."""
+    run("window.saved = 0; const make = URL.createObjectURL; URL.createObjectURL = (b) => (window.saved++, make(b)); 0")
+    assert sorted(json.loads(run(f"({_LISTED})()"))) == sorted(CONTROLS)
+    for name, control in CONTROLS.items():
+        seen = f"(() => {{ const state = caromPage.state; return JSON.stringify({control.seen}); }})()"
+        before = run(seen)
+        run(f"(() => {{ const name = {json.dumps(name)}; const e = {_FOUND}; {control.act}; }})()")
+        until = time.monotonic() + 10.0
+        while run(seen) == before:
+            assert time.monotonic() < until, f"{name} does nothing"
+            time.sleep(0.05)
+
+
+def test_every_control_works_in_chromium(browser: Browser, tmp_path: Path) -> None:
+    """The list of controls is whole, and each does what it says."""
+    page = browser.new_page()
+    page.goto(_source(tmp_path).as_uri())
+    page.wait_for_selector("#sentence:not(:empty)")
+    _worked(page.evaluate)
+    page.close()
+
+
+def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> None:  # noqa: F811 - the fixture
+    """The list of controls is whole, each does what it says, and a disc and its arrow follow the mouse."""
+    firefox.ask("WebDriver:Navigate", url=_source(tmp_path).as_uri())
+    until = time.monotonic() + 60.0
+    while not firefox.run("() => document.getElementById('sentence')?.textContent ?? ''"):
+        assert time.monotonic() < until, "the page does not start in Firefox"
+        time.sleep(0.1)
+    for where, moves in (("position_m", "position_m"), ("head", "velocity_m_s")):
+        before = firefox.run(f"() => JSON.stringify(caromPage.state.scene.discs[1].{moves})")
+        x, y = (round(part) for part in firefox.run(f"() => caromPage.spot(1, '{where}')"))
+        steps = [
+            {"type": "pointerMove", "x": x, "y": y, "duration": 0},
+            {"type": "pointerDown", "button": 0},
+            {"type": "pointerMove", "x": x + 5, "y": y - 25, "duration": 50},
+            {"type": "pointerUp", "button": 0},
+        ]
+        mouse = {"type": "pointer", "id": "mouse", "parameters": {"pointerType": "mouse"}, "actions": steps}
+        firefox.ask("WebDriver:PerformActions", actions=[mouse])
+        assert firefox.run(f"() => JSON.stringify(caromPage.state.scene.discs[1].{moves})") != before
+    _worked(lambda script: firefox.run(f"() => eval({json.dumps(script)})"))
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [360, 1280])
+def test_axe_finds_nothing(browser: Browser, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
+    """No rule of accessibility that axe knows is broken, on a phone and a screen, with the numbers open."""
+    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
+
+    page = browser.new_page(
+        color_scheme=scheme, reduced_motion="reduce", bypass_csp=True, viewport={"width": width, "height": 800}
+    )
+    page.goto(_source(tmp_path).as_uri())
+    page.wait_for_selector("#sentence:not(:empty)")
+    page.click("summary")
+    found = Axe().run(page).response["violations"]
+    assert [f"{one['id']}: {one['nodes'][0]['html'][:160]}" for one in found] == []
+    page.close()
+
+
+def test_on_paper_nothing_is_cut_off(browser: Browser, tmp_path: Path) -> None:
+    """Printed on A4, upright with usual margins, everything is as wide as the sheet at most."""
+    page = browser.new_page(viewport={"width": 718, "height": 1000})  # 190 mm at 96 pixels an inch
+    page.emulate_media(media="print")
+    page.goto(_source(tmp_path).as_uri())
+    page.wait_for_selector("#sentence:not(:empty)")
+    seen = "all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > 718)"
+    assert page.eval_on_selector_all("#play *", f"{seen}.map(one => one.outerHTML)") == []
+    page.close()
