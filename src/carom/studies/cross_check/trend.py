@@ -47,10 +47,17 @@ class TrendPoint:
 
 @dataclass(frozen=True)
 class Series:
-    """The points of an engine and profile, one for each refinement."""
+    """The points of an engine and profile, one for each refinement.
+
+    Attributes:
+        column: The engine and profile.
+        points: One for each refinement.
+        name: What the legend and the table call it.
+    """
 
     column: GridColumn
     points: tuple[TrendPoint, ...]
+    name: str
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,7 @@ class Trend:
     Attributes:
         parts: The step of each refinement in parts of the scene's coarsest, 1 first.
         coarsest_s: Least and greatest of the scenes' coarsest steps, seconds.
-        series: One for each column of the grid.
+        series: One for each column of the grid; one for all profiles of a method of Carom's own that gave the same.
         scenes: Names of the scenes in the velocity medians.
         left_out: Why the others are not, and which they are.
     """
@@ -99,12 +106,32 @@ def build_trend(results: Results, grid: Grid) -> Trend:
         parts=tuple(map(statistics.median, parts.values())),
         coarsest_s=(min(coarsest.values(), default=0.0), max(coarsest.values(), default=0.0)),
         series=tuple(
-            Series(column, tuple(_point(by_place.get((column, k), ()), chosen) for k in refinements))
-            for column in grid.columns.values()
+            _merged(
+                {
+                    column: tuple(_point(by_place.get((column, k), ()), chosen) for k in refinements)
+                    for column in grid.columns.values()
+                }
+            )
         ),
         scenes=tuple(chosen),
         left_out=left_out,
     )
+
+
+def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Series]:
+    """Yield the series of each column; profiles of a method of Carom's own that gave the same are one, without profile.
+
+    PIC has nothing to set, and is run under the name of each profile all the same: two lines of it would be one line
+    with two names. Engines' profiles differ in settings, and stay apart even where their results agree.
+    """
+    seen: set[tuple[str, tuple[TrendPoint, ...]]] = set()
+    for column, own in points.items():
+        alike = column.own and any(
+            other.engine == column.engine and other != column and found == own for other, found in points.items()
+        )
+        if not alike or (column.engine, own) not in seen:
+            seen.add((column.engine, own))
+            yield Series(column, own, column.label if alike else column.name)
 
 
 def _choose(by_scene: Mapping[str, Sequence[Row]]) -> tuple[list[str], tuple[tuple[str, tuple[str, ...]], ...]]:
@@ -163,7 +190,7 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
         )
     )
     steps = [(k, f"step {wording.part(part)}") for k, part in enumerate(trend.parts)]
-    columns = [Column("engine", lambda series: series.column.name)]
+    columns = [Column("engine", lambda series: series.name)]
     columns += [Column("velocity error", _at(k, _error), step) for k, step in steps]
     columns += [
         Column("scenes wrong", _at(k, lambda point: f"{point.wrong} of {point.graded}"), step) for k, step in steps
@@ -206,7 +233,7 @@ def _trend_scenes(trend: Trend) -> Iterator[str]:
     for why, names in trend.left_out:
         yield f"Left out, {why}: {wording.listed(names)}."
     few = [
-        f"{series.column.name} has {point.scenes} of the {len(trend.scenes)} at step {wording.part(part)}"
+        f"{series.name} has {point.scenes} of the {len(trend.scenes)} at step {wording.part(part)}"
         for series in trend.series
         for point, part in zip(series.points, trend.parts, strict=True)
         if point.scenes < len(trend.scenes)
@@ -276,4 +303,4 @@ def _x_axis(axes: Axes, trend: Trend) -> None:
 def _line(axes: Axes, trend: Trend, series: Series, heights: Sequence[float]) -> None:
     column = series.column
     style = line_style(column.engine, profile=column.method.profile)
-    axes.plot(trend.parts, heights, label=column.name, clip_on=False, **style)
+    axes.plot(trend.parts, heights, label=series.name, clip_on=False, **style)

@@ -13,6 +13,7 @@ import pytest
 from rich.console import Console
 from tests.stage import disc_at, staged
 
+import carom
 from carom.adapter import Capabilities
 from carom.comparator import Grade, Score, Verdict, compare
 from carom.pages import wording
@@ -268,6 +269,14 @@ def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: s
     assert coarse > fine > 0.0
     assert series["gone"][0].median is None
     assert series["pit"][0].wrong == 1
+
+
+def test_the_trend_has_pic_once() -> None:
+    """PIC has nothing to set, so all its profiles are one line; an engine's profiles are each one."""
+    results = carom.cross_check(["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], timing=False)
+    assert [series.name for series in build_trend(results, build_grid(results)).series] == [
+        *("PIC", "PIT tuned", "pymunk default", "pymunk tuned")
+    ]
 
 
 def test_reference_path_turns_at_the_impact_and_ends_at_the_final_state(results: Results) -> None:
