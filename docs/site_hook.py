@@ -44,6 +44,8 @@ _REPLAY = re.compile(r"<!-- replay: (\S+)(?: (\d+))? -->")
 #: The page on which one throws the discs, as a file of the site, and where it stands in a page.
 THROWN = "throw.html"
 _THROW = "<!-- throw -->"
+#: Where no such page can stand, pictures of its scenes do, which end here.
+_PICTURES = re.compile(rf"{_THROW}\n.*?<!-- thrown -->", re.DOTALL)
 _LANGUAGES = {".md": "markdown", ".pxd": "cython", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
 #: What a terminal takes for bold and plain.
@@ -65,7 +67,8 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
     texts = {page.src_uri: page.content_string for page in files.documentation_pages()}
     for source, page in PAGES.items():
         texts[page] = (ROOT / source).read_text(encoding="utf-8")
-        files.append(File.generated(config, page, content=_from_root(texts[page])))
+        with_page = _PICTURES.sub(throw(), texts[page])
+        files.append(File.generated(config, page, content=_from_root(with_page)))
     files.append(File.generated(config, "tutorial.md", content=_tutorial()))
     files.append(File.generated(config, SAMPLE, abs_src_path=str(ROOT / SAMPLE)))
     scenes = [one.scene for name in GALLERY for one in find_scenes([name])]
@@ -120,11 +123,15 @@ def replay(scene: str, rate: str | None) -> str:
 
 
 def throw() -> str:
-    """Return the page on which one throws the discs as a frame, with a link to each of its scenes."""
-    links = " · ".join(f'<a href="{THROWN}#{name}" target="throw">{name}</a>' for name in GALLERY)
+    """Return the page on which one throws the discs as a frame, and pictures of its scenes that lead to them."""
+    links = " ".join(
+        f'<a href="{THROWN}#{name}" target="throw" title="{name}"><img alt="{name}" width="150" '
+        f'src="figures/throw/{name.replace("/", "-")}.webp"></a>'
+        for name in GALLERY
+    )
     style = "width:100%;height:60rem;border:0"
     frame = f'<iframe name="throw" src="{THROWN}" title="Throw the discs" style="{style}"></iframe>'
-    return f"{frame}\n\n<p>{links}</p>"
+    return f"<p>{links}</p>\n\n{frame}"
 
 
 def _tutorial() -> str:

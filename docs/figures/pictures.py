@@ -99,10 +99,10 @@ def take_thrown(browser: Browser, scheme: Scheme) -> None:
         page.wait_for_selector("#sentence:not(:empty)")
         slide = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
         page.get_by_label("time", exact=True).evaluate(slide, _AT)
-        _taken(page).save(thrown(scheme), quality=25, method=6)
+        _taken(page).save(thrown(scheme), quality=18, method=6)
         if scheme == "light":
             page.get_by_label("phase of the looks", exact=True).evaluate(slide, 0.5)
-            _taken(page).save(thrown("found"), quality=25, method=6)
+            _taken(page).save(thrown("found"), quality=18, method=6)
         page.close()
 
 

@@ -9,6 +9,8 @@ import pytest
 from docs.figures import readme
 from PIL import Image
 
+from carom.live.page import GALLERY
+
 pytestmark = pytest.mark.skipif(not readme.SAMPLE.exists(), reason="a source distribution has no reports")
 
 README = (Path(__file__).resolve().parents[2] / "README.md").read_text()
@@ -29,20 +31,22 @@ def test_the_readme_is_short() -> None:
 
 
 def test_the_pictures_are_there_and_small() -> None:
-    """A replay that moves, the discs that one throws, and a first screen, in light and dark, each with words for it."""
+    """A replay that moves, the discs that one throws, a first screen, in light and dark with words, and each scene."""
     root = Path(__file__).resolve().parents[2]
     shown = re.findall(
         r'<source media="\(prefers-color-scheme: dark\)" srcset="(.+?)"><img alt="(.+?)" src="(.+?)">', README
     )
-    assert len(shown) == README.count("<img") == 3
+    small = re.findall(r'<img alt="(.+?)" title="carom play (.+?)" width="150" src="(.+?)">', README)
+    assert [(words, named) for words, named, _ in small] == [(name, name) for name in GALLERY]
+    assert (len(shown), README.count("<img")) == (3, 3 + len(small))
     assert all(len(words) > 50 for _, words, _ in shown)
     paths = [root / path for dark, _, light in shown for path in (dark, light)]
-    assert sum(path.stat().st_size for path in paths) <= 500_000
+    assert sum(path.stat().st_size for path in [*paths, *(root / path for _, _, path in small)]) <= 500_000
     frames = []
     for path in paths:
         with Image.open(path) as picture:
             frames.append(getattr(picture, "n_frames", 1) > 1)
-    assert frames == [True, True, False, False, False, False]
+    assert frames == [False, False, True, True, False, False]
 
 
 def test_the_page_of_the_whole_suite_is_small() -> None:

@@ -1,0 +1,128 @@
+"""A first try of the page of `carom play`, by one who never heard of PIT: docs/play.md has what was done and seen.
+
+`make pictures` drives Chromium through it and writes text and pictures anew; tests/browser/test_walkthrough.py drives
+it again, and asserts that the text is still what is seen.
+"""
+
+from __future__ import annotations
+
+import io
+import shutil
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+from carom.live.page import GALLERY, page_html
+from carom.scenes import find_scenes
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+FOLDER = Path(__file__).resolve().parent
+DOCUMENT = FOLDER.parent / "play.md"
+BEGIN, END = "<!-- made by docs/figures/walkthrough.py -->\n", "<!-- end -->"
+_SLIDE = "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }"
+#: Where the sliders of frames a second are put, of 1; how far a disc is dragged, in pixels; and by how much the phase.
+_OFTENER, _OFTEN, _UP, _PHASE = 0.4, 0.48, 4, 0.1
+
+
+def picture(name: str) -> Path:
+    """Return where a picture is kept."""
+    return FOLDER / f"first-try-{name}.webp"
+
+
+def _slid(page: Page, label: str, value: float) -> None:
+    page.get_by_label(label, exact=True).evaluate(_SLIDE, value)
+
+
+def _read(page: Page) -> str:
+    return f"*{page.inner_text('#sentence')}*"
+
+
+def _shown(page: Page, label: str) -> str:
+    control = page.get_by_label(label, exact=True)
+    return str(control.evaluate("e => e.parentElement.querySelector('output').textContent"))
+
+
+def _share(page: Page) -> str:
+    return page.locator(".says > div", has_text="PIT misses the first at").locator("b").inner_text()
+
+
+def steps(page: Page, taken: bool = False) -> Iterator[str]:
+    """Do each step on the page, and yield what was done and seen; the two pictures are taken if asked for."""
+    yield (
+        f"The page opens. Below the pictures it says: {_read(page)} On the right the discs go through each "
+        "other, and a cross says *missed*."
+    )
+    _slid(page, "frames a second", _OFTENER)
+    yield (
+        f"*Frames a second* to {_shown(page, 'frames a second')}: {_read(page)} Looks are now closer together than the "
+        "approach lasts."
+    )
+    x, y = page.evaluate("caromPage.spot(1)")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x, y - _UP)
+    page.mouse.up()
+    if taken:
+        _picture(page, "missed")
+    yield (
+        f"Disc 1 dragged up by {_UP} pixels, so that the discs only clip each other: {_read(page)} That is why: the "
+        f"whole approach can lie between two looks. The box says that it does at {_share(page)} of all phases."
+    )
+    phase = 0.0
+    while "misses it" in page.inner_text("#sentence"):
+        phase = round(phase + _PHASE, 10)
+        _slid(page, "phase of the looks", phase)
+    found = f"at {_shown(page, 'phase of the looks')}: {_read(page)}"
+    _slid(page, "phase of the looks", 0)
+    yield f"*Phase of the looks* in tenths, until it is found, {found} Back at 0: {_read(page)}"
+    _slid(page, "frames a second", _OFTEN)
+    if taken:
+        _picture(page, "found")
+    yield (
+        f"*Frames a second* to {_shown(page, 'frames a second')}: {_read(page)} The box says {_share(page)}: no phase "
+        "misses it any more. What stays is that it is late."
+    )
+
+
+def _picture(page: Page, name: str) -> None:
+    page.get_by_label("time", exact=True).evaluate(_SLIDE, 0.5)
+    shot = Image.open(io.BytesIO(page.screenshot())).convert("RGB")
+    shot.save(picture(name), quality=25, method=6)
+
+
+def told(browser: Browser, taken: bool = False) -> str:
+    """Return the steps as a list of Markdown, done on the page as it is now."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "throw.html"
+        file.write_text(page_html([one.scene for name in GALLERY for one in find_scenes([name])]), encoding="utf-8")
+        page = browser.new_page(viewport={"width": 900, "height": 760}, reduced_motion="reduce")
+        page.goto(file.as_uri())
+        page.wait_for_selector("#sentence:not(:empty)")
+        lines = [f"{k}. {text}" for k, text in enumerate(steps(page, taken), 1)]
+        page.close()
+    lines[2] += "\n\n   ![The page, the discs having passed through each other: missed](figures/first-try-missed.webp)"
+    lines[4] += (
+        "\n\n   ![The same at more frames a second: the impact is found, and is late](figures/first-try-found.webp)"
+    )
+    return "\n".join(lines) + "\n"
+
+
+def write(browser: Browser) -> None:
+    """Write the section of docs/play.md and its pictures anew."""
+    text = DOCUMENT.read_text(encoding="utf-8")
+    before, _, rest = text.partition(BEGIN)
+    DOCUMENT.write_text(before + BEGIN + told(browser, taken=True) + END + rest.partition(END)[2], encoding="utf-8")
+
+
+if __name__ == "__main__":
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--disable-gpu"])
+        write(browser)
+        browser.close()
