@@ -221,14 +221,15 @@ class DiscArrays:
         """Whether all walls are half-planes with the scene's own coefficients."""
         return self.wall_materials is None and self.has_half_planes
 
-    def half_planes(self, solver: str = "the caller") -> tuple[HalfPlane, ...]:
+    def half_planes(self, solver: str = "the caller", *, own_materials: bool = False) -> tuple[HalfPlane, ...]:
         """Return the walls of a start that has no others.
 
         Raises:
-            InputError: There are others; the message names the first, and the solver.
+            InputError: There are others, or walls with coefficients of their own, unless `own_materials`; the message
+                names the first, and the solver.
         """
         planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
-        if self.wall_materials is not None:
+        if self.wall_materials is not None and not own_materials:
             raise InputError(f"walls have restitution or friction of their own, which {solver} does not support")
         if len(planes) < len(self.walls):
             number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))

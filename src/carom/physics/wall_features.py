@@ -15,7 +15,7 @@ from carom.outline import Edge, ExactCircle, Outline, circle_of
 from carom.physics.features import Arc, Circle, Face, Feature, Vertex
 from carom.trace import EdgeKind
 
-__all__ = ["WallFeature", "are_decidable", "features_of"]
+__all__ = ["Run", "WallFeature", "are_decidable", "features_of", "goes_smoothly", "runs_of"]
 
 Exact = tuple[Fraction, Fraction]
 
@@ -34,15 +34,22 @@ class WallFeature(NamedTuple):
     kind: EdgeKind
 
 
-class _Run(NamedTuple):
-    """Edges that are one: straight, or on one circle and in one direction."""
+class Run(NamedTuple):
+    """Edges that are one: straight, or on one circle and in one direction.
 
-    edge: Edge  # from the first point to the last, with the bulge of the first
+    Attributes:
+        edge: From the first point to the last, with the bulge of the first.
+        circle: What an arc is on; None of a straight one.
+        numbers: Of the edges of the file.
+    """
+
+    edge: Edge
     circle: ExactCircle | None
     numbers: tuple[int, ...]
 
     @property
     def turn(self) -> int:
+        """1 for an arc that runs counterclockwise, -1 for one that runs clockwise, 0 for a straight edge."""
         return (self.edge.bulge > 0.0) - (self.edge.bulge < 0.0)
 
     def tangent(self, point: tuple[float, float]) -> Exact:
@@ -53,13 +60,14 @@ class _Run(NamedTuple):
         x, y = _exact(point)
         return self.turn * (self.circle.y - y), self.turn * (x - self.circle.x)
 
-    def goes_on_as(self, other: _Run) -> bool:
+    def goes_on_as(self, other: Run) -> bool:
         """Whether another, which begins where this ends, is of the same line or circle, and goes on in its way."""
-        return self.circle == other.circle and self.turn == other.turn and _is_smooth(self, other)
+        return self.circle == other.circle and self.turn == other.turn and goes_smoothly(self, other)
 
-    def with_next(self, other: _Run) -> _Run:
+    def with_next(self, other: Run) -> Run:
+        """Return this and one that it goes on as, as one."""
         edge = Edge(self.edge.a, other.edge.b, self.edge.bulge)
-        return _Run(edge, self.circle, (*self.numbers, *other.numbers))
+        return Run(edge, self.circle, (*self.numbers, *other.numbers))
 
 
 def features_of(outline: Outline) -> tuple[WallFeature, ...]:
@@ -70,7 +78,7 @@ def features_of(outline: Outline) -> tuple[WallFeature, ...]:
     """
     if outline.radius is not None:
         return tuple(_of_circle(outline.points[0], outline.radius, outline.half_width))
-    runs = _merged(outline)
+    runs = runs_of(outline)
     sides = [one for run in runs for one in _sides(run, outline.half_width)]
     return (*sides, *_vertices(runs, outline))
 
@@ -103,16 +111,17 @@ def _exact(point: tuple[float, float]) -> Exact:
     return Fraction(point[0]), Fraction(point[1])
 
 
-def _is_smooth(one: _Run, other: _Run) -> bool:
+def goes_smoothly(one: Run, other: Run) -> bool:
     """Whether the way goes on in the same direction at the joint of one run and the next."""
     (ax, ay), (bx, by) = one.tangent(one.edge.b), other.tangent(other.edge.a)
     return ax * by - ay * bx == 0 and ax * bx + ay * by > 0
 
 
-def _merged(outline: Outline) -> list[_Run]:
-    runs: list[_Run] = []
+def runs_of(outline: Outline) -> list[Run]:
+    """Return the edges of a chain in order, those that go on in one line or on one circle as one."""
+    runs: list[Run] = []
     for number, edge in enumerate(outline.edges):
-        run = _Run(edge, circle_of(edge) if edge.bulge else None, (number,))
+        run = Run(edge, circle_of(edge) if edge.bulge else None, (number,))
         if runs and runs[-1].goes_on_as(run):
             runs[-1] = runs[-1].with_next(run)
         else:
@@ -122,7 +131,7 @@ def _merged(outline: Outline) -> list[_Run]:
     return runs
 
 
-def _sides(run: _Run, half_width: float) -> Iterator[WallFeature]:
+def _sides(run: Run, half_width: float) -> Iterator[WallFeature]:
     a, b, _ = run.edge
     if run.circle is None:
         yield WallFeature(Face.between(a, b, half_width), run.numbers, EdgeKind.FACE)
@@ -135,12 +144,12 @@ def _sides(run: _Run, half_width: float) -> Iterator[WallFeature]:
         yield WallFeature(arc, run.numbers, EdgeKind.ARC)
 
 
-def _vertices(runs: list[_Run], outline: Outline) -> Iterator[WallFeature]:
+def _vertices(runs: list[Run], outline: Outline) -> Iterator[WallFeature]:
     if not outline.closed:
         yield WallFeature(Vertex(runs[0].edge.a, outline.half_width), runs[0].numbers[:1], EdgeKind.VERTEX)
     joints = zip(runs, (*runs[1:], runs[0]) if outline.closed else runs[1:], strict=outline.closed)
     for before, after in joints:
-        if before.edge.a != before.edge.b and not _is_smooth(before, after):
+        if before.edge.a != before.edge.b and not goes_smoothly(before, after):
             lower = min(before.numbers[-1], after.numbers[0])
             yield WallFeature(Vertex(after.edge.a, outline.half_width), (lower,), EdgeKind.VERTEX)
     if not outline.closed:

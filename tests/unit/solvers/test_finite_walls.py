@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import random
-import re
 from typing import Any
 
 import numpy as np
 import pytest
 
-from carom import Chain, Disc, Outcome, Ring, Scene, Wall, certify, solve_pic, solve_pic_framewise, solve_pit
-from carom.errors import InputError
+from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
 from carom.runs.wire import CarriedTrace, Codec
 from carom.trace import EdgeKind, Trace
 
@@ -221,22 +219,6 @@ def test_a_trace_of_finite_walls_goes_over_the_wire() -> None:
     trace = solve_pic(table(Disc(position_m=(0.5, 0.3), velocity_m_s=(0.7, 1), radius_m=0.5), STADIUM))
     codec: Codec[Trace] = Codec(CarriedTrace)
     assert codec.loads(codec.dumps(trace)) == trace
-
-
-def test_what_takes_half_planes_alone_says_so() -> None:
-    """A certified run refuses a chain, and walls of their own coefficients, by name."""
-    still = Disc(position_m=(0, 0), radius_m=0.5)
-    for wall, named in (
-        (STADIUM, "a chain whose edge 0 is a segment from (-2, -2) to (2, -2)"),
-        (Chain(points_m=[(3, 0), (-3, 0)], bulges=[1.0]), "a chain whose edge 0 is an arc from (3, 0) to (-3, 0)"),
-        (Ring(centre_m=(0.5, 0), radius_m=3), "a circle of radius 3 m about (0.5, 0)"),
-    ):
-        said = f"wall 1 is no half-plane, which a certified run does not support: {named}"
-        with pytest.raises(InputError, match=re.escape(said)):
-            certify(table(still, Wall(point_m=(0, -9), normal=(0, 1)), wall))
-    own = Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5)
-    with pytest.raises(InputError, match="walls have restitution or friction of their own"):
-        certify(table(Disc(position_m=(0, 0), radius_m=0.5), own))
 
 
 def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:

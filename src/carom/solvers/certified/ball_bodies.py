@@ -11,16 +11,23 @@ Under uniform gravity all movable discs are seen from a frame that falls with th
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from typing import NamedTuple
 
-from flint import arb, ctx
+from flint import arb, ctx, fmpq
 
 from carom.scene import Scene
-from carom.trace import wall_index
+from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
+from carom.trace import wall_body, wall_index
 
-__all__ = ["ZERO", "BallBodies", "PairLaw", "WallLaw", "greatest_speed"]
+__all__ = ["ZERO", "BallBodies", "PairLaw", "RoundLaw", "WallLaw", "ball", "greatest_speed"]
 
 ZERO = arb(0)
+
+
+def ball(number: Fraction) -> arb:
+    """Return a ball that holds a rational number, exactly where the working precision has its digits."""
+    return arb(fmpq(number.numerator, number.denominator))
 
 
 def greatest_speed(scene: Scene) -> float:
@@ -57,10 +64,25 @@ class WallLaw(NamedTuple):
     shift_y: arb
 
 
+class RoundLaw(NamedTuple):
+    """Constants of a vertex or an arc and a radius: its centre, and how far from there a disc touches it.
+
+    `change` is that of a disc's velocity for what `root` and (px, py) are of `carom.solvers.certified.meeting`.
+    """
+
+    cx: arb
+    cy: arb
+    reach: arb
+    reach2: arb
+    change: arb
+
+
 class BallBodies:
     """Positions and velocities of all discs as balls, at the precision of python-flint's context.
 
     Attributes:
+        obstacles: What discs meet of the walls: see `carom.solvers.certified.obstacles`. As bodies they are numbered as
+            walls are; where all walls are half-planes, they are these.
         time: Reference instant of each disc, seconds, exact.
         x: Centre at the reference instant; likewise `y`, `vx`, `vy`. Under gravity, in the falling frame.
         falls: Whether the scene has gravity.
@@ -68,14 +90,16 @@ class BallBodies:
         spin: Radians a second.
         inverse_inertia_ratio: How easily each disc turns: 1/k, 0 for one that does not.
         inverse_mass: 0 for a disc that never moves.
-        met: For each disc, when it last met each kind of partner, oldest first: the key is the wall's body number, or
-            0 for any disc.
+        met: For each disc, when it last met each kind of partner, oldest first: the key is the obstacle's body number,
+            or 0 for any disc.
         last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
         partner: Body that each disc met last; None before its first impact.
     """
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
+        self.obstacles = obstacles_of(scene)
+        self.materials = scene.arrays.materials
         discs = scene.discs
         self.x, self.y = ([arb(disc.position_m[k]) for disc in discs] for k in (0, 1))
         self.vx, self.vy = ([arb(disc.velocity_m_s[k]) for disc in discs] for k in (0, 1))
@@ -95,7 +119,9 @@ class BallBodies:
         self._speed = arb(greatest_speed(scene))
         self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
         self._pair_laws: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
-        self._wall_laws: dict[tuple[int, float], WallLaw] = {}
+        self._wall_laws: dict[tuple[int, float | None], WallLaw] = {}
+        self._round_laws: dict[tuple[int, float], RoundLaw] = {}
+        self._orthogonal: dict[tuple[int, int], bool] = {}
 
     def __len__(self) -> int:
         return len(self.x)
@@ -105,6 +131,7 @@ class BallBodies:
         ctx.prec = bits
         self._pair_laws.clear()
         self._wall_laws.clear()
+        self._round_laws.clear()
 
     def state_bits(self, i: int) -> int:
         """Bits to which disc `i` is known: its velocity in the scene's speed, its centre in its place and radius."""
@@ -162,13 +189,20 @@ class BallBodies:
         times = [self.since(disc, second) for disc in (i, second) if disc >= 0 and not at > self.last_met[disc]]
         return times[0].max(times[-1]) if times else None
 
-    def orthogonal(self, wall: int, other: int) -> bool:
-        """Whether impacts on two walls, by body number, are exactly orthogonal, so that neither bears on the other."""
-        if self.scene.arrays.rubs_walls:
-            return False
-        (ax, ay), (bx, by) = (self.scene.half_planes()[wall_index(body)].normal for body in (wall, other))
-        products = (arb(ax) * arb(bx), arb(ay) * arb(by))  # exact: 53 bits times 53 bits
-        return bool((products[0] + products[1]).is_zero())
+    def orthogonal(self, one: int, other: int) -> bool:
+        """Whether impacts on two obstacles are exactly orthogonal, so that neither bears on the other."""
+        found = self._orthogonal.get((one, other))
+        if found is None:
+            a, b = (self.obstacles[wall_index(body)].shape for body in (one, other))
+            found = False
+            if isinstance(a, Plane) and isinstance(b, Plane) and not self.scene.arrays.rubs_walls:
+                found = a.normal[0] * b.normal[0] + a.normal[1] * b.normal[1] == 0
+            self._orthogonal[one, other] = found
+        return found
+
+    def trace_body(self, body: int) -> int:
+        """Return the number of a body in traces: of an obstacle that of its wall."""
+        return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
     def moved(self, i: int, at: float) -> tuple[arb, arb]:
         """Return the centre of disc `i` at the exact instant `at` on its present path (in the falling frame)."""
@@ -219,26 +253,45 @@ class BallBodies:
             self._pair_laws[key] = law
         return law
 
-    def wall_law(self, k: int, radius: float) -> WallLaw:
-        """Return the constants of the k-th wall and a disc's radius.
+    def wall_law(self, k: int, radius: float | None) -> WallLaw:
+        """Return the constants of the k-th obstacle, a half-plane or a face, and a disc's radius; None for its line.
 
-        The wall is the half-plane ``(p - q).n >= 0``. The stored normal is a unit vector up to rounding only, and what
+        The half-plane is ``(p - q).n >= 0``. The stored normal is a unit vector up to rounding only, and what
         it spans is exact: its length is divided out, in the distance by ``|n|`` and in the reflection by ``|n|^2``.
         """
         law = self._wall_laws.get((k, radius))
         if law is None:
-            wall = self.scene.half_planes()[k]
-            nx, ny = arb(wall.normal[0]), arb(wall.normal[1])
+            obstacle = self.obstacles[k]
+            shape = obstacle.shape
+            assert isinstance(shape, Plane)  # noqa: S101 - which is what this is asked of
+            (px, py), (nx, ny) = map(ball, shape.point), map(ball, shape.normal)
             length2 = nx * nx + ny * ny
             length = length2.sqrt()
-            level = arb(wall.point_m[0]) * nx + arb(wall.point_m[1]) * ny + arb(radius) * length
-            turn = arb(self.scene.wall_restitution) + 1
+            thick = ZERO if radius is None else arb(radius) + ball(obstacle.half_width)
+            level = px * nx + py * ny + thick * length
+            turn = arb(self.materials[obstacle.wall].restitution) + 1
             if ny.is_zero() or nx.is_zero():  # then the fractions of |n|^2 are 1 and 0 exactly
                 xx, xy, yy = (1 - turn, ZERO, arb(1)) if ny.is_zero() else (arb(1), ZERO, 1 - turn)
             else:
                 xx, xy, yy = 1 - turn * nx * nx / length2, ZERO - turn * nx * ny / length2, 1 - turn * ny * ny / length2
             law = WallLaw(nx, ny, length, level, xx, xy, yy, turn * level * nx / length2, turn * level * ny / length2)
             self._wall_laws[k, radius] = law
+        return law
+
+    def round_law(self, k: int, radius: float) -> RoundLaw:
+        """Return the constants of the k-th obstacle, a vertex or an arc, and a disc's radius."""
+        law = self._round_laws.get((k, radius))
+        if law is None:
+            obstacle = self.obstacles[k]
+            shape = obstacle.shape
+            assert isinstance(shape, Round)  # noqa: S101 - which is what this is asked of
+            (cx, cy), inside = shape.centre, shape.inside
+            thick = arb(radius) + ball(obstacle.half_width)
+            reach = ball(shape.radius2).sqrt() + (ZERO - thick if inside else thick)
+            reach2 = reach * reach
+            change = (arb(self.materials[obstacle.wall].restitution) + 1) / reach2
+            law = RoundLaw(ball(cx), ball(cy), reach, reach2, ZERO - change if inside else change)
+            self._round_laws[k, radius] = law
         return law
 
     def note(self, i: int, other: int, at: float, time: arb, latest: float) -> None:

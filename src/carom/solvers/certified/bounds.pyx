@@ -13,13 +13,23 @@ from libc.stdlib cimport calloc, free
 from carom.constants cimport FASTEST, FLOOR, INF, NORMAL, ROUNDOFF, TINY, WIDER
 from carom.physics.double_double cimport greater
 
+from math import frexp
+
+from flint import arb
+
 from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.obstacles import Round
 from carom.solvers.units import units_of
 from carom.trace import wall_body, wall_index
 
 cdef enum:
     NOBODY = -1
     SHARP_BITS = 54  # accuracy of a ball from which its radius is below half a ROUNDOFF of it
+
+cdef enum Form:
+    FLAT  # a half-plane, or a face
+    ROUND  # a vertex, or an arc from outside
+    HOLLOW  # an arc from inside, of which nothing is said
 
 cdef struct Path:  # what float64 has of a disc on its present path, scaled
     double time  # seconds, exact: when the disc is, or on its path backwards would have been, at (x, y)
@@ -34,8 +44,10 @@ cdef struct Path:  # what float64 has of a disc on its present path, scaled
     Py_ssize_t met  # column that the disc can't meet on this path, or NOBODY
     bint immovable
 
-cdef struct Wall:  # the half-plane n.p >= level, scaled; n is of length 1 up to rounding only
-    double nx
+cdef struct Wall:  # an obstacle
+    Form form
+    Path round  # that of a disc of its radius
+    double nx  # the half-plane n.p >= level, scaled; n is of any length
     double ny
     double level  # rounded up, by more than subtracting it is rounded
     double length  # of n, rounded up
@@ -98,8 +110,10 @@ cdef inline double pair_bound(const Path *p, const Path *q, const Table *table) 
 
 cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *table) noexcept nogil:
     """Return a lower bound of the time at which a disc meets a wall, seconds."""
-    if table.falls:
+    if table.falls or wall.form == HOLLOW:
         return p.time
+    if wall.form == ROUND:
+        return pair_bound(p, &wall.round, table)
     toward = p.error_v * WIDER * wall.span - (p.vx * wall.nx + p.vy * wall.ny)
     if toward <= 0.0 and toward > -INF:
         return INF
@@ -169,7 +183,7 @@ cdef class LowerBounds:
         self.length, self.speed = units.length, units.length - units.time
         table.unit, table.second = ldexp(1.0, -units.time), ldexp(1.0, units.time)
         table.discs = len(scene.discs)
-        table.width = table.discs + len(scene.walls)
+        table.width = table.discs + len(bodies.obstacles)
         table.falls = bodies.falls
         table.paths = <Path *>calloc(table.discs, sizeof(Path))
         table.walls = <Wall *>calloc(table.width - table.discs + 1, sizeof(Wall))
@@ -252,15 +266,31 @@ cdef class LowerBounds:
         partner = bodies.partner[i]
         if partner is not None and (not self.table.falls if partner < 0 else bodies.have_just_met(i, partner)):
             path.met = self._column(partner)
+            if partner < 0 and self.table.walls[path.met - self.table.discs].form == HOLLOW:
+                path.met = NOBODY
 
     cdef _load_wall(self, Py_ssize_t k):
         """Take over a wall."""
         wall = &self.table.walls[k]
+        shape = self.bodies.obstacles[k].shape
+        if isinstance(shape, Round):
+            wall.form = HOLLOW if shape.inside else ROUND
+            law = self.bodies.round_law(k, 0.0)  # the reach of the wall itself
+            wall.round.x, wall.round.y = ldexp(law.cx, -self.length), ldexp(law.cy, -self.length)
+            wall.round.radius = ldexp(law.reach, -self.length)
+            wall.round.rim = wall.round.radius * (1.0 + 8.0 * ROUNDOFF)
+            wall.round.immovable, wall.round.met = True, NOBODY
+            wall.round.error = 19.0 * ROUNDOFF * (greater(fabs(wall.round.x), fabs(wall.round.y)) + wall.round.rim)
+            wall.round.error += tiny(self.length)
+            return
         law = self.bodies.wall_law(k, 0.0)  # the level of the wall itself
-        wall.nx, wall.ny = self.bodies.scene.walls[k].normal
+        # A face's normal is as long as its edge: scaled to about 1. Rounding it costs one more of what is covered.
+        _, size = frexp(float_above(law.length))
+        scale = arb((1, -size))
+        wall.nx, wall.ny = law.nx * scale, law.ny * scale
         wall.span = fabs(wall.nx) + fabs(wall.ny)
-        wall.length = float_above(law.length)
-        wall.level = ldexp(float_above(law.level), -self.length)
+        wall.length = float_above(law.length * scale)
+        wall.level = ldexp(float_above(law.level * scale), -self.length)
         wall.level += 8.0 * ROUNDOFF * fabs(wall.level)
 
 

@@ -35,7 +35,7 @@ def certify(
 
     Args:
         scene: The scene, or its name in the catalogue; discs and walls of any number; under gravity, no immovable discs
-            beside movable ones.
+            beside movable ones, and no walls but half-planes.
         digits: Decimal digits wanted: times to that part of themselves, velocities of the greatest speed at the start,
             positions of the greatest extent of the start.
         max_impacts: Stop after this many impacts; None for no limit.
@@ -50,13 +50,12 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
-        InputError: The scene has damping, or immovable discs under gravity, or walls that are no half-planes or have
-            coefficients of their own; or an option is outside its range.
+        InputError: The scene has damping, or under gravity immovable discs or finite walls; or an option is outside
+            its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
         scene = as_scene(scene)
-    scene.arrays.half_planes("a certified run")
     if scene.damping_per_s:
         message = f"damping_per_s is {scene.damping_per_s}: a certified run does not support damping; solve_pic does"
         raise InputError(message)
@@ -79,9 +78,12 @@ def certify(
 
 
 def _refuse_quartics(scene: Scene) -> None:
-    """Refuse a falling disc and a fixed one: their gap is a quartic in time, which is not solved in balls."""
+    """Refuse a falling disc and a fixed one, or a vertex: their gap is a quartic in time, not solved in balls."""
+    if scene.gravity_m_s2 == (0.0, 0.0):
+        return
+    scene.arrays.half_planes("a certified run under gravity", own_materials=True)
     fixed = [i for i, disc in enumerate(scene.discs) if disc.immovable]
-    if fixed and len(fixed) < len(scene.discs) and scene.gravity_m_s2 != (0.0, 0.0):
+    if fixed and len(fixed) < len(scene.discs):
         raise InputError(
             f"discs[{fixed[0]}] is immovable and gravity_m_s2 is {scene.gravity_m_s2}: a certified run does not "
             "support falling discs beside immovable ones; solve_pic does, or set gravity_m_s2 to [0, 0]"

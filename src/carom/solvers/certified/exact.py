@@ -14,9 +14,11 @@ import numpy as np
 from carom.broad_phase import near_pairs, near_walls
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
+from carom.walls import Wall
 
 if TYPE_CHECKING:
     from carom.scene import Scene
+    from carom.solvers.certified.obstacles import Obstacle
 
 __all__ = ["contact_at_start", "exactly_grazing", "exactly_grazing_wall", "exactly_simultaneous", "pull_along_wall"]
 
@@ -58,17 +60,23 @@ def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
     ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
     """
     offset, rim2, toward = _root_form(scene, i, wall_body(k))
-    pull = _along(scene.gravity_m_s2, scene.half_planes()[k].normal)
+    pull = _along(scene.gravity_m_s2, _half_plane(scene, k).normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
-def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, int]) -> bool:
+def exactly_simultaneous(
+    scene: Scene, obstacles: tuple[Obstacle, ...], one: tuple[int, int], other: tuple[int, int]
+) -> bool:
     """Whether two impacts on first paths, each known to take place, are at the very same instant.
+
+    Of impacts on finite walls that is not asked: it returns False.
 
     ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
     B = A1^2 Q2, which squaring twice decides.
     """
+    if any(body < 0 and obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
+        return False
     (p1, q1, a1), (p2, q2, a2) = _root_form(scene, *one), _root_form(scene, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
     double_product = b - k * k - c  # 2 k sqrt(C), if they are the same
@@ -79,7 +87,13 @@ def exactly_simultaneous(scene: Scene, one: tuple[int, int], other: tuple[int, i
 
 def pull_along_wall(scene: Scene, k: int) -> int:
     """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
-    return _sign(_along(scene.gravity_m_s2, scene.half_planes()[k].normal))
+    return _sign(_along(scene.gravity_m_s2, _half_plane(scene, k).normal))
+
+
+def _half_plane(scene: Scene, k: int) -> Wall:
+    wall = scene.walls[k]
+    assert isinstance(wall, Wall)  # noqa: S101 - finite walls are not asked about here
+    return wall
 
 
 def _sign(number: Fraction) -> int:
@@ -104,7 +118,7 @@ def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fractio
     if second >= 0:
         a, b, c = _pair_terms(scene, first, second)
         return -b, b * b - a * c, a
-    disc, wall = scene.discs[first], scene.half_planes()[wall_index(second)]
+    disc, wall = scene.discs[first], _half_plane(scene, wall_index(second))
     offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
     rim2 = Fraction(disc.radius_m) ** 2 * _along(wall.normal, wall.normal)
     return offset, rim2, -_along(disc.velocity_m_s, wall.normal)
@@ -113,10 +127,11 @@ def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fractio
 def _near_bodies(scene: Scene) -> list[tuple[int, int]]:
     """Return all pairs that float64 can't tell apart, in the order of their first discs, other discs before walls."""
     start = scene.arrays
-    walls = np.array(start.half_planes()).reshape(-1, 4)
+    numbers = [k for k, wall in enumerate(start.walls) if isinstance(wall, tuple)]
+    walls = np.array([start.walls[k] for k in numbers]).reshape(-1, 4)
     reach = start.radius_m + _SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
     pairs = [pair for block in near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)]
     reach += _SLACK * np.abs(walls[:, :2]).max(initial=0.0)
     for block in near_walls(start.position_m, reach, start.movable, walls):
-        pairs += [(disc, wall_body(wall)) for disc, wall in zip(*block, strict=True)]
+        pairs += [(disc, wall_body(numbers[wall])) for disc, wall in zip(*block, strict=True)]
     return sorted(((int(i), int(j)) for i, j in pairs), key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))

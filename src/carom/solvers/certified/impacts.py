@@ -13,8 +13,8 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies, PairLaw
-from carom.solvers.certified.meetings import Meeting, PairApproach, WallApproach
-from carom.trace import wall_index
+from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
+from carom.trace import NO_EDGE, wall_index
 
 __all__ = ["BallImpact", "carry_out"]
 
@@ -22,7 +22,8 @@ __all__ = ["BallImpact", "carry_out"]
 class BallImpact(NamedTuple):
     """One certified impact: balls for time, normal (first to second, of the given length), velocities and spins after.
 
-    Velocities `before` are given under gravity only; without it they are those after the impact before.
+    Velocities `before` are given under gravity only; without it they are those after the impact before. `second` is the
+    body's number in traces, `edge` what was hit of a finite wall.
     """
 
     first: int
@@ -34,27 +35,62 @@ class BallImpact(NamedTuple):
     after: tuple[arb, arb, arb, arb]
     before: tuple[arb, arb, arb, arb] | None = None
     spins_after: tuple[arb, arb] = (ZERO, ZERO)
+    edge: tuple[int, int] = NO_EDGE
 
 
 def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     """Give both bodies the state after an impact that is certain, and return it."""
+    if isinstance(meeting.near, Seam):
+        return _carry_out_either(bodies, meeting, meeting.near)
     before = _velocities(bodies, meeting) if bodies.falls else None
-    start = bodies.scene.arrays
+    edge = NO_EDGE
     if isinstance(meeting.near, PairApproach):
         normal = _collide(bodies, meeting, meeting.near)
-        if start.rubs_discs:
+        if bodies.scene.arrays.rubs_discs:
             _slide_pair(bodies, meeting, meeting.near, normal)
     else:
+        edge = _edge(bodies, meeting)
         velocity = bodies.velocity(meeting.first, meeting.time)
         normal = _bounce(bodies, meeting, meeting.near)
-        if start.rubs_walls:
-            _slide_on_wall(bodies, meeting, velocity)
+        _slide_on_wall(bodies, meeting, velocity, normal)
     first, second, at, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
         if disc >= 0 and bodies.movable[disc]:
             bodies.note(disc, other, at, time, latest)
     spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
-    return BallImpact(first, second, time, *normal, _velocities(bodies, meeting), before, spins)
+    body = bodies.trace_body(second)
+    return BallImpact(first, body, time, *normal, _velocities(bodies, meeting), before, spins, edge)
+
+
+def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallImpact:
+    """Give a disc the hull of the states after each of two impacts, one of which takes place, and return it."""
+    i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
+    begun, time = [state[i] for state in states], bodies.time[i]
+    other = carry_out(bodies, seam.other)
+    after_other = [state[i] for state in states]
+    for state, value in zip(states, begun, strict=True):
+        state[i] = value
+    bodies.time[i] = time
+    one = carry_out(bodies, seam.one)
+    for state, value in zip(states, after_other, strict=True):
+        state[i] = state[i].union(value)
+    nx = (one.nx / one.length).union(other.nx / other.length)
+    ny = (one.ny / one.length).union(other.ny / other.length)
+    after, spins = _velocities(bodies, meeting), (bodies.spin[i], ZERO)
+    return one._replace(time=meeting.time, nx=nx, ny=ny, length=arb(1), after=after, spins_after=spins)
+
+
+def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
+    """Return which edge of a finite wall an impact is on, and what of it; of several the one that the place is on."""
+    obstacle = bodies.obstacles[wall_index(meeting.second)]
+    if obstacle.kind is None:
+        return NO_EDGE
+    if len(obstacle.edges) == 1:
+        return obstacle.edges[0], obstacle.kind
+    outline = bodies.scene.arrays.walls[obstacle.wall]
+    assert not isinstance(outline, tuple)  # noqa: S101 - for mypy
+    x, y = bodies.moved(meeting.first, float(meeting.time))
+    return outline.edge_at(float(x), float(y), obstacle.edges), obstacle.kind
 
 
 def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:
@@ -99,14 +135,16 @@ def _exchange(law: PairLaw, vi: arb, vj: arb, xi: arb, xj: arb, contact: arb) ->
     )
 
 
-def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> tuple[arb, arb, arb]:
-    """Carry out the impact of a disc on a wall: a mirror, except for one that gravity pulls to or from."""
+def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundApproach | None) -> tuple[arb, arb, arb]:
+    """Carry out the impact of a disc on a wall: on a straight one a mirror, but where gravity pulls to or from it."""
     i = meeting.first
+    if isinstance(near, RoundApproach):
+        return _bounce_round(bodies, meeting, near)
     law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
     x, y = bodies.moved(i, meeting.at)
     vx, vy = bodies.vx[i], bodies.vy[i]
     if near is not None:  # it comes at the speed ``root / |n|``
-        change = (arb(bodies.scene.wall_restitution) + 1) * near.root / (law.length * law.length)
+        change = (_restitution(bodies, meeting) + 1) * near.root / (law.length * law.length)
         px, py = change * law.nx, change * law.ny
         x, y, vx, vy = x - px * near.wait, y - py * near.wait, vx + px, vy + py
     elif not law.m_xy.is_zero():
@@ -118,6 +156,22 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | None) -> 
         y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy
     bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i] = x, y, vx, vy
     return ZERO - law.nx, ZERO - law.ny, law.length
+
+
+def _bounce_round(bodies: BallBodies, meeting: Meeting, near: RoundApproach) -> tuple[arb, arb, arb]:
+    """Carry out the impact of a disc on a vertex or an arc, at whose contact it closes at ``root / reach``."""
+    i = meeting.first
+    x, y = bodies.moved(i, meeting.at)
+    change = near.law.change * near.root
+    dvx, dvy = change * near.px, change * near.py
+    bodies.x[i], bodies.y[i] = x - dvx * near.wait, y - dvy * near.wait
+    bodies.vx[i], bodies.vy[i] = bodies.vx[i] + dvx, bodies.vy[i] + dvy
+    px, py = (near.px, near.py) if near.law.change < 0 else (ZERO - near.px, ZERO - near.py)
+    return px, py, near.law.reach
+
+
+def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
+    return arb(bodies.materials[bodies.obstacles[wall_index(meeting.second)].wall].restitution)
 
 
 def _tangential_impulse(
@@ -150,17 +204,21 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
     bodies.turn(j, tangential * reach * w_j)
 
 
-def _slide_on_wall(bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb]) -> None:
+def _slide_on_wall(
+    bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
+) -> None:
     """Let the friction of a wall act on a disc that came at a velocity, as seen from the wall."""
-    i, scene = meeting.first, bodies.scene
-    law = bodies.wall_law(wall_index(meeting.second), scene.discs[i].radius_m)
-    nx, ny = law.nx / law.length, law.ny / law.length
+    i, near = meeting.first, meeting.near
+    material = bodies.materials[bodies.obstacles[wall_index(meeting.second)].wall]
+    if not material.friction:
+        return
+    nx, ny = ((ZERO - part) / normal[2] for part in normal[:2])
     vx, vy = velocity
-    approach = meeting.near.root / law.length if isinstance(meeting.near, WallApproach) else ZERO - vx * nx - vy * ny
+    approach = near.root / normal[2] if isinstance(near, WallApproach | RoundApproach) else ZERO - vx * nx - vy * ny
     slip = vx * ny - vy * nx + bodies.surface(i)
-    pressed = (arb(scene.wall_restitution) + 1) * approach
-    regain = scene.wall_tangential_restitution
-    tangential = _tangential_impulse(scene.wall_friction, regain, slip, 1 + bodies.inverse_inertia_ratio[i], pressed)
+    pressed = (arb(material.restitution) + 1) * approach
+    regain = bodies.scene.wall_tangential_restitution
+    tangential = _tangential_impulse(material.friction, regain, slip, 1 + bodies.inverse_inertia_ratio[i], pressed)
     _change_velocity(bodies, i, ZERO - tangential * ny, tangential * nx, meeting.time - meeting.at)
     bodies.turn(i, tangential)
 

@@ -10,98 +10,26 @@ Under gravity the gap to a wall is ``w + s t + a t^2 / 2``. Its derivative where
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies
 from carom.solvers.certified.exact import exactly_grazing, exactly_grazing_wall, pull_along_wall
+from carom.solvers.certified.finite_walls import meet_finite, meet_plane
 from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.meeting import Meeting, PairApproach, WallApproach, undecided
 from carom.trace import wall_index
 
-__all__ = ["Meeting", "PairApproach", "WallApproach", "meet"]
-
-
-class PairApproach(NamedTuple):
-    """Two discs at `Meeting.at`: centres, relative position and velocity; and what is left of their way.
-
-    `root`, that of D, is the speed at which they close at contact, times the sum of their radii; `wait` is in seconds.
-    """
-
-    xi: arb
-    yi: arb
-    xj: arb
-    yj: arb
-    dx: arb
-    dy: arb
-    ux: arb
-    uy: arb
-    root: arb
-    wait: arb
-
-
-class WallApproach(NamedTuple):
-    """A disc that falls on a wall: `root` is its speed at contact times the normal's length, `wait` is in seconds."""
-
-    root: arb
-    wait: arb
-
-
-class Meeting(NamedTuple):
-    """A possible impact of two bodies on their present paths.
-
-    Attributes:
-        first: Disc.
-        second: Disc, of a higher number, or wall.
-        at: Float64 instant from which it was solved, seconds; the impact is not before it.
-        time: Ball that holds the time of impact; where undecided, that of the earliest it could be.
-        latest: Float64 no less than anything in `time`.
-        decided: Whether the impact is certain.
-        resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
-        proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
-        near: What is known of two discs, or of a disc and a wall that gravity has a part along.
-    """
-
-    first: int
-    second: int
-    at: float
-    time: arb
-    latest: float
-    decided: bool = True
-    resting: bool = False
-    proven: bool = False
-    near: PairApproach | WallApproach | None = None
+__all__ = ["meet"]
 
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""
     if body >= 0:
         return _meet_pair(bodies, min(disc, body), max(disc, body), at)
+    if bodies.obstacles[wall_index(body)].kind is not None:
+        return meet_finite(bodies, disc, body, at)
     falls_on = bodies.falls and pull_along_wall(bodies.scene, wall_index(body))
-    return _fall_on_wall(bodies, disc, body, at) if falls_on else _meet_wall(bodies, disc, body, at)
-
-
-def _undecided(first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False) -> Meeting:
-    return Meeting(first, second, at, time, float_above(time), False, resting, proven)
-
-
-def _meet_wall(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on a wall along a straight path."""
-    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
-    speed = bodies.vx[i] * law.nx + bodies.vy[i] * law.ny
-    if speed >= 0:
-        return None
-    x, y = bodies.moved(i, at)
-    gap = x * law.nx + y * law.ny - law.level
-    if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
-        time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
-        return _undecided(i, second, at, time, resting=not gap > 0)
-    time = arb(at) - gap / speed
-    if time < at:  # before this path, which is known to be free of impacts until then
-        return None
-    begin = bodies.began(i, second, at)
-    decided = begin is None or bool(time > begin)
-    return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
+    return _fall_on_wall(bodies, disc, body, at) if falls_on else meet_plane(bodies, disc, body, at)
 
 
 def _fall_on_wall(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
@@ -128,7 +56,7 @@ def _fall_on_wall(bodies: BallBodies, i: int, second: int, at: float) -> Meeting
     if d > 0 and time > begin:
         return Meeting(i, second, at, time, float_above(time), near=WallApproach(root, wait))
     earliest = time.lower().max(arb(at)) if time.is_finite() else arb(at)
-    return _undecided(i, second, at, earliest, resting=d > 0 or pull_along_wall(bodies.scene, k) < 0)
+    return undecided(i, second, at, earliest, resting=d > 0 or pull_along_wall(bodies.scene, k) < 0)
 
 
 def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
@@ -150,13 +78,13 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
             if b >= 0 or d < 0 or d.is_zero() or (bodies.untouched(i, j) and exactly_grazing(bodies.scene, i, j)):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
-            return _undecided(i, j, at, arb(at) + earliest.lower().max(ZERO), resting=not b < 0)
+            return undecided(i, j, at, arb(at) + earliest.lower().max(ZERO), resting=not b < 0)
         root = d.sqrt()
         wait = c / (root - b)
     if root is None:
         return None
     if wait is None:
-        return _undecided(i, j, at, arb(at), resting=True)
+        return undecided(i, j, at, arb(at), resting=True)
     time = arb(at) + wait
     begin = bodies.began(i, j, at)
     if begin is not None and not time > begin:
@@ -164,7 +92,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
             return None
         touching = bool((time - begin).is_zero()) and not bodies.untouched(i, j)
         # Where they overlap already, and are driven together, they meet at once.
-        return _undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
+        return undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, at, time, float_above(time), near=near)
 

@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from carom.solvers.certified.ball_bodies import greatest_speed
 from carom.solvers.certified.floats import nearest, quotient
-from carom.trace import ImpactRecord, impact_array, spin_array
+from carom.trace import NO_EDGE, ImpactRecord, edge_array, impact_array, spin_array
 
 if TYPE_CHECKING:
     import numpy as np
@@ -77,6 +77,7 @@ class Recording:
         self._skip = 0
         self._velocity = [Vector(disc.velocity_m_s, (0.0, 0.0)) for disc in scene.discs]
         self._turns = scene.arrays.turns
+        self._has_edges = not scene.arrays.has_half_planes
         self._radius = [arb(disc.radius_m) for disc in scene.discs]
         self._spin = [(disc.spin_rad_s, 0.0) for disc in scene.discs]
         self._wall_normals: dict[int, Vector] = {}
@@ -104,8 +105,9 @@ class Recording:
         """Return times, velocities and spins after as decimal numbers; nothing where float64 holds the digits."""
         return tuple(row.decimals for row in self.rows) if self.digits > MOST_FLOAT_DIGITS else ()
 
-    def edges(self) -> None:
-        """Return the edges that the impacts were on: none, as a certified run knows half-planes alone."""
+    def edges(self) -> NDArray[np.void] | None:
+        """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
+        return edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return no rows: a certified run ends before an impact without a unique answer."""
@@ -164,10 +166,11 @@ class Recording:
             self._velocity[second] = velocities[1]
         n, v1, v2, w1, w2 = (self._normal(impact), *before, *velocities)
         spins, spin_radii = self._spins(discs, spins_after)
-        values = ImpactRecord(t, first, second, n.value, v1.value, v2.value, w1.value, w2.value, spins)
+        told = (v1.value, v2.value, w1.value, w2.value)
+        values = ImpactRecord(t, first, second, n.value, *told, spins, impact.edge)
         radii = ImpactRecord(t_radius, first, second, n.radius, v1.radius, v2.radius, w1.radius, w2.radius, spin_radii)
-        told = (time, *after, *(spins_after if self._turns else ())) if self.digits > MOST_FLOAT_DIGITS else ()
-        self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in told)))
+        decimals = (time, *after, *(spins_after if self._turns else ())) if self.digits > MOST_FLOAT_DIGITS else ()
+        self.rows.append(RecordedImpact(values, radii, tuple(v.str(self.digits, radius=False) for v in decimals)))
         return True
 
     def _spins(self, discs: list[int], after: list[arb]) -> tuple[Spins | None, Spins | None]:
@@ -187,6 +190,6 @@ class Recording:
         if normal is None:
             (x, x_radius), (y, y_radius) = (quotient(part, impact.length) for part in (impact.nx, impact.ny))
             normal = Vector((x, y), (x_radius, y_radius))
-            if impact.second < 0:
+            if impact.second < 0 and impact.edge == NO_EDGE:
                 self._wall_normals[impact.second] = normal
         return normal

@@ -17,9 +17,11 @@ from flint import arb, ctx
 from carom.extension import extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import contact_at_start
+from carom.solvers.certified.finite_walls import finite_contact_at_start
 from carom.solvers.certified.floats import nearest
 from carom.solvers.certified.impacts import carry_out
-from carom.solvers.certified.meetings import Meeting, meet
+from carom.solvers.certified.meeting import Meeting
+from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
 from carom.solvers.certified.selection import OutOfTime, Selection, Undecided
@@ -140,7 +142,7 @@ class CertifiedRun:
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
         goal = Goal(time_s, math.inf if max_impacts is None else max_impacts, deadline_s, progress)
-        start = contact_at_start(self.scene) if self.ending is None else None
+        start = self._contact_at_start() if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
@@ -203,6 +205,7 @@ class CertifiedRun:
             notes=self.notes,
             impacts_per_disc=self.impacts_per_disc(),
             spins=self.log.spins(),
+            edges=self.log.edges(),
             final_spin_rad_s=spin[:, 0].copy() if bodies.turns else None,
         )
         return CertifiedTrace(
@@ -222,6 +225,10 @@ class CertifiedRun:
             replays=self.replays,
             elapsed_s=self._elapsed_s,
         )
+
+    def _contact_at_start(self) -> Degeneracy | None:
+        found = contact_at_start(self.scene)
+        return found if found or self.scene.arrays.has_half_planes else finite_contact_at_start(self.scene)
 
     def _judged(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide whether more precision may help where an attempt did not get to its end."""
@@ -348,7 +355,7 @@ class Attempt:
 def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return the collapse that the last impacts are, if they are."""
     scene = bodies.scene
-    if not log.rows or not (scene.restitution < 1 or (scene.walls and scene.wall_restitution < 1)):
+    if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
         return None
     latest = log.rows[-1].values.time_s
     earliest = math.nextafter(math.nextafter(latest, 0.0), 0.0)

@@ -20,7 +20,8 @@ from carom.solvers.certified import bounds
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import exactly_simultaneous
 from carom.solvers.certified.floats import float_above, float_below
-from carom.solvers.certified.meetings import Meeting, meet
+from carom.solvers.certified.meeting import Meeting
+from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
 __all__ = ["Choice", "OutOfTime", "Selection", "Undecided"]
@@ -133,7 +134,7 @@ class Selection:
                 continue
             commutes = False
             for rival in meetings:
-                if rival is candidate or candidate.time < rival.time:
+                if rival is candidate or candidate.time < rival.time or candidate.holds(rival):
                     continue
                 if rival.decided and candidate.time.overlaps(rival.time) and self._commute(candidate, rival):
                     commutes = True
@@ -151,8 +152,8 @@ class Selection:
         """Whether two impacts whose times overlap give the same in either order."""
         mine, theirs = self._moved_by(one), self._moved_by(other)
         if mine & theirs:
-            both_walls = one.second < 0 and other.second < 0
-            return both_walls and self.bodies.orthogonal(one.second, other.second)
+            one_each = all(m.second < 0 and len(m.obstacles) == 1 for m in (one, other))
+            return one_each and self.bodies.orthogonal(one.second, other.second)
         window = one.time.union(other.time)
         return all(self._out_of_reach(i, j, window) for i in mine for j in theirs)
 
@@ -202,8 +203,9 @@ class Selection:
             len(meetings) == 2
             and bodies.untouched(*involved)
             and not (bodies.falls and involved[0] < 0)
-            and exactly_simultaneous(bodies.scene, meetings[0][:2], meetings[1][:2])
+            and exactly_simultaneous(bodies.scene, bodies.obstacles, meetings[0][:2], meetings[1][:2])
         )
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)
         latest = math.inf if kind is Degenerate.GRAZE else float_above(when)
-        return Degeneracy(kind, tuple(involved), float_below(when), latest, proven, bits)
+        named = tuple(sorted({bodies.trace_body(body) for body in involved}))
+        return Degeneracy(kind, named, float_below(when), latest, proven, bits)

@@ -1,0 +1,249 @@
+"""When a disc meets a face, a vertex or an arc, as a ball, along a straight path: as `docs/walls.md` derives it.
+
+A face is met as a half-plane is, a vertex and an arc's outer side as another disc at the earlier root of
+``|d + t u| = R``, an arc's inner side at the later one; and all of them where the contact is on the edge. Where that is
+not decided, at an end of the edge, the disc meets the edge or what goes on from it there, which the outline of the
+thickened wall makes one smooth curve: time and state after are the hulls of both.
+"""
+
+from __future__ import annotations
+
+from enum import Enum, auto
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from flint import arb, ctx
+
+from carom.solvers.certified.ball_bodies import ZERO, BallBodies, ball
+from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, undecided
+from carom.solvers.certified.obstacles import Plane, Round, Stretch
+from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.trace import wall_body, wall_index
+
+if TYPE_CHECKING:
+    from carom.outline import Outline
+    from carom.scene import Scene
+
+__all__ = ["finite_contact_at_start", "meet_finite", "meet_plane"]
+
+#: Bits in which the start is asked for contact: far above what 53 bits of input make of a gap.
+_START_BITS = 2048
+#: As in `carom.solvers.certified.exact`: far above float64's rounding, far below what would let many walls through.
+_SLACK = 2.0**-40
+
+
+class On(Enum):
+    """Where on its edge a contact is."""
+
+    INSIDE = auto()
+    BEGIN = auto()
+    END = auto()
+    BESIDE = auto()
+    OPEN = auto()  # not decided
+
+
+class _Touch(NamedTuple):
+    meeting: Meeting
+    on: On
+
+
+def meet_finite(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
+    """Return the impact of disc `i` on an obstacle of a finite wall; None where it certainly never comes."""
+    touch = _touch(bodies, i, second, at)
+    if touch is None or touch.on is On.BESIDE:
+        return None
+    meeting = touch.meeting
+    if touch.on is On.INSIDE or not meeting.decided:
+        return meeting
+    begin, end = bodies.obstacles[wall_index(second)].neighbours
+    taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
+    other = None if taker is None else _touch(bodies, i, taker, at)
+    if other is None or not other.meeting.decided:
+        return undecided(i, second, at, meeting.time, resting=False)
+    time = meeting.time.union(other.meeting.time)
+    return meeting._replace(time=time, latest=float_above(time), near=Seam(meeting, other.meeting))
+
+
+def _touch(bodies: BallBodies, i: int, second: int, at: float) -> _Touch | None:
+    """Return when a disc touches the line or the circle of an obstacle, and where; None if never."""
+    shape = bodies.obstacles[wall_index(second)].shape
+    if isinstance(shape, Round):
+        return _touch_round(bodies, i, second, at, shape)
+    x, y = bodies.moved(i, at)
+    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    if x * law.nx + y * law.ny < law.level:  # behind the edge, or beside it
+        return None
+    meeting = meet_plane(bodies, i, second, at)
+    if meeting is None or shape.stretch is None:
+        return None if meeting is None else _Touch(meeting, On.INSIDE)
+    wait = meeting.time - at
+    return _Touch(meeting, _foot(shape.stretch, x + bodies.vx[i] * wait, y + bodies.vy[i] * wait))
+
+
+def meet_plane(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
+    """Return the impact of disc `i` on a half-plane, or on the line of a face, along a straight path."""
+    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    speed = bodies.vx[i] * law.nx + bodies.vy[i] * law.ny
+    if speed >= 0:
+        return None
+    x, y = bodies.moved(i, at)
+    gap = x * law.nx + y * law.ny - law.level
+    if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
+        time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
+        return undecided(i, second, at, time, resting=not gap > 0)
+    time = arb(at) - gap / speed
+    if time < at:  # before this path, which is known to be free of impacts until then
+        return None
+    begin = bodies.began(i, second, at)
+    decided = begin is None or bool(time > begin)
+    return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
+
+
+def _touch_round(bodies: BallBodies, i: int, second: int, at: float, shape: Round) -> _Touch | None:
+    law = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    if law.reach <= 0:  # it does not fit inside
+        return None
+    x, y = bodies.moved(i, at)
+    dx, dy, ux, uy = x - law.cx, y - law.cy, bodies.vx[i], bodies.vy[i]
+    a, b, cross = ux * ux + uy * uy, dx * ux + dy * uy, dx * uy - dy * ux
+    d = a * law.reach2 - cross * cross
+    if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
+        return None
+    c = dx * dx + dy * dy - law.reach2
+    if c < 0 and not shape.inside:  # within the circle already, on the other side of the arc or beside it
+        return None
+    if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
+        # At the point next to the centre, or as far from there as the ball of D allows.
+        wait = ((ZERO - b) - _root(d)).union(_root(d) - b) / a
+        if shape.sector is not None and _place(shape.sector, dx + ux * wait, dy + uy * wait) is On.BESIDE:
+            return None
+        earliest = arb(at) + (wait.lower().max(ZERO) if wait.is_finite() else ZERO)
+        return _Touch(undecided(i, second, at, earliest, resting=shape.inside or not b < 0), On.OPEN)
+    root = d.sqrt()
+    later = ZERO - c / (b + root) if b > 0 else (root - b) / a
+    wait = later if shape.inside else c / (root - b)
+    px, py, time = dx + ux * wait, dy + uy * wait, arb(at) + wait
+    on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
+    begin = bodies.began(i, second, at)
+    past = ZERO if shape.inside else 2 * root / a  # how long a disc is within the circle of contact
+    if time < at if begin is None else time + past < begin:
+        return None
+    if begin is not None and not time > begin:
+        return _Touch(undecided(i, second, at, begin if time < at else time, resting=True), on)
+    return _Touch(Meeting(i, second, at, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on)
+
+
+def _foot(stretch: Stretch, x: arb, y: arb) -> On:
+    """Return where on an edge the foot of a point is."""
+    (ax, ay), (bx, by) = stretch
+    ex, ey = ball(bx - ax), ball(by - ay)
+    after_begin = ex * (x - ball(ax)) + ey * (y - ball(ay))
+    after_end = ex * (x - ball(bx)) + ey * (y - ball(by))
+    if after_begin < 0 or after_end > 0:
+        return On.BESIDE
+    if after_begin > 0 and after_end < 0:
+        return On.INSIDE
+    if after_end < 0:
+        return On.BEGIN
+    return On.END if after_begin > 0 else On.OPEN
+
+
+def _place(sector: Stretch, x: arb, y: arb) -> On:
+    """Return where in a sector a direction from its centre is; its begin is where it is entered counterclockwise."""
+    (fx, fy), (lx, ly) = sector
+    turns = []
+    for ex, ey, end in ((fx, fy, On.BEGIN), (lx, ly, On.END)):
+        turn = ball(ex) * y - ball(ey) * x
+        if not (turn > 0 or turn < 0):
+            ahead = ball(ex) * x + ball(ey) * y
+            if not ahead < 0:
+                return end if ahead > 0 else On.OPEN
+        turns.append(turn)
+    begun, ended = turns
+    reflex = fx * ly - fy * lx < 0
+    if (begun > 0 or ended < 0) if reflex else (begun > 0 and ended < 0):
+        return On.INSIDE
+    return On.BESIDE if ((begun < 0 and ended > 0) if reflex else (begun < 0 or ended > 0)) else On.OPEN
+
+
+def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
+    """Whether a disc on its first path just touches a vertex, or an arc from outside, in passing: no impact.
+
+    ``u^2 (R + r)^2 = (d x u)^2`` with r the radius and half width is ``A + B R = 0``, which squaring decides.
+    """
+    if not bodies.untouched(i):
+        return False
+    obstacle, disc = bodies.obstacles[wall_index(second)], bodies.scene.discs[i]
+    shape = obstacle.shape
+    assert isinstance(shape, Round)  # noqa: S101 - for mypy
+    (cx, cy), radius2 = shape.centre, shape.radius2
+    dx, dy = Fraction(disc.position_m[0]) - Fraction(cx), Fraction(disc.position_m[1]) - Fraction(cy)
+    ux, uy = map(Fraction, disc.velocity_m_s)
+    thick, cross, square = Fraction(disc.radius_m) + obstacle.half_width, dx * uy - dy * ux, ux * ux + uy * uy
+    rest, slope = square * (radius2 + thick * thick) - cross * cross, 2 * square * thick
+    return rest <= 0 and rest * rest == slope * slope * radius2
+
+
+def _root(square: arb) -> arb:
+    """Return the root of the most that a number may be, 0 where that is below 0."""
+    return square.upper().max(ZERO).sqrt()
+
+
+def finite_contact_at_start(scene: Scene) -> Degeneracy | None:
+    """Return the first disc that touches or overlaps a finite wall at the start and approaches it; None if none does.
+
+    Contact is told by balls of many bits. Where these do not tell it from a gap, it is called contact, not proven.
+    """
+    with ctx.workprec(_START_BITS):
+        bodies = BallBodies(scene)
+        for i, disc in enumerate(scene.discs):
+            size = _SLACK * (max(map(abs, disc.position_m)) + disc.radius_m)
+            for k, wall in enumerate(scene.arrays.walls):
+                far = isinstance(wall, tuple) or wall.gap(*disc.position_m, disc.radius_m) > size + _SLACK * _extent(
+                    wall
+                )
+                if far or not bodies.movable[i]:
+                    continue
+                for number, obstacle in enumerate(bodies.obstacles):
+                    found = _start_contact(bodies, i, number) if obstacle.wall == k else None
+                    if found is not None:
+                        kind, gap = found
+                        proven = bool(gap.is_zero() or gap < 0)
+                        return Degeneracy(kind, (wall_body(k), i), 0.0, 0.0, proven=proven, bits=_START_BITS)
+    return None
+
+
+def _extent(wall: Outline) -> float:
+    return max(map(abs, (*wall.box[0], *wall.box[1])))
+
+
+def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
+    """Return what a disc does at the start with an obstacle that it touches or overlaps, and the gap or its like."""
+    shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
+    x, y, ux, uy = bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]
+    if isinstance(shape, Plane):
+        law = bodies.wall_law(number, radius)
+        free, on = x * law.nx + y * law.ny - bodies.wall_law(number, None).level, On.INSIDE
+        gap, speed = x * law.nx + y * law.ny - law.level, ux * law.nx + uy * law.ny
+        if shape.stretch is not None:
+            on = _foot(shape.stretch, x, y)
+    else:
+        reach = bodies.round_law(number, radius)
+        sign = -1 if shape.inside else 1
+        dx, dy = x - reach.cx, y - reach.cy
+        square = dx * dx + dy * dy
+        free, gap, speed = (
+            sign * (square - ball(shape.radius2)),
+            sign * (square - reach.reach2),
+            sign * (dx * ux + dy * uy),
+        )
+        on = On.INSIDE if shape.sector is None else _place(shape.sector, dx, dy)
+        if reach.reach <= 0:
+            return None
+    if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
+        return None
+    if speed.is_zero():
+        glides = isinstance(shape, Round) and shape.inside and not (ux.is_zero() and uy.is_zero())
+        return (Degenerate.RESTING_CONTACT, gap) if glides else None
+    return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

@@ -1,0 +1,176 @@
+"""What discs meet of walls, exactly: half-planes, faces, vertices, and arcs from outside and from inside.
+
+All numbers are rational in those of the scene. A finite wall's obstacles are its features, in the order of
+`carom.physics.wall_features.features_of`. A face and an arc's side know what goes on from them at their ends: a vertex,
+or the same side of a neighbour that continues them without a kink. At such a place both are touched alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from carom.outline import Outline
+from carom.physics.wall_features import Run, goes_smoothly, runs_of
+from carom.trace import EdgeKind, wall_body
+
+if TYPE_CHECKING:
+    from carom.scene import Scene
+
+__all__ = ["Exact", "Obstacle", "Plane", "Round", "Stretch", "obstacles_of"]
+
+Exact = tuple[Fraction, Fraction]
+_NOWHERE = Fraction(0)
+
+
+class Stretch(NamedTuple):
+    """The edge that a face is a side of, from its first point to its last."""
+
+    begin: Exact
+    end: Exact
+
+
+class Plane(NamedTuple):
+    """A half-plane, or one side of an edge.
+
+    Attributes:
+        point: On its surface, metres.
+        normal: Into the free side, of any length.
+        stretch: Of a face, its edge; None of a half-plane.
+    """
+
+    point: Exact
+    normal: Exact
+    stretch: Stretch | None = None
+
+
+class Round(NamedTuple):
+    """A vertex, or one side of an arc or a circle.
+
+    Attributes:
+        centre: Metres.
+        radius2: The square of the line's radius, 0 of a vertex, square metres.
+        inside: Whether it is the side that the centre is on.
+        sector: Vectors from the centre to where the arc begins and ends, counterclockwise; None for the whole circle.
+    """
+
+    centre: Exact
+    radius2: Fraction
+    inside: bool = False
+    sector: Stretch | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Obstacle:
+    """One thing that a disc can meet of a wall.
+
+    Attributes:
+        wall: Number of the wall.
+        shape: What it is.
+        half_width: The wall is all points within this of the line, metres.
+        kind: What it is of an edge; None of a half-plane.
+        edges: Numbers of its edges; of a vertex that of the lower.
+        neighbours: What goes on from it where its stretch or sector begins and ends, as body numbers of obstacles; None
+            where nothing does.
+    """
+
+    wall: int
+    shape: Plane | Round
+    half_width: Fraction = _NOWHERE
+    kind: EdgeKind | None = None
+    edges: tuple[int, ...] = ()
+    neighbours: tuple[int | None, int | None] = (None, None)
+
+
+def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
+    """Return all obstacles of a scene, wall by wall; where all are half-planes, one for each wall."""
+    found: list[Obstacle] = []
+    for k, wall in enumerate(scene.arrays.walls):
+        if isinstance(wall, Outline):
+            found += _of_circle(k, wall) if wall.radius is not None else _of_chain(k, wall, len(found))
+        else:
+            found.append(Obstacle(k, Plane(_exact(wall[:2]), _exact(wall[2:]))))
+    return tuple(found)
+
+
+def _exact(point: tuple[float, float]) -> Exact:
+    return Fraction(point[0]), Fraction(point[1])
+
+
+def _less(a: Exact, b: Exact) -> Exact:
+    return a[0] - b[0], a[1] - b[1]
+
+
+def _of_circle(k: int, outline: Outline) -> Iterator[Obstacle]:
+    centre, radius2, thick = (
+        _exact(outline.points[0]),
+        Fraction(outline.radius or 0.0) ** 2,
+        Fraction(outline.half_width),
+    )
+    if radius2 == 0:
+        yield Obstacle(k, Round(centre, radius2), thick, EdgeKind.VERTEX, (0,))
+        return
+    for inside in (True, False):
+        yield Obstacle(k, Round(centre, radius2, inside), thick, EdgeKind.ARC, (0,))
+
+
+def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
+    """Return the obstacles of a chain: the left and the right side of each run of edges, then its vertices.
+
+    `before` is the number of obstacles that there are already.
+    """
+    runs, thick = runs_of(outline), Fraction(outline.half_width)
+    sides = [Obstacle(k, *side, run.numbers) for run in runs for side in _sides(run, thick)]
+    if runs[0].edge.a == runs[-1].edge.b and len(runs) == 1:  # a whole circle, which has no joint
+        return sides
+    vertices: list[Obstacle] = []
+    joints = [(i - 1, i) for i in range(len(runs))] if outline.closed else [(i, i + 1) for i in range(-1, len(runs))]
+    for left, right in joints:
+        before_it, after_it = before + 2 * (left % len(runs)), before + 2 * (right % len(runs))
+        one = runs[left] if left >= 0 or outline.closed else None
+        other = runs[right] if right < len(runs) else None
+        if one and other and goes_smoothly(one, other):
+            takers = [
+                (before + 2 * (right % len(runs)) + side, before + 2 * (left % len(runs)) + side) for side in (0, 1)
+            ]
+        else:
+            vertex = before + len(sides) + len(vertices)
+            takers = [(vertex, vertex)] * 2
+            vertices.append(_vertex(k, one, other, thick))
+        for side, (onward, back) in enumerate(takers):
+            if one:
+                _link(sides, before_it - before + side, one, 1, wall_body(onward))
+            if other:
+                _link(sides, after_it - before + side, other, 0, wall_body(back))
+    return [*sides, *vertices]
+
+
+def _link(sides: list[Obstacle], number: int, run: Run, end: int, body: int) -> None:
+    """Tell a side what goes on from it at an end of its run's way: for a clockwise arc the other end of its sector."""
+    at_begin, at_end = sides[number].neighbours
+    at_the_end = bool(end) == (run.turn >= 0)
+    sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
+
+
+def _vertex(k: int, one: Run | None, other: Run | None, thick: Fraction) -> Obstacle:
+    """Return the vertex where a run ends and another begins, or at an end of an open chain."""
+    numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
+    place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
+    return Obstacle(k, Round(_exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
+
+
+def _sides(run: Run, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
+    """Yield what is on the left of a run's way and what is on its right."""
+    a, b = _exact(run.edge.a), _exact(run.edge.b)
+    if run.circle is None:
+        ex, ey = _less(b, a)
+        for normal in ((-ey, ex), (ey, -ex)):
+            yield Plane(a, normal, Stretch(a, b)), thick, EdgeKind.FACE
+        return
+    centre = run.circle.x, run.circle.y
+    first, last = (_less(a, centre), _less(b, centre))
+    sector = None if a == b else Stretch(first, last) if run.turn > 0 else Stretch(last, first)
+    for inside in (run.turn > 0, run.turn < 0):
+        yield Round(centre, run.circle.radius2, inside, sector), thick, EdgeKind.ARC

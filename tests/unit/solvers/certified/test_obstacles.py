@@ -1,0 +1,82 @@
+"""What a certified run knows of walls: the features of PIC, exactly, and what goes over into what."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from tests.campaign.tables import draw
+from tests.validation.table_runs import scene_of
+
+from carom import Chain, Disc, Ring, Scene, Wall
+from carom.outline import Outline
+from carom.physics.wall_features import features_of
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round, obstacles_of
+from carom.trace import EdgeKind, wall_index
+
+STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
+CLOCKWISE = Chain(points_m=[(-2, 2), (2, 2), (2, -2), (-2, -2)], bulges=(0.0, -1.0, 0.0, -1.0), closed=True)
+
+
+def obstacles(*walls: object) -> tuple[Obstacle, ...]:
+    disc = Disc(position_m=(0, 0), radius_m=0.5)
+    return obstacles_of(Scene(name="table", discs=[disc], walls=walls, duration_s=1))
+
+
+def test_they_are_the_features_that_pic_has() -> None:
+    """Of random tables: as many of each kind, on the same edges, in the order of the walls."""
+    compared = 0
+    for number in range(60):
+        if (drawn := draw(number)) is None:
+            continue
+        scene = scene_of(drawn[1])
+        found = sorted((one.wall, one.kind, one.edges) for one in obstacles_of(scene) if one.kind is not None)
+        outlines = [(k, wall) for k, wall in enumerate(scene.arrays.walls) if isinstance(wall, Outline)]
+        assert found == sorted((k, part.kind, part.edges) for k, wall in outlines for part in features_of(wall))
+        compared += len(found)
+    assert compared > 1000
+
+
+def test_half_planes_are_obstacles_of_their_own_numbers() -> None:
+    """Where all walls are half-planes, each is one, exactly as it stands."""
+    walls = (Wall(point_m=(0, -3), normal=(0, 1)), Wall(point_m=(0.1, 3), normal=(0, -1)))
+    assert [one.wall for one in obstacles(*walls)] == [0, 1]
+    assert obstacles(*walls)[1].shape == Plane((Fraction(0.1), Fraction(3)), (Fraction(0), Fraction(-1)))
+
+
+def test_sides_that_go_on_without_a_kink_name_each_other() -> None:
+    """Round a stadium each side of an edge goes on in the same side of the next, whichever way it runs."""
+    for chain, inner in ((STADIUM, 0), (CLOCKWISE, 1)):
+        found = obstacles(chain)
+        assert len(found) == 8
+        for side in (0, 1):
+            ring = [2 * k + side for k in range(4)]
+            arcs = [found[number].shape for number in ring if found[number].kind is EdgeKind.ARC]
+            assert all(isinstance(arc, Round) and arc.inside == (side == inner) for arc in arcs)
+            for number in ring:
+                begin, end = found[number].neighbours
+                assert begin is not None
+                assert end is not None
+                assert {wall_index(begin), wall_index(end)} <= set(ring) - {number}
+
+
+def test_the_begin_of_a_sector_goes_on_where_the_arc_begins_counterclockwise() -> None:
+    """The right arc of a stadium begins at the floor, counterclockwise, whichever way the chain runs round."""
+    for chain, floor, inner in ((STADIUM, 0, 0), (CLOCKWISE, 2, 1)):
+        arc = obstacles(chain)[2 + inner]  # edge 1, of the side inside
+        begin, _ = arc.neighbours
+        assert begin is not None
+        assert isinstance(arc.shape, Round)
+        assert arc.shape.sector is not None
+        assert arc.shape.sector.begin == (Fraction(0), Fraction(-2))
+        assert wall_index(begin) == 2 * floor + inner
+
+
+def test_ends_and_corners_go_on_in_a_vertex() -> None:
+    """An open chain of two edges has three vertices, which both sides of each edge know; a circle has none."""
+    found = obstacles(Chain(points_m=[(2, 0), (3, 0), (3, 1)]), Ring(centre_m=(-3, 0), radius_m=1))
+    assert [one.kind for one in found] == [EdgeKind.FACE] * 4 + [EdgeKind.VERTEX] * 3 + [EdgeKind.ARC] * 2
+    assert [tuple(None if n is None else wall_index(n) for n in one.neighbours) for one in found] == [
+        *[(4, 5)] * 2,
+        *[(5, 6)] * 2,
+        *[(None, None)] * 5,
+    ]

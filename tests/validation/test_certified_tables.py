@@ -1,0 +1,188 @@
+"""Certified runs on finite walls, against brute force of other formulas and closed forms, and where they must end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from flint import arb, ctx
+from tests.campaign.tables import draw
+from tests.validation import table_runs
+from tests.validation.table_runs import Table, Walk
+
+from carom import Disc, Scene, certify, solve_pic
+from carom.errors import InputError
+from carom.scenes import CatalogueScene, deviation, find_scenes
+from carom.solvers.certified.result import Degenerate, Ending
+from carom.trace import EdgeKind
+from carom.walls import AnyWall, Chain, Ring, Wall
+
+#: The closed forms of the catalogue are evaluated in float64, and those of unstable orbits are of ideal floats.
+CLOSED_FORM_ROUNDING = 1e-12
+
+STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
+
+
+def table(
+    velocity: tuple[float, float], *walls: AnyWall, place: tuple[float, float] = (0.0, 0.0), **more: object
+) -> Scene:
+    disc = Disc(position_m=place, velocity_m_s=velocity, radius_m=0.5)
+    return Scene(name="table", discs=(disc,), walls=walls, **{"duration_s": 10.0, **more})
+
+
+def drawn_tables(first: int, count: int) -> Iterator[Table]:
+    """Yield tables without gravity, under which finite walls are not certified."""
+    found = (draw(number) for number in range(first, first + 3 * count))
+    flat = [one[1] for one in found if one is not None and one[1].gravity == (0.0, 0.0)]
+    yield from flat[:count]
+
+
+def contradictions(table: Table, impacts: int) -> list[int]:
+    """Return the impacts that brute force of 600 bits has outside of what is said to be proven."""
+    certified = certify(table_runs.scene_of(table), max_impacts=impacts)
+    assert len(certified.trace.impacts) == impacts
+    found = []
+    with ctx.workprec(table_runs.PRECISION):
+        walk = Walk(table)
+        for k, (row, radii) in enumerate(zip(certified.trace.impacts, certified.radii, strict=True)):
+            met = walk.step()
+            assert met is not None
+            wall, state = int(row["second"]), met.state
+            told = [(row["time_s"], radii["time_s"], state.time)]
+            told += zip(row["velocity_first_after"], radii["velocity_first_after"], (state.vx, state.vy), strict=True)
+            within = all(abs(arb(float(value)) - truth) <= arb(float(radius)) for value, radius, truth in told)
+            if wall != -1 - met.line or not within:
+                found.append(k)
+    return found
+
+
+@pytest.mark.parametrize("first", [0, pytest.param(10**5, marks=pytest.mark.long)])
+def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(first: int) -> None:
+    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution."""
+    count = 12 if first == 0 else 400
+    wrong = {k: bad for k, one in enumerate(drawn_tables(first, count)) if (bad := contradictions(one, 12))}
+    assert wrong == {}
+
+
+def test_brute_force_of_a_table_that_differs_by_a_hair_contradicts_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A half width that is off by a part in 10^12 is outside of what is proven."""
+    (one,) = drawn_tables(0, 1)
+    lines = tuple(line._replace(half_width=line.half_width * (1 + 1e-12) + 1e-12) for line in one.lines)
+    other = table_runs.scene_of(Table(lines, one.place, one.velocity, one.radius, one.restitution))
+    monkeypatch.setattr(table_runs, "scene_of", lambda _: other)
+    assert contradictions(one, 4) != []
+
+
+ANSWERED = [entry for entry in find_scenes(["tables", "issues"]) if not entry.known.convention]
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [e for e in ANSWERED if not e.scene.arrays.has_half_planes and e.scene.gravity_m_s2 == (0.0, 0.0)],
+    ids=lambda entry: entry.name,
+)
+def test_scenes_of_finite_walls_are_certified_to_their_end_and_agree_with_their_answers(entry: CatalogueScene) -> None:
+    """The catalogue's chains and circles have one answer each, which is the known one to the closed form's rounding."""
+    certified = certify(entry.scene)
+    assert certified.ending is Ending.COMPLETED
+    assert deviation(certified.trace, entry.known, entry.scene) <= CLOSED_FORM_ROUNDING
+
+
+def test_edges_are_told_as_pic_tells_them() -> None:
+    """Face, arc and vertex by number and kind; of edges that go on in one line the one that holds the place."""
+    floor = Chain(points_m=[(-4, -1), (-1, -1), (1, -1), (4, -1)])
+    scene = table((0.25, -1), floor, Wall(point_m=(0, 3), normal=(0, -1)), duration_s=9.0)
+    certified, exact = certify(scene), solve_pic(scene)
+    assert exact.edges is not None
+    assert certified.trace.edges is not None
+    assert certified.trace.edges.tolist() == exact.edges.tolist() == [(1, EdgeKind.FACE), (-1, -1), (2, EdgeKind.FACE)]
+
+
+def test_a_disc_on_the_very_seam_of_face_and_vertex_or_arc_has_one_certain_answer() -> None:
+    """There the outline is smooth, and the hull of both is as narrow as either: dyadic shots at ends and joints."""
+    at_the_end = table((0, -1), Chain(points_m=[(-2, -1), (0, -1)]))
+    certified = certify(at_the_end)
+    assert certified.ending is Ending.COMPLETED
+    (row,) = certified.trace.impacts
+    assert (row["time_s"], row["velocity_first_after"].tolist()) == (0.5, [0.0, 1.0])
+    tangent = certify(table((0, 1), STADIUM, place=(2, 0)))
+    assert tangent.trace.impacts["time_s"].tolist() == [1.5, 4.5, 7.5]
+    assert tangent.trace.final_position_m.tolist() == [[2.0, -1.0]]
+    assert max(tangent.radii["time_s"]) < 1e-15
+
+
+def test_a_corner_of_ninety_degrees_has_one_answer_and_one_of_sixty_has_none() -> None:
+    """Both sides at one instant: orthogonal impacts commute, others end the run, and say so."""
+    square = certify(table((1, 1), Chain(points_m=[(-3, -3), (3, -3), (3, 3), (-3, 3)], closed=True), duration_s=4.0))
+    assert square.ending is Ending.COMPLETED
+    assert square.commuted == ((0, 1),)
+    assert square.trace.final_velocity_m_s.tolist() == [[-1.0, -1.0]]
+    # Two edges that the axis halves: exactly alike, above and below.
+    wedge = certify(table((1, 0), Chain(points_m=[(-4, 3), (5, 0), (-4, -3)]), duration_s=9.0))
+    assert wedge.degeneracy is not None
+    assert wedge.degeneracy.kind is Degenerate.SHARED_INSTANT
+    assert wedge.degeneracy.bodies == (-1, 0)
+
+
+@pytest.mark.parametrize(
+    ("scene", "kind"),
+    [
+        (table((0, -1), Chain(points_m=[(-1, -0.5), (1, -0.5)])), Degenerate.TOUCHING_START),
+        (table((0, -1), Ring(centre_m=(0, -1.5), radius_m=1.0)), Degenerate.TOUCHING_START),
+        (table((0, -1), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.TOUCHING_START),
+        (table((1, 0), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.RESTING_CONTACT),
+        (table((0, -1), Chain(points_m=[(-1, -0.5 + 2**-54), (1, -0.5 + 2**-54)])), Degenerate.OVERLAPPING_START),
+    ],
+    ids=["face", "circle from outside", "circle from inside", "gliding", "overlapping"],
+)
+def test_contact_with_a_finite_wall_at_the_start_has_no_certain_answer(scene: Scene, kind: Degenerate) -> None:
+    """A disc that touches and approaches has no past; one that runs along a circle from inside glides."""
+    certified = certify(scene)
+    assert certified.ending is Ending.DEGENERATE
+    assert certified.degeneracy is not None
+    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (kind, (-1, 0))
+    assert certified.degeneracy.proven
+
+
+def test_a_disc_that_leaves_a_wall_which_it_touches_goes_on() -> None:
+    """Contact without approach is no impact, beside an edge or on its far side neither."""
+    for velocity in ((0.0, 1.0), (1.0, 0.0)):
+        certified = certify(table(velocity, Chain(points_m=[(-1, -0.5), (1, -0.5)]), duration_s=0.5))
+        assert certified.ending is Ending.COMPLETED
+        assert len(certified.trace.impacts) == 0
+
+
+def test_a_pass_that_exactly_grazes_a_vertex_is_no_impact() -> None:
+    """Of a disc on its first path rationals tell it, as of two discs; a hair nearer it is one."""
+    post = Ring(centre_m=(4, 0.5), radius_m=0.0)
+    assert len(certify(table((1, 0), post)).trace.impacts) == 0
+    nearer = Ring(centre_m=(4, 0.5 - 2**-52), radius_m=0.0)
+    assert len(certify(table((1, 0), nearer)).trace.impacts) == 1
+
+
+def test_friction_on_chains_and_circles_is_certified_as_pic_computes_it() -> None:
+    """Gripping and sliding on faces, arcs and vertices, with walls of their own friction: to the rounding of floats."""
+    walls = (STADIUM, Ring(centre_m=(-1, 0.25), radius_m=0.25, friction=2.0))
+    rubs = {"wall_friction": 0.25, "wall_tangential_restitution": 0.5, "wall_restitution": 0.875}
+    for direction in np.linspace(0.1, 6.1, 9):
+        velocity = float(np.cos(direction)), float(np.sin(direction))
+        scene = table(velocity, *walls, place=(1.0, 0.25), **rubs)
+        certified, exact = certify(scene, max_impacts=6), solve_pic(scene, max_impacts=6)
+        assert certified.trace.impacts["second"].tolist() == exact.impacts["second"].tolist()
+        for name in ("time_s", "velocity_first_after"):
+            assert np.allclose(certified.trace.impacts[name], exact.impacts[name], rtol=1e-10, atol=1e-10)
+        assert certified.trace.spins is not None
+        assert exact.spins is not None
+        assert np.allclose(certified.trace.spins["first_after"], exact.spins["first_after"], rtol=1e-10, atol=1e-10)
+
+
+def test_under_gravity_a_finite_wall_is_refused_by_name() -> None:
+    """The gap to a vertex is a quartic then, not solved in balls; half-planes of their own material are run."""
+    said = "wall 1 is no half-plane, which a certified run under gravity does not support: a circle of radius 3 m about"
+    floor = Wall(point_m=(0, -2), normal=(0, 1), restitution=0.5)
+    with pytest.raises(InputError, match=said):
+        certify(table((0, 0), floor, Ring(centre_m=(0, 0), radius_m=3.0), gravity_m_s2=(0.0, -8.0)))
+    certified = certify(table((0, 0), floor, gravity_m_s2=(0.0, -3.0), duration_s=1.5))
+    assert certified.trace.impacts["time_s"].tolist() == [1.0]  # h = 1.5 m
+    assert certified.trace.impacts["velocity_first_after"].tolist() == [[0.0, 1.5]]
