@@ -15,7 +15,7 @@ from carom.outline import Edge, ExactCircle, Outline, circle_of
 from carom.physics.features import Arc, Circle, Face, Feature, Vertex
 from carom.trace import EdgeKind
 
-__all__ = ["Run", "WallFeature", "are_decidable", "features_of", "goes_smoothly", "runs_of"]
+__all__ = ["JoinedEdges", "WallFeature", "are_decidable", "features_of", "goes_smoothly", "runs_of"]
 
 Exact = tuple[Fraction, Fraction]
 
@@ -34,7 +34,7 @@ class WallFeature(NamedTuple):
     kind: EdgeKind
 
 
-class Run(NamedTuple):
+class JoinedEdges(NamedTuple):
     """Edges that are one: straight, or on one circle and in one direction.
 
     Attributes:
@@ -60,14 +60,14 @@ class Run(NamedTuple):
         x, y = _exact(point)
         return self.turn * (self.circle.y - y), self.turn * (x - self.circle.x)
 
-    def goes_on_as(self, other: Run) -> bool:
+    def goes_on_as(self, other: JoinedEdges) -> bool:
         """Whether another, which begins where this ends, is of the same line or circle, and goes on in its way."""
         return self.circle == other.circle and self.turn == other.turn and goes_smoothly(self, other)
 
-    def with_next(self, other: Run) -> Run:
+    def with_next(self, other: JoinedEdges) -> JoinedEdges:
         """Return this and one that it goes on as, as one."""
         edge = Edge(self.edge.a, other.edge.b, self.edge.bulge)
-        return Run(edge, self.circle, (*self.numbers, *other.numbers))
+        return JoinedEdges(edge, self.circle, (*self.numbers, *other.numbers))
 
 
 def features_of(outline: Outline) -> tuple[WallFeature, ...]:
@@ -111,17 +111,17 @@ def _exact(point: tuple[float, float]) -> Exact:
     return Fraction(point[0]), Fraction(point[1])
 
 
-def goes_smoothly(one: Run, other: Run) -> bool:
+def goes_smoothly(one: JoinedEdges, other: JoinedEdges) -> bool:
     """Whether the way goes on in the same direction at the joint of one run and the next."""
     (ax, ay), (bx, by) = one.tangent(one.edge.b), other.tangent(other.edge.a)
     return ax * by - ay * bx == 0 and ax * bx + ay * by > 0
 
 
-def runs_of(outline: Outline) -> list[Run]:
+def runs_of(outline: Outline) -> list[JoinedEdges]:
     """Return the edges of a chain in order, those that go on in one line or on one circle as one."""
-    runs: list[Run] = []
+    runs: list[JoinedEdges] = []
     for number, edge in enumerate(outline.edges):
-        run = Run(edge, circle_of(edge) if edge.bulge else None, (number,))
+        run = JoinedEdges(edge, circle_of(edge) if edge.bulge else None, (number,))
         if runs and runs[-1].goes_on_as(run):
             runs[-1] = runs[-1].with_next(run)
         else:
@@ -131,7 +131,7 @@ def runs_of(outline: Outline) -> list[Run]:
     return runs
 
 
-def _sides(run: Run, half_width: float) -> Iterator[WallFeature]:
+def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
     a, b, _ = run.edge
     if run.circle is None:
         yield WallFeature(Face.between(a, b, half_width), run.numbers, EdgeKind.FACE)
@@ -144,7 +144,7 @@ def _sides(run: Run, half_width: float) -> Iterator[WallFeature]:
         yield WallFeature(arc, run.numbers, EdgeKind.ARC)
 
 
-def _vertices(runs: list[Run], outline: Outline) -> Iterator[WallFeature]:
+def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature]:
     if not outline.closed:
         yield WallFeature(Vertex(runs[0].edge.a, outline.half_width), runs[0].numbers[:1], EdgeKind.VERTEX)
     joints = zip(runs, (*runs[1:], runs[0]) if outline.closed else runs[1:], strict=outline.closed)

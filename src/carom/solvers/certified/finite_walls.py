@@ -17,7 +17,7 @@ from flint import arb, ctx
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies, ball
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, undecided
-from carom.solvers.certified.obstacles import Plane, Round, Stretch
+from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
 
@@ -134,7 +134,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, shape: Roun
     return _Touch(Meeting(i, second, at, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on)
 
 
-def _foot(stretch: Stretch, x: arb, y: arb) -> On:
+def _foot(stretch: Between, x: arb, y: arb) -> On:
     """Return where on an edge the foot of a point is."""
     (ax, ay), (bx, by) = stretch
     ex, ey = ball(bx - ax), ball(by - ay)
@@ -149,7 +149,7 @@ def _foot(stretch: Stretch, x: arb, y: arb) -> On:
     return On.END if after_begin > 0 else On.OPEN
 
 
-def _place(sector: Stretch, x: arb, y: arb) -> On:
+def _place(sector: Between, x: arb, y: arb) -> On:
     """Return where in a sector a direction from its centre is; its begin is where it is entered counterclockwise."""
     (fx, fy), (lx, ly) = sector
     turns = []

@@ -13,19 +13,19 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.outline import Outline
-from carom.physics.wall_features import Run, goes_smoothly, runs_of
+from carom.physics.wall_features import JoinedEdges, goes_smoothly, runs_of
 from carom.trace import EdgeKind, wall_body
 
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-__all__ = ["Exact", "Obstacle", "Plane", "Round", "Stretch", "obstacles_of"]
+__all__ = ["Between", "Exact", "Obstacle", "Plane", "Round", "obstacles_of"]
 
 Exact = tuple[Fraction, Fraction]
 _NOWHERE = Fraction(0)
 
 
-class Stretch(NamedTuple):
+class Between(NamedTuple):
     """The edge that a face is a side of, from its first point to its last."""
 
     begin: Exact
@@ -43,7 +43,7 @@ class Plane(NamedTuple):
 
     point: Exact
     normal: Exact
-    stretch: Stretch | None = None
+    stretch: Between | None = None
 
 
 class Round(NamedTuple):
@@ -59,7 +59,7 @@ class Round(NamedTuple):
     centre: Exact
     radius2: Fraction
     inside: bool = False
-    sector: Stretch | None = None
+    sector: Between | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,30 +147,30 @@ def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
     return [*sides, *vertices]
 
 
-def _link(sides: list[Obstacle], number: int, run: Run, end: int, body: int) -> None:
+def _link(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:
     """Tell a side what goes on from it at an end of its run's way: for a clockwise arc the other end of its sector."""
     at_begin, at_end = sides[number].neighbours
     at_the_end = bool(end) == (run.turn >= 0)
     sides[number] = replace(sides[number], neighbours=(at_begin, body) if at_the_end else (body, at_end))
 
 
-def _vertex(k: int, one: Run | None, other: Run | None, thick: Fraction) -> Obstacle:
+def _vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: Fraction) -> Obstacle:
     """Return the vertex where a run ends and another begins, or at an end of an open chain."""
     numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
     place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
     return Obstacle(k, Round(_exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
 
 
-def _sides(run: Run, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
+def _sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
     """Yield what is on the left of a run's way and what is on its right."""
     a, b = _exact(run.edge.a), _exact(run.edge.b)
     if run.circle is None:
         ex, ey = _less(b, a)
         for normal in ((-ey, ex), (ey, -ex)):
-            yield Plane(a, normal, Stretch(a, b)), thick, EdgeKind.FACE
+            yield Plane(a, normal, Between(a, b)), thick, EdgeKind.FACE
         return
     centre = run.circle.x, run.circle.y
     first, last = (_less(a, centre), _less(b, centre))
-    sector = None if a == b else Stretch(first, last) if run.turn > 0 else Stretch(last, first)
+    sector = None if a == b else Between(first, last) if run.turn > 0 else Between(last, first)
     for inside in (run.turn > 0, run.turn < 0):
         yield Round(centre, run.circle.radius2, inside, sector), thick, EdgeKind.ARC
