@@ -13,11 +13,13 @@ PAGE = Path(__file__).resolve().parents[1] / "stress-results.md"
 
 #: The tables by the heading of their first column.
 KINDS = ("attack", "relation", "complaint")
+#: What stands behind a cell in a campaign's page: the error where it was last seen to stand, too much for a table.
+_BEHIND = re.compile(r"(= to \S+|~ \S+|[=x] does (?:not|it)) \S+")
 _PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->)")
 
 
 def table(text: str, kind: str) -> str:
-    """Return from a campaign's `stress.md` the table of a kind of lines.
+    """Return from a campaign's `stress.md` the table of a kind of lines, without their axes and the errors of cells.
 
     Raises:
         ValueError: It has none.
@@ -25,7 +27,12 @@ def table(text: str, kind: str) -> str:
     found = re.search(rf"^\| {kind} \|.*\n(?:\|.*\n)+", text, re.MULTILINE)
     if found is None:
         raise ValueError(f"the campaign has no table of {kind}s: run all of it")
-    return found[0]
+    return "".join(map(_narrow, found[0].splitlines()))
+
+
+def _narrow(row: str) -> str:
+    name, _, *cells = (cell.strip() for cell in row.split("|")[1:-1])
+    return "| " + " | ".join([name, *(_BEHIND.sub(r"\1", cell) for cell in cells)]) + " |\n"
 
 
 def filled(page: str, campaign: str) -> str:

@@ -1,0 +1,189 @@
+"""Attacks with a disc and a finite wall: speed against its thinness, its end, its seams, its width, its corner."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable, Sequence
+from decimal import Decimal
+
+from carom.scene import Chain, Disc, Scene, Wall
+from carom.studies.stress.attack import Attack, Trial, closed_form_judge, velocity_judge
+from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_AFTER, STEPS_BEFORE
+from carom.studies.stress.truth import true_motion
+
+__all__ = ["wall_attacks"]
+
+_DT_S = 1.0 / RATE_HZ
+_RADIUS_M = 0.25
+#: A hundredth of a diameter a step, as in `carom.studies.stress.pairs`.
+_SPEED_M_S = 0.01 * 2 * _RADIUS_M * RATE_HZ
+#: Half the length of a wall: no disc here comes to an end of it but where the end is what it meets.
+_HALF_LENGTH_M = 4.0
+#: How far from a corner a disc begins, and its speed: it is out again after 30 of the steps, and moves an eighth of its
+#: radius in each.
+_CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
+
+_HEAD_ON = "the normal is known without rounding: the velocity along it is turned round"
+_VELOCITY = "a final velocity wrong by more than a tenth of what the impact changes: a miss is wrong by all of it"
+
+
+def _line(*points: complex, half_width_m: float = 0.0, pieces: int = 1) -> Chain:
+    places = tuple((point.real, point.imag) for point in points)
+    return Chain(points_m=places, half_width_m=half_width_m, pieces=pieces)
+
+
+def _scene(name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain) -> Scene:
+    return Scene(
+        name=f"stress/{name}",
+        description=f"{shows} Phase {phase:g} of a step.",
+        discs=[
+            Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=_RADIUS_M)
+        ],
+        walls=[wall],
+        duration_s=(STEPS_BEFORE + STEPS_AFTER) * _DT_S,
+        frame_rate_hz=RATE_HZ,
+    )
+
+
+def _once(scene: Scene, after: complex) -> Trial:
+    """Judge a disc that meets a wall once by the velocity that it must have then."""
+    changed = after - complex(*scene.discs[0].velocity_m_s)
+    return Trial(scene, closed_form_judge(scene, [(after.real, after.imag)], 1, [abs(changed)]))
+
+
+def _until(phase: float) -> float:
+    """Return the time of the impact, seconds."""
+    return (STEPS_BEFORE + phase) * _DT_S
+
+
+def _thin(value: float, phase: float) -> Trial:
+    speed = value * _RADIUS_M * RATE_HZ
+    scene = _scene(
+        "thin-wall",
+        f"A disc that moves {value:.3g} radii a step meets a wall without thickness head-on.",
+        phase,
+        complex(-_RADIUS_M - speed * _until(phase), 0.0),
+        complex(speed),
+        _line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M),
+    )
+    return _once(scene, complex(-speed))
+
+
+def _wide(value: float, phase: float) -> Trial:
+    scene = _scene(
+        "wall-width",
+        f"A disc meets a wall of half width {value:.3g} m head-on.",
+        phase,
+        complex(-value - _RADIUS_M - _SPEED_M_S * _until(phase), 0.0),
+        complex(_SPEED_M_S),
+        _line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M, half_width_m=value),
+    )
+    return _once(scene, complex(-_SPEED_M_S))
+
+
+def _end(value: float, phase: float) -> Trial:
+    """Stage a disc that flies along the line across a wall's end; the normal there is from the end to the centre."""
+    height = _RADIUS_M * (1.0 - value)
+    offset = Decimal(height) / Decimal(_RADIUS_M)  # of the scene as stored
+    along = (1 - offset * offset).sqrt()
+    after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
+    scene = _scene(
+        "wall-end",
+        f"A disc grazes the end of a thin wall; 1 - b/R is {value:.3g}.",
+        phase,
+        complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height),
+        complex(_SPEED_M_S),
+        _line(-1j * _HALF_LENGTH_M, 0j),
+    )
+    return _once(scene, after)
+
+
+def _seam(value: float, phase: float) -> Trial:
+    pieces = int(value)
+    joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
+    velocity = _SPEED_M_S * (4 - 1j)
+    scene = _scene(
+        "seam",
+        f"A disc strikes a floor of {pieces} pieces at a slant, where two of them meet.",
+        phase,
+        complex(joint, _RADIUS_M) - velocity * _until(phase),
+        velocity,
+        _line(complex(-_HALF_LENGTH_M), complex(_HALF_LENGTH_M), pieces=pieces),
+    )
+    return _once(scene, velocity.conjugate())
+
+
+def _corner(value: float, phase: float) -> Trial:
+    """Stage a disc that is thrown into a corner past its apex; the half-planes through its sides say what it does."""
+    angle = math.radians(value)
+    inwards = cmath.exp(0.5j * angle)
+    # The centre has a corner of its own, a radius from both sides.
+    apex = _RADIUS_M / math.sin(0.5 * angle) * inwards
+    start = apex + (_CORNER_M + phase * _CORNER_SPEED_M_S * _DT_S) * inwards
+    # An eighth of the angle past the apex, so that the two sides are never met at once.
+    velocity = -_CORNER_SPEED_M_S * inwards * cmath.exp(0.125j * angle)
+    side = abs(apex) + _HALF_LENGTH_M
+    scene = _scene(
+        "corner",
+        f"A disc is thrown into a corner of {value:.3g} degrees.",
+        phase,
+        start,
+        velocity,
+        _line(complex(side), 0j, side * cmath.exp(1j * angle)),
+    )
+    across = -1j * cmath.exp(1j * angle)
+    sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
+    return Trial(scene, velocity_judge(true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene))
+
+
+def _attack(
+    name: str,
+    axis: str,
+    ends: tuple[float, float],
+    trial: Callable[[float, float], Trial],
+    truth: str,
+    gives_way: str = _VELOCITY,
+    *,
+    whole: bool = False,
+    last: float | None = None,
+) -> Attack:
+    """Return an attack whose value is tried at every phase."""
+
+    def trials(value: float) -> Sequence[Trial]:
+        return [trial(value, phase) for phase in PHASES]
+
+    return Attack(name, axis, *ends, trials, truth, gives_way, whole=whole, last=last)
+
+
+def wall_attacks() -> list[Attack]:
+    """Return the attacks with a disc and a finite wall."""
+    return [
+        _attack("thin-wall", "speed x dt / radius, at a wall without thickness", (0.01, 1e4), _thin, _HEAD_ON),
+        _attack(
+            "wall-end",
+            "1 - b/R, how far from a miss of the end of a wall",
+            (0.1, 1e-15),
+            _end,
+            "the normal at an end is from it to the centre: s off, (2 s² - 1, 2 s √(1 - s²)), in 28 decimal digits "
+            "from the scene as stored",
+        ),
+        _attack(
+            "seam",
+            "pieces of a floor of 8 m",
+            (2.0, 1000.0),
+            _seam,
+            "a seam is no wall of its own: the velocity is mirrored at the floor",
+            f"{_VELOCITY}; a catch at a seam turns the way that the disc goes",
+            whole=True,
+        ),
+        _attack("wall-width", "half width of a wall, metres", (0.1, 1e-12), _wide, _HEAD_ON, last=0.0),
+        _attack(
+            "corner",
+            "degrees of a corner",
+            (90.0, 1.0),
+            _corner,
+            "the half-planes through its sides, in 240 decimal digits: the corner itself is out of the disc's reach",
+            "a final velocity wrong by more than a tenth of the greatest change that one of its impacts makes",
+        ),
+    ]
