@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,7 @@ from playwright.sync_api import Browser
 from tests.browser.conftest import Faults, hostile_scenes
 
 import carom
+from carom.scenes import find_scenes
 from carom.text import visible
 
 pytestmark = pytest.mark.browser
@@ -93,3 +96,38 @@ def test_the_cross_of_a_missed_impact_stays(browser: Browser, tmp_path: Path) ->
     page.close()
     assert sorted(after)[0] == 0 < sorted(after)[1]
     assert before == [0, 0]
+
+
+@pytest.mark.parametrize("name", ["paper/missed", "paper/late", "classics/inelastic-oblique", "classics/bullet"])
+def test_another_step_shows_what_pit_makes_of_it(browser: Browser, tmp_path: Path, name: str) -> None:
+    """At forty steps the page finds or misses the impact as `carom.solve_pit` does, at the same look, with its end."""
+    scene = find_scenes([name])[0].scene
+    path = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene)).save(tmp_path / "replay.html")
+    faults = Faults()
+    page = browser.new_page(reduced_motion="reduce")
+    faults.watch(page)
+    page.goto(path.as_uri())
+    step = page.locator("input[aria-label='Step of PIT']")
+    # Away from the ends: a twentieth of a frame of paper/missed is a tie, a look at the very instant of the impact.
+    low, high = (float(step.get_attribute(name) or "nan") for name in ("min", "max"))
+    found = Counter[int]()
+    for k in range(40):
+        step.evaluate(
+            "(s, v) => { s.value = v; s.dispatchEvent(new Event('input')); }", low + (high - low) * (k + 0.5) / 40
+        )
+        dt = math.exp(float(step.input_value()))
+        impacts = carom.solve_pit(scene, frame_rate_hz=1.0 / dt).impacts
+        said = page.locator(".fault").inner_text()
+        found[len(impacts)] += 1
+        if len(impacts):
+            (impact,) = impacts
+            assert float(page.locator(".timeline").get_attribute("data-time") or "nan") == pytest.approx(
+                impact["time_s"]
+            )
+            assert "ms late" in said
+        else:
+            assert said.endswith("missed.")
+    assert found[1] >= 5
+    assert found[0] >= 5 or name != "paper/missed"
+    page.close()
+    assert not faults

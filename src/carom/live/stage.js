@@ -37,6 +37,11 @@ export const angleAt = ([times, angles], t) => {
     p = d > 0 ? Math.min(Math.max((t - times[k]) / d, 0), 1) : 0;
   return angles[k] * (1 - p) + angles[k + 1] * p;
 };
+export const spinAt = ([times, angles], t) => {
+  const k = Math.min(flightAt(times, t), times.length - 2),
+    d = times[k + 1] - times[k];
+  return d > 0 ? (angles[k + 1] - angles[k]) / d : 0;
+};
 // Tracks of a run by its impacts: discs fly freely between them.
 export const tracksOf = (scene, run) => {
   const tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);

@@ -27,11 +27,20 @@ from carom.pages.tracks import Track, observed_tracks, reference_tracks, turning
 from carom.registry import asked_as
 from carom.runs.job import Job
 from carom.runs.results import Results
-from carom.scene import Chain, Ring, Scene, Wall
+from carom.scene import Chain, Need, Ring, Scene, Wall
 from carom.text import visible
 from carom.trace import Trace, pair_name, setting_text
 
-__all__ = ["impact_rows", "replay_data", "replay_link", "run_command", "scene_replays"]
+__all__ = [
+    "first_fault",
+    "held_at_s",
+    "impact_rows",
+    "meetings",
+    "replay_data",
+    "replay_link",
+    "run_command",
+    "scene_replays",
+]
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
@@ -108,7 +117,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
         "impacts": [
             [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
         ],
-        "meetings": [_rounded(meeting, places) for meeting in _meetings(reference)],
+        "meetings": [_rounded(meeting, places) for meeting in meetings(reference)],
         "runs": [
             {
                 **said,
@@ -117,6 +126,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
                 "end": trace.end_time_s,
                 "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
                 "turned": _of_turnings(trace),
+                "sampler": _sampler(reference, trace),
                 **_of_impacts(reference, trace, score),
                 "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
             }
@@ -125,12 +135,28 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
     }
 
 
+def _sampler(reference: Trace, trace: Trace) -> Json | None:
+    """Return what the page needs to look at two discs with another step; None for all but PIT of two that fly freely.
+
+    Nothing acts on them but their one impact, and that along the line of their centres.
+    """
+    scene = trace.scene
+    plain = not (scene.walls or scene.needs & {Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
+    if trace.method != "pit" or len(scene.discs) != 2 or len(reference.impacts) != 1 or not plain:
+        return None
+    return {
+        "restitution": scene.restitution,
+        "velocity": [list(disc.velocity_m_s) for disc in scene.discs],
+        "inverse_mass": [1.0 / disc.mass_kg for disc in scene.discs],
+    }
+
+
 def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[float | None]:
     x, y, overlap_s = meeting
     return [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
 
 
-def _meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
+def meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
     """Yield where the bodies of each impact touch, metres, and how long they would overlap if they flew on, seconds.
 
     None at walls, with damping, and where one of two alone falls: there it is no such quotient. They approach for its
@@ -159,18 +185,29 @@ def _overlap_s(scene: Scene, impact: np.void, first: int, second: int) -> float 
 
 def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
     rows = list(impact_rows(reference, trace, score))
-    k = _first_fault(rows)
+    k = first_fault(rows)
     if k is None:
         return {"impacts": rows, "fault": None}
-    overlap_s = [overlap_s for _, _, overlap_s in _meetings(reference)]
+    overlaps_s = [overlap_s for _, _, overlap_s in meetings(reference)]
     at = rows[k].get("at")
-    return {
-        "impacts": rows,
-        "fault": {"row": k, "said": _fault_said(rows[k], None if at is None else overlap_s[at], trace.dt_s)},
-    }
+    overlap_s = None if at is None else overlaps_s[at]
+    said, moment_s = _fault_said(rows[k], overlap_s, trace.dt_s), held_at_s(rows[k], overlap_s, trace)
+    return {"impacts": rows, "fault": {"row": k, "said": said, "moment": moment_s}}
 
 
-def _first_fault(rows: list[Json]) -> int | None:
+def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
+    """Return the instant of a fault that is looked at, seconds: where it is reported, or where a miss is seen best.
+
+    Of a miss that is half way from touching to parting, when the two are deepest in each other, but two steps late at
+    the most: longer overlaps are not why it is missed.
+    """
+    if row.get("reported") is not None:
+        return float(row["reported"])
+    dt_s = trace.dt_s or 1.0 / trace.scene.frame_rate_hz
+    return float(min(row["true"] + min(overlap_s or 0.0, _NEAR_STEPS * dt_s) / 2.0, trace.scene.duration_s))
+
+
+def first_fault(rows: list[Json]) -> int | None:
     """Return which row a replay holds at: the first missed or invented, or else the one that is most off.
 
     "The first that is not exact" would hold at an impact found a twentieth of a step late, and pass by what matters.

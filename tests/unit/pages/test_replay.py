@@ -15,7 +15,7 @@ import pytest
 
 import carom
 from carom.pages.grid import build_grid
-from carom.pages.replay import _first_fault, impact_rows, replay_data, scene_replays
+from carom.pages.replay import first_fault, impact_rows, replay_data, scene_replays
 from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
@@ -162,6 +162,6 @@ def test_a_replay_holds_at_what_is_most_off_if_nothing_is_missed() -> None:
         {"flag": "found", "velocity": 0.9},
         {"flag": "early", "velocity": None},
     ]
-    assert _first_fault(rows) == 1
-    assert _first_fault([*rows, {"flag": "missed", "velocity": None}]) == 4
-    assert _first_fault([*rows, {"flag": "invented", "reported": None}]) == 1  # it has no instant to hold at
+    assert first_fault(rows) == 1
+    assert first_fault([*rows, {"flag": "missed", "velocity": None}]) == 4
+    assert first_fault([*rows, {"flag": "invented", "reported": None}]) == 1  # it has no instant to hold at

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["html", "replay_page"]
 
 #: What moves on a page, by kind of block.
-_SCRIPTS = {Replays: ("stage.js", "replay.js", "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
+_REPLAY = ("stage.js", "sampler.js", "replay.js")
+_SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
 
 #: Before what a module gives others: on a page all scripts are one.
 _EXPORT = re.compile(r"^export ", re.MULTILINE)
@@ -52,7 +53,7 @@ def replay_page(title: str, data: str) -> str:
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
-    script = page_script("stage.js", "replay.js")
+    script = page_script(*_REPLAY)
     page: str = _template("replay.html.j2").render(title=title, data=data, script=script, policy=content_policy(script))
     return page
 

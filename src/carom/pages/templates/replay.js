@@ -16,6 +16,7 @@
   const MOST_TICKED = 2; // pixels between looks below which their ticks would run into a block
   const LINE = 66, STRIP = 16; // pixels: the timeline, and of it the row of the whole run
   const MAGNIFIES = 1.4; // less is no inset
+  const MOST_SPINS = 4; // discs whose spins are told in numbers
   const number = (value, n = 6) => (value === undefined || value === null ? "" : String(Number(value.toPrecision(n))));
 
   // The direction from a place to the nearest point of a line of many.
@@ -41,8 +42,9 @@
     });
     return box;
   };
-  const framed = (scene, run) => {
-    const box = boundsOf(scene.reference, scene.discs), other = boundsOf(run.tracks, scene.discs);
+  const framed = (scene, ...runs) => {
+    const [box, ...others] = [scene.reference, ...runs.map(({ tracks }) => tracks)].map((tracks) => boundsOf(tracks, scene.discs));
+    const other = [0, 1, 2, 3].map((k) => (k < 2 ? Math.min : Math.max)(...others.map((one) => one[k])));
     const spare = ((WIDEST - 1) / 2) * Math.max(box[2] - box[0], box[3] - box[1]);
     for (const k of [0, 1]) {
       box[k] = Math.max(Math.min(box[k], other[k]), box[k] - spare);
@@ -56,15 +58,13 @@
 
   class Player {
     constructor(scene, run, root) {
-      Object.assign(this, { scene, run, time: 0, playing: false, over: false });
+      Object.assign(this, { scene, run, own: run, time: 0, playing: false, over: false });
       this.calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
       this.pulls = scene.discs.map(([, fixed]) => (fixed ? [0, 0] : scene.gravity));
       this.end = scene.duration;
-      const frames = Math.ceil(this.end / run.dt - 1e-9);
-      this.frames = frames;
       this.walls = scene.walls.map((wall) => (wall.line ? wall : { point_m: wall.slice(0, 2), normal: wall.slice(2) }));
       this.bodies = { discs: scene.discs.map(([radius_m, fixed]) => ({ radius_m, mass_kg: fixed ? "inf" : 1 })) };
-      this.box = framed(scene, run);
+      this.box = framed(scene, run, ...(run.sampler ? [sampledEvery(scene, run, this.end)] : []));
       const name = `${run.engine} ${run.profile}`;
       this.truth = new Stage(`What must happen in ${scene.name}, by PIC`);
       this.seen = new Stage(`What ${name} makes of ${scene.name}`);
@@ -86,7 +86,8 @@
       const { run, scene, end } = this, { dt, fault } = run;
       this.fault = fault === null ? null : run.impacts[fault.row];
       const { overlap } = this.meeting(this.fault), true_s = this.fault?.true ?? this.fault?.reported;
-      this.moment = this.fault && (this.fault.reported ?? Math.min(true_s + Math.min(overlap ?? 0, 2 * dt) / 2, end));
+      this.moment = fault && fault.moment;
+      this.frames = Math.ceil(end / dt - 1e-9);
       this.span = Math.min(end, overlap ? Math.max(10 * dt, 6 * overlap) : 24 * dt);
       this.from = Math.max(0, Math.min((true_s ?? 0) - this.span / 2, end - this.span));
       if (this.fault) this.centre = this.meeting(this.fault).place ?? this.touching(this.fault, run.tracks, this.moment);
@@ -112,9 +113,17 @@
       this.clock = make("output", { class: "clock" });
       this.line = make("canvas", { class: "timeline", role: "img", "aria-label": "Above, impacts along the whole time; below, looks and overlaps about the first failure" });
       this.holds = make("input", { type: "checkbox", checked: true });
+      this.caption = make("figcaption");
+      this.said = make("p", { class: "fault", role: "status" });
+      this.spins = make("p", { class: "clock", hidden: !this.run.turned.length || this.scene.discs.length > MOST_SPINS });
+      this.tell = () => {
+        this.caption.textContent = `What ${name} does${this.run.sampled ? `, looking every ${number(this.run.dt, 4)} s` : ""}`;
+        this.said.textContent = this.run.fault ? this.run.fault.said : "";
+      };
+      this.tell();
       this.sides = make("div", { class: "views" },
         make("figure", {}, make("figcaption", {}, "What must happen, by PIC"), this.truth.canvas),
-        make("figure", {}, make("figcaption", {}, `What ${name} does${this.run.sampled ? `, looking every ${number(this.run.dt, 4)} s` : ""}`), this.seen.canvas));
+        make("figure", {}, this.caption, this.seen.canvas));
       this.controls = make("div", { class: "controls" },
         this.playButton,
         button("Back to the impact before", "Shift and left", () => this.toImpact(-1), "◀◀"),
@@ -123,11 +132,30 @@
         button("On to the next impact", "Shift and right", () => this.toImpact(1), "▶▶"),
         make("label", {}, "Speed ", this.rate),
         make("label", {}, this.both, " overlaid"),
-        ...(this.fault && !this.calm ? [make("label", {}, this.holds, " hold where it fails")] : []),
+        ...((this.fault || this.run.sampler) && !this.calm ? [make("label", {}, this.holds, " hold where it fails")] : []),
         this.clock);
-      root.append(this.sides, this.line, this.slider, this.controls, this.legend(),
-        ...(this.fault ? [make("p", { class: "fault" }, this.run.fault.said)] : []));
+      root.append(this.sides, this.line, this.slider, this.controls, this.spins, ...this.stepper(), this.legend(), this.said);
       for (const canvas of [this.truth.canvas, this.seen.canvas, this.line]) this.scrubs(canvas);
+    }
+
+    // What PIT makes of two discs at any step.
+    stepper() {
+      if (!this.own.sampler) return [];
+      const { frame } = this.scene, written = make("output", {});
+      const write = () => { written.textContent = `${number(1000 * this.run.dt, 3)} ms, ${number(this.run.dt / frame, 3)} of a frame`; };
+      this.step = make("input", {
+        type: "range", min: Math.log(frame / 20), max: Math.log(3 * frame), step: 0.02, value: Math.log(this.own.dt), "aria-label": "Step of PIT",
+        oninput: () => {
+          this.play(false);
+          this.run = sampledEvery(this.scene, this.own, Math.exp(Number(this.step.value)));
+          this.faces();
+          this.tell();
+          write();
+          this.show(this.moment);
+        },
+      });
+      write();
+      return [make("label", { class: "step" }, "Another step ", this.step, " ", written)];
     }
 
     legend() {
@@ -235,7 +263,7 @@
       if (later.length) this.show(by > 0 ? Math.min(...later) : Math.max(...later));
     }
     key(event) {
-      if (event.ctrlKey || event.metaKey || event.altKey || ["SELECT", "TEXTAREA"].includes(event.target.tagName)) return;
+      if (event.ctrlKey || event.metaKey || event.altKey || ["SELECT", "TEXTAREA"].includes(event.target.tagName) || event.target === this.step) return;
       const acts = {
         " ": () => this.play(!this.playing),
         ArrowLeft: () => (event.shiftKey ? this.toImpact(-1) : this.toFrame(-1)),
@@ -262,12 +290,19 @@
       this.slider.setAttribute("aria-valuetext", `${number(this.time, 4)} seconds`);
       this.clock.textContent = `${this.time.toFixed(4)} s · frame ${frame} of ${this.frames}`;
       this.line.dataset.time = this.time;
+      this.spins.textContent = this.spins.hidden ? "" : `spin, rad/s: ${this.run.turned.map((_, i) => this.spinOf(i)).join(", ")}`;
       for (const stage of [this.truth, this.seen]) {
         stage.clear();
         this.draw(stage);
       }
       this.inset();
       this.timeline();
+    }
+
+    spinOf(i) {
+      const spin = (turned, end) => digits(spinAt(turned[i], Math.min(this.time, end)));
+      const must = this.scene.turned.length ? ` (by PIC ${spin(this.scene.turned, this.end)})` : "";
+      return `disc ${i} ${spin(this.run.turned, this.run.end)}${must}`;
     }
 
     // Solid is the run that a picture is of, grey the exact one, dashed the last look.
@@ -458,15 +493,18 @@
         make("thead", {}, make("tr", {}, ...heads.map((head) => make("th", { scope: "col" }, head)))),
         make("tbody", {}, ...rows)));
   };
-  const evidence = (scene, run, player, heading = "h3") => [
-    make("ul", { class: "said" }, ...run.said.map((sentence) => make("li", {}, sentence))),
-    make(heading, {}, "Impact by impact"), impactTable(run, player),
-    make("details", {}, make("summary", {}, "Settings really used"),
-      make("dl", {}, ...Object.entries(run.settings).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]))),
-    make("details", {}, make("summary", {}, "Run it yourself"),
-      ...(run.command ? [copyable("The command", run.command)] : []), copyable("The scene, as a file", scene.file),
-      ...(scene.thrown ? [copyable("Drag this scene: save it as scene.toml", scene.thrown)] : [])),
-  ];
+  const evidence = (scene, run, player, heading = "h3") => {
+    const said = make("ul", { class: "said" }, ...run.said.map((sentence) => make("li", {}, sentence)));
+    const title = make(heading, {}, `Impact by impact${run.sampler ? `, at its own step of ${number(1000 * run.dt, 3)} ms` : ""}`);
+    return [
+      ...(run.sampler ? [title, said] : [said, title]), impactTable(run, player),
+      make("details", {}, make("summary", {}, "Settings really used"),
+        make("dl", {}, ...Object.entries(run.settings).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]))),
+      make("details", {}, make("summary", {}, "Run it yourself"),
+        ...(run.command ? [copyable("The command", run.command)] : []), copyable("The scene, as a file", scene.file),
+        ...(scene.thrown ? [copyable("Drag this scene: save it as scene.toml", scene.thrown)] : [])),
+    ];
+  };
 
   // --- The window that a cell opens ------------------------------------------------------------------------------
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.comparator import Score, compare
 from carom.comparator.finite import not_finite
@@ -21,9 +22,9 @@ from carom.pages.grid import mark_of, reasons_of
 from carom.pages.paths import exact_paths, extent_of, observed_paths
 from carom.pages.picture import draw_walls, limits_of
 from carom.pages.render.html import replay_page
-from carom.pages.replay import impact_rows, replay_data, run_command
+from carom.pages.replay import first_fault, held_at_s, impact_rows, meetings, replay_data, run_command
 from carom.pages.svg import SERIES, WALL, drawing
-from carom.pages.tracks import observed_tracks, reference_tracks
+from carom.pages.tracks import Track, observed_tracks, reference_tracks
 from carom.runs.job import Job, Method, Status
 from carom.runs.results import Row
 from carom.scene import Scene, as_scene
@@ -35,11 +36,16 @@ from carom.trace import Trace
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
     from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Circle
 
 __all__ = ["Replay", "replay"]
 
-#: A film lasts about as long as the page's replay at the speed that it chooses; a GIF counts hundredths of a second.
-_FILM_S, _FRAMES_PER_S = 6, 10
+#: A film lasts about as long as the page's replay at the speed that it chooses, and is held as long at what failed
+#: first; a GIF counts hundredths of a second, four a frame.
+_FILM_S, _HELD_S, _FRAMES_PER_S = 6, 1.5, 25
+#: Colours of what must happen, and of an impact that is missed, as in the page.
+_GHOST, _WRONG = "#74777c", "#d5452f"
 #: What became of an impact stays in the picture for this part of the scene, as in the page.
 _SAID_FOR = 1.0 / 12.0
 
@@ -156,43 +162,85 @@ def replay(
     return Replay(reference, observed, compare(reference, observed) if score is None else score)
 
 
+def _times(scene: Scene, held_s: float | None) -> NDArray[np.float64]:
+    """Return the time of the scene that each frame shows, seconds: evenly, and for a while at what failed first."""
+    times = np.linspace(0.0, scene.duration_s, _FILM_S * _FRAMES_PER_S)
+    if held_s is None:
+        return times
+    return np.insert(times, np.searchsorted(times, held_s), np.full(round(_HELD_S * _FRAMES_PER_S), held_s))
+
+
 def _film(shown: Replay) -> FuncAnimation:
-    """Return both runs side by side on one clock, to one scale; what became of an impact is said when it happens."""
+    """Return both runs side by side on one clock, to one scale; what became of an impact is said when it happens.
+
+    Solid is the run that a side is of, grey the exact one, dashed the last look, and a cross an impact missed.
+    """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
-    from matplotlib.patches import Circle
 
     reference, observed = shown.reference, shown.observed
     scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
-    times = np.linspace(0.0, scene.duration_s, _FILM_S * _FRAMES_PER_S)
+    rows, places = list(impact_rows(reference, observed, shown.score)), list(meetings(reference))
+    k = first_fault(rows)
+    at = None if k is None else rows[k].get("at")
+    held_s = None if k is None else held_at_s(rows[k], None if at is None else places[at][2], observed)
+    times = _times(scene, held_s)
     figure = Figure(figsize=(8.0, 4.4), dpi=80)
     clock = figure.suptitle("")
     limits = limits_of(scene, exact_paths(reference), observed_paths(observed))
-    moving: list[tuple[Circle, Any]] = []
-    sides = (
-        ("What must happen", reference_tracks(reference)),
-        (f"What {name} does", observed_tracks(observed, extent_of(reference))),
-    )
-    for axes, (title, tracks) in zip(figure.subplots(1, 2), sides, strict=True):
+    exact, seen = reference_tracks(reference), observed_tracks(observed, extent_of(reference))
+    left, right = figure.subplots(1, 2)
+    for axes, title in ((left, "What must happen"), (right, f"What {name} does")):
         axes.set(title=title, xticks=(), yticks=())  # numbers would take most of the time to draw
         draw_walls(axes, scene, limits)
-        for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
-            colour = WALL if disc.immovable else SERIES[k % len(SERIES)]
-            circle = axes.add_patch(Circle(track.position_m[0], disc.radius_m, color=colour, alpha=0.8))
-            moving.append((circle, track.at(np.minimum(times, track.time_s[-1]))))
-            axes.plot(*moving[-1][1].T, color=colour, linewidth=0.8)
-    words = figure.axes[1].set_xlabel(" ")
-    rows = [
-        (row.get("reported", row.get("true")), row["became"]) for row in impact_rows(reference, observed, shown.score)
+    moving = [*_discs(left, scene, exact, times), *_discs(right, scene, seen, times)]
+    moving += _discs(right, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
+    if observed.dt_s:
+        # The last look at or before each frame; rounding of the quotient must not lose the look that a frame is at.
+        looks = np.floor(times / observed.dt_s + 1e-9) * observed.dt_s
+        moving += _discs(right, scene, seen, looks, fill=False, linestyle="--", alpha=0.8, path=False)
+    crosses = [
+        (row["true"], right.plot(*places[row["at"]][:2], "x", color=_WRONG, markersize=12, markeredgewidth=3)[0])
+        for row in rows
+        if row["flag"] == "missed"
     ]
+    words = right.set_xlabel(" ")
+    told = [(row.get("reported", row.get("true")), row["became"]) for row in rows]
 
     def show(frame: int) -> Iterable[Artist]:
         now = times[frame]
-        for circle, places in moving:
-            circle.set_center(places[frame])
+        for circle, where in moving:
+            circle.set_center(where[frame])
+        for since, cross in crosses:
+            cross.set_visible(bool(now >= since))
         clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")
-        said = [became for when, became in rows if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
+        said = [became for when, became in told if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
         words.set_text(f"impact {said[-1]}" if said else " ")
         return [circle for circle, _ in moving]
 
     return FuncAnimation(figure, show, frames=len(times))
+
+
+def _discs(
+    axes: Axes,
+    scene: Scene,
+    tracks: Sequence[Track],
+    times: NDArray[np.float64],
+    *,
+    path: bool = True,
+    alpha: float = 0.8,
+    **style: Any,
+) -> Iterator[tuple[Circle, NDArray[np.float64]]]:
+    """Draw the discs of a run and yield each with where it is at each of some times."""
+    from matplotlib.patches import Circle
+
+    for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
+        if disc.immovable and not path:
+            continue
+        colour = WALL if disc.immovable else SERIES[k % len(SERIES)]
+        places = track.at(np.minimum(times, track.time_s[-1]))
+        drawn = Circle(track.position_m[0], disc.radius_m, alpha=alpha, **({"color": colour} | style))
+        axes.add_patch(drawn)
+        if path:
+            axes.plot(*places.T, color=colour, linewidth=0.8)
+        yield drawn, places

@@ -74,24 +74,63 @@ def test_a_run_that_looks_at_no_frames_is_not_said_to(shown: Replay) -> None:
     assert (run["dt"], run["sampled"]) == (pytest.approx(1 / 24), False)
 
 
-def test_a_gif_moves(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every frame of the film is there, and they differ."""
+def test_a_gif_moves_and_is_held_where_the_impact_is_missed(
+    shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It has 25 frames a second, which differ, and one that stands longer, the time of the fault."""
     monkeypatch.setattr(playback, "_FILM_S", 1)
     with Image.open(shown.save(tmp_path / "replay.gif")) as film:
-        assert film.n_frames == playback._FRAMES_PER_S  # type: ignore[attr-defined]  # noqa: SLF001
+        lasts = []
+        for frame in range(film.n_frames):  # type: ignore[attr-defined]
+            film.seek(frame)
+            lasts.append(film.info["duration"])
+        film.seek(0)
         first = film.convert("RGB").tobytes()
         film.seek(5)
         assert film.convert("RGB").tobytes() != first
+    assert min(lasts) == 40
+    assert max(lasts) >= 1000 * playback._HELD_S  # noqa: SLF001
+    assert sum(lasts) == 40 * (25 + 38)  # a second, and a second and a half at the miss
 
 
 def test_a_film_shows_the_discs_where_they_are(shown: Replay) -> None:
-    """At the end each circle is where its trace ends: the reference's on the left, the run's on the right."""
+    """At the end each circle is where its trace ends; the exact run goes along on the right, and the last look."""
     film = playback._film(shown)  # noqa: SLF001
-    frames = playback._FILM_S * playback._FRAMES_PER_S  # noqa: SLF001
-    film._func(frames - 1)  # type: ignore[attr-defined]  # noqa: SLF001
-    for axes, trace in zip(film._fig.axes, (shown.reference, shown.observed), strict=True):  # type: ignore[attr-defined]  # noqa: SLF001
-        centres = [artist.get_center() for artist in axes.patches if isinstance(artist, Circle)]
-        assert np.array(centres) == pytest.approx(trace.final_position_m, abs=1e-5)
+    frames = playback._times(shown.reference.scene, 0.0)  # noqa: SLF001
+    film._func(len(frames) - 1)  # type: ignore[attr-defined]  # noqa: SLF001
+    left, right = film._fig.axes  # type: ignore[attr-defined]  # noqa: SLF001
+    of = [[circle.get_center() for circle in axes.patches if isinstance(circle, Circle)] for axes in (left, right)]
+    exact, seen = shown.reference.final_position_m, shown.observed.final_position_m
+    assert np.array(of[0]) == pytest.approx(exact, abs=1e-5)
+    assert np.array(of[1]) == pytest.approx(np.concatenate([seen, exact, seen]), abs=1e-5)
+    film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+def test_a_cross_stays_where_the_impact_is_missed(shown: Replay) -> None:
+    """It is where the two would have touched, from that instant to the end, and not before."""
+    film = playback._film(shown)  # noqa: SLF001
+    (cross,) = [line for line in film._fig.axes[1].lines if line.get_marker() == "x"]  # type: ignore[attr-defined]  # noqa: SLF001
+    (impact,) = shown.reference.impacts
+    met_s, one = impact["time_s"], shown.reference.scene.discs[0]
+    centre = np.add(one.position_m, met_s * np.array(one.velocity_m_s))
+    assert np.hypot(*(np.ravel(cross.get_data()) - centre)) == pytest.approx(one.radius_m)
+    times = playback._times(shown.reference.scene, 0.0)  # noqa: SLF001
+    for frame, visible in ((0, False), (len(times) - 1, True)):
+        film._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
+        assert cross.get_visible() is visible
+    film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay) -> None:
+    """The run looks every 24th of a second: its dashed disc is where it was at the last of them."""
+    film = playback._film(shown)  # noqa: SLF001
+    times = playback._times(shown.reference.scene, None)  # noqa: SLF001 - before the film is held
+    frame = int(np.searchsorted(times, 2.5 / 24))
+    film._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
+    dashed = [c for c in film._fig.axes[1].patches if isinstance(c, Circle) and not c.get_fill()]  # type: ignore[attr-defined]  # noqa: SLF001
+    discs = shown.reference.scene.discs
+    looked = [np.add(disc.position_m, 2 / 24 * np.array(disc.velocity_m_s)) for disc in discs]
+    assert np.array([circle.get_center() for circle in dashed]) == pytest.approx(np.array(looked), abs=1e-5)
     film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 
 
@@ -103,9 +142,8 @@ def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatc
     program.chmod(0o755)
     with rc_context({"animation.ffmpeg_path": str(program)}):
         frames = shown.save(tmp_path / "replay.mp4").read_bytes()
-    size = len(frames) // playback._FRAMES_PER_S  # noqa: SLF001
-    assert size == 4 * 640 * 352  # four bytes a pixel, 8 by 4.4 inches of 80
-    assert len(frames) == size * playback._FRAMES_PER_S  # noqa: SLF001
+    size = 4 * 640 * 352  # four bytes a pixel, 8 by 4.4 inches of 80
+    assert len(frames) == size * (25 + 38)  # a second, and a second and a half at the miss
     assert frames[:size] != frames[-size:]
 
 
