@@ -144,7 +144,8 @@
       const { frame } = this.scene, written = make("output", {});
       const write = () => { written.textContent = `${number(1000 * this.run.dt, 3)} ms, ${number(this.run.dt / frame, 3)} of a frame`; };
       this.step = make("input", {
-        type: "range", min: Math.log(frame / 20), max: Math.log(3 * frame), step: 0.02, value: Math.log(this.own.dt), "aria-label": "Step of PIT",
+        // A little beyond a twentieth: no round part of a frame, at which a look may be at the very impact.
+        type: "range", min: Math.log(frame / 20) + 0.01, max: Math.log(3 * frame), step: 0.02, value: Math.log(this.own.dt), "aria-label": "Step of PIT",
         oninput: () => {
           this.play(false);
           this.run = sampledEvery(this.scene, this.own, Math.exp(Number(this.step.value)));
