@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from carom.studies.cross_check.run import cross_check as cross_check
     from carom.studies.cross_check.run import run as run
     from carom.studies.tune.ask import tune as tune
+    from carom.trace import Mode as Mode
     from carom.trace import Outcome as Outcome
     from carom.trace import Trace as Trace
 
@@ -74,7 +75,7 @@ _HOMES = {
     "carom.solvers.pic": ("solve_pic",),
     "carom.solvers.pit.solve": ("solve_pit",),
     "carom.solvers.plain.framewise": ("solve_pic_framewise",),
-    "carom.trace": ("Outcome", "Trace"),
+    "carom.trace": ("Mode", "Outcome", "Trace"),
 }
 _HOME = dict(sorted((name, module) for module, names in _HOMES.items() for name in names))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
@@ -21,11 +22,14 @@ if TYPE_CHECKING:
 __all__ = [
     "EDGE_DTYPE",
     "IMPACT_DTYPE",
+    "MODE_DTYPE",
     "SPIN_DTYPE",
     "STATE_DTYPE",
     "EdgeKind",
     "Flight",
     "ImpactRecord",
+    "Mode",
+    "ModeRecord",
     "Outcome",
     "Samples",
     "Setting",
@@ -35,6 +39,7 @@ __all__ = [
     "free_flights",
     "impact_array",
     "kinetic_energy",
+    "mode_array",
     "pair_name",
     "rim_speeds",
     "spin_array",
@@ -82,6 +87,25 @@ EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
 #: known; a wall has no position.
 STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
 
+#: A disc's motion from an instant on, where contact that lasts begins, changes or ends: see `Mode`. `wall` is the body
+#: number of the wall, `impacts` how many of the trace's impacts come before; until the disc's next mode it moves with
+#: these accelerations.
+MODE_DTYPE = np.dtype(
+    [
+        ("time_s", "f8"),
+        ("impacts", "i8"),
+        ("disc", "i8"),
+        ("wall", "i8"),
+        ("before", "i8"),
+        ("after", "i8"),
+        ("position", "f8", 2),
+        ("velocity", "f8", 2),
+        ("acceleration", "f8", 2),
+        ("spin", "f8"),
+        ("spin_rate", "f8"),
+    ]
+)
+
 Vector = tuple[float, float]
 
 _COLUMNS = len(IMPACT_DTYPE.names or ())
@@ -93,6 +117,15 @@ class EdgeKind(IntEnum):
     FACE = 0
     VERTEX = 1
     ARC = 2
+
+
+class Mode(IntEnum):
+    """How a disc moves: on its own, or in contact with a wall that gravity presses it to."""
+
+    FLIGHT = 0
+    SLIDE = 1
+    ROLL = 2
+    REST = 3
 
 
 #: Of an impact on a disc, or on a half-plane.
@@ -114,6 +147,22 @@ class ImpactRecord(NamedTuple):
     edge: tuple[int, int] = NO_EDGE  # in the order of `EDGE_DTYPE`
 
 
+class ModeRecord(NamedTuple):
+    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Seconds, metres, radians."""
+
+    time_s: float
+    impacts: int
+    disc: int
+    wall: int
+    before: Mode
+    after: Mode
+    position: Vector
+    velocity: Vector
+    acceleration: Vector
+    spin: float
+    spin_rate: float
+
+
 def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return the records as a read-only structured array of `IMPACT_DTYPE`."""
     impacts = np.array([record[:_COLUMNS] for record in records], dtype=IMPACT_DTYPE)
@@ -133,6 +182,13 @@ def edge_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     edges = np.array([record.edge for record in records], dtype=EDGE_DTYPE)
     edges.flags.writeable = False
     return edges
+
+
+def mode_array(records: Iterable[ModeRecord]) -> NDArray[np.void]:
+    """Return the records as a read-only structured array of `MODE_DTYPE`."""
+    modes = np.array(list(records), dtype=MODE_DTYPE)
+    modes.flags.writeable = False
+    return modes
 
 
 def wall_body(wall: int) -> int:
@@ -181,6 +237,8 @@ class Outcome(Enum):
     STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
     GLIDES = "a disc glides along a wall that bends round it: contact from there on, and no impacts"
     AT_REST = "a disc rests on a wall or an immovable disc, after infinitely many impacts or from the start"
+    PRESSED = "two discs stay in touch, pressed together: contact of discs is not solved"
+    CORNER = "a disc is held by two walls at once: contact in a corner is not solved"
     WARNED = "the method's own warning says that its state is not to be trusted"
     NON_FINITE = "the state is no longer finite"
     STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
@@ -188,12 +246,26 @@ class Outcome(Enum):
     @property
     def in_contact(self) -> bool:
         """Whether the run ended where contact begins that lasts, which a method that simulates it goes on with."""
-        return self in {Outcome.AT_REST, Outcome.GLIDES}
+        return self in {Outcome.AT_REST, Outcome.GLIDES, Outcome.PRESSED, Outcome.CORNER}
 
     @property
     def of_disc(self) -> str:
         """What a disc does at an end in contact."""
-        return "glides along a wall" if self is Outcome.GLIDES else "comes to rest"
+        return _OF_DISC.get(self, "comes to rest")
+
+
+_OF_DISC = {
+    Outcome.GLIDES: "glides along a wall",
+    Outcome.PRESSED: "stays in touch with another",
+    Outcome.CORNER: "is held by two walls",
+}
+
+_OF_MODE = {
+    Mode.SLIDE: "slides along a wall",
+    Mode.ROLL: "rolls along a wall",
+    Mode.REST: "comes to rest",
+    Mode.FLIGHT: "leaves a wall",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,6 +313,8 @@ class Trace(ByValue, Tabular):
             `carom.DiscArrays.turns`), and where the method does not tell.
         edges: Structured array of `EDGE_DTYPE`, one entry an impact: which edge of a finite wall it was on. None in a
             scene without such walls, and where the method does not tell.
+        modes: Structured array of `MODE_DTYPE`, in order of time: when discs come to slide, roll or rest on a wall,
+            and when they leave it. None where nothing does, and where the method does not tell.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
         local_truth: What became of every step, by the method's own states; None where these were not looked at.
     """
@@ -266,6 +340,7 @@ class Trace(ByValue, Tabular):
     notes: tuple[str, ...] = ()
     spins: NDArray[np.void] | None = None
     edges: NDArray[np.void] | None = None
+    modes: NDArray[np.void] | None = None
     final_spin_rad_s: NDArray[np.float64] | None = None
     local_truth: LocalTruth | None = None
 
@@ -274,19 +349,33 @@ class Trace(ByValue, Tabular):
         """The profile, with what was tried in its place."""
         return profile_shown(self.profile, self.tried)
 
+    @property
+    def contact_s(self) -> float:
+        """When the first contact begins that lasts, by the trace's own modes and end; infinity where there is none."""
+        if self.modes is not None and len(self.modes):
+            return float(self.modes["time_s"][0])
+        return self.end_time_s if self.outcome.in_contact else math.inf
+
+    @property
+    def contact_of_disc(self) -> str:
+        """What a disc does from `contact_s` on, as a clause without its subject."""
+        if self.modes is not None and len(self.modes):
+            return _OF_MODE[Mode(int(self.modes["after"][0]))]
+        return self.outcome.of_disc
+
 
 @dataclass(frozen=True, eq=False)
 class Flight(ByValue):
-    """A disc's flight between two of its impacts, by the trace's own velocities; the start and the end count as such.
+    """A disc's path between two of its impacts, or modes, by the trace's own velocities; start and end count as such.
 
     Attributes:
         disc: The disc.
-        impact: Index of the impact that ends it; the number of impacts where the run ends before another.
+        impact: Index of the impact that ends it; the number of impacts where a mode or the run ends it.
         begin_s: When it begins, seconds.
         end_s: When it ends.
         position_m: Where, shape ``(2,)``.
         velocity_m_s: How fast the disc is then, shape ``(2,)``.
-        pull_m_s2: The gravity that acts on it, shape ``(2,)``.
+        pull_m_s2: Its acceleration, shape ``(2,)``: gravity, or that of its mode.
         damping: What slows it down.
     """
 
@@ -307,7 +396,7 @@ class Flight(ByValue):
 
 
 def free_flights(trace: Trace) -> Iterator[Flight]:
-    """Yield every free flight of every disc, in the order in which they end: what the impacts of a trace lead to."""
+    """Yield every flight of every disc, in the order in which they end: what impacts and modes of a trace lead to."""
     count, discs = len(trace.impacts), trace.scene.discs
     place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
     velocity = [np.array(disc.velocity_m_s, dtype=np.float64) for disc in discs]
@@ -317,7 +406,18 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
     def flight_of(disc: int, impact: int, end_s: float) -> Flight:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
+    def modes_before(impacts: int) -> Iterator[Flight]:
+        """Carry out the modes that come before there have been more impacts than these."""
+        while modes and modes[-1]["impacts"] <= impacts:
+            mode = modes.pop()
+            disc = int(mode["disc"])
+            yield flight_of(disc, count, float(mode["time_s"]))
+            place[disc], velocity[disc], pull[disc] = mode["position"], mode["velocity"], mode["acceleration"]
+            since[disc] = float(mode["time_s"])
+
+    modes = [] if trace.modes is None else list(trace.modes[::-1])
     for k, impact in enumerate(trace.impacts):
+        yield from modes_before(k)
         for side in ("first", "second"):
             disc = int(impact[side])
             if disc >= 0:
@@ -325,6 +425,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
                 yield flight
                 place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
                 velocity[disc] = impact[f"velocity_{side}_after"]
+    yield from modes_before(count)
     for disc in range(len(discs)):
         yield flight_of(disc, count, trace.end_time_s)
 

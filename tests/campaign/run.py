@@ -21,16 +21,25 @@ from tests.checker import Report, Violation, check, watch
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.falling.run import BallisticRun
 from carom.solvers.run import Run
+from carom.trace import ModeRecord, Outcome
 
 #: Seconds after which a run ends in any case: an inelastic gas all but comes to rest. As many seconds as 10,000 free
 #: flights take or more, so it ends no other.
 LONGEST_S = 1e6
 
 
+class FlightAlone(BallisticRun):
+    """A fall that ends where contact begins that lasts: the checker knows of flights and impacts."""
+
+    def _keep_mode(self, mode: ModeRecord | None) -> None:
+        super()._keep_mode(mode)
+        self._ended = Outcome.AT_REST
+
+
 def run_of(gas: Gas) -> Run:
     """Return PIC's run of a gas."""
     if gas.gravity_m_s2 != (0.0, 0.0):
-        return BallisticRun(gas)
+        return FlightAlone(gas)
     return EventDrivenRun(gas.start, contact_duration_s=gas.contact_duration_s)
 
 

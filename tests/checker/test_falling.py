@@ -117,6 +117,7 @@ class OtherGravity(FallingBodies):
     def __init__(self, start: Any) -> None:
         super().__init__(start)
         self.gravity = (self.gravity[0] * SLIGHTLY, self.gravity[1] * SLIGHTLY)
+        self.acceleration = [self.gravity if mass else (0.0, 0.0) for mass in self.inverse_mass]
 
 
 class KeepsItsVelocity(FallingBodies):
@@ -193,14 +194,14 @@ def test_each_wrong_way_to_fall_is_found(
     assert broken in rules(checked(gas(), IMPACTS))
 
 
-class RestsTooSoon(BallisticRun):
+class RestsTooSoon(campaign_run.FlightAlone):
     """Takes a slow impact for rest."""
 
     def _is_at_rest(self, approach: float, pull: float, gap_m: float, last: Instant | None) -> bool:
         return (pull < 0.0 and approach < 0.5) or super()._is_at_rest(approach, pull, gap_m, last)
 
 
-class RestsInTheAir(BallisticRun):
+class RestsInTheAir(campaign_run.FlightAlone):
     """Ends at rest at its hundredth impact, wherever that is."""
 
     def _carry_out(self, first: int, second: int, instant: Instant) -> None:
@@ -212,7 +213,7 @@ class RestsInTheAir(BallisticRun):
 @pytest.mark.parametrize("run", [RestsTooSoon, RestsInTheAir])
 def test_a_rest_that_is_none_is_found(run: Callable[..., BallisticRun], monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that ends at rest although each of its discs moves on, or touches nothing, breaks the rule of ends."""
-    monkeypatch.setattr(campaign_run, "BallisticRun", run)
+    monkeypatch.setattr(campaign_run, "FlightAlone", run)
     assert "end" in rules(checked(gas(), IMPACTS))
 
 
@@ -226,7 +227,7 @@ def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[fl
         size = np.full(len(place), 0.5)
         start = DiscArrays(np.array(place), np.zeros((len(place), 2)), size, mass, walls, restitution, restitution)
         case = Gas(0, Kind.FALLING, 0.0, start, 10_000, gravity_m_s2=gravity)
-        run = BallisticRun(case)
+        run = campaign_run.FlightAlone(case)
         assert run.advance_to(1e6) is Outcome.AT_REST
         report = checked(case)
         assert report.violations == []

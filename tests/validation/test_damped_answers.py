@@ -12,7 +12,7 @@ from carom.pages.tracks import SHARPNESS, reference_tracks
 from carom.scenes import CatalogueScene, find_scenes
 from carom.scenes.entry import deviation
 
-SCENES = find_scenes(["contact"])
+SCENES = find_scenes(["contact/damped-*"])
 #: What rounding may leave of an answer, over the scene's sizes.
 ROUNDING = 1e-12
 

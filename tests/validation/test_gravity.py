@@ -17,7 +17,7 @@ from tests.stage import disc_at, staged, wall_at
 from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
 from carom.scenes import CatalogueScene, Tag, catalogue
-from carom.trace import Vector
+from carom.trace import Mode, Vector
 
 G = 9.81
 ROUNDING = 1e-12
@@ -71,12 +71,13 @@ def test_an_elastic_ball_keeps_its_times_and_its_energy_over_1e5_bounces() -> No
 @pytest.mark.parametrize("slope", [0.0, 0.35, -1.2])
 @pytest.mark.parametrize("restitution", [0.3, 0.8, 0.97])
 def test_the_infinite_series_ends_at_its_limit_with_its_name(restitution: float, slope: float) -> None:
-    """A ball of restitution below 1 has infinitely many bounces before t*; the run ends there and says so."""
+    """A ball of restitution below 1 bounces without end before t*; from there on it slides."""
     trace = solve_pic(ball(1.0, restitution, slope=slope, drift_m_s=0.7, duration_s=1e3))
-    assert trace.outcome is Outcome.AT_REST
-    assert trace.end_time_s == pytest.approx(rest_time(1.0, restitution, slope), rel=1e-13)
-    assert "comes to rest on wall 0" in trace.notes[0]
-    # What is left is sliding: no speed into the wall or out of it.
+    assert trace.outcome is Outcome.COMPLETED
+    assert trace.modes is not None
+    assert trace.modes["after"].tolist() == [Mode.SLIDE]
+    assert trace.contact_s == pytest.approx(rest_time(1.0, restitution, slope), rel=1e-13)
+    # No speed into the wall or out of it.
     normal = np.array(trace.scene.half_planes()[0].normal)
     assert abs(trace.final_velocity_m_s[0] @ normal) <= 1e-15 * np.hypot(*trace.final_velocity_m_s[0]) + 1e-300
     assert trace.ambiguous == ()
@@ -100,21 +101,20 @@ def test_the_ladder_of_bounces_is_a_geometric_series(restitution: float, slope: 
 @pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
 @pytest.mark.parametrize("height", [0.0, 1e-17])
 def test_a_ball_that_lies_on_the_floor_rests_there(height: float, restitution: float) -> None:
-    """Contact without speed is no impact: the run ends at once, with the same outcome for any restitution."""
+    """Contact without speed is no impact: the ball rests from the start, whatever its restitution."""
     scene = ball(height, restitution)
     for solve in (solve_pic, solve_pic_framewise):
         trace = solve(scene)
-        assert trace.outcome is Outcome.AT_REST
-        assert len(trace.impacts) == 0
-        assert trace.end_time_s <= math.sqrt(2 * 1e-16 / G)
+        assert trace.modes is not None
+        assert trace.modes["after"].tolist() == [Mode.REST]
+        assert (trace.contact_s, trace.outcome, len(trace.impacts)) == (0.0, Outcome.COMPLETED, 0)
 
 
 def test_a_ball_that_does_not_bounce_lies_where_it_fell() -> None:
-    """Restitution 0: one impact, and rest at the same instant."""
+    """Restitution 0: one impact, and contact at the same instant."""
     trace = solve_pic(ball(1.0, 0.0, slope=0.3))
     assert len(trace.impacts) == 1
-    assert trace.outcome is Outcome.AT_REST
-    assert trace.end_time_s == trace.impacts["time_s"][0]
+    assert trace.contact_s == trace.impacts["time_s"][0]
 
 
 def test_gravity_along_a_wall_presses_nothing_to_it() -> None:
@@ -125,7 +125,7 @@ def test_gravity_along_a_wall_presses_nothing_to_it() -> None:
     assert trace.final_position_m.tolist() == [[0.5, -16.0]]
 
 
-def test_a_wedge_ends_in_rest_or_standstill() -> None:
+def test_a_wedge_ends_by_name() -> None:
     """A ball that bounces ever lower between two slopes ends with a named outcome, not after bounces without end."""
     for seed in range(6):
         rng = np.random.default_rng(seed)
@@ -139,7 +139,7 @@ def test_a_wedge_ends_in_rest_or_standstill() -> None:
             duration_s=1000.0,
         )
         trace = solve_pic(scene, max_impacts=20_000)
-        assert trace.outcome in {Outcome.AT_REST, Outcome.STANDSTILL}
+        assert trace.outcome in {Outcome.CORNER, Outcome.STANDSTILL}
 
 
 def test_discs_that_are_pressed_together_end_at_a_standstill() -> None:

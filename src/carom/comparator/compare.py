@@ -227,8 +227,6 @@ def _evidence(
         sampled = measure(reference, sampling, scales, reach)
         against_pit = measure(sampling, observed, scales, reach_of(sampling, reach.until_s))
         price = price_of_sampling(reference, sampling, sampled, scales, reach, measured, observed.float_bits)
-    # Where a disc comes to rest the reference ends, and with it free flight.
-    rest_s = reference.end_time_s if reference.outcome.in_contact else math.inf
     broken, truth = not_finite(observed), observed.local_truth
     if truth is not None and (missed := measured.alignment.missed):
         shown = shown_by_states(reference, missed, truth, observed.dt_s)
@@ -246,7 +244,7 @@ def _evidence(
         order=order_of(reference, observed, measured.alignment),
         local=local_errors(observed, scales),
         convention=match_outcome(reference, observed, sampling, scales),
-        consistency=None if broken else consistency_of(observed, scales, rest_s),
+        consistency=None if broken else consistency_of(observed, scales, reference.contact_s),
         branches=wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
         broken=broken,
         local_truth=None if truth is None else local_score(truth, scales, observed.float_bits, reach.until_s),

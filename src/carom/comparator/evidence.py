@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -92,7 +93,7 @@ class Evidence:
     @property
     def ended_otherwise(self) -> bool:
         """Whether the run ended otherwise than the reference; where discs come to rest nobody else must end."""
-        asked = Outcome.COMPLETED if self.reference.outcome.in_contact else self.reference.outcome
+        asked = Outcome.COMPLETED if self.reference.contact_s < math.inf else self.reference.outcome
         return self.observed.outcome is not asked or (asked is Outcome.COMPLETED and self.cut_short)
 
     @property

@@ -61,10 +61,10 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         rest = "; to the end every step agrees with PIC from its own state" if looked else ""
         reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{unknown}{rest}"
         found.append(Finding(Verdict.CONFORMS, reason))
-    if evidence.reference.outcome.in_contact:
+    if evidence.reference.contact_s < math.inf:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
         there = ", gliding along a wall" if evidence.reference.outcome is Outcome.GLIDES else ""
-        found.append(Finding(Verdict.RESTED, f"at {evidence.reference.end_time_s:.6g} s{there}; from there {beyond}"))
+        found.append(Finding(Verdict.RESTED, f"at {evidence.reference.contact_s:.6g} s{there}; from there {beyond}"))
     return tuple(found)
 
 

@@ -48,7 +48,7 @@ def _where_undecided(evidence: Evidence, local: LocalScore) -> Grade:
         local.invented and not ambiguous
     ):
         return Grade.WRONG
-    rests = evidence.reference.outcome.in_contact and not evidence.reach.impacts
+    rests = evidence.reference.contact_s < math.inf and not evidence.reach.impacts
     certain = evidence.convention is None and local.grade is Grade.INACCURATE
     return local.grade if certain or (rests and local.grade is not Grade.EXACT) else Grade.UNGRADED
 

@@ -91,7 +91,7 @@ SAID_WHEN = {
         "to a horizon or a rest only"
     ),
     Verdict.SAMPLED_STEPS: "the steps are *close* or *sampled*, and nothing else is said",
-    Verdict.RESTED: ("PIC ends there; the reason says whether the steps beyond were looked at"),
+    Verdict.RESTED: ("contact lasts from there on; the reason says whether the steps beyond were looked at"),
     Verdict.NO_IMPACT: "the reference has none, and nothing else is said",
     Verdict.NOTHING_COMPARED: "there is a horizon, and no impact of the reference before it",
     Verdict.CONFORMS: (

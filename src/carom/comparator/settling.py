@@ -27,19 +27,19 @@ class _Bounces(NamedTuple):
 def before_rest(reference: Trace, reach: Reach, dt_s: float, sampling: Trace | None = None) -> Reach:
     """Return what of a reach lies before a disc comes to rest, at a step, as far as steps can tell.
 
-    A reference may end where a disc rests. Before that come impacts, often without end, that close on something by no
-    more than is fallen in a step or two: a method that looks once a step rests already. PIT, where it is given, loses
-    these bounces some hops earlier, and no step tells more than PIT's.
+    A disc may come to rest, to slide or to roll. Before that come impacts, often without end, that close on something
+    by no more than is fallen in a step or two: a method that looks once a step rests already. PIT, where it is given,
+    loses these bounces some hops earlier, and no step tells more than PIT's.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]
-    if reference.scene.gravity_m_s2 == (0.0, 0.0) and not reference.outcome.in_contact:
+    if reference.scene.gravity_m_s2 == (0.0, 0.0) and reference.contact_s == math.inf:
         return reach
     closing = np.sum((impacts["velocity_first_before"] - impacts["velocity_second_before"]) * impacts["normal"], axis=1)
     weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
     bouncing = _last_bounces(reference)
-    if reference.outcome is not Outcome.AT_REST:  # gliding along a wall is no rest
+    if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # which is no rest
         weak &= np.isin(np.arange(len(impacts)), [row for bounces in bouncing for row in bounces.rows])
-    ends_s = [reference.end_time_s if reference.outcome.in_contact else math.inf]
+    ends_s = [reference.contact_s]
     ends_s += np.nextafter(times[weak][:1], -math.inf).tolist()
     if sampling is not None and bouncing:
         alignment = align(reference, sampling)

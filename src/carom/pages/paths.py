@@ -68,9 +68,9 @@ def exact_paths(trace: Trace) -> Paths:
 
 
 def _line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    pieces = _PIECES_OF_A_PARABOLA if track.pull_m_s2.any() else 1
-    parts = np.arange(pieces) / pieces
-    times = np.append(track.time_s[:-1, None] + np.diff(track.time_s)[:, None] * parts, track.time_s[-1])
+    pieces = np.where(track.pulls_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
+    flights = zip(track.time_s[:-1].tolist(), np.diff(track.time_s).tolist(), pieces, strict=True)
+    times = np.array([begin + lasts * (k / n) for begin, lasts, n in flights for k in range(n)] + [track.time_s[-1]])
     return times, track.at(times)
 
 

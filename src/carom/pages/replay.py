@@ -44,6 +44,9 @@ __all__ = [
 
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
+#: What the exact path may be off by where a disc slides, rolls or rests, in parts of the scene's extent: the page draws
+#: flights of one acceleration, so it is told more of them there. A hundredth of a pixel in a picture of a hundred.
+_NEAR_IN_CONTACT = 1e-4
 
 #: Why a cause is not told.
 UNKNOWN = "not told apart: its own state before is not known"
@@ -112,7 +115,10 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
     places = _SHARP - math.floor(math.log10(extent_m))
     return {
         **_of_scene(scene),
-        "reference": [_of_track(track, None) for track in reference_tracks(reference)],
+        "reference": [
+            _of_track(track.under(np.array(scene.gravity_m_s2), _NEAR_IN_CONTACT * extent_m), None)
+            for track in reference_tracks(reference)
+        ],
         "turned": _of_turnings(reference),
         "impacts": [
             [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts

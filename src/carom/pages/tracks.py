@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 #: A sampled state is left out where the flight between its neighbours passes it by no more than this part of the
 #: scene's extent: a thousandth of a pixel in a picture of a hundred pixels, a fiftieth in the largest.
 SHARPNESS = 1e-5
+#: Between two of as many pieces a spin that changes evenly is off by 1/576 of what its change turns the disc by.
+_PIECES_OF_A_SLIDE = 12
 
 
 @dataclass(frozen=True)
@@ -31,12 +33,18 @@ class Track:
     Attributes:
         time_s: When each begins, and last when the last one ends; shape ``(k,)``, ascending.
         position_m: Where the disc is then, shape ``(k, 2)``.
-        pull_m_s2: The gravity that acts on it, shape ``(2,)``.
+        pull_m_s2: Its acceleration: of all flights, shape ``(2,)``, or where it slides, rolls or rests now and then of
+            each, shape ``(k - 1, 2)``.
     """
 
     time_s: Array
     position_m: Array
     pull_m_s2: Array
+
+    @property
+    def pulls_m_s2(self) -> Array:
+        """The acceleration of each flight, shape ``(k - 1, 2)``."""
+        return np.broadcast_to(self.pull_m_s2, (len(self.time_s) - 1, 2))
 
     def at(self, time_s: Array) -> Array:
         """Return where the disc is at each of some times within the run, shape ``(len(time_s), 2)``."""
@@ -45,9 +53,21 @@ class Track:
         with np.errstate(invalid="ignore", divide="ignore"):  # a flight of no length begins where it ends
             part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
         straight = self.position_m[after - 1] * (1.0 - part) + self.position_m[after] * part
-        bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * self.pull_m_s2
+        bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * self.pulls_m_s2[after - 1]
         found: Array = straight + bulge
         return found
+
+    def under(self, pull_m_s2: Array, near_m: float) -> Track:
+        """Return the track in flights of one acceleration, off by no more than `near_m`: as many as that takes."""
+        if self.pull_m_s2.ndim == 1:
+            return self
+        lasted = np.diff(self.time_s)
+        off = np.hypot(*(self.pulls_m_s2 - pull_m_s2).T)
+        count = np.maximum(1, np.ceil(lasted * np.sqrt(off / (8.0 * near_m)))).astype(int)
+        begins = self.time_s[:-1]
+        pieces = [begins[k] + lasted[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
+        times = np.append(np.concatenate(pieces), self.time_s[-1])
+        return Track(times, self.at(times), pull_m_s2)
 
 
 @dataclass(frozen=True)
@@ -55,7 +75,8 @@ class Turning:
     """How far one disc has turned: evenly between two of its impacts.
 
     Attributes:
-        time_s: The start, its impacts, and the end; shape ``(k,)``, ascending.
+        time_s: The start, its impacts, what tells how its spin changes in contact, and the end; shape ``(k,)``,
+            ascending.
         angle_rad: The angle then from that at the start, counterclockwise, shape ``(k,)``.
     """
 
@@ -79,19 +100,34 @@ def turnings(trace: Trace) -> tuple[Turning, ...]:
     turned = reported if effective is None else np.where(np.isfinite(effective), effective, reported)
     knots = [[(0.0, 0.0)] for _ in trace.scene.discs]
     spin = trace.scene.arrays.spins.tolist()
+    rate = [0.0] * len(spin)
 
     def turn(disc: int, time_s: float) -> None:
         since, angle = knots[disc][-1]
         later = max(since, time_s) if np.isfinite(time_s) else since
-        knots[disc].append((later, angle + spin[disc] * (later - since)))
+        pieces = _PIECES_OF_A_SLIDE if rate[disc] else 1
+        for passed in ((later - since) * (k + 1) / pieces for k in range(pieces)):
+            knots[disc].append((since + passed, angle + (spin[disc] + 0.5 * rate[disc] * passed) * passed))
+        spin[disc] += rate[disc] * (later - since)
+
+    modes = [] if trace.modes is None else list(trace.modes[::-1])
+
+    def change_before(impacts: int) -> None:
+        while modes and modes[-1]["impacts"] <= impacts:
+            mode = modes.pop()
+            disc = int(mode["disc"])
+            turn(disc, float(mode["time_s"]))
+            spin[disc], rate[disc] = float(mode["spin"]), float(mode["spin_rate"])
 
     for k in np.argsort(turned, kind="stable").tolist():
+        change_before(k)
         for side in ("first", "second"):
             disc = int(trace.impacts[side][k])
             if disc >= 0:
                 turn(disc, float(turned[k]))
                 after = float(trace.spins[f"{side}_after"][k])
                 spin[disc] = after if np.isfinite(after) else 0.0
+    change_before(len(turned))
     for disc in range(len(knots)):
         turn(disc, trace.end_time_s)
     return tuple(Turning(*np.array(of_disc).T) for of_disc in knots)
@@ -102,13 +138,17 @@ def reference_tracks(trace: Trace) -> tuple[Track, ...]:
     discs = trace.scene.discs
     times = [[0.0] for _ in discs]
     places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
-    pulls = [np.zeros(2) for _ in discs]
+    pulls: list[list[Array]] = [[] for _ in discs]
     for flight in free_flights(trace):
         for time_s in _knots(flight):
             times[flight.disc].append(time_s)
             places[flight.disc].append(flight.at(time_s))
-        pulls[flight.disc] = flight.pull_m_s2
-    return tuple(Track(np.array(times[k]), np.array(places[k]), pulls[k]) for k in range(len(discs)))
+            pulls[flight.disc].append(flight.pull_m_s2)
+    touching = () if trace.modes is None else set(trace.modes["disc"].tolist())
+    return tuple(
+        Track(np.array(times[k]), np.array(places[k]), np.array(pulls[k]) if k in touching else pulls[k][0])
+        for k in range(len(discs))
+    )
 
 
 def _knots(flight: Flight) -> list[float]:
@@ -145,14 +185,18 @@ def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
     near = SHARPNESS * extent_m
     if all(_passes(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
         return flown
-    return tuple(_thinned(times, places[:, disc], track.pull_m_s2, near) for disc, track in enumerate(flown))
+    return tuple(_thinned(times, places[:, disc], _fall(trace, disc), near) for disc, track in enumerate(flown))
+
+
+def _fall(trace: Trace, disc: int) -> Array:
+    return np.zeros(2) if trace.scene.discs[disc].immovable else np.array(trace.scene.gravity_m_s2)
 
 
 def _finite(track: Track) -> Track:
     """Return a track as far as its numbers are finite: a disc whose place is unknown stays where it was seen last."""
     known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
     count = len(known) if known.all() else int(known.argmin())
-    return Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
+    return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
 
 
 def _passes(track: Track, times: Array, places: Array, near: float) -> bool:

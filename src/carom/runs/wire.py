@@ -18,7 +18,7 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, c
 
 from carom.adapter import Observation
 from carom.scene import Scene
-from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
+from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
 from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
 
 __all__ = ["CarriedObservation", "CarriedTrace", "Codec"]
@@ -79,7 +79,7 @@ def _array(dtype: DTypeLike) -> Any:
 
 
 #: What a journal of this format may lack, as it was written before Carom knew it: it is None there.
-LATER = frozenset({"edges"})
+LATER = frozenset({"edges", "modes"})
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
@@ -151,6 +151,7 @@ else:
         impacts_per_disc=_array(np.int64) | None,
         spins=_array(SPIN_DTYPE) | None,
         edges=_array(EDGE_DTYPE) | None,
+        modes=_array(MODE_DTYPE) | None,
         final_spin_rad_s=_FLOATS | None,
         samples=_carried(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
         local_truth=_carried(

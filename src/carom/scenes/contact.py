@@ -1,14 +1,15 @@
-"""The group `contact`: discs that something slows down between impacts, each scene with its answer in closed form.
+"""The group `contact`: discs that slide, roll and rest, or are slowed down, each with its answer in closed form.
 
 Of a disc with the velocity v the law ``v' = -c v`` leaves ``v exp(-c t)`` after the way ``v s``, where s is
 ``(1 - exp(-c t)) / c``: each answer is worked out with constant velocities in s, and ``t = -ln(1 - c s) / c``.
-`docs/damping.md` derives it.
+`docs/damping.md` derives it. What slides, rolls and rests does so by Coulomb's law, which `docs/contact.md` derives.
 The group runs when it is asked for.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from carom.scene import Disc, Wall
 from carom.scenes.closed_forms import scene_of
@@ -147,5 +148,163 @@ def _damped_slide() -> Staged:
         ((u_after * left, v_after * left),),
         ((u * when + u_after * (end - when), 1.0 + v_after * (end - when)),),
         final_spin_rad_s=(spin_after * left,),
+    )
+    return Staged(scene, known)
+
+
+# On a wall that gravity presses a disc to -----------------------------------------------------------------------------
+
+_RADIUS_M, _G = 0.5, 10.0
+_COULOMB = "Coulomb's law: while it slips, friction is f P; a disc rolls if f P (1 + 1/k) is enough to hold its slip"
+
+
+def _on_a_wall(
+    source: str,
+    answer: tuple[float, float, float],
+    duration_s: float,
+    *,
+    fall: float = 0.0,
+    along: float = 0.0,
+    rim: float = 0.0,
+    into: float = 0.0,
+    up: float = 0.0,
+    count: int | None = 0,
+    inertia: float = 0.5,
+    **laws: Any,
+) -> Staged:
+    """Stage a disc on a wall through the origin that falls off to the right.
+
+    Args:
+        source: Where the answer comes from.
+        answer: How far it is along the wall at the end, how fast, and how fast its rim is: metres, metres a second.
+        duration_s: How long the scene is.
+        fall: Tangent of the angle of the wall: one of a right triangle with sides in whole numbers.
+        along: How fast it is along the wall at the start.
+        rim: How fast its rim is, counterclockwise.
+        into: How fast it comes into the wall.
+        up: How high it starts, metres.
+        count: Its impacts.
+        inertia: Its inertia factor.
+        laws: Restitution and friction of the wall.
+    """
+    nx, ny = fall / math.hypot(1.0, fall), 1.0 / math.hypot(1.0, fall)
+
+    def at(way: float, off: float) -> Vector:
+        return (way * ny + off * nx, off * ny - way * nx)
+
+    disc = Disc(
+        position_m=at(0.0, _RADIUS_M + up),
+        velocity_m_s=at(along, -into),
+        radius_m=_RADIUS_M,
+        spin_rad_s=rim / _RADIUS_M,
+        inertia_factor=inertia,
+    )
+    wall = Wall(point_m=(0.0, 0.0), normal=(nx, ny))
+    scene = scene_of(discs=[disc], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
+    spins = (answer[2] / _RADIUS_M,) if scene.arrays.turns else None
+    place, velocity = (at(answer[0], _RADIUS_M),), (at(answer[1], 0.0),)
+    return Staged(scene, KnownAnswer(source, (), count, velocity, place, final_spin_rad_s=spins))
+
+
+@listed("contact")
+def _drop() -> Staged:
+    """A ball that is dropped and thrown bounces without end until 3/sqrt(5) s, and slides on from there."""
+    source = "Geometric series: of a fall that takes t, bounces by e end after t (1 + e)/(1 - e)"
+    return _on_a_wall(source, (4.0, 1.0, 0.0), 4.0, along=1.0, up=1.0, count=None, wall_restitution=0.5)
+
+
+@listed("contact")
+def _bounce_to_roll() -> Staged:
+    """A disc bounces without end, is gripped at its fourth bounce, and rolls from 1/5 s on."""
+    source = "Geometric series of the hops, sliding ones and held ones: docs/contact.md"
+    answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
+    return _on_a_wall(source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25)
+
+
+@listed("contact")
+def _lands_sliding() -> Staged:
+    """A disc lands after infinitely many sliding bounces with slip left, slides, and rolls from 19/10 s on."""
+    source = "Geometric series of the hops, all of them sliding: docs/contact.md"
+    slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
+    answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
+    return _on_a_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
+
+
+@listed("contact")
+def _between_thresholds() -> Staged:
+    """On a slope that holds a rolling disc, but no bouncing one: it lands sliding, and rolls from 3/8 s on."""
+    source = "Bounces hold a slip on slopes up to f (1 + 1/k)(1 + e)/2 = .675, contact up to f (1 + 1/k) = .9"
+    rolled, lasts = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
+    answer = (rolled + 2 * lasts + 4 * lasts**2 / 2, 2.0 + 4 * lasts, -2.0 - 4 * lasts)
+    start = {"fall": 0.75, "along": 0.75, "into": 1.0}
+    return _on_a_wall(source, answer, 0.375 + lasts, **start, count=None, wall_restitution=0.5, wall_friction=0.3)
+
+
+@listed("contact")
+def _slide_to_roll() -> Staged:
+    """A disc that slides at first rolls from 1/2 s on, at two thirds of its speed."""
+    return _on_a_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
+
+
+@listed("contact")
+def _sphere_slides_to_roll() -> Staged:
+    """A sphere that slides at first keeps five sevenths of its speed, as a billiard ball does."""
+    answer = (3 * 3 / 7 - 9 / 49 + 15 / 7 * (2 - 3 / 7), 15 / 7, -15 / 7)
+    return _on_a_wall(_COULOMB, answer, 2.0, along=3.0, inertia=0.4, wall_friction=0.2)
+
+
+@listed("contact")
+def _comes_back() -> Staged:
+    """A hoop's trick: with enough backspin a disc turns round after 1/4 m, and rolls back from 1 s on."""
+    return _on_a_wall(_COULOMB, (-1.0, -1.0, 1.0), 2.0, along=1.0, rim=5.0, wall_friction=0.2)
+
+
+@listed("contact")
+def _incline_rolls() -> Staged:
+    """A disc is let go on a slope and rolls: two thirds of what gravity gives along it."""
+    return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.3)
+
+
+@listed("contact")
+def _incline_slips() -> Staged:
+    """On the same slope with less friction the disc slips from the start, and ever faster."""
+    return _on_a_wall(_COULOMB, (11 / 5, 22 / 5, -16 / 5), 1.0, fall=0.75, wall_friction=0.2)
+
+
+@listed("contact")
+def _incline_edge() -> Staged:
+    """On the same slope with just as much friction as rolling takes, slipping and rolling are one."""
+    return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
+
+
+@listed("contact")
+def _stops() -> Staged:
+    """A disc that does not turn slides to a stop, after v^2/(2 f g)."""
+    return _on_a_wall(_COULOMB, (1.5, 0.0, 0.0), 5.0, along=3.0, inertia=math.inf, wall_friction=0.3)
+
+
+@listed("contact")
+def _holds() -> Staged:
+    """On a slope below its angle of friction a disc that does not turn stays where it is."""
+    return _on_a_wall(_COULOMB, (0.0, 0.0, 0.0), 5.0, fall=0.75, inertia=math.inf, wall_friction=0.8)
+
+
+@listed("contact")
+def _struck() -> Staged:
+    """A disc that rolls strikes an equal one at rest: it stops and follows, as a billiard ball does."""
+    discs = [
+        Disc(position_m=(0.0, 0.5), velocity_m_s=(3.0, 0.0), radius_m=0.5, spin_rad_s=-6.0),
+        Disc(position_m=(2.0, 0.5), radius_m=0.5),
+    ]
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    scene = scene_of(discs=discs, walls=[floor], gravity_m_s2=(0.0, -_G), wall_friction=0.2, duration_s=3.0)
+    impact = KnownImpact(1 / 3, 0, 1, (0.0, 0.0), (3.0, 0.0), -6.0, 0.0)
+    known = KnownAnswer(
+        f"{_COULOMB}; the impact swaps the velocities and keeps the spins",
+        (impact,),
+        1,
+        ((1.0, 0.0), (2.0, 0.0)),
+        ((41 / 12, 0.5), (91 / 12, 0.5)),
+        final_spin_rad_s=(-2.0, -4.0),
     )
     return Staged(scene, known)

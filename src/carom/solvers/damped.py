@@ -116,6 +116,7 @@ class _DampedLog:
     def __init__(self, log: RunImpacts, times_s: Callable[[], Iterable[float]], damping: Damping) -> None:
         self.ambiguous = log.ambiguous
         self.edges = log.edges
+        self.modes = log.modes  # none: with damping there is no gravity
         self._log = log
         self._times_s = times_s
         self._damping = damping

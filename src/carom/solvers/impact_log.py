@@ -18,7 +18,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.wall_features import are_decidable
 from carom.solvers.rows import Rows
-from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, SPIN_DTYPE, edge_array, impact_array, spin_array, wall_index
+from carom.trace import (
+    EDGE_DTYPE,
+    IMPACT_DTYPE,
+    SPIN_DTYPE,
+    edge_array,
+    impact_array,
+    mode_array,
+    spin_array,
+    wall_index,
+)
 
 if TYPE_CHECKING:
     import numpy as np
@@ -26,7 +35,7 @@ if TYPE_CHECKING:
 
     from carom.physics.features import Feature
     from carom.solvers.run import Start
-    from carom.trace import ImpactRecord
+    from carom.trace import ImpactRecord, ModeRecord
 
 __all__ = ["ImpactLog", "Recent", "gliding_note", "standstill_impacts"]
 
@@ -108,6 +117,7 @@ class ImpactLog:
     def __init__(self, start: Start) -> None:
         arrays = start.arrays
         self.records: list[ImpactRecord] = []
+        self.mode_records: list[ModeRecord] = []
         self._impacts = Rows(IMPACT_DTYPE)
         self._ambiguous: list[int] = []
         self._turns = arrays.turns
@@ -140,6 +150,10 @@ class ImpactLog:
             self.records.append(record)
         return any(found)
 
+    def add_mode(self, mode: ModeRecord) -> None:
+        """Append how a disc moves from an instant on, where contact that lasts begins, changes or ends."""
+        self.mode_records.append(mode._replace(impacts=len(self.records)))
+
     def array(self) -> NDArray[np.void]:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
         if len(self._impacts) < len(self.records):
@@ -157,6 +171,10 @@ class ImpactLog:
         if self._edges is not None and len(self._edges) < len(self.records):
             self._edges.add(edge_array(self.records[len(self._edges) :]))
         return None if self._edges is None else self._edges.array()
+
+    def modes(self) -> NDArray[np.void] | None:
+        """Return where discs slide, roll or rest, as an array of `carom.trace.MODE_DTYPE`; None if nothing does."""
+        return mode_array(self.mode_records) if self.mode_records else None
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that are ambiguous."""

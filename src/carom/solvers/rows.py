@@ -91,6 +91,9 @@ class RecordedImpacts:
         self.array()
         return None if self._spins is None else self._spins.array()
 
+    def modes(self) -> None:
+        """Return None: compiled runs have no gravity, so nothing is pressed to a wall."""
+
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges that the impacts were on; None without finite walls."""
         if self._edges_of is None:

@@ -48,6 +48,9 @@ class RunImpacts(Protocol):
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
 
+    def modes(self) -> NDArray[np.void] | None:
+        """Return where discs slide, roll or rest, as an array of `carom.trace.MODE_DTYPE`; None if nothing does."""
+
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
 
@@ -97,6 +100,7 @@ def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any)
         "impacts": run.log.array(),
         "spins": run.log.spins(),
         "edges": run.log.edges(),
+        "modes": run.log.modes(),
         "ambiguous": run.log.ambiguous(),
         "final_position_m": run.positions(),
         "final_velocity_m_s": run.velocities(),

@@ -85,15 +85,22 @@ class Units(NamedTuple):
         return np.ldexp(spins, -self.time)
 
     def rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
-        """Return impacts, or the spins around impacts, given in these units, in SI units."""
+        """Return impacts, the spins around impacts, or modes, given in these units, in SI units."""
         in_si = rows.copy()
+        powers = {
+            "time_s": self.time,
+            "position": self.length,
+            "acceleration": self.length - 2 * self.time,
+            "spin": -self.time,
+            "spin_rate": -2 * self.time,
+        }
         for name in rows.dtype.names or ():
             if rows.dtype == SPIN_DTYPE:
                 in_si[name] = self.radians_a_second(rows[name])
             elif name.startswith("velocity"):
                 in_si[name] = self.metres_a_second(rows[name])
-            elif name == "time_s":
-                in_si[name] = np.ldexp(rows[name], self.time)
+            elif name in powers:
+                in_si[name] = np.ldexp(rows[name], powers[name])
         in_si.flags.writeable = False
         return in_si
 
@@ -201,6 +208,11 @@ class LogInUnits:
         """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
         return None if spins is None else self._units.rows(spins)
+
+    def modes(self) -> NDArray[np.void] | None:
+        """Return where discs slide, roll or rest, as an array of `carom.trace.MODE_DTYPE`; None if nothing does."""
+        modes = self._log.modes()
+        return None if modes is None else self._units.rows(modes)
 
 
 def _is_ordinary(scene: Scene) -> bool:

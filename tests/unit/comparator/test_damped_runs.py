@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from carom.comparator.compare import Score
 
 DT_S = 1 / 240
-SCENES = [entry.scene for entry in find_scenes(["contact"]) if len(entry.known.impacts)]
+SCENES = [entry.scene for entry in find_scenes(["contact/damped-*"]) if len(entry.known.impacts)]
 #: Scenes without gravity, of few enough discs and frames: with it there is no damping.
 LEVEL = [
     name

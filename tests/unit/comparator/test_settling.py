@@ -42,7 +42,7 @@ def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(
     for height_m in rng.uniform(0.65, 1.8, 6).tolist():
         scene = dropped(restitution, height_m, tilt=tilt)
         reference, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=frame_rate_hz)
-        assert reference.outcome is Outcome.AT_REST
+        assert reference.contact_s < scene.duration_s
         score = compare(reference, pit, sampling=pit)
         assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, (height_m, score.findings)
         assert score.expected >= 1

@@ -178,7 +178,7 @@ def plan_said(scene: Scene) -> str:
 def test_a_plan_promises_no_free_flight_that_does_not_come() -> None:
     """Under gravity no velocity stays, at rest neither; and where nothing is met there is no last impact."""
     assert "followed through all 120 steps" in plan_said(THUD)
-    assert "PIC ends at 0.553 s, where a disc comes to rest" in plan_said(THUD)
+    assert "PIC is compared up to 0.553 s, where a disc comes to rest" in plan_said(THUD)
     assert "free flight" not in plan_said(find_scenes(["gravity/free-fall"])[0].scene)
     assert plan_said(NOTHING).endswith("PIC's discs meet nothing from the start on")
     assert "last impact at" in plan_said(LATE)

@@ -211,6 +211,9 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
         judged.energy_j = window.now.energy() - window.free.energy() if law.pull == 0.0 else 0.0
+    elif not held and window.resting is not None and any(pair != window.resting for pair in chain.pairs):
+        # One rests on something, and meets another there: PIC's run from a single state ends where something rests.
+        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
     elif not held:
         judged.turned = True
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place

@@ -109,6 +109,10 @@ class Recording:
         """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
         return edge_array(row.values for row in self.rows) if self._has_edges else None
 
+    def modes(self) -> NDArray[np.void] | None:
+        """Return None: a certified run ends before contact that lasts."""
+        return None
+
     def ambiguous(self) -> tuple[int, ...]:
         """Return no rows: a certified run ends before an impact without a unique answer."""
         return ()

@@ -19,6 +19,7 @@ from carom.solvers.plain.instants import NEVER, START, Instant, after, between
 from carom.trace import wall_body
 
 if TYPE_CHECKING:
+    from carom.physics.double_double import Pair
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
@@ -40,9 +41,14 @@ class FallingBodies(Bodies):
         self.pull = [
             wall_speed(*self.gravity, *wall[2:]) if isinstance(wall, tuple) else nowhere for wall in self.walls
         ]
+        # Gravity, or what is left of it where a disc slides, rolls or rests.
+        self.acceleration = [self.gravity if mass else (0.0, 0.0) for mass in self.inverse_mass]
+        self.spin_rate = [0.0] * len(self)
         self.instant = [START] * len(self)
-        # Speed along the normal after the last impact, where that was on a wall or an immovable disc.
+        # Speed along the normal after the last impact.
         self.leaving = [0.0] * len(self)
+        # Whether friction has taken all of the slip at the last bounce on a wall.
+        self.gripped = [False] * len(self)
 
     def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i` at an instant, on its present parabola."""
@@ -51,7 +57,7 @@ class FallingBodies(Bodies):
         if instant == self.instant[i]:
             return self.x[i], self.y[i], self.vx[i], self.vy[i]
         dt = between(self.instant[i], instant)
-        gx, gy = self.gravity
+        gx, gy = self.acceleration[i]
         return (
             self.x[i] + dt * (self.vx[i] + 0.5 * gx * dt),
             self.y[i] + dt * (self.vy[i] + 0.5 * gy * dt),
@@ -59,9 +65,15 @@ class FallingBodies(Bodies):
             self.vy[i] + gy * dt,
         )
 
+    def spin_at(self, i: int, instant: Instant) -> float:
+        """Spin of disc `i` at an instant; only in contact does it change."""
+        rate = self.spin_rate[i]
+        return self.spin[i] + rate * between(self.instant[i], instant) if rate else self.spin[i]
+
     def bring_to(self, i: int, instant: Instant) -> None:
         """Bring disc `i` to an instant along its parabola."""
         if self.inverse_mass[i] > 0.0:
+            self.spin[i] = self.spin_at(i, instant)
             self.x[i], self.y[i], self.vx[i], self.vy[i] = self.state_at(i, instant)
             self.instant[i] = instant
             self.time[i] = instant[0]
@@ -73,16 +85,35 @@ class FallingBodies(Bodies):
     def next_pair_impact(self, i: int, j: int) -> Instant:
         """Instant of the next impact of two discs on their present paths; infinity for never.
 
-        Two movable ones fall alike, so their relative motion is straight, and it is that of scenes without gravity.
+        Two that fall alike move straight as seen from each other, as in scenes without gravity; where one slides, rolls
+        or rests, they move on a parabola.
         """
         if self.inverse_mass[i] == 0.0 or self.inverse_mass[j] == 0.0:
             return self._next_impact_on_fixed(*((j, i) if self.inverse_mass[i] == 0.0 else (i, j)))
-        if self._has_just_met(i, j) and self._has_just_met(j, i):
+        alike, just_met = self.acceleration[i] == self.acceleration[j], self.have_just_met(i, j)
+        if just_met and alike:
             return NEVER
         start = max(self.instant[i], self.instant[j])
         first, second = self.state_at(i, start), self.state_at(j, start)
+        if not alike:
+            wait = encounter_time(
+                (*(a - b for a, b in zip(first, second, strict=True)), self.radius[i]),
+                (0.0, 0.0, self.radius[j]),
+                self.relative_acceleration(i, j),
+                self.leaving[i] if just_met else None,
+            )
+            return after(start, wait)
         wait = pair_time(*first, self.radius[i], *second, self.radius[j])
         return after(start, wait)
+
+    def have_just_met(self, i: int, j: int) -> bool:
+        """Whether both discs are on the paths that their impact gave them."""
+        return self._has_just_met(i, j) and self._has_just_met(j, i)
+
+    def relative_acceleration(self, i: int, j: int) -> tuple[float, float]:
+        """Acceleration of disc `i` as seen from disc `j`."""
+        (ax, ay), (bx, by) = self.acceleration[i], self.acceleration[j]
+        return (ax - bx, ay - by)
 
     def are_parting(self, first: int, second: int) -> bool:
         """As without gravity of two movable discs, which fall alike; a fall onto what does not fall comes back."""
@@ -105,7 +136,9 @@ class FallingBodies(Bodies):
         gap -= self._resolution_m(i, self.x[fixed], self.y[fixed], self.radius[fixed])
         if not gap > 0.0:
             return self.instant[i]
-        speed, pull = math.hypot(self.vx[i], self.vy[i]), math.hypot(*self.gravity)
+        speed, pull = math.hypot(self.vx[i], self.vy[i]), math.hypot(*self.acceleration[i])
+        if speed == 0.0 == pull:  # it rests
+            return NEVER
         wait = 2.0 * gap / (speed + math.sqrt(speed * speed + 2.0 * pull * gap))
         return after(self.instant[i], 0.99 * wait)
 
@@ -115,7 +148,7 @@ class FallingBodies(Bodies):
             return NEVER
         disc = (*self.state_at(i, self.instant[i]), self.radius[i])
         leaving = self.leaving[i] if self.last_partner[i] == fixed else None
-        wait = encounter_time(disc, (self.x[fixed], self.y[fixed], self.radius[fixed]), self.gravity, leaving)
+        wait = encounter_time(disc, (self.x[fixed], self.y[fixed], self.radius[fixed]), self.acceleration[i], leaving)
         return after(self.instant[i], wait)
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
@@ -126,16 +159,23 @@ class FallingBodies(Bodies):
         if not isinstance(wall, tuple):
             last = self.last_feature(i, k)
             wait, part = first_feature_falling(
-                self.mover(i), self._finite(k).features, self.gravity, last, self.leaving[i]
+                self.mover(i), self._finite(k).features, self.acceleration[i], last, self.leaving[i]
             )
             if part is not None:
                 self._expected[i, k] = (part, False)
         elif self.last_partner[i] == wall_body(k):
-            wait = return_time((self.leaving[i], 0.0), self.pull[k]) if self.pull[k][0] < 0.0 else math.inf
+            pull = self._pull(i, k)
+            wait = return_time((self.leaving[i], 0.0), pull) if pull[0] < 0.0 else math.inf
         else:
             gap = wall_gap(self.x[i], self.y[i], self.radius[i], *wall)
-            wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], *wall[2:]), self.pull[k])
+            wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], *wall[2:]), self._pull(i, k))
         return after(self.instant[i], wait)
+
+    def _pull(self, i: int, k: int) -> Pair:
+        """Acceleration of disc `i` along the normal of half-plane `k`, as an error-free pair."""
+        nx, ny = self.normal(i, k)
+        falls = self.acceleration[i] is self.gravity
+        return self.pull[k] if falls else wall_speed(*self.acceleration[i], nx, ny)
 
     def returns_to(self, i: int, k: int) -> bool:
         """Whether disc `i` comes back to what it has left, where that is flat: with the speed that it left with."""
@@ -154,7 +194,7 @@ class FallingBodies(Bodies):
             return self._contact_with_finite(i, k, again)
         qx, qy, nx, ny = wall
         approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
-        return approach, float(self.pull[k][0]), self._resolution_m(i, qx, qy, 0.0)
+        return approach, float(self._pull(i, k)[0]), self._resolution_m(i, qx, qy, 0.0)
 
     def _contact_with_finite(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
         disc, feature = self.mover(i), self._expected[i, k][0].feature
@@ -162,24 +202,27 @@ class FallingBodies(Bodies):
         nx, ny = self.normal(i, k)
         approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
         across = self.vx[i] * ny - self.vy[i] * nx
-        pull = self.gravity[0] * nx + self.gravity[1] * ny + across * across * bend_of(feature, disc)
+        ax, ay = self.acceleration[i]
+        pull = ax * nx + ay * ny + across * across * bend_of(feature, disc)
         return approach, pull, gap_resolution_m(disc, feature)
 
     def _resolution_m(self, i: int, x: float, y: float, radius: float) -> float:
         """Return how well the gap between disc `i` and a body is known, metres."""
         return gap_resolution(size_of(self.x[i], self.y[i], self.radius[i]) + size_of(x, y, radius))
 
-    def contact_with_fixed(self, i: int, fixed: int) -> tuple[float, float, float]:
-        """Speed at which disc `i`, brought there, meets an immovable one; acceleration and resolution of their gap."""
-        dx, dy = self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]
+    def contact_with_disc(self, i: int, j: int) -> tuple[float, float, float]:
+        """Speed at which disc `i` meets disc `j`, both brought there; acceleration and resolution of their gap."""
+        dx, dy = self.x[i] - self.x[j], self.y[i] - self.y[j]
+        ux, uy = self.vx[i] - self.vx[j], self.vy[i] - self.vy[j]
+        ax, ay = self.relative_acceleration(i, j)
         distance = math.hypot(dx, dy)
-        opening = (dx * self.vx[i] + dy * self.vy[i]) / distance
-        across = (dx * self.vy[i] - dy * self.vx[i]) / distance
-        pull = (dx * self.gravity[0] + dy * self.gravity[1]) / distance + across * across / distance
-        return -opening, pull, self._resolution_m(i, self.x[fixed], self.y[fixed], self.radius[fixed])
+        opening = (dx * ux + dy * uy) / distance
+        across = (dx * uy - dy * ux) / distance
+        pull = (dx * ax + dy * ay) / distance + across * across / distance
+        return -opening, pull, self._resolution_m(i, self.x[j], self.y[j], self.radius[j])
 
-    def leave_fixed(self, i: int, fixed: int, record: ImpactRecord) -> None:
-        """Set disc `i`, which has just hit an immovable one, on its rim, and keep the speed at which it leaves."""
+    def leave_fixed(self, i: int, fixed: int) -> None:
+        """Set disc `i`, which has just hit an immovable one, on its rim."""
         dx, dy = self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]
         distance = math.hypot(dx, dy)
         # From the difference of squares: that of two distances would be rounded as these are, however large.
@@ -188,8 +231,11 @@ class FallingBodies(Bodies):
         part = beyond / ((distance + reach[0]) * distance)
         self.x[i] -= part * dx
         self.y[i] -= part * dy
-        before = record.velocity_first_before if record.first == i else record.velocity_second_before
-        self.leaving[i] = self.restitution * max(0.0, -(dx * before[0] + dy * before[1]) / distance)
+
+    def part(self, i: int, j: int, approach: float) -> None:
+        """Note the speed at which discs `i` and `j` leave each other, who have met at one of `approach`."""
+        self.last_partner[i], self.last_partner[j] = j, i
+        self.leaving[i] = self.leaving[j] = self.restitution * max(0.0, approach)
 
     def bounce(self, i: int, k: int, approach: float) -> ImpactRecord:
         """Give disc `i`, brought to its impact on wall `k`, its velocity after it, and set it on the wall.
@@ -204,12 +250,21 @@ class FallingBodies(Bodies):
             gap = gap_of(self.mover(i), self._expected[i, k][0].feature)
         self.x[i] -= gap * nx
         self.y[i] -= gap * ny
+        self.gripped[i] = False
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.leave_wall(i, k, restitution * approach)
             if self.contact_of_wall(k).friction > 0.0:
                 self.slide_on_wall(i, k, before, (1.0 + restitution) * approach)
         self.last_partner[i] = wall_body(k)
         return self.wall_record(i, k, before, spin)
+
+    def slide_on_wall(self, i: int, k: int, before: tuple[float, float], pressed: float) -> None:
+        """Let the friction of a wall act, as without gravity, and note whether it has taken all of the slip."""
+        (nx, ny), contact = self.normal(i, k), self.contact_of_wall(k)
+        slip = before[0] * ny - before[1] * nx + self.radius[i] * self.spin[i]
+        sticking = (1.0 + contact.restitution) * slip / (1.0 + self.inverse_inertia_ratio[i])
+        self.gripped[i] = abs(sticking) <= contact.friction * pressed
+        super().slide_on_wall(i, k, before, pressed)
 
     def leave_wall(self, i: int, k: int, speed: float) -> None:
         """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""

@@ -24,8 +24,8 @@ REFERENCE_NOTE = (
     "horizon is an estimate, from what a start moved by one unit in the last place leads to."
 )
 REST_NOTE = (
-    "Where a disc comes to rest the reference ends, and with it what is compared with its trajectory. From there each "
-    "step is compared with PIC from the run's own state: what rests must stay, and the other discs go on."
+    "Impacts are compared up to where a disc comes to rest, to slide or to roll. From there each step is compared with "
+    "PIC from the run's own state: what rests must stay, and the other discs go on."
 )
 KNOWN_NOTE = (
     "What mathematics or a cited source says of a scene, never computed by the code under test. Times are divided by "
@@ -56,11 +56,11 @@ def reference_section(results: Results) -> Section:
 
 
 def _rests(results: Results) -> Iterator[str]:
-    """Say of each scene that comes to rest where its reference ended."""
+    """Say of each scene that comes to rest up to where runs are compared."""
     for name, reference in results.references.items():
-        if reference.outcome.in_contact:
-            ended, asked = wording.seconds(reference.end_time_s), wording.seconds(reference.scene.duration_s)
-            yield f"{name}: the reference ends at {ended} of {asked}, where a disc {reference.outcome.of_disc}."
+        if reference.contact_s < math.inf:
+            ended, asked = wording.seconds(reference.contact_s), wording.seconds(reference.scene.duration_s)
+            yield f"{name}: runs are compared up to {ended} of {asked}, where a disc {reference.contact_of_disc}."
 
 
 class _Known(NamedTuple):

@@ -98,7 +98,7 @@ def _found(results: Results, grid: Grid) -> Sequence[_Steps]:
 
 def _tells(score: Score, results: Results, scene: str) -> bool:
     """Whether the steps tell something that the trajectory does not."""
-    rests = results.references[scene].outcome.in_contact
+    rests = results.references[scene].contact_s < math.inf
     return bool(score.beyond_horizon or rests or score.grade in _PARTED or _OF_STEPS & set(score.verdicts))
 
 

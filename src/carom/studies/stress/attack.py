@@ -235,7 +235,7 @@ def _cut_short(trace: Trace) -> Judgement | None:
     """A run that ended before its scene did is broken, unless it ended in a named collapse."""
     if not (np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all()):
         return Judgement(math.nan, Outcome.NON_FINITE.value)
-    if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL, Outcome.AT_REST, Outcome.GLIDES}:
+    if trace.outcome in {Outcome.COMPLETED, Outcome.STANDSTILL} or trace.outcome.in_contact:
         return None
     note = f": {trace.notes[0]}" if trace.notes else ""
     return Judgement(math.nan, f"{trace.outcome.value}{note}")

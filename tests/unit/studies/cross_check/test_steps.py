@@ -144,7 +144,7 @@ def test_a_suite_gains_no_line_on_a_terminal(plain: Results) -> None:
 
 
 def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
-    """A ball that lands and stays: the reference ends where it lands, 0.5 s after it was let go 1.225 m above."""
+    """A ball that lands and stays: runs are compared up to where it lands, 0.5 s after it was let go 1.225 m above."""
     ball = staged(
         "mine/ball",
         disc_at(0.0, 1.325, r=0.1),
@@ -155,6 +155,6 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
     )
     results = carom.cross_check([ball], ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess())
     lines = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
-    assert any("the reference ends at 0.5 s of 2 s, where a disc comes to rest" in line for (line,) in lines)
+    assert any("runs are compared up to 0.5 s of 2 s, where a disc comes to rest" in line for (line,) in lines)
     _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
     assert {row[0].split()[0] for row in shown} == {"PIT"}

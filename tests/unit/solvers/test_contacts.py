@@ -1,0 +1,166 @@
+"""Discs that slide, roll and rest: what begins a contact, what changes it, what ends it, and what is not solved."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged, wall_at
+
+from carom import Mode, Outcome, Scene, solve_pic, solve_pic_framewise
+from carom.pages.tracks import reference_tracks, turnings
+from carom.runs.wire import CarriedTrace, Codec
+from carom.solvers.pic import pic_run
+from carom.trace import Trace, free_flights, spin_array
+
+FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
+DOWN = {"gravity_m_s2": (0.0, -10.0)}
+
+
+def modes_of(trace: Trace, disc: int = 0) -> list[Mode]:
+    """Return how a disc moves, in order."""
+    assert trace.modes is not None
+    return [Mode(after) for after in trace.modes["after"][trace.modes["disc"] == disc].tolist()]
+
+
+def sliding(**fields: float) -> Scene:
+    """A disc that slides at 3 m/s, slows down by 2 m/s^2, and rolls from half a second on."""
+    fields = {"wall_friction": 0.2, "duration_s": 2.0, **DOWN, **fields}  # type: ignore[dict-item]
+    return staged("slide", disc_at(0.0, 0.5, 3.0), FLOOR, **fields)
+
+
+def test_a_trace_tells_each_mode_with_its_instant_and_its_motion() -> None:
+    """Slide and roll: when, from what to what, on which wall, where, how fast, and how that changes."""
+    modes = solve_pic(sliding()).modes
+    assert modes is not None
+    slide, roll = modes
+    assert (slide["time_s"], slide["before"], slide["after"]) == (0.0, Mode.FLIGHT, Mode.SLIDE)
+    assert (roll["time_s"], roll["before"], roll["after"]) == (0.5, Mode.SLIDE, Mode.ROLL)
+    assert (slide["disc"], slide["wall"], slide["impacts"]) == (0, -1, 0)
+    assert (slide["acceleration"].tolist(), slide["spin_rate"]) == ([-2.0, 0.0], -8.0)
+    assert (roll["position"].tolist(), roll["velocity"].tolist(), roll["spin"]) == ([1.25, 0.5], [2.0, 0.0], -4.0)
+    assert (roll["acceleration"].tolist(), roll["spin_rate"]) == ([0.0, 0.0], 0.0)
+
+
+@pytest.mark.parametrize("pieces", [1, 3, 7])
+def test_in_how_many_pieces_a_run_is_taken_changes_no_bit(pieces: int) -> None:
+    """Stopping on the way, before and after a mode's end, leaves modes and end as they are."""
+    scene = sliding()
+    whole, run = solve_pic(scene), pic_run(scene)
+    for piece in range(1, pieces + 1):
+        run.advance_to(2.0 * piece / pieces)
+    modes = run.log.modes()
+    assert modes is not None
+    assert whole.modes is not None
+    assert modes.tobytes() == whole.modes.tobytes()
+    assert run.positions().tobytes() == whole.final_position_m.tobytes()
+    assert whole == dataclasses.replace(
+        solve_pic_framewise(scene), method="pic", dt_s=0.0, counts=whole.counts, impacts_per_disc=whole.impacts_per_disc
+    )
+
+
+@pytest.mark.parametrize("power", [-400, 400])
+def test_units_change_no_digit_of_a_mode(power: int) -> None:
+    """A scene of extreme lengths, scaled by a power of two, has the same modes, scaled."""
+    unit = 2.0**power
+    scaled = staged(
+        "far",
+        disc_at(0.0, 0.5 * unit, 3.0 * unit, r=0.5 * unit),
+        FLOOR,
+        wall_friction=0.2,
+        duration_s=2.0,
+        gravity_m_s2=(0.0, -10.0 * unit),
+    )
+    plain, found = solve_pic(sliding()).modes, solve_pic(scaled).modes
+    assert plain is not None
+    assert found is not None
+    for name in ("position", "velocity", "acceleration"):
+        assert np.array_equal(found[name], plain[name] * unit)
+    for name in ("time_s", "spin", "spin_rate", "disc", "wall", "before", "after"):
+        assert np.array_equal(found[name], plain[name])
+
+
+def test_a_trace_with_modes_goes_over_the_wire_and_comes_back() -> None:
+    """A journal's line and a worker's answer keep them to the bit."""
+    trace, codec = solve_pic(sliding()), Codec[Trace](CarriedTrace)
+    assert codec.loads(codec.dumps(trace)) == trace
+
+
+def test_flights_and_tracks_lead_through_contact() -> None:
+    """What a trace's flights, and the tracks that are drawn of them, say of any time is where the run is then."""
+    scene, times = sliding(), [0.1, 0.4, 0.5, 0.9, 1.7]
+    trace = solve_pic(scene, sample_times_s=times)
+    assert trace.samples is not None
+    (track,) = reference_tracks(trace)
+    assert track.at(np.array(times)) == pytest.approx(trace.samples.position_m[:, 0], abs=1e-15)
+    assert track.under(np.array([0.0, -10.0]), 1e-4).at(np.array(times)) == pytest.approx(
+        track.at(np.array(times)), abs=1e-4
+    )
+    last = list(free_flights(trace))[-1]
+    assert last.at(2.0) == pytest.approx(trace.final_position_m[0], abs=1e-15)
+    # Its spin falls by 8 rad/s^2 for half a second, to -4: a turn of -1 and then of -6.
+    (turning,) = turnings(dataclasses.replace(trace, spins=spin_array([])))
+    assert turning.at(0.5) == pytest.approx(-1.0, abs=1e-12)
+    assert turning.at(2.0) == pytest.approx(-7.0, abs=1e-12)
+
+
+def test_what_is_struck_from_below_its_middle_leaves_the_floor() -> None:
+    """A small disc that rolls under a large one on the same floor lifts it, and is driven into the floor: ambiguous."""
+    scene = staged("under", disc_at(0.0, 0.25, 4.0, r=0.25), disc_at(3.0, 0.5), FLOOR, duration_s=0.75, **DOWN)
+    trace = solve_pic(scene)
+    assert modes_of(trace, 1) == [Mode.REST, Mode.FLIGHT]
+    assert trace.final_velocity_m_s[1, 1] != 0.0
+    assert trace.impacts[["first", "second"]].tolist()[:2] == [(0, 1), (0, -1)]
+    assert trace.ambiguous == (1,)
+
+
+def test_a_disc_that_rolls_against_a_side_wall_leaves_it_and_keeps_to_the_floor() -> None:
+    """Without friction on the side wall, which is square to the floor, its bounce is no reason to leave the floor."""
+    scene = staged("side", disc_at(0.0, 0.5, 2.0), FLOOR, wall_at(2.0, 0.0, -1.0, 0.0), duration_s=2.0, **DOWN)
+    trace = solve_pic(scene)
+    assert modes_of(trace) == [Mode.SLIDE]
+    assert trace.final_position_m.tolist() == [[-1.0, 0.5]]
+    assert trace.final_velocity_m_s.tolist() == [[-2.0, 0.0]]
+
+
+def test_two_discs_that_rest_on_one_slope_side_by_side_press_each_other_by_name() -> None:
+    """The lower one rests by friction that the upper has not: they stay in touch, which is not solved."""
+    nx, ny = 0.6, 0.8
+    low = disc_at(0.5 * nx + ny, 0.5 * ny - nx, inertia_factor=0.5)
+    high = disc_at(0.5 * nx, 0.5 * ny, inertia_factor=0.25)
+    trace = solve_pic(staged("queue", high, low, wall_at(0.0, 0.0, nx, ny), wall_friction=0.9, duration_s=1.0, **DOWN))
+    assert trace.outcome is Outcome.PRESSED
+    assert "stays in touch with disc" in trace.notes[0]
+
+
+def test_a_disc_between_floor_and_side_wall_ends_by_name() -> None:
+    """Spun so that it climbs neither, it is held by both: contact in a corner is not solved."""
+    walls = (FLOOR, wall_at(0.0, 0.0, 1.0, 0.0))
+    trace = solve_pic(
+        staged("corner", disc_at(0.5, 0.5, spin_rad_s=20.0), *walls, wall_friction=0.25, duration_s=1.0, **DOWN)
+    )
+    assert (trace.outcome, trace.end_time_s) == (Outcome.CORNER, 0.0)
+    assert trace.notes == ("disc 0 is held by wall 0 and wall 1",)
+
+
+def test_what_rests_is_no_end_for_the_others() -> None:
+    """One disc lies on the floor from the start; another bounces for the whole of the scene."""
+    trace = solve_pic(staged("two", disc_at(0.0, 0.5), disc_at(5.0, 3.0), FLOOR, duration_s=10.0, **DOWN))
+    assert trace.outcome is Outcome.COMPLETED
+    assert modes_of(trace) == [Mode.REST]
+    assert len(trace.impacts) == 7
+
+
+def test_a_window_keeps_the_modes_within_it() -> None:
+    """As it does impacts."""
+    modes = solve_pic(sliding(), window_s=(0.25, 1.0)).modes
+    assert modes is not None
+    assert modes["time_s"].tolist() == [0.5]
+
+
+def test_a_disc_balanced_on_an_immovable_one_ends_at_rest() -> None:
+    """On a round top there is no straight wall to be in contact with."""
+    trace = solve_pic(staged("top", disc_at(0.0, 0.0, m=math.inf), disc_at(0.0, 1.0), duration_s=1.0, **DOWN))
+    assert trace.outcome is Outcome.AT_REST

@@ -1,0 +1,229 @@
+"""Contact against what knows nothing of modes: many small steps, bounces at 60 digits, and what must be conserved."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from tests.stage import disc_at, staged, wall_at
+
+from carom import Disc, Mode, Outcome, Scene, Trace, Wall, solve_pic
+from carom.scenes import deviation, find_scenes
+from carom.trace import kinetic_energy
+
+G = 10.0
+CONTACT = [entry for entry in find_scenes(["contact"]) if entry.scene.gravity_m_s2 != (0.0, 0.0)]
+
+
+@pytest.mark.parametrize("entry", CONTACT, ids=lambda entry: entry.name)
+def test_every_scene_of_contact_has_its_known_answer(entry: object) -> None:
+    """Places, velocities and spins at the end are those of the closed form, to 1e-14 of the scene's own sizes."""
+    assert deviation(solve_pic(entry.scene), entry.known, entry.scene) < 1e-14  # type: ignore[attr-defined]
+
+
+def clipped(x: float, most: float) -> float:
+    return max(-most, min(most, x))
+
+
+def stepped(scene: Scene, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Moreau's time stepping: fall, then impact and friction as impulses; it knows no modes. Of the first order."""
+    h, (gx, gy) = scene.duration_s / steps, scene.gravity_m_s2
+    x, v = (np.array([getattr(d, name) for d in scene.discs]).T.copy() for name in ("position_m", "velocity_m_s"))
+    w = np.array([d.spin_rad_s for d in scene.discs])
+    radius = scene.arrays.radius_m
+    ratio = 1.0 / scene.arrays.inertia
+    slow = 40.0 * h * math.hypot(gx, gy)
+    for _ in range(steps):
+        v += h * np.array([[gx], [gy]])
+        x += h * v
+        for i in range(len(w)):
+            for qx, qy, nx, ny in scene.arrays.half_planes():
+                gap = (x[0, i] - qx) * nx + (x[1, i] - qy) * ny - radius[i]
+                into = -(v[0, i] * nx + v[1, i] * ny)
+                if gap > 0.0 or into <= 0.0:
+                    continue
+                pressed = (1.0 + (scene.wall_restitution if into > slow else 0.0)) * into
+                slip = v[0, i] * ny - v[1, i] * nx + radius[i] * w[i]
+                rubs = clipped(slip / (1.0 + ratio[i]), scene.wall_friction * pressed)
+                v[:, i] += pressed * np.array([nx, ny]) - rubs * np.array([ny, -nx])
+                w[i] -= rubs * ratio[i] / radius[i]
+                x[:, i] -= gap * np.array([nx, ny])
+    return x.T, v.T, w
+
+
+def drawn(seed: int) -> Scene:
+    """A disc thrown on a slope, with spin, of any restitution, friction and inertia; now and then begun in contact."""
+    rng = random.Random(seed)
+    angle = rng.choice([0.0, 1.0]) * rng.uniform(-0.6, 0.6)
+    nx, ny = math.sin(angle), math.cos(angle)
+    up, u, into = rng.choice([0.0, rng.uniform(0.1, 1.0)]), rng.uniform(-3, 3), rng.uniform(0, 2)
+    disc = Disc(
+        position_m=((0.5 + up) * nx, (0.5 + up) * ny),
+        velocity_m_s=(u * ny - into * nx, -u * nx - into * ny) if up else (u * ny, -u * nx),
+        radius_m=0.5,
+        spin_rad_s=rng.choice([0.0, rng.uniform(-6, 6)]),
+        inertia_factor=rng.choice([0.4, 0.5, 1.0]),
+    )
+    return Scene(
+        name=f"drawn {seed}",
+        discs=[disc],
+        walls=[wall_at(0.0, 0.0, nx, ny)],
+        wall_restitution=rng.choice([0.0, 0.3, 0.6]),
+        wall_friction=rng.choice([0.0, 0.1, 0.3, 0.8]),
+        gravity_m_s2=(0.0, -G),
+        duration_s=2.0,
+    )
+
+
+def apart(scene: Scene, steps: int, trace: Trace) -> float:
+    """Return how far small steps end from PIC: places and velocities, rims included."""
+    place, velocity, spin = stepped(scene, steps)
+    told = np.zeros(len(spin)) if trace.final_spin_rad_s is None else trace.final_spin_rad_s
+    return max(
+        float(np.abs(place - trace.final_position_m).max()),
+        float(np.abs(velocity - trace.final_velocity_m_s).max()),
+        float(np.abs((spin - told) * scene.arrays.radius_m).max()) if scene.wall_friction else 0.0,
+    )
+
+
+def converges(seeds: range, steps: int) -> Iterator[tuple[int, float, float]]:
+    for seed in seeds:
+        scene = drawn(seed)
+        trace = solve_pic(scene)
+        assert trace.outcome is Outcome.COMPLETED
+        coarse, fine = apart(scene, steps, trace), apart(scene, 4 * steps, trace)
+        if not (fine <= 0.5 * coarse or fine < 30.0 * G * scene.duration_s / steps):
+            yield seed, coarse, fine
+
+
+def test_small_steps_that_know_no_modes_come_to_the_same_end() -> None:
+    """Of 12 discs thrown on slopes the ends of small steps come nearer to PIC's with the steps."""
+    assert list(converges(range(12), 500)) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(0, 400, 50))
+def test_small_steps_come_to_the_same_end_from_many_starts(first: int) -> None:
+    """Of 400, with four times as many steps, likewise."""
+    assert list(converges(range(first, first + 50), 2000)) == []
+
+
+def bounced(u: mpf, q: mpf, w: mpf, a: mpf, p: mpf, mu: mpf, e: mpf, k: mpf) -> tuple[mpf, mpf, mpf, mpf]:
+    """Bounce at 60 digits until nothing is left: when, where along the wall, how fast, and with what slip."""
+    time = way = mpf(0)
+    while w > mpf(10) ** -50:
+        most = mu * (1 + e) * w
+        rubs = (u + q) / (1 + 1 / k)
+        rubs = mp.sign(rubs) * min(abs(rubs), most)
+        u, q, w = u - rubs, q - rubs / k, e * w
+        hop = 2 * w / p
+        way += u * hop + a * hop * hop / 2
+        u += a * hop
+        time += hop
+    return time, way, u, u + q
+
+
+def test_landings_are_those_of_bounces_at_sixty_digits() -> None:
+    """Of 150 landings on slopes with friction: instant, place, speed and slip, to 1e-12."""
+    rng, seen = random.Random(4), set[Mode]()
+    for number in range(150):
+        angle = rng.choice([0.0, 1.0]) * rng.uniform(-0.9, 0.9)
+        nx, ny = math.sin(angle), math.cos(angle)
+        e, mu, k = rng.uniform(0.05, 0.9), rng.choice([0.0, 0.05, 0.2, 0.6]), rng.choice([0.4, 0.5, 1.0])
+        u, q, w = rng.uniform(-3, 3), rng.uniform(-3, 3), rng.uniform(0.2, 3.0)
+        disc = disc_at(0.5 * nx, 0.5 * ny, u * ny - w * nx, -u * nx - w * ny, spin_rad_s=q / 0.5, inertia_factor=k)
+        scene = staged(
+            f"landing {number}",
+            disc,
+            wall_at(0.0, 0.0, nx, ny),
+            wall_restitution=e,
+            wall_friction=mu,
+            gravity_m_s2=(0.0, -G),
+            duration_s=60.0,
+        )
+        modes = solve_pic(scene).modes
+        assert modes is not None
+        landed = modes[0]
+        with mp.workdps(60):
+            exact = bounced(*map(mpf, (u, q, w, G * nx, G * ny, mu, e, k)))
+        (x, y), (vx, vy) = landed["position"].tolist(), landed["velocity"].tolist()
+        speed = vx * ny - vy * nx
+        slip = speed + 0.5 * landed["spin"] if landed["after"] == Mode.SLIDE else 0.0
+        scale = 3.0 + G * float(exact[0])
+        assert landed["time_s"] == pytest.approx(float(exact[0]), rel=1e-12)
+        assert x * ny - y * nx == pytest.approx(float(exact[1]), abs=1e-12 * scale * (1.0 + float(exact[0])))
+        assert (speed, slip) == pytest.approx((float(exact[2]), float(exact[3])), abs=1e-12 * scale)
+        seen.add(Mode(int(landed["after"])))
+    assert seen == {Mode.SLIDE, Mode.ROLL}
+
+
+def several(seed: int) -> Scene:
+    """Up to three discs on a floor, some with a slope to one side and a wall to the other."""
+    rng = random.Random(seed)
+    walls = [wall_at(0.0, 0.0, 0.0, 1.0)]
+    walls += [wall_at(-3.0, 0.0, 0.6, 0.8)] * rng.choice([0, 1]) + [wall_at(4.0, 0.0, -1.0, 0.0)] * rng.choice([0, 1])
+    discs = [
+        disc_at(
+            -1.2 + 1.7 * i, rng.uniform(0.5, 2), rng.uniform(-3, 3), rng.uniform(-2, 2), spin_rad_s=rng.uniform(-6, 6)
+        )
+        for i in range(rng.choice([1, 2, 3]))
+    ]
+    laws = {"restitution": rng.choice([0.5, 0.9, 1.0]), "wall_restitution": rng.choice([0.0, 0.4, 0.8])}
+    laws["wall_friction"] = rng.choice([0.0, 0.1, 0.4])
+    return staged(f"several {seed}", *discs, *walls, gravity_m_s2=(0.0, -G), duration_s=3.0, **laws)
+
+
+def broken(scene: Scene, outcomes: dict[Outcome, int]) -> str:
+    """Return what a run breaks of what must hold: no energy is gained, and nothing sinks into a wall."""
+    times = np.linspace(0.3, 2.7, 9)
+    states = [solve_pic(scene, until_s=float(time), max_impacts=3000) for time in (*times, scene.duration_s)]
+    outcomes[states[-1].outcome] = outcomes.get(states[-1].outcome, 0) + 1
+    energy = math.inf
+    for trace in states:
+        height = trace.final_position_m[:, 1]
+        now = kinetic_energy(scene, trace.final_velocity_m_s, trace.final_spin_rad_s) + G * float(height.sum())
+        if not now <= energy + 1e-11 * max(1.0, abs(now)):
+            return f"{scene.name}: energy grows from {energy} to {now} J by {trace.end_time_s} s"
+        energy = now
+        for wall in scene.walls:
+            assert isinstance(wall, Wall)
+            gap = (trace.final_position_m - np.array(wall.point_m)) @ np.array(wall.normal) - scene.arrays.radius_m
+            if not gap.min() >= -1e-14 * 10.0:
+                return f"{scene.name}: {gap.min()} m deep in a wall at {trace.end_time_s} s"
+    return ""
+
+
+def test_runs_of_several_discs_gain_no_energy_and_sink_into_nothing() -> None:
+    """Eight runs of one to three discs: mostly to the end, the others by a name."""
+    outcomes: dict[Outcome, int] = {}
+    assert [said for seed in range(8) if (said := broken(several(seed), outcomes))] == []
+    assert outcomes[Outcome.COMPLETED] >= 5
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(1000, 3000, 250))
+def test_two_thousand_runs_gain_no_energy_and_sink_into_nothing(first: int) -> None:
+    """2,000 of them, 250 at a time."""
+    outcomes: dict[Outcome, int] = {}
+    assert [said for seed in range(first, first + 250) if (said := broken(several(seed), outcomes))] == []
+
+
+def test_angular_momentum_about_the_wall_is_known_at_all_times() -> None:
+    """Whatever friction does: ``u - k R w`` grows by gravity's part along the wall, bounces, slide and roll alike."""
+    for entry in CONTACT:
+        scene = entry.scene
+        if len(scene.discs) > 1 or math.isinf(scene.discs[0].inertia_factor):
+            continue
+        (_, _, nx, ny), disc = scene.arrays.half_planes()[0], scene.discs[0]
+        k, a = disc.inertia_factor, scene.gravity_m_s2[0] * ny - scene.gravity_m_s2[1] * nx
+        begun = disc.velocity_m_s[0] * ny - disc.velocity_m_s[1] * nx - k * disc.radius_m * disc.spin_rad_s
+        for part in (0.1, 0.3, 0.55, 0.8, 1.0):
+            trace = solve_pic(scene, until_s=part * scene.duration_s)
+            (vx, vy), spins = trace.final_velocity_m_s[0], trace.final_spin_rad_s
+            spin = 0.0 if spins is None else spins[0]
+            momentum = vx * ny - vy * nx - k * disc.radius_m * spin
+            assert momentum == pytest.approx(begun + a * part * scene.duration_s, abs=1e-13), scene.name
