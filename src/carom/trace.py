@@ -17,7 +17,7 @@ from carom.equality import ByValue
 
 if TYPE_CHECKING:
     from carom.scene import Scene
-    from carom.windows import LocalTruth
+    from carom.windows import LocalTruth, States
 
 __all__ = [
     "EDGE_DTYPE",
@@ -317,6 +317,7 @@ class Trace(ByValue, Tabular):
             and when they leave it. None where nothing does, and where the method does not tell.
         final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
         local_truth: What became of every step, by the method's own states; None where these were not looked at.
+        looks: States after some of its steps, evenly spaced, of few discs that may come to rest; else None.
     """
 
     method: str
@@ -343,6 +344,7 @@ class Trace(ByValue, Tabular):
     modes: NDArray[np.void] | None = None
     final_spin_rad_s: NDArray[np.float64] | None = None
     local_truth: LocalTruth | None = None
+    looks: States | None = None
 
     @property
     def profile_shown(self) -> str:

@@ -424,25 +424,25 @@ FROM_REST = (
     Alone(
         "falls from rest",
         lambda size: shown(RESTING, _left(0.0) if size else _still),
-        (at(0, Grade.UNGRADED), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
         "it lies on the floor at the start and falls 20 m through it",
     ),
     Alone(
         "flung from rest at the start, m/s",
         lambda size: shown(RESTING, _left(size) if size else _still),
-        (at(0, Grade.UNGRADED), at(5, WRONG), at(5e5, WRONG, says=Verdict.TURNED_ALONE)),
+        (at(0, EXACT), at(5, WRONG), at(5e5, WRONG, says=Verdict.TURNED_ALONE)),
         "it leaves the floor with nothing near",
     ),
     Alone(
         "a second disc falls through",
         lambda size: shown(BESIDE, _still, fallen_from_the_drop if size else dropped, lands=None if size else 1),
-        (at(0, Grade.UNGRADED), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
         "one disc at rest ends the reference, and not the other's fall",
     ),
     Alone(
         "a second disc never rests, m/s",
         lambda size: shown(BESIDE, _still, _hopping(size) if size else dropped, lands=1),
-        (at(0, Grade.UNGRADED), at(3, INACCURATE, WRONG)),
+        (at(0, EXACT), at(3, INACCURATE, WRONG)),
         "one disc at rest ends the reference, and not the other's fall: restitution .55 for 0",
     ),
 )

@@ -10,6 +10,7 @@ import numpy as np
 
 from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency, consistency_of
+from carom.comparator.contact import ContactScore, contact_score, without_contacts
 from carom.comparator.convention import ConventionMatch, match_outcome
 from carom.comparator.evidence import Evidence
 from carom.comparator.findings import findings, lucky_phase
@@ -76,6 +77,7 @@ class Score(Shown):
             not looked at.
         parted_s: When its trajectory left the reference's, if it did so before it passed through anything; else None.
         pit_parted_s: When PIT's did; None where it did not, or was not given.
+        contact: How it does where discs slide, roll and rest; None where nothing does, or its states were not kept.
         lucky_phase: At how many phases of the step PIT is as right, and of how many, where the run has PIT's impacts
             and is called exact or close, and PIT is not so at all of them; else None.
     """
@@ -106,6 +108,7 @@ class Score(Shown):
     parted_s: float | None
     pit_parted_s: float | None
     lucky_phase: tuple[int, int] | None
+    contact: ContactScore | None
 
     @property
     def own_velocity(self) -> float | None:
@@ -214,6 +217,7 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
         parted_s=evidence.parted_s if has_left(evidence) else None,
         pit_parted_s=evidence.pit_parted_s,
         lucky_phase=lucky,
+        contact=evidence.contact,
     )
 
 
@@ -232,6 +236,9 @@ def _evidence(
         shown = shown_by_states(reference, missed, truth, observed.dt_s)
         told = tuple(number for number in missed if number not in shown)
         measured = replace(measured, alignment=replace(measured.alignment, missed=told))
+    if measured.alignment.spurious and reference.modes is not None:
+        kept = without_contacts(reference, observed, measured.alignment.spurious)
+        measured = replace(measured, alignment=replace(measured.alignment, spurious=kept))
     return Evidence(
         reference=reference,
         observed=observed,
@@ -245,6 +252,7 @@ def _evidence(
         local=local_errors(observed, scales),
         convention=match_outcome(reference, observed, sampling, scales),
         consistency=None if broken else consistency_of(observed, scales, reference.contact_s),
+        contact=None if broken else contact_score(reference, observed, scales),
         branches=wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
         broken=broken,
         local_truth=None if truth is None else local_score(truth, scales, observed.float_bits, reach.until_s),

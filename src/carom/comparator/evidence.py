@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency
+from carom.comparator.contact import ContactScore
 from carom.comparator.convention import ConventionMatch
 from carom.comparator.grades import Grade
 from carom.comparator.grip import WrongBranches
@@ -39,6 +40,7 @@ class Evidence:
         price: What PIT pays at worst over the phases of that step; None as well.
         consistency: None where the observed trace has a number that is NaN or infinite.
         branches: Which of its impacts took the wrong branch of friction.
+        contact: How it does in contact; None where there is none, or its states were not kept.
         broken: Which number that is, empty where there is none.
         local_truth: Each step against PIC from the observed trace's own state; None where states were not looked at.
         reports: Where what it reports and what its states show part; None as well.
@@ -60,6 +62,7 @@ class Evidence:
     convention: ConventionMatch | None
     consistency: Consistency | None
     branches: WrongBranches
+    contact: ContactScore | None
     broken: str
     local_truth: LocalScore | None
     reports: ReportsAndStates | None

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.contact import in_contact
 from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
 from carom.comparator.measure import untold
@@ -41,11 +42,13 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     found += [finding for rule in rules for finding in rule(evidence)]
     found += list(bad_steps(evidence, told=bool(found)))
     found += polygons(evidence) if found else ()
+    if evidence.contact is not None and evidence.contact.grade is not Grade.EXACT:
+        found.append(Finding(Verdict.CONTACT, in_contact(evidence.contact)))
     if found:
         found += _not_told(evidence)
     if errors and found and evidence.sampling is None:
         found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
-    if evidence.nothing_compared:
+    if evidence.nothing_compared and evidence.contact is None:
         times = evidence.reference.impacts["time_s"]
         first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
         found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.reach.until_s:.6g} s; {first}"))
@@ -60,6 +63,8 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         looked = not evidence.reach.whole and evidence.local_truth is not None
         rest = "; to the end every step agrees with PIC from its own state" if looked else ""
         reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{unknown}{rest}"
+        if (contact := evidence.contact) is not None:
+            reason += f"; from {contact.begin_s:.6g} s on {contact.looks} states are as Coulomb's law says"
         found.append(Finding(Verdict.CONFORMS, reason))
     if evidence.reference.contact_s < math.inf:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"

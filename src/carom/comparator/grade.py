@@ -20,7 +20,20 @@ __all__ = ["equals_pit", "grade", "grade_of_trajectory"]
 
 
 def grade(evidence: Evidence) -> Grade:
-    """Grade a comparison: by the reference's trajectory, as far as that is reliable, and by local truth to the end."""
+    """Grade a comparison: by impacts, and where discs slide, roll and rest by what they do there; the worse decides.
+
+    Where nothing is there to be graded by impacts, what discs do in contact decides alone.
+    """
+    free, contact = _grade_of_flight(evidence), evidence.contact
+    if contact is None or free in {Grade.PARTED, Grade.PARTED_INACCURATE}:
+        return free
+    if free is Grade.UNGRADED or not evidence.reach.impacts:
+        return contact.grade if evidence.convention is None else free
+    return max(free, contact.grade, key=list(Grade).index)
+
+
+def _grade_of_flight(evidence: Evidence) -> Grade:
+    """Grade by the reference's trajectory, as far as that is reliable, and by local truth to the end."""
     whole, local = _by_trajectory(evidence), evidence.local_truth
     if local is None:
         return whole

@@ -91,6 +91,10 @@ SAID_WHEN = {
         "to a horizon or a rest only"
     ),
     Verdict.SAMPLED_STEPS: "the steps are *close* or *sampled*, and nothing else is said",
+    Verdict.CONTACT: (
+        "after discs begin to slide, roll or rest on a wall their places, velocities or spins leave those of the "
+        "closed form by more than rounding; the reason says by how much, and by how much PIT's do"
+    ),
     Verdict.RESTED: ("contact lasts from there on; the reason says whether the steps beyond were looked at"),
     Verdict.NO_IMPACT: "the reference has none, and nothing else is said",
     Verdict.NOTHING_COMPARED: "there is a horizon, and no impact of the reference before it",

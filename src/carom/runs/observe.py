@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,9 +24,14 @@ from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
 from carom.text import named_hints
 from carom.trace import Outcome, Samples, Setting, Trace
+from carom.windows import States
 
 __all__ = ["Observe", "able_adapter", "capabilities_of", "observe_run", "profile_settings"]
 
+
+#: Where discs may come to rest states are kept, of so many discs at most, and so many states: 40 bytes a disc each.
+MOST_LOOKED_AT = 10
+MOST_LOOKS = 256
 
 #: Samples are for drawing, and no picture is more than this many pixels wide.
 MOST_SAMPLES = 4096
@@ -173,6 +178,9 @@ class _Run:
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [self.state.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
+        may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
+        self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
+        self.look_every = -(-self.steps // MOST_LOOKS)
 
     def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps to the end, or to where nothing but free flight is left."""
@@ -194,6 +202,8 @@ class _Run:
                 self.outcome = Outcome.STANDSTILL
                 return
             self.taken = step
+            if self.looks is not None and step % self.look_every == 0:
+                self.looks.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.state.position_m)
             straight = not (self.gravity.any() or self.damping.per_s)
@@ -229,7 +239,19 @@ class _Run:
             spins=self.collector.spins,
             final_spin_rad_s=None if spins is None else spins * kept,
             local_truth=None if self.watch is None else self.watch.finish(),
+            looks=_states(self.looks) if self.looks else None,
         )
+
+
+def _states(looks: Sequence[tuple[float, Observation]]) -> States:
+    times, seen = zip(*looks, strict=True)
+    spins = [state.spin_rad_s for state in seen if state.spin_rad_s is not None]
+    return States(
+        np.array(times),
+        np.array([state.position_m for state in seen]),
+        np.array([state.velocity_m_s for state in seen]),
+        np.array(spins) if len(spins) == len(seen) else None,
+    )
 
 
 def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterator[float]:

@@ -19,7 +19,7 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, c
 from carom.adapter import Observation
 from carom.scene import Scene
 from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
-from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
+from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 
 __all__ = ["CarriedObservation", "CarriedTrace", "Codec"]
 
@@ -79,7 +79,7 @@ def _array(dtype: DTypeLike) -> Any:
 
 
 #: What a journal of this format may lack, as it was written before Carom knew it: it is None there.
-LATER = frozenset({"edges", "modes"})
+LATER = frozenset({"edges", "modes", "looks"})
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
@@ -88,7 +88,10 @@ def _carried(kind: type[Any], **carried: Any) -> Any:
     In a text of its own NaN and infinities need not be strings, which a setting could not be told from.
     """
     hints = (
-        get_type_hints(kind, localns={"Scene": Scene, "LocalTruth": LocalTruth, "np": np, "NDArray": NDArray}) | carried
+        get_type_hints(
+            kind, localns={"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
+        )
+        | carried
     )
     names = [field.name for field in dataclasses.fields(kind)]
     types: dict[str, Any] = {name: (hints[name], None if name in LATER else ...) for name in names}
@@ -127,6 +130,10 @@ def _in_shape(value: Any) -> Any:
         array = getattr(value, name)
         if array is not None and array.shape != shape:
             raise ValueError(f"{name} must have the shape {shape}, got {array.shape}")
+    if value.looks is not None:
+        instants, shape = value.looks.time_s.shape, value.looks.position_m.shape
+        if len(instants) != 1 or not shape == value.looks.velocity_m_s.shape == (*instants, discs, 2):
+            raise ValueError(f"looks of shape {shape} at {instants} instants")
     if value.samples is not None:
         instants = value.samples.time_s.shape
         if len(instants) != 1 or value.samples.position_m.shape != (*instants, discs, 2):
@@ -157,5 +164,7 @@ else:
         local_truth=_carried(
             LocalTruth, windows=_array(WINDOW_DTYPE), meetings=_array(MEETING_DTYPE), slips=_array(SLIP_DTYPE)
         )
+        | None,
+        looks=_carried(States, time_s=_FLOATS, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None)
         | None,
     )

@@ -185,7 +185,7 @@ def _on_a_wall(
         up: How high it starts, metres.
         count: Its impacts.
         inertia: Its inertia factor.
-        laws: Restitution and friction of the wall.
+        laws: Restitution and friction of the wall; it gives nothing back unless that is told.
     """
     nx, ny = fall / math.hypot(1.0, fall), 1.0 / math.hypot(1.0, fall)
 
@@ -200,6 +200,7 @@ def _on_a_wall(
         inertia_factor=inertia,
     )
     wall = Wall(point_m=(0.0, 0.0), normal=(nx, ny))
+    laws = {"wall_restitution": 0.0, **laws}
     scene = scene_of(discs=[disc], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
     spins = (answer[2] / _RADIUS_M,) if scene.arrays.turns else None
     place, velocity = (at(answer[0], _RADIUS_M),), (at(answer[1], 0.0),)
@@ -297,7 +298,9 @@ def _struck() -> Staged:
         Disc(position_m=(2.0, 0.5), radius_m=0.5),
     ]
     floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
-    scene = scene_of(discs=discs, walls=[floor], gravity_m_s2=(0.0, -_G), wall_friction=0.2, duration_s=3.0)
+    scene = scene_of(
+        discs=discs, walls=[floor], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
+    )
     impact = KnownImpact(1 / 3, 0, 1, (0.0, 0.0), (3.0, 0.0), -6.0, 0.0)
     known = KnownAnswer(
         f"{_COULOMB}; the impact swaps the velocities and keeps the spins",

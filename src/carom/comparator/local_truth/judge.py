@@ -126,6 +126,11 @@ class _Window:
         assert best is not None  # noqa: S101 - all of PIC's impacts are always admitted
         return best
 
+    @property
+    def meets_at_rest(self) -> bool:
+        """Whether one rests on something and meets another: PIC's run from a single state ends where one rests."""
+        return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
+
     def lies_ahead(self, state: BodyStates, met: Met) -> bool:
         """Whether a pair has yet to meet in a state: apart and closing, on the side on which PIC has them meet."""
         contact = state.contact(met.pair)
@@ -211,8 +216,7 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
         judged.energy_j = window.now.energy() - window.free.energy() if law.pull == 0.0 else 0.0
-    elif not held and window.resting is not None and any(pair != window.resting for pair in chain.pairs):
-        # One rests on something, and meets another there: PIC's run from a single state ends where something rests.
+    elif not held and window.meets_at_rest:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
     elif not held:
         judged.turned = True
@@ -223,7 +227,7 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
 
 
 def _is_entangled(window: _Window, found: _Difference) -> bool:
-    if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1):
+    if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
         return True
     # What begins in overlap was found late already, or was pushed into it by a third.
     starts = [window.start.contact(pair) for pair in window.chain.pairs]

@@ -1,0 +1,271 @@
+"""What a run does where discs slide, roll and rest, against Coulomb's law in closed form.
+
+The states that a run was seen in are compared with the reference's at the same instants. PIT, which knows no contact
+and lets discs bounce at its frames, says what looking once a step costs. An integrator that moves a disc a step at one
+speed is off by ``dt / 2`` times what that changes by, at most a step's way; its velocities by what gravity and friction
+change in a step, ``g dt (1 + f)``; and an impact may be late by a step. None of these is held against a run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.grades import Grade
+from carom.comparator.local_truth.rest import RESTING_STEPS
+from carom.comparator.scales import Scales
+from carom.comparator.thresholds import THRESHOLDS
+from carom.scene import Scene
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
+from carom.trace import Outcome, Trace, free_flights
+from carom.windows import States
+
+__all__ = ["ContactErrors", "ContactScore", "contact_score", "in_contact", "motion_at", "without_contacts"]
+
+Array = NDArray[np.float64]
+
+#: States at the end that tell how fast a disc is there: a jitter goes to and fro from one to the next.
+_LAST = 8
+
+
+class ContactErrors(NamedTuple):
+    """The largest differences from the reference in contact: of places (m), of velocities and of rims (m/s)."""
+
+    place_m: float
+    velocity_m_s: float
+    rim_m_s: float
+
+
+@dataclass(frozen=True)
+class ContactScore:
+    """How a run does in contact.
+
+    Attributes:
+        begin_s: When contact begins, by the reference.
+        end_s: Up to when it is compared: the end, or an instant that has no unique answer.
+        looks: How many states were compared.
+        own: The run's errors.
+        pit: Those of PIT at the same step; None for a run without steps.
+        allowed: What sampling and an integrator's step explain.
+        momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius: friction, whatever it
+            is, has no part in it. NaN where a disc meets others, or several walls.
+        rest_m_s: How fast discs still are on average at the end that rest there; NaN where none does.
+        frozen: Whether a disc stands still at the end that moves there.
+        grade: The grade of the stretch.
+    """
+
+    begin_s: float
+    end_s: float
+    looks: int
+    own: ContactErrors
+    pit: ContactErrors | None
+    allowed: ContactErrors
+    momentum_m_s: float
+    rest_m_s: float
+    frozen: bool
+    grade: Grade
+
+
+def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactScore | None:
+    """Score a run where the reference is in contact; None where it is not, or where states were not kept."""
+    looks, begin_s = observed.looks, reference.contact_s
+    if looks is None or reference.modes is None or reference.outcome is not Outcome.COMPLETED:
+        return None
+    ties = [float(reference.impacts["time_s"][row]) for row in reference.ambiguous]
+    end_s = min([reference.end_time_s, *(np.nextafter(tie, -math.inf) for tie in ties)])
+    inside = (looks.time_s >= begin_s) & (looks.time_s <= end_s)
+    struck_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s]
+    for (
+        time_s
+    ) in struck_s.tolist():  # whether a state is before or after an impact is a matter of rounding, or lateness
+        inside &= np.abs(looks.time_s - time_s - 0.5 * observed.dt_s) > observed.dt_s
+    if not inside.any():
+        return None
+    times = looks.time_s[inside]
+    truth, seen = motion_at(reference, times), _only(looks, inside)
+    own, dt_s = _errors(reference, truth, seen), observed.dt_s
+    pit, allowed = None, ContactErrors(0.0, 0.0, 0.0)
+    if dt_s:
+        pit = _errors(reference, truth, _states_of_pit(reference.scene, dt_s, tuple(times.tolist())))
+        allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
+    slow = RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+    rest_m_s, frozen = _at_the_end(truth, seen, slow)
+    wrong = not all(math.isfinite(error) for error in own) or rest_m_s > slow or frozen
+    rounding = THRESHOLDS.rounding_of(observed.float_bits)
+    place = THRESHOLDS.place_rounding_of(observed.float_bits, scales.time_s / dt_s if dt_s else 0.0) * scales.reach_m
+    exact = ContactErrors(place, rounding * scales.speed_m_s, rounding * scales.rim_m_s)
+    return ContactScore(
+        begin_s=begin_s,
+        end_s=end_s,
+        looks=len(times),
+        own=own,
+        pit=pit,
+        allowed=allowed,
+        momentum_m_s=_momentum_error(reference, seen),
+        rest_m_s=rest_m_s,
+        frozen=frozen,
+        grade=Grade.WRONG if wrong else _grade(own, exact, allowed),
+    )
+
+
+def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int) -> ContactErrors:
+    """Return what sampling and an integrator's step explain, with as many impacts in contact."""
+    arrays = scene.arrays
+    speed = float(np.max(np.hypot(*np.moveaxis(truth.velocity_m_s, 2, 0))))
+    fall = math.hypot(*scene.gravity_m_s2) * dt_s
+    # A coefficient above 1 ends a slip within the step, and then friction is no more than what it takes.
+    rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
+    rims = rubs / float(np.min(arrays.inertia))
+    place = (speed + fall) * dt_s * (1 + impacts)
+    return ContactErrors(max(pit.place_m, place), pit.velocity_m_s + fall + rubs, pit.rim_m_s + max(rubs, rims))
+
+
+def without_contacts(reference: Trace, observed: Trace, invented: Sequence[int]) -> tuple[int, ...]:
+    """Return which impacts of a run are invented, and are not the beginning of contact that the reference has.
+
+    An engine reports what touches, and may stamp it with the start of its step.
+    """
+    if reference.modes is None:
+        return tuple(invented)
+    begin_s = {(int(row["disc"]), int(row["wall"])): float(row["time_s"]) for row in reference.modes[::-1]}
+    rows = observed.impacts
+    pairs = [(int(rows["first"][k]), int(rows["second"][k])) for k in invented]
+    return tuple(
+        k
+        for k, pair in zip(invented, pairs, strict=True)
+        if not rows["time_s"][k] >= begin_s.get(pair, math.inf) - observed.dt_s
+    )
+
+
+def motion_at(trace: Trace, times_s: Array) -> States:
+    """Return where the discs of a trace are at ascending times within it, and how fast, by its impacts and modes."""
+    count = len(trace.scene.discs)
+    place, velocity = np.zeros((2, len(times_s), count, 2))
+    for flight in free_flights(trace):
+        since = (times_s >= flight.begin_s) & (times_s <= flight.end_s)  # at an impact, what it leads to
+        for row in np.flatnonzero(since).tolist():
+            passed = float(times_s[row]) - flight.begin_s
+            place[row, flight.disc] = flight.at(float(times_s[row]))
+            velocity[row, flight.disc] = flight.velocity_m_s + flight.pull_m_s2 * passed
+    return States(times_s, place, velocity, _spins_at(trace, times_s))
+
+
+def _spins_at(trace: Trace, times_s: Array) -> Array:
+    """Return the spins of the discs of a trace at ascending times, radians a second, shape ``(k, n)``."""
+    spins, rates = trace.scene.arrays.spins.copy(), np.zeros(len(trace.scene.discs))
+    since, found, row = np.zeros(len(spins)), np.zeros((len(times_s), len(spins))), 0
+    changes: list[tuple[float, int, float, float | None]] = []  # when, of which disc: its spin, and how that changes
+    modes = [] if trace.modes is None else list(trace.modes[::-1])
+    for k, impact in enumerate(trace.impacts):
+        while modes and modes[-1]["impacts"] <= k:
+            changes.append(_change(modes.pop()))
+        if trace.spins is not None:
+            sides = ((int(impact[side]), float(trace.spins[f"{side}_after"][k])) for side in ("first", "second"))
+            changes += [(float(impact["time_s"]), disc, spin, None) for disc, spin in sides if disc >= 0]
+    changes += [_change(mode) for mode in modes[::-1]]
+    for time_s, disc, spin, rate in [*changes, (math.inf, 0, 0.0, None)]:
+        while row < len(times_s) and times_s[row] < time_s:
+            found[row] = spins + rates * (times_s[row] - since)
+            row += 1
+        spins[disc], since[disc] = spin, time_s
+        rates[disc] = rates[disc] if rate is None else rate
+    return found
+
+
+def _change(mode: np.void) -> tuple[float, int, float, float]:
+    return float(mode["time_s"]), int(mode["disc"]), float(mode["spin"]), float(mode["spin_rate"])
+
+
+def _only(states: States, rows: NDArray[np.bool_]) -> States:
+    spins = None if states.spin_rad_s is None else states.spin_rad_s[rows]
+    return States(states.time_s[rows], states.position_m[rows], states.velocity_m_s[rows], spins)
+
+
+def _errors(reference: Trace, truth: States, seen: States) -> ContactErrors:
+    spins = np.zeros(truth.position_m.shape[:2]) if seen.spin_rad_s is None else seen.spin_rad_s
+    true_spins = np.zeros_like(spins) if truth.spin_rad_s is None else truth.spin_rad_s
+    rims = reference.scene.arrays.radius_m * (spins - true_spins)
+    return ContactErrors(
+        float(np.max(np.hypot(*np.moveaxis(seen.position_m - truth.position_m, 2, 0)))),
+        float(np.max(np.hypot(*np.moveaxis(seen.velocity_m_s - truth.velocity_m_s, 2, 0)))),
+        float(np.max(np.abs(rims))) if reference.scene.arrays.turns else 0.0,
+    )
+
+
+@lru_cache(maxsize=32)
+def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> States:
+    """Return the states of PIT at some ascending times, which are frames of its: after it has looked."""
+    run = pit_run(scene, FrameClock(step_s=dt_s))
+    places, velocities, spins = [], [], []
+    for time_s in times_s:
+        run.advance_frames(round(time_s / dt_s) + 1 - run.frames)
+        at_s = run.time_s  # of the frame that follows, a fall further
+        places.append(run.positions())
+        velocities.append(run.velocities())
+        spins.append(np.zeros(len(scene.discs)) if (turned := run.spins()) is None else turned)
+        back = at_s - time_s
+        fall = np.where(scene.arrays.movable[:, None], np.array(scene.gravity_m_s2), 0.0)
+        velocities[-1] = velocities[-1] - fall * back
+        places[-1] = places[-1] - velocities[-1] * back - 0.5 * fall * back * back
+    return States(np.array(times_s), np.array(places), np.array(velocities), np.array(spins))
+
+
+def _at_the_end(truth: States, seen: States, slow: float) -> tuple[float, bool]:
+    """Return how fast discs are on average at the end that rest there, and whether one stands still that moves."""
+    true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-_LAST:], 2, 0)) for s in (truth, seen))
+    rests = (true_speed == 0.0).all(axis=0)
+    moves = (true_speed > 2.0 * slow).all(axis=0)
+    mean = speed.mean(axis=0)
+    rest = float(mean[rests].max()) if rests.any() and len(speed) == _LAST else math.nan
+    frozen = bool(np.any(mean[moves] <= THRESHOLDS.close * true_speed[:, moves].mean(axis=0)))
+    return rest, frozen
+
+
+def _momentum_error(reference: Trace, seen: States) -> float:
+    """Return the largest change of angular momentum about the wall that gravity does not explain."""
+    scene, modes = reference.scene, reference.modes
+    walls = scene.arrays.walls
+    if len(scene.discs) > 1 or len(walls) > 1 or modes is None or not isinstance(walls[0], tuple):
+        return math.nan
+    if seen.spin_rad_s is None or math.isinf(k := float(scene.arrays.inertia[0])):
+        return math.nan
+    nx, ny = walls[0][2:]
+    along, (gx, gy) = np.array([ny, -nx]), scene.gravity_m_s2
+    ratio = k * float(scene.arrays.radius_m[0])
+    begun = float(modes[0]["velocity"] @ along) - ratio * float(modes[0]["spin"])
+    expected = begun + (gx * ny - gy * nx) * (seen.time_s - float(modes[0]["time_s"]))
+    return float(np.max(np.abs(seen.velocity_m_s[:, 0] @ along - ratio * seen.spin_rad_s[:, 0] - expected)))
+
+
+def _grade(own: ContactErrors, exact: ContactErrors, allowed: ContactErrors) -> Grade:
+    def within(part: float) -> bool:
+        return all(o <= part * a + e for o, a, e in zip(own, allowed, exact, strict=True))
+
+    if within(0.0):
+        return Grade.EXACT
+    if within(THRESHOLDS.close):
+        return Grade.CLOSE
+    return Grade.SAMPLED if within(1.0) else Grade.INACCURATE
+
+
+def in_contact(score: ContactScore) -> str:
+    """Return how far a run is off in contact, as the reason of a verdict."""
+
+    def told(errors: ContactErrors) -> str:
+        rim = f" and {errors.rim_m_s:.3g} m/s of the rim" if errors.rim_m_s else ""
+        return f"{errors.place_m:.3g} m, {errors.velocity_m_s:.3g} m/s{rim}"
+
+    pit = f"; PIT by {told(score.pit)}" if score.pit is not None else ""
+    wrong = "; stands still where it moves" if score.frozen else ""
+    if score.rest_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
+        wrong = f"; still at {score.rest_m_s:.3g} m/s on average where it rests"
+    if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
+        wrong += f"; angular momentum about the wall, which no friction changes, by {score.momentum_m_s:.3g} m/s"
+    return f"from {score.begin_s:.6g} s on by up to {told(score.own)}{wrong}{pit}"
