@@ -271,4 +271,39 @@ def test_what_is_off_is_said_and_each_sign_explained(page: Page, report: Path) -
     signs = page.locator(".signs span").all_inner_texts()
     assert len(signs) == len(set(signs)) == 6
     page.get_by_text("Run it yourself").click()
-    assert page.get_by_label("Drag this scene: save it as scene.toml").input_value() == "carom play scene.toml"
+    assert page.get_by_label("Drag this scene: save it as scene.toml").count() == 0  # there is a link
+
+
+def test_a_replay_leads_to_the_page_on_which_its_discs_are_thrown(page: Page) -> None:
+    """The link opens the page beside the report with that very scene, and asks for nothing."""
+    opened(page, MISSED)
+    link = page.locator("#replay a", has_text="Drag this scene")
+    assert link.get_attribute("href") == "play.html#paper%2Fmissed"
+    link.click()
+    page.wait_for_selector("#sentence:not(:empty)")
+    scene = page.evaluate("caromPage.state.scene")
+    assert [disc["radius_m"] for disc in scene["discs"]] == [0.25, 0.25]
+    assert page.locator("#problem").inner_text() == ""
+
+
+def test_every_scene_that_a_report_links_to_is_taken_or_refused_by_name(page: Page, report: Path) -> None:
+    """Scenes with numbers that the page does not take, the hostile ones among them, say which; no script fails."""
+    page.goto((report.parent / "play.html").as_uri())
+    page.wait_for_selector("#sentence:not(:empty)")
+    names = page.evaluate("[...document.querySelectorAll('select option')].map((o) => o.value).filter(Boolean)")
+    said = [
+        page.evaluate(
+            """name => {
+                const has = (select) => [...select.options].some((option) => option.value === name);
+                const select = [...document.querySelectorAll("select")].find(has);
+                select.value = name;
+                select.dispatchEvent(new Event("change"));
+                return document.getElementById("problem").textContent;
+            }""",
+            name,
+        )
+        for name in names
+        if "/" in name
+    ]
+    assert len(said) > 40
+    assert sum(not text for text in said) > 30

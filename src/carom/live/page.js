@@ -68,7 +68,15 @@ whenChanged(() => {
   }, 150);
   fit();
 });
-scenes.onchange = () => GALLERY[scenes.value] && take(asPageScene(GALLERY[scenes.value]));
+// A scene may have a number that the page does not take; then it says which, and goes on with what it shows.
+function shown(name) {
+  try {
+    take(asPageScene(GALLERY[name]));
+  } catch (error) {
+    problem.textContent = `${name}: ${error.message}`;
+  }
+}
+scenes.onchange = () => scenes.value in GALLERY && shown(scenes.value);
 slow.onchange = () => {
   state.speed = Number(slow.value);
 };
@@ -78,12 +86,13 @@ time.oninput = () => {
   told();
   draw();
 };
-const first = () => take(asPageScene(Object.values(GALLERY)[0]));
+const first = () => Object.keys(GALLERY).some((name) => (shown(name), state.scene));
 function follow() {
   const text = location.hash.slice(1);
-  if (text in GALLERY) return take(asPageScene(GALLERY[text]));
   if (!text) return state.scene ?? first();
   try {
+    const name = decodeURIComponent(text);
+    if (name in GALLERY) return take(asPageScene(GALLERY[name]));
     const { scene, method } = ofLink(text);
     take(scene, method);
   } catch (error) {

@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.live.linked import PageEngine
 from carom.scene import Scene, Wall
 
-__all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "page_html", "page_script"]
+__all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "beyond_page", "page_html", "page_script"]
 
 SOURCES = Path(__file__).parent
 #: The modules of the page, each after those that it imports.
@@ -72,12 +72,19 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
     return _filled((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
 
 
+def beyond_page(scene: Scene) -> str:
+    """Return what of a scene the page does not show, as a sentence's end; empty where it shows all, numbers aside."""
+    if len(scene.discs) > MOST_DISCS:
+        return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
+    if any(not isinstance(wall, Wall) or not wall.restitution is wall.friction is None for wall in scene.walls):
+        return f"the page shows half-planes of one material alone; {scene.name} has other walls"
+    return f"the page shows no damping; {scene.name} has some" if scene.damping_per_s else ""
+
+
 def _fields(scene: Scene) -> object:
     """Return what the page is given of a scene; it checks each number itself."""
-    if len(scene.discs) > MOST_DISCS:
-        raise InputError(f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}")
-    if any(not isinstance(wall, Wall) or not wall.restitution is wall.friction is None for wall in scene.walls):
-        raise InputError(f"the page shows half-planes of one material alone; {scene.name} has other walls")
+    if beyond := beyond_page(scene):
+        raise InputError(beyond)
     return json.loads(scene.model_dump_json())
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 from urllib.parse import quote
 
@@ -60,13 +60,22 @@ _FEWEST_THROWN, _MOST_THROWN = 2, 10
 _NEAR_STEPS = 2.0
 
 
-def scene_replays(results: Results, grid: Grid) -> Iterator[tuple[str, str]]:
-    """Yield the name of each scene that has a reference, and its replays, packed."""
+def scene_replays(
+    results: Results, grid: Grid, drag_link: Callable[[Scene], str] = lambda _: ""
+) -> Iterator[tuple[str, str]]:
+    """Yield the name of each scene that has a reference, and its replays, packed.
+
+    Args:
+        results: The runs.
+        grid: Where they stand.
+        drag_link: Where a scene's discs can be thrown, beside the page; empty where they can't.
+    """
     for row in grid.rows:
         reference = results.references.get(row.scene.name)
         cells = [cell for cell in row.cells if cell.plays]
         if reference is not None and cells:
-            yield visible(row.scene.name), packed(replay_data(reference, (_of_cell(cell) for cell in cells)))
+            data = replay_data(reference, (_of_cell(cell) for cell in cells))
+            yield visible(row.scene.name), packed(data | {"drag": drag_link(row.scene)})
 
 
 def replay_link(cell: GridCell) -> str:
@@ -253,7 +262,7 @@ def _thrown(scene: Scene) -> str:
     """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
     plain = all(isinstance(wall, Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
     few = _FEWEST_THROWN <= len(scene.discs) <= _MOST_THROWN
-    return "carom play scene.toml" if plain and few else ""
+    return "carom play scene.toml" if plain and few and not scene.damping_per_s else ""
 
 
 def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:

@@ -170,7 +170,7 @@ def test_report_replaces_an_older_one(one_scene: Results, tmp_path: Path) -> Non
     (tmp_path / "notes.txt").write_text("mine")
     assert write_report(one_scene, tmp_path) == tmp_path / "index.html"
     assert (tmp_path / "index.html").read_text(encoding="utf-8") != "old"
-    names = {"index.html", "report.md", "results.jsonl", "junit.xml", "notes.txt", MARKER}
+    names = {"index.html", "play.html", "report.md", "results.jsonl", "junit.xml", "notes.txt", MARKER}
     assert {path.name for path in tmp_path.iterdir()} == names
 
 

@@ -134,7 +134,8 @@
         make("label", {}, this.both, " overlaid"),
         ...((this.fault || this.run.sampler) && !this.calm ? [make("label", {}, this.holds, " hold where it fails")] : []),
         this.clock);
-      root.append(this.sides, this.line, this.slider, this.controls, this.spins, ...this.stepper(), this.legend(), this.said);
+      const drag = this.scene.drag ? [make("p", {}, make("a", { href: this.scene.drag }, "Drag this scene: throw its discs yourself"))] : [];
+      root.append(this.sides, this.line, this.slider, this.controls, this.spins, ...this.stepper(), this.legend(), this.said, ...drag);
       for (const canvas of [this.truth.canvas, this.seen.canvas, this.line]) this.scrubs(canvas);
     }
 
@@ -503,7 +504,7 @@
         make("dl", {}, ...Object.entries(run.settings).flatMap(([name, value]) => [make("dt", {}, name), make("dd", {}, value)]))),
       make("details", {}, make("summary", {}, "Run it yourself"),
         ...(run.command ? [copyable("The command", run.command)] : []), copyable("The scene, as a file", scene.file),
-        ...(scene.thrown ? [copyable("Drag this scene: save it as scene.toml", scene.thrown)] : [])),
+        ...(scene.thrown && !scene.drag ? [copyable("Drag this scene: save it as scene.toml", scene.thrown)] : [])),
     ];
   };
 

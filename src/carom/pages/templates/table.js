@@ -21,6 +21,7 @@
   bar.className = "filters";
   const status = document.createElement("output");
   const ranking = [...document.querySelectorAll("table.methods tbody tr")];
+  const engineOf = (row) => row.cells[0].querySelector(".word, b")?.textContent.trim() ?? "";
   const profileOf = (row) => row.cells[0].querySelector(".figure")?.textContent.trim();
   const choice = (name, items) => {
     const label = document.createElement("label"), select = document.createElement("select");
@@ -34,6 +35,7 @@
   choice("engine", distinct(columns.map(([engine]) => engine)));
   const several = (engine) => columns.filter(([other]) => other === engine).length; // the engine of most profiles orders them
   const inOrder = [...columns].sort(([a], [b]) => several(b) - several(a));
+  const only = (engine) => several(engine) === 1; // with one profile, as PIT: it stays beside any of the others'
   const profiles = distinct(inOrder.map(([, profile]) => profile).filter(Boolean)), select = choice("profile", profiles);
   choice("grade", ORDER.filter((grade) => scenes.some((row) => [...row.cells].some((cell) => cell.classList.contains(grade)))));
   choice("group", distinct(scenes.map(groupOf)));
@@ -57,8 +59,8 @@
 
   const show = () => {
     // A column without a profile stands for all of them.
-    const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || !profile || profile === chosen.profile));
-    for (const row of ranking) row.hidden = Boolean(chosen.profile) && profileOf(row) !== chosen.profile;
+    const kept = columns.map(([engine, profile]) => (!chosen.engine || engine === chosen.engine) && (!chosen.profile || !profile || profile === chosen.profile || only(engine)));
+    for (const row of ranking) row.hidden = Boolean(chosen.profile) && profileOf(row) !== chosen.profile && !only(engineOf(row));
     for (const { firstChild: radio } of radios) radio.checked = radio.value === (chosen.profile ?? "");
     for (const row of [table.tHead.rows[0], ...scenes]) kept.forEach((keep, k) => { row.cells[k + 1].hidden = !keep; });
     let count = 0;

@@ -28,6 +28,7 @@ from carom.studies.cross_check.price import price_section, prices
 from carom.studies.cross_check.reference import known_section, reference_section
 from carom.studies.cross_check.sentences import Sentence
 from carom.studies.cross_check.steps import steps_section
+from carom.studies.cross_check.thrown import THROWN, thrown_page
 from carom.studies.cross_check.trend import trend_sections
 
 __all__ = ["PURPOSE", "cross_check_document", "reportable", "write_report"]
@@ -97,6 +98,8 @@ def write_report(
 ) -> Path:
     """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, replacing older ones.
 
+    Beside them `play.html` has the scenes whose discs can be thrown; replays of them lead to it.
+
     Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
 
     Args:
@@ -125,6 +128,8 @@ def write_report(
         "results.jsonl": records(results),
         "junit.xml": junit(results, fail_on),
     }
+    if page := thrown_page(reference.scene for reference in results.references.values()):
+        contents[THROWN] = page
     return write_files(Path(folder), PURPOSE, contents)
 
 

@@ -48,7 +48,8 @@ MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 GROUP_NOTE = (
     "Of a group of scenes stands how many are exact or close of those graded, coloured by the share of each grade; "
-    f"{Mark.WRONG.symbol} in the corner: an impact is missed in at least one of them. "
+    f"{Mark.WRONG.symbol} in the corner: a run misses an impact in at least one of them; of a run that has parted from "
+    "the reference no single impact is said to be missed. "
     "Each plays the worst of its scenes."
 )
 METHOD_NOTE = (

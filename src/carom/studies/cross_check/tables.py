@@ -35,6 +35,7 @@ from carom.pages.replay import replay_link, scene_replays
 from carom.runs.phases import PhaseSpread
 from carom.runs.plan import missing_profile_reason
 from carom.runs.results import Results, Row
+from carom.studies.cross_check.thrown import drag_link
 from carom.trace import Setting, Trace, pair_name
 
 __all__ = [
@@ -100,7 +101,7 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
             Table(columns, grid.rows, css="grid", only=IN_FULL, cards=True),
             Text(FIGURE_NOTE, ON_PAPER),
             Text(SHORT_NOTE, DETAIL),
-            Replays(partial(scene_replays, results, grid)),
+            Replays(partial(scene_replays, results, grid, drag_link=drag_link)),
         ),
         short="Every scene",
     )

@@ -1,0 +1,29 @@
+"""The page beside a report on which the discs of its scenes can be thrown, and where a replay finds its scene there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from urllib.parse import quote
+
+from carom.live.installed import with_gallery
+from carom.live.page import MOST_DISCS, beyond_page, page_html
+from carom.scene import Scene
+
+__all__ = ["THROWN", "drag_link", "thrown_page"]
+
+#: The page's file in the folder of a report.
+THROWN = "play.html"
+
+_FEWEST_DISCS = 2
+
+
+def drag_link(scene: Scene) -> str:
+    """Return where a scene's discs can be thrown, from a report in the same folder; empty where they can't."""
+    few = _FEWEST_DISCS <= len(scene.discs) <= MOST_DISCS
+    return f"{THROWN}#{quote(scene.name, safe='')}" if few and not beyond_page(scene) else ""
+
+
+def thrown_page(scenes: Iterable[Scene]) -> str:
+    """Return the page with those scenes whose discs can be thrown; empty if there are none."""
+    own = [scene for scene in scenes if drag_link(scene)]
+    return page_html(with_gallery(*own)) if own else ""
