@@ -12,10 +12,9 @@ from typer.testing import CliRunner
 
 from carom.cli import app_of
 from carom.errors import InputError
-from carom.live.installed import with_gallery
 from carom.live.linked import PageEngine, linked
 from carom.live.packages import PACKAGES, package_script
-from carom.live.page import page_html, page_script
+from carom.live.page import page_html, page_script, with_gallery
 
 
 def _play(*words: str) -> tuple[int, str]:

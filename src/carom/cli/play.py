@@ -39,9 +39,9 @@ def play(
     Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
     """
     from carom.folders import write_file
-    from carom.live.installed import DEFAULT_ENGINES, page_engines, with_gallery
+    from carom.live.installed import DEFAULT_ENGINES, page_engines
     from carom.live.opened import open_page
-    from carom.live.page import page_html
+    from carom.live.page import page_html, with_gallery
 
     if out is not None and out.suffix != ".html":
         raise InputError(f"the page ends in .html, got {str(out)!r}")

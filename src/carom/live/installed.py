@@ -9,22 +9,13 @@ from pathlib import Path
 from carom.errors import InputError
 from carom.live.linked import PageEngine, page_engine
 from carom.live.packages import PACKAGES
-from carom.live.page import GALLERY
 from carom.program.adapter import ProgramAdapter
 from carom.registry import load_adapter, require_named
-from carom.scene import Scene
-from carom.scenes import all_scenes
 
-__all__ = ["DEFAULT_ENGINES", "page_engines", "with_gallery"]
+__all__ = ["DEFAULT_ENGINES", "page_engines"]
 
 #: Small, and free of WebAssembly.
 DEFAULT_ENGINES = ("matter", "planck")
-
-
-def with_gallery(*own: Scene) -> list[Scene]:
-    """Return scenes, and after them those of the catalogue that a reader is led to."""
-    names = {scene.name for scene in own}
-    return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
 def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:

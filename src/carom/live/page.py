@@ -14,8 +14,9 @@ from pathlib import Path
 from carom.errors import InputError
 from carom.live.linked import PageEngine
 from carom.scene import Scene, Wall
+from carom.scenes import all_scenes
 
-__all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "beyond_page", "page_html", "page_script"]
+__all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "beyond_page", "page_html", "page_script", "with_gallery"]
 
 SOURCES = Path(__file__).parent
 #: The modules of the page, each after those that it imports.
@@ -70,6 +71,12 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
         "loader": loader,
     }
     return _filled((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
+
+
+def with_gallery(*own: Scene) -> list[Scene]:
+    """Return scenes, and after them those of the catalogue that a reader is led to."""
+    names = {scene.name for scene in own}
+    return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
 
 
 def beyond_page(scene: Scene) -> str:

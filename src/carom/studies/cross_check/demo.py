@@ -9,9 +9,9 @@ from pathlib import Path
 
 from carom.errors import AdapterError, CaromError, InputError
 from carom.folders import write_file
-from carom.live.installed import DEFAULT_ENGINES, page_engines, with_gallery
+from carom.live.installed import DEFAULT_ENGINES, page_engines
 from carom.live.opened import open_page
-from carom.live.page import page_html
+from carom.live.page import page_html, with_gallery
 from carom.pages import wording
 from carom.runs.engines import engines
 from carom.runs.job import PIT_METHOD

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from urllib.parse import quote
 
-from carom.live.installed import with_gallery
-from carom.live.page import MOST_DISCS, beyond_page, page_html
+from carom.live.page import MOST_DISCS, beyond_page, page_html, with_gallery
 from carom.scene import Scene
 
 __all__ = ["THROWN", "drag_link", "thrown_page"]
