@@ -31,7 +31,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls stress campaign campaign-pic campaign-tables mutants arm bench check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables mutants arm bench check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -48,6 +48,7 @@ help:
 	@echo "make stress             (fifteen minutes) the full stress campaign; write docs/stress-results.md"
 	@echo "make history            (minutes, from the registries) engines over their releases; write docs/history.md"
 	@echo "make determinism        whether the installed engines come to the same bits again; write docs/determinism.md"
+	@echo "make contact            how discs slide, roll and rest in the installed engines; write the tables of docs/contact.md"
 	@echo "make walls              what thin walls and floors in pieces do in the installed engines; write the tables of docs/walls.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
@@ -134,6 +135,9 @@ determinism: $(BUILT)
 	$(BIN)/python docs/figures/determinism.py
 
 # An engine that is not installed keeps its rows: `make engines` brings those that are not.
+contact: $(BUILT)
+	$(BIN)/python docs/figures/contact.py
+
 walls: $(BUILT)
 	$(BIN)/python docs/figures/walls.py
 	$(BIN)/python docs/figures/engine_pages.py

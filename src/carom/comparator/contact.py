@@ -100,6 +100,9 @@ def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactS
     wrong = not all(math.isfinite(error) for error in own) or rest_m_s > slow or frozen
     rounding = THRESHOLDS.rounding_of(observed.float_bits)
     place = THRESHOLDS.place_rounding_of(observed.float_bits, scales.time_s / dt_s if dt_s else 0.0) * scales.reach_m
+    if dt_s:  # no more than a hundredth of a step's way; what never moves is not rounded step by step
+        way = dt_s * float(np.max(np.hypot(*np.moveaxis(truth.velocity_m_s, 2, 0))))
+        place = min(place, THRESHOLDS.close * way if way else rounding * scales.reach_m)
     exact = ContactErrors(place, rounding * scales.speed_m_s, rounding * scales.rim_m_s)
     return ContactScore(
         begin_s=begin_s,
