@@ -141,13 +141,13 @@ def determinism_of(engine: str) -> str:
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
         return "Not measured: [the same bits again?](../determinism.md)\n"
-    turned = {"same": "the same", "other": "other bits"}
-    said = [
-        f"`{row['profile']}` {row['score']} (not in: {_not_same(row)}; discs in the opposite "
-        f"order: {turned[row['order']]})"
-        for row in rows
-    ]
-    return f"A run repeats to the bit: {listed(said)}. [What is compared](../determinism.md).\n"
+    turned = {"same": "and so with the discs", "other": "but not with the discs"}
+    said = []
+    for row in rows:
+        same, _, ways = row["score"].partition(" of ")
+        where = f"in all {ways} ways" if same == ways else f"in {same} of {ways} ways (not: {_not_same(row)})"
+        said.append(f"As `{row['profile']}` a run comes to the same bits again {where}, {turned[row['order']]} in the ")
+    return "".join(f"{sentence}opposite order. " for sentence in said) + "[What is compared](../determinism.md).\n"
 
 
 def same_bits() -> str:
