@@ -96,8 +96,8 @@ class NoPair(FallingBodies):
 class NoFixed(FallingBodies):
     """Does not see one of the immovable discs."""
 
-    def earliest_on_fixed(self, i: int, j: int) -> Instant | None:
-        return NEVER if i == 1 else super().earliest_on_fixed(i, j)
+    def earliest_of_pair(self, i: int, j: int) -> Instant | None:
+        return NEVER if i == 1 else super().earliest_of_pair(i, j)
 
 
 class StraightToFixed(FallingBodies):

@@ -12,6 +12,7 @@ from tests.stage import disc_at, staged, wall_at
 from carom import Mode, Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.pages.tracks import reference_tracks, turnings
 from carom.runs.wire import CarriedTrace, Codec
+from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.pic import pic_run
 from carom.trace import Trace, free_flights, spin_array
 
@@ -164,3 +165,17 @@ def test_a_disc_balanced_on_an_immovable_one_ends_at_rest() -> None:
     """On a round top there is no straight wall to be in contact with."""
     trace = solve_pic(staged("top", disc_at(0.0, 0.0, m=math.inf), disc_at(0.0, 1.0), duration_s=1.0, **DOWN))
     assert trace.outcome is Outcome.AT_REST
+
+
+def test_a_bound_of_when_two_meet_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of discs that bounce, land, roll and strike each other every impact and mode is that of solving for each pair."""
+    discs = [disc_at(1.3 * k, 0.6 + 0.37 * k, 0.5 - 0.3 * k) for k in range(5)]
+    scene = staged(
+        "rain", *discs, FLOOR, restitution=0.9, wall_restitution=0.5, wall_friction=0.1, duration_s=6.0, **DOWN
+    )
+    bounded = solve_pic(scene)
+    monkeypatch.setattr(FallingBodies, "earliest_of_pair", lambda *_: None)
+    solved = solve_pic(scene)
+    assert len(bounded.impacts) > 100
+    assert bounded.modes is not None
+    assert bounded == dataclasses.replace(solved, counts=bounded.counts)

@@ -120,27 +120,28 @@ class FallingBodies(Bodies):
         falls_alike = second >= 0 and self.inverse_mass[first] > 0.0 and self.inverse_mass[second] > 0.0
         return falls_alike and super().are_parting(first, second)
 
-    def earliest_on_fixed(self, i: int, j: int) -> Instant | None:
-        """Instant before which a movable and an immovable disc can't meet; None for two of a kind.
+    def earliest_of_pair(self, i: int, j: int) -> Instant | None:
+        """Instant before which two discs that do not fall alike can't meet; None for two that do.
 
         The quartic costs much, and mostly the disc has met somebody else before its turn comes. A speed of v + g t at
         most covers the gap no earlier than ``v t + g t^2/2`` does; what both may be off by rounding is taken off.
         """
-        if (self.inverse_mass[i] == 0.0) == (self.inverse_mass[j] == 0.0):
+        fixed = [disc for disc in (i, j) if self.inverse_mass[disc] == 0.0]
+        if len(fixed) == 2 or (not fixed and self.acceleration[i] == self.acceleration[j]):
             return None
-        i, fixed = (j, i) if self.inverse_mass[i] == 0.0 else (i, j)
-        if self.last_partner[i] == fixed:
-            return self.instant[i]
-        reach = self.radius[i] + self.radius[fixed]
-        gap = math.hypot(self.x[i] - self.x[fixed], self.y[i] - self.y[fixed]) - reach
-        gap -= self._resolution_m(i, self.x[fixed], self.y[fixed], self.radius[fixed])
+        start = max(self.instant[disc] for disc in (i, j) if disc not in fixed)
+        if (i not in fixed and self.last_partner[i] == j) or (j not in fixed and self.last_partner[j] == i):
+            return start
+        (x, y, vx, vy), (fx, fy, fvx, fvy) = self.state_at(i, start), self.state_at(j, start)
+        gap = math.hypot(x - fx, y - fy) - (self.radius[i] + self.radius[j])
+        gap -= gap_resolution(size_of(x, y, self.radius[i]) + size_of(fx, fy, self.radius[j]))
         if not gap > 0.0:
-            return self.instant[i]
-        speed, pull = math.hypot(self.vx[i], self.vy[i]), math.hypot(*self.acceleration[i])
+            return start
+        speed, pull = math.hypot(vx - fvx, vy - fvy), math.hypot(*self.relative_acceleration(i, j))
         if speed == 0.0 == pull:  # it rests
             return NEVER
         wait = 2.0 * gap / (speed + math.sqrt(speed * speed + 2.0 * pull * gap))
-        return after(self.instant[i], 0.99 * wait)
+        return after(start, 0.99 * wait)
 
     def _next_impact_on_fixed(self, i: int, fixed: int) -> Instant:
         """Instant of the next impact of disc `i` on an immovable disc."""

@@ -115,7 +115,7 @@ class BallisticRun(AllPairsRun):
         if second < 0 and self.contacts.walls[first] == wall_index(second):
             self._instants[:, first, len(self.bodies.walls) + second] = NEVER
             return
-        earliest = None if second < 0 else self.bodies.earliest_on_fixed(first, second)
+        earliest = None if second < 0 else self.bodies.earliest_of_pair(first, second)
         if earliest is None:
             super()._expect(first, second)
         else:
