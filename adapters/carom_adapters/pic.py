@@ -74,6 +74,8 @@ class PicAdapter:
         segments=True,
         arcs=True,
         wall_materials=True,
+        driven_walls=True,
+        driven_discs=True,
         gravity=True,
         damping=True,
         restitution=(0.0, 1.0),

@@ -10,16 +10,19 @@ import numpy as np
 
 from carom.adapter import (
     Capabilities,
+    Chain,
     Contact,
     ContactTimes,
     Engine,
     Knob,
     Observation,
     Profile,
+    Ring,
     Scene,
     Setting,
     Stamp,
     StepClock,
+    Wall,
     oriented_contact,
     pair_of,
     require_sound,
@@ -75,6 +78,8 @@ LARGEST_RADIUS_M = 1e98
 CAPABILITIES = Capabilities(
     segments=True,
     wall_materials=True,
+    driven_walls=True,
+    driven_discs=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),
@@ -121,10 +126,11 @@ class PymunkWorld:
         disc_elasticity, disc_friction, of_walls = factored_walls(scene)
         self._bodies: list[pymunk.Body] = []
         self._movable: list[pymunk.Body] = []
+        self._driven: list[pymunk.Body] = []
         self._number: dict[pymunk.Shape, int] = {}
         for i, disc in enumerate(scene.discs):
             if disc.immovable:
-                body = pymunk.Body(body_type=pymunk.Body.STATIC)
+                body = self._held(disc.driven, disc.velocity_m_s, disc.spin_rad_s)
             else:
                 # An infinite moment for a disc that does not turn, or has nothing to turn it.
                 factor = disc.inertia_factor if self._turns else math.inf
@@ -137,7 +143,7 @@ class PymunkWorld:
             self._add(pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
             self._bodies.append(body)
         for k, (shaped, material) in enumerate(zip(shapes_of_walls(scene, dt_s), of_walls, strict=True)):
-            body = pymunk.Body(body_type=pymunk.Body.STATIC)
+            body = self._held(scene.walls[k].driven, scene.walls[k].velocity_m_s)
             self._space.add(body)
             if isinstance(shaped, list):
                 self._add(pymunk.Poly(body, shaped), *material, wall_body(k))
@@ -147,6 +153,17 @@ class PymunkWorld:
                 if self._neighbors:
                     shape.set_neighbors(segment.before, segment.after)
                 self._add(shape, *material, wall_body(k))
+
+    def _held(self, driven: bool, velocity: tuple[float, float], spin: float = 0.0) -> pymunk.Body:
+        """Return a body that no impact moves: it stands, or moves by itself."""
+        import pymunk
+
+        if not driven:
+            return pymunk.Body(body_type=pymunk.Body.STATIC)
+        body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+        body.velocity, body.angular_velocity = velocity, spin
+        self._driven.append(body)
+        return body
 
     def _add(self, shape: pymunk.Shape, elasticity: float, friction: float, number: int) -> None:
         shape.elasticity, shape.friction = elasticity, friction
@@ -237,7 +254,8 @@ class PymunkWorld:
 
     def save(self) -> object:
         """Return positions, velocities and spins; whatever else a space keeps is of no effect on a tuned one."""
-        bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in self._movable]
+        moving = [*self._movable, *self._driven]
+        bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in moving]
         return (self._clock.now_s, bodies)
 
     def restore(self, state: Any) -> None:
@@ -249,18 +267,18 @@ class PymunkWorld:
 
     def close(self) -> None:
         """Let go of the space; its memory goes with the last reference."""
-        del self._space, self._bodies, self._movable, self._number
+        del self._space, self._bodies, self._movable, self._driven, self._number
 
 
-_ADD_WALL = """def add_wall(corners, elasticity, friction):  # a deep polygon: a half-plane has no far side
-    body = pymunk.Body(body_type=pymunk.Body.STATIC)
+_ADD_WALL = """def add_wall(corners, elasticity, friction, velocity=None):  # a deep polygon has no far side
+    body = held_body(velocity)
     add(body, pymunk.Poly(body, corners), elasticity, friction)
 
 
 """
 
-_ADD_SEGMENT = """def add_segment(a, b, radius, elasticity, friction, neighbors=None):
-    body = pymunk.Body(body_type=pymunk.Body.STATIC)
+_ADD_SEGMENT = """def add_segment(a, b, radius, elasticity, friction, neighbors=None, velocity=None):
+    body = held_body(velocity)
     segment = pymunk.Segment(body, a, b, radius)
     if neighbors:  # so that no disc catches on the joint of two segments
         segment.set_neighbors(*neighbors)
@@ -270,8 +288,11 @@ _ADD_SEGMENT = """def add_segment(a, b, radius, elasticity, friction, neighbors=
 """
 
 
-def _code_of_wall(shape: Shaped, material: tuple[float, float], settings: Mapping[str, Setting]) -> list[str]:
+def _code_of_wall(
+    wall: Wall | Chain | Ring, shape: Shaped, material: tuple[float, float], settings: Mapping[str, Setting]
+) -> list[str]:
     of_wall = f"elasticity={material[0]!r}, friction={material[1]!r}"
+    of_wall += f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
     if isinstance(shape, list):
         return [f"add_wall({shape!r}, {of_wall})"]
     told = bool(settings.get(NEIGHBORS, 0))
@@ -289,16 +310,14 @@ def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     lines = []
     for disc in scene.discs:
         moment = (disc.inertia_factor if turns else math.inf) * disc.mass_kg * disc.radius_m**2
-        kind = (
-            "static=True"
-            if disc.immovable
-            else arguments(
-                {"mass": disc.mass_kg, "moment": moment, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
-            )
-        )
-        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}, {kind})")
+        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg, "moment": moment}
+        if not disc.immovable or disc.driven:
+            given |= {"velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+        lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     shapes = shapes_of_walls(scene, dt_s)
-    lines += [line for pair in zip(shapes, of_walls, strict=True) for line in _code_of_wall(*pair, settings)]
+    lines += [
+        line for made in zip(scene.walls, shapes, of_walls, strict=True) for line in _code_of_wall(*made, settings)
+    ]
     set_up = assignments("space", settings, SPACE_SETTINGS)
     if scene.damping_per_s:
         set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # what is kept of a speed in a second\n"
@@ -323,9 +342,18 @@ def add(body, shape, elasticity, friction):
     space.add(body, shape)
 
 
-def add_disc(position, radius, mass=0.0, moment=0.0, velocity=(0.0, 0.0), spin=0.0, static=False):
-    body = pymunk.Body(body_type=pymunk.Body.STATIC) if static else pymunk.Body(mass, moment)
-    body.position, body.velocity, body.angular_velocity = position, velocity, spin
+def held_body(velocity, spin=0.0):  # which no impact moves: it stands, or moves by itself
+    body = pymunk.Body(body_type=pymunk.Body.STATIC if velocity is None else pymunk.Body.KINEMATIC)
+    if velocity is not None:
+        body.velocity, body.angular_velocity = velocity, spin
+    return body
+
+
+def add_disc(position, radius, mass=None, moment=0.0, velocity=None, spin=0.0):
+    body = held_body(velocity, spin) if mass is None else pymunk.Body(mass, moment)
+    body.position = position
+    if mass is not None:
+        body.velocity, body.angular_velocity = velocity, spin
     add(body, pymunk.Circle(body, radius), elasticity={elasticity!r}, friction={friction!r})
     discs.append(body)
 

@@ -52,6 +52,8 @@ class DiscArrays:
         tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
         wall_tangential_restitution: Of every disc and wall, -1 to 1.
         wall_materials: Of each wall, where one has not `wall_restitution` and `wall_friction`; else None.
+        wall_velocity_m_s: Of each wall, where one is driven; else None. `walls` says where they are at time 0.
+        driven_discs: Numbers of the discs of infinite mass that move, ascending.
     """
 
     position_m: NDArray[np.float64]
@@ -68,6 +70,8 @@ class DiscArrays:
     tangential_restitution: float = 0.0
     wall_tangential_restitution: float = 0.0
     wall_materials: tuple[Material, ...] | None = None
+    wall_velocity_m_s: tuple[tuple[float, float], ...] | None = None
+    driven_discs: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         """Check shapes and values.
@@ -88,7 +92,7 @@ class DiscArrays:
             raise InputError("radius_m and mass_kg must be above 0 everywhere")
         self._require_sound_turning()
         self.require_ordinary()
-        if np.any(self.velocity_m_s[np.isinf(self.mass_kg)]):
+        if np.any(self.velocity_m_s[self._stands]):
             raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
         if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
             raise InputError("restitution and wall_restitution must lie in 0 to 1")
@@ -107,7 +111,7 @@ class DiscArrays:
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
             raise InputError(f"inertia_factor must lie in {1 / ORDINARY:.3g} to 1, or be infinite, everywhere")
-        if np.any(spin[~self.movable | (inertia == math.inf)]):
+        if np.any(spin[self._stands | (self.movable & (inertia == math.inf))]):
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 
     def require_ordinary(self) -> None:
@@ -143,6 +147,21 @@ class DiscArrays:
     def movable(self) -> NDArray[np.bool_]:
         """Whether an impact moves each disc, shape ``(n,)``."""
         return np.isfinite(self.mass_kg)
+
+    @property
+    def _stands(self) -> NDArray[np.bool_]:
+        stands = ~self.movable
+        stands[list(self.driven_discs)] = False
+        return stands
+
+    @property
+    def driven(self) -> bool:
+        """Whether a wall or a disc is driven."""
+        return bool(self.driven_discs) or self.wall_velocity_m_s is not None
+
+    def velocity_of_wall(self, k: int) -> tuple[float, float]:
+        """Return the velocity of wall `k`, metres a second."""
+        return (0.0, 0.0) if self.wall_velocity_m_s is None else self.wall_velocity_m_s[k]
 
     @property
     def spins(self) -> NDArray[np.float64]:
@@ -183,7 +202,7 @@ class DiscArrays:
     def is_ordinary(self) -> bool:
         """Whether every number but 0 and infinity is of an ordinary size, see `carom.limits`."""
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
-        measures = (*lengths, self.velocity_m_s, self.mass_kg, self.surface_speed_m_s)
+        measures = (*lengths, self.velocity_m_s, self.wall_speeds, self.mass_kg, self.surface_speed_m_s)
         sizes = [np.abs(array) for array in measures]
         return all(
             np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf))
@@ -193,6 +212,11 @@ class DiscArrays:
     @property
     def _wall_lengths(self) -> NDArray[np.float64]:
         return np.array([length for wall in self.walls for length in wall_lengths(wall)])
+
+    @property
+    def wall_speeds(self) -> NDArray[np.float64]:
+        """Components of the velocities of driven walls, metres a second; some are below 0."""
+        return np.array(self.wall_velocity_m_s or (), np.float64).ravel()
 
     @property
     def materials(self) -> tuple[Material, ...]:
@@ -215,6 +239,19 @@ class DiscArrays:
     def has_half_planes(self) -> bool:
         """Whether all walls, if any, are half-planes."""
         return all(isinstance(wall, tuple) for wall in self.walls)
+
+    def require_undriven(self, solver: str) -> None:
+        """Refuse a start with a driven body.
+
+        Raises:
+            InputError: There is one; the message names the first, and the solver.
+        """
+        if not self.driven:
+            return
+        moving = self.wall_velocity_m_s or ()
+        wall = next((f"wall {k}" for k, velocity in enumerate(moving) if velocity != (0.0, 0.0)), None)
+        body = wall or f"disc {self.driven_discs[0]}"
+        raise InputError(f"{body} is driven, which {solver} does not support; solve_pic and solve_pit do")
 
     @property
     def has_plain_walls(self) -> bool:

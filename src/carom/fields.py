@@ -134,8 +134,8 @@ class Model(BaseModel):
     def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
         fields: dict[str, Any] = handler(self)
         for name in self.left_out:
-            if fields.get(name) == type(self).model_fields[name].default:
-                del fields[name]
+            if getattr(self, name) == type(self).model_fields[name].default:
+                fields.pop(name, None)
         return fields
 
 

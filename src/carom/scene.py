@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Annotated, Any, Self
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, Strict
 
 from carom.arguments import shown
 from carom.data_files import read_data
@@ -72,6 +72,8 @@ class Need(StrEnum):
     ARCS = "walls of arcs or circles"
     WALL_MATERIALS = "walls of their own restitution or friction"
     IMMOVABLE = "immovable discs"
+    DRIVEN_DISCS = "driven discs"
+    DRIVEN_WALLS = "driven walls"
     RESTITUTION = "restitution below 1"
     GRAVITY = "gravity"
     DAMPING = "damping"
@@ -87,33 +89,42 @@ class Disc(Model):
         position_m: Centre at time 0, metres.
         velocity_m_s: Velocity at time 0, metres a second.
         radius_m: Radius, metres, above 0.
-        mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is an immovable disc.
+        mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
+        driven: Whether a disc of infinite mass moves: at its velocity and spin, whatever strikes it.
         spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
         inertia_factor: Moment of inertia over mass times radius squared, above 0 to 1: 1/2 for a disc of even density,
             2/5 for a sphere, 1 for a hoop; ``inf`` (in JSON the string ``"inf"``) does not turn.
     """
 
-    left_out = ("spin_rad_s", "inertia_factor")
+    left_out = ("driven", "spin_rad_s", "inertia_factor")
 
     position_m: Vector
     velocity_m_s: Vector = (0.0, 0.0)
     radius_m: Positive
     mass_kg: Mass = 1.0
+    driven: Annotated[bool, Strict()] = False
     spin_rad_s: Number = 0.0
     inertia_factor: Inertia = 0.5
 
     def model_post_init(self, _context: object, /) -> None:
-        """Refuse a disc that moves although nothing can stop it: it would give others energy without end.
+        """Refuse a disc that moves although nothing can stop it, and is not said to be driven.
 
         Raises:
-            SceneError: The mass is infinite and velocity or spin is not zero; or the inertia is, and the spin is not.
+            SceneError: The mass is infinite and velocity or spin is not zero; or the inertia is, and the spin is not;
+                or a driven disc has a finite mass.
         """
         problems = []
-        if self.immovable and self.velocity_m_s != (0.0, 0.0):
-            message = f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}"
+        stands = self.immovable and not self.driven
+        if self.driven and not self.immovable:
+            problems.append(Problem(("driven",), f"needs mass_kg = inf: impacts move a disc of {self.mass_kg:g} kg"))
+        if stands and self.velocity_m_s != (0.0, 0.0):
+            message = (
+                f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}; "
+                "one that nothing stops is driven = true"
+            )
             problems.append(Problem(("velocity_m_s",), message))
-        if self.spin_rad_s != 0.0 and (self.immovable or math.isinf(self.inertia_factor)):
-            cause = "immovable disc (mass_kg = inf)" if self.immovable else "unturnable one (inertia_factor = inf)"
+        if self.spin_rad_s != 0.0 and (stands or (math.isinf(self.inertia_factor) and not self.driven)):
+            cause = "immovable disc (mass_kg = inf)" if stands else "unturnable one (inertia_factor = inf)"
             problems.append(Problem(("spin_rad_s",), f"must be 0 for an {cause}, got {self.spin_rad_s}"))
         if problems:
             raise SceneError(problems)
@@ -169,12 +180,15 @@ class Scene(Drawn, Model):
 
         Raises:
             SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain; or sizes span more
-                than `carom.limits` allows; or the scene has damping and gravity.
+                than `carom.limits` allows; or the scene has damping and gravity, or damping and a driven body.
         """
         start = self.arrays
         problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
         if self.damping_per_s and self.gravity_m_s2 != (0.0, 0.0):
             problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with gravity, got {self.damping_per_s}"))
+        if self.damping_per_s and start.driven:
+            what = "a driven body, whose path is not damped"
+            problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with {what}, got {self.damping_per_s}"))
         found, more = start.overlaps("discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
@@ -193,6 +207,10 @@ class Scene(Drawn, Model):
                 (*wall.point_m, *wall.normal) if isinstance(wall, Wall) else wall.outline for wall in self.walls
             ),
             wall_materials=self._wall_materials(),
+            wall_velocity_m_s=tuple(wall.velocity_m_s for wall in self.walls)
+            if any(wall.driven for wall in self.walls)
+            else None,
+            driven_discs=tuple(i for i, disc in enumerate(discs) if disc.driven),
             restitution=self.restitution,
             wall_restitution=self.wall_restitution,
             spin_rad_s=np.array([disc.spin_rad_s for disc in discs]),
@@ -248,7 +266,9 @@ class Scene(Drawn, Model):
             Need.SEGMENTS: any(isinstance(wall, Chain) and not (wall.bulges and all(wall.bulges)) for wall in finite),
             Need.ARCS: any(bent),
             Need.WALL_MATERIALS: start.wall_materials is not None,
-            Need.IMMOVABLE: any(disc.immovable for disc in self.discs),
+            Need.IMMOVABLE: any(disc.immovable and not disc.driven for disc in self.discs),
+            Need.DRIVEN_DISCS: any(disc.driven for disc in self.discs),
+            Need.DRIVEN_WALLS: any(wall.driven for wall in self.walls),
             Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
             Need.DAMPING: self.damping_per_s > 0.0,

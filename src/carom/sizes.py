@@ -28,8 +28,8 @@ class Sizes(NamedTuple):
     Attributes:
         length: Greatest coordinate (of a disc or wall) or radius.
         radius: Smallest radius.
-        speed: Greatest velocity component, or speed of a spinning disc's rim, at the start or, if that is more, what
-            gravity makes of rest until the end.
+        speed: Greatest velocity component, of a disc or of a wall, or speed of a spinning disc's rim, at the start or,
+            if that is more, what gravity makes of rest until the end.
         duration: How long the scene is simulated.
         lightest: Least mass of a movable disc; 1 where there is none.
         heaviest: Greatest mass of a movable disc; 1 where there is none.
@@ -52,6 +52,7 @@ class Sizes(NamedTuple):
             float(start.radius_m.min()),
             max(
                 float(np.abs(start.velocity_m_s).max()),
+                float(np.abs(start.wall_speeds).max(initial=0.0)),
                 float(np.abs(start.surface_speed_m_s).max()),
                 *(abs(g) * duration_s for g in gravity_m_s2),
             ),

@@ -237,6 +237,7 @@ class Outcome(Enum):
     STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
     GLIDES = "a disc glides along a wall that bends round it: contact from there on, and no impacts"
     AT_REST = "a disc rests on a wall or an immovable disc, after infinitely many impacts or from the start"
+    CRUSHED = "a disc is crushed between two walls that close on it, after infinitely many impacts"
     PRESSED = "two discs stay in touch, pressed together: contact of discs is not solved"
     CORNER = "a disc is held by two walls at once: contact in a corner is not solved"
     WARNED = "the method's own warning says that its state is not to be trusted"

@@ -19,7 +19,7 @@ from carom.limits import LARGEST, MOST_WALLS, SMALLEST
 from carom.outline import Outline
 from carom.outline_checks import meetings
 
-__all__ = ["AnyWall", "Chain", "Ring", "Wall", "edge_count", "kind_of_wall", "with_lengths"]
+__all__ = ["AnyWall", "Chain", "Ring", "Wall", "driven_back", "edge_count", "kind_of_wall", "moved_by", "with_lengths"]
 
 #: Crossings of one chain that are named.
 _NAMED = 3
@@ -34,6 +34,7 @@ def _no_bumper(value: Any) -> Any:
     return value
 
 
+Point = tuple[float, float]
 WallRestitution = Annotated[
     Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False)] | None, BeforeValidator(_no_bumper)
 ]
@@ -41,16 +42,22 @@ Width = Friction  # a number, 0 or more
 Radius = Friction
 
 
-class _Material(Model):
+class _Common(Model):
     """What each kind of wall has."""
 
-    left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction")
+    left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction", "velocity_m_s")
 
     restitution: WallRestitution = None
     friction: Friction | None = None
+    velocity_m_s: Vector = (0.0, 0.0)
+
+    @property
+    def driven(self) -> bool:
+        """Whether the wall moves."""
+        return self.velocity_m_s != (0.0, 0.0)
 
 
-class Wall(_Material):
+class Wall(_Common):
     """A half-plane that no disc may enter.
 
     Attributes:
@@ -58,13 +65,15 @@ class Wall(_Material):
         normal: Direction into the free side, of any length but zero; stored as a unit vector.
         restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
+        velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
+            say at time 0. (0, 0) stands.
     """
 
     point_m: Vector
     normal: Direction
 
 
-class Chain(_Material):
+class Chain(_Common):
     """A line of straight edges and arcs, which no disc may cross from either side, or all within a width of it.
 
     Attributes:
@@ -77,9 +86,11 @@ class Chain(_Material):
         pieces: Into how many pieces each edge is cut for engines. PIC and PIT do not look at it.
         restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
+        velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
+            say at time 0. (0, 0) stands.
     """
 
-    left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", "restitution", "friction")
+    left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", *_Common.left_out)
 
     points_m: tuple[Vector, ...]
     bulges: tuple[Number, ...] = ()
@@ -103,7 +114,7 @@ class Chain(_Material):
         return _outline(self)
 
 
-class Ring(_Material):
+class Ring(_Common):
     """A circle that no disc may cross: a container of those inside, a post for those outside; a point, of radius 0.
 
     Attributes:
@@ -112,9 +123,11 @@ class Ring(_Material):
         half_width_m: The wall is all points within this of the circle, metres.
         restitution: Coefficient of restitution of this wall and any disc, 0 to 1; None for the scene's.
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
+        velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
+            say at time 0. (0, 0) stands.
     """
 
-    left_out = ("half_width_m", "restitution", "friction")
+    left_out = ("half_width_m", *_Common.left_out)
 
     centre_m: Vector
     radius_m: Radius
@@ -197,15 +210,32 @@ def edge_count(wall: object) -> int:
     return max(1, len(points)) if isinstance(points, list) else 1
 
 
-def with_lengths(wall: Wall | Chain | Ring, of: Callable[[float], float]) -> Wall | Chain | Ring:
-    """Return a wall with other lengths: a function of each; the shape is not checked again."""
+def with_lengths(wall: AnyWall, length: Callable[[float], float], speed: Callable[[float], float]) -> AnyWall:
+    """Return a wall with other lengths and another velocity: functions of each; the shape is not checked again."""
+    u, v = wall.velocity_m_s
+    changed: dict[str, Any] = {"velocity_m_s": (speed(u), speed(v))}
+    if not isinstance(wall, Wall):
+        changed["half_width_m"] = length(wall.half_width_m)
+    if isinstance(wall, Ring):
+        changed["radius_m"] = length(wall.radius_m)
+    return _placed(wall, lambda point: (length(point[0]), length(point[1]))).model_copy(update=changed)
 
-    def vector(pair: tuple[float, float]) -> tuple[float, float]:
-        return of(pair[0]), of(pair[1])
 
+def driven_back(wall: AnyWall) -> AnyWall:
+    """Return a wall that is driven the opposite way."""
+    u, v = wall.velocity_m_s
+    return wall.model_copy(update={"velocity_m_s": (-u, -v)}) if wall.driven else wall
+
+
+def moved_by(wall: AnyWall, x: float, y: float) -> AnyWall:
+    """Return a wall moved by a vector; the shape is not checked again."""
+    return _placed(wall, lambda point: (point[0] + x, point[1] + y))
+
+
+def _placed(wall: AnyWall, of: Callable[[Point], Point]) -> AnyWall:
+    """Return a wall with other points: a function of each."""
     if isinstance(wall, Wall):
-        return wall.model_copy(update={"point_m": vector(wall.point_m)})
-    wide = {"half_width_m": of(wall.half_width_m)}
+        return wall.model_copy(update={"point_m": of(wall.point_m)})
     if isinstance(wall, Chain):
-        return wall.model_copy(update=wide | {"points_m": tuple(map(vector, wall.points_m))})
-    return wall.model_copy(update=wide | {"centre_m": vector(wall.centre_m), "radius_m": of(wall.radius_m)})
+        return wall.model_copy(update={"points_m": tuple(map(of, wall.points_m))})
+    return wall.model_copy(update={"centre_m": of(wall.centre_m)})

@@ -62,6 +62,7 @@ class Gas:
         impacts: How many impacts it is followed over, at most; of rough gases, which lose their energy, fewer.
         contact_duration_s: Contact time of the TC model, seconds; 0 for none.
         gravity_m_s2: Acceleration of every disc that moves.
+        duration_s: It is followed by impacts, and not by time.
     """
 
     number: int
@@ -71,6 +72,7 @@ class Gas:
     impacts: int
     contact_duration_s: float = 0.0
     gravity_m_s2: tuple[float, float] = (0.0, 0.0)
+    duration_s: float = math.inf
 
     @property
     def arrays(self) -> DiscArrays:

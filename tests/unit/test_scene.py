@@ -181,10 +181,29 @@ def test_a_value_nested_too_deeply_to_show_is_refused_like_any_other() -> None:
 
 def test_a_moving_immovable_disc_is_refused() -> None:
     """Infinite mass with a velocity is refused, with the index and the velocity."""
-    says = "velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0)"
+    says = (
+        "velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0); "
+        "one that nothing stops is driven = true"
+    )
     moving = disc(mass_kg=INF, velocity_m_s=[1.0, 0.0])
     assert message(lambda: Disc(**moving)) == says
     assert message(lambda: scene(discs=[disc(position_m=[5.0, 0.0]), moving])) == f"discs[1].{says}"
+
+
+def test_a_driven_disc_has_infinite_mass_and_moves() -> None:
+    """A disc that is said to be driven may move and spin, with no inertia at all, and must not be of finite mass."""
+    fields = {"position_m": [0.0, 0.0], "radius_m": 1.0, "velocity_m_s": [1.0, 0.0], "spin_rad_s": 2.0, "driven": True}
+    driven = Disc(**fields, mass_kg=INF, inertia_factor=INF)
+    assert driven.immovable
+    assert message(lambda: Disc(**fields)) == "driven: needs mass_kg = inf: impacts move a disc of 1 kg"
+    assert message(lambda: Disc(**{**fields, "driven": 1})) == "driven: must be a valid boolean, got 1"
+
+
+def test_a_scene_with_a_driven_body_has_no_damping() -> None:
+    """Damping slows every path, and a driven body's is not slowed: the two together are refused, by both names."""
+    driven = Wall(point_m=(0.0, -9.0), normal=(0.0, 1.0), velocity_m_s=(0.0, 1.0))
+    says = "damping_per_s: must be 0 in a scene with a driven body, whose path is not damped, got 0.5"
+    assert message(lambda: scene(walls=[driven], damping_per_s=0.5)) == says
 
 
 @pytest.mark.parametrize("mass", [INF, "inf"])

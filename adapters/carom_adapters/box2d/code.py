@@ -22,25 +22,25 @@ SCALED = (
 NOT_SCALED = "As shipped: contacts that close at less than 1 m/s are inelastic (b2_velocityThreshold, compiled in)."
 
 
-ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0):
-    wall = world.CreateStaticBody(position=position)
+ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0, velocity=None):
+    wall = held_body(position, velocity)
     fixture = wall.CreateFixture(shape=shape, {of_wall}, categoryBits={bits}, maskBits={bits})
     fixture.shape.radius = {skin} + half_width
 
 
 """
-ADD_WALL = """def add_wall(position, corners):  # a deep polygon: a half-plane has no far side
-    add_shape(Box2D.b2PolygonShape(vertices=corners), position=position)
+ADD_WALL = """def add_wall(position, corners, **moves):  # a deep polygon: a half-plane has no far side
+    add_shape(Box2D.b2PolygonShape(vertices=corners), position=position, **moves)
 
 
 """
-ADD_EDGE = """def add_edge(points, half_width):
-    add_shape(Box2D.b2EdgeShape(vertices=points), half_width=half_width)
+ADD_EDGE = """def add_edge(points, half_width, **moves):
+    add_shape(Box2D.b2EdgeShape(vertices=points), half_width=half_width, **moves)
 
 
 """
-ADD_CHAIN = """def add_chain(half_width, **points):  # so that no disc catches on the joint of two edges
-    add_shape(Box2D.b2ChainShape(**points), half_width=half_width)
+ADD_CHAIN = """def add_chain(half_width, velocity=None, **points):  # so that no disc catches on the joint of two edges
+    add_shape(Box2D.b2ChainShape(**points), half_width=half_width, velocity=velocity)
 
 
 """
@@ -65,22 +65,25 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             given |= {"fixedRotation": fixed, "allowSleep": bool(settings.get("sleepingAllowed", True))}
             # Swept against all others, as it moves by more than its radius in a step.
             given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
+        elif disc.driven:
+            given = {"velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     centre, radius = reach(fast_clock, dt_s)
     functions = {}
-    for wall in fast_clock.walls:
+    for asked, wall in zip(scene.walls, fast_clock.walls, strict=True):
+        moves = f", velocity={asked.velocity_m_s!r}" if asked.driven else ""
         if isinstance(wall, Wall):
             place, corners = rectangle_of(fast_clock, wall, centre, radius)
-            lines.append(f"add_wall({place!r}, {corners!r})")
+            lines.append(f"add_wall({place!r}, {corners!r}{moves})")
             functions["wall"] = ADD_WALL
         elif isinstance(wall, Chain):
             pieces = edges_of(wall, settings)
             if not settings.get("chains", False):
-                lines += [f"add_edge({points!r}, {wall.half_width_m!r})" for points in pieces]
+                lines += [f"add_edge({points!r}, {wall.half_width_m!r}{moves})" for points in pieces]
                 functions["edge"] = ADD_EDGE
             else:
                 points, kind = (pieces[0][:-1], "loop") if wall.closed else (pieces[0], "chain")
-                lines.append(f"add_chain({wall.half_width_m!r}, vertices_{kind}={points!r})")
+                lines.append(f"add_chain({wall.half_width_m!r}, vertices_{kind}={points!r}{moves})")
                 functions["chain"] = ADD_CHAIN
     circles = ", ".join(
         f"dict(friction={friction!r}, restitution={restitution!r}, categoryBits={bits}, maskBits={bits})"
@@ -107,9 +110,16 @@ circles = [{circles}]
 discs = []
 
 
-def add_disc(position, radius, mass=None, inertia=0.0, velocity=(0.0, 0.0), spin=0.0, **of_body):
+def held_body(position, velocity, spin=0.0):  # which no impact moves: it stands, or moves by itself
+    if velocity is None:
+        return world.CreateStaticBody(position=position)
+    velocity = tuple(v * scale for v in velocity)
+    return world.CreateKinematicBody(position=position, linearVelocity=velocity, angularVelocity=spin * scale)
+
+
+def add_disc(position, radius, mass=None, inertia=0.0, velocity=None, spin=0.0, **of_body):
     if mass is None:
-        body = world.CreateStaticBody(position=position)
+        body = held_body(position, velocity, spin)
     else:
         velocity = tuple(v * scale for v in velocity)
         body = world.CreateDynamicBody(

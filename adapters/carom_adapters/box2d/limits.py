@@ -82,6 +82,8 @@ SHORTEST_PIECE_M = 0.005
 
 CAPABILITIES = Capabilities(
     segments=True,
+    driven_walls=True,
+    driven_discs=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),

@@ -100,6 +100,7 @@ class Box2dWorld:
         self._skinned: list[Any] = []  # shapes of walls that have no thickness of their own
         self._chains: set[int] = set()
         self._movable: list[Any] = []
+        self._driven: list[Any] = []
         self._turns = scene.arrays.turns
         self._solved: list[tuple[Any, Any, Point, float, float]] = []
         self._normals: dict[tuple[Any, ...], Point] = {}
@@ -119,7 +120,7 @@ class Box2dWorld:
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
         box2d, disc = self._box2d, scene.discs[i]
         if immovable:
-            body = self._world.CreateStaticBody(position=disc.position_m)
+            body = self._held(disc.position_m, disc.driven, disc.velocity_m_s, disc.spin_rad_s)
         else:
             body = self._world.CreateDynamicBody(
                 position=disc.position_m,
@@ -148,8 +149,16 @@ class Box2dWorld:
         body.userData = i
         self._bodies.append(body)
 
+    def _held(self, place: Point, driven: bool, velocity: Point, spin: float = 0.0) -> Any:
+        """Return a body that no impact moves: it stands, or moves by itself."""
+        if not driven:
+            return self._world.CreateStaticBody(position=place)
+        body = self._world.CreateKinematicBody(position=place, linearVelocity=velocity, angularVelocity=spin)
+        self._driven.append(body)
+        return body
+
     def _add_wall(self, scene: Scene, k: int, place: Point, shapes: list[Any], half_width_m: float) -> None:
-        body = self._world.CreateStaticBody(position=place)
+        body = self._held(place, scene.walls[k].driven, scene.walls[k].velocity_m_s)
         for number, shape in enumerate(shapes):
             fixture = body.CreateFixture(
                 shape=shape,
@@ -287,7 +296,8 @@ class Box2dWorld:
     def save(self) -> object:
         """Return positions, velocities and spins, which with these settings are all of a state."""
         bodies = [
-            (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity) for body in self._movable
+            (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
+            for body in (*self._movable, *self._driven)
         ]
         return (self._clock.now_s, bodies)
 
@@ -301,4 +311,4 @@ class Box2dWorld:
     def close(self) -> None:
         """Let go of the world; its memory goes with the last reference."""
         self._world.contactListener = None
-        del self._bodies, self._movable, self._walls, self._skinned, self._listener, self._world
+        del self._bodies, self._movable, self._driven, self._walls, self._skinned, self._listener, self._world

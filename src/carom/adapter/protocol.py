@@ -90,6 +90,8 @@ class Capabilities:
         arcs: Walls of arcs and circles, from both sides.
         wall_materials: Whether walls can have a restitution and friction of their own.
         immovable_discs: Discs of infinite mass.
+        driven_walls: Walls that move at a velocity of their own.
+        driven_discs: Discs of infinite mass that move and spin.
         gravity: Uniform gravity.
         damping: Linear damping of velocities and spins, by the scene's law.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
@@ -148,6 +150,8 @@ class Capabilities:
     arcs: bool = False
     wall_materials: bool = False
     damping: bool = False
+    driven_walls: bool = False
+    driven_discs: bool = False
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         )
         for disc in scene.discs
     )
-    walls = tuple(with_lengths(wall, lambda of_wall: of_wall * length) for wall in scene.walls)
+    walls = tuple(with_lengths(wall, lambda x: x * length, lambda u: u * speed) for wall in scene.walls)
     of_scene = {
         "discs": discs,
         "walls": walls,

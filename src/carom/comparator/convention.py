@@ -107,7 +107,7 @@ def first_group(reference: Trace) -> Group | None:
     flights = {flight.disc: flight for flight in reversed(list(free_flights(reference))) if flight.impact >= begin}
     position = np.array([flights[disc].at(time_s) for disc in range(len(scene.discs))])
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
-    contacts = list(_touching(scene, position, SAME * extent))
+    contacts = list(_touching(scene, position, time_s, SAME * extent))
     discs = {int(impacts["first"][index]), max(int(impacts["second"][index]), int(impacts["first"][index]))}
     while True:  # what is reached through movable discs is part of it
         linked = {
@@ -152,7 +152,7 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
         seen.add(key)
         if len(seen) > MOST_STATES:
             return ()
-        active = [c for c in group.contacts if _closing(c, motion, row) > tolerance]
+        active = [c for c in group.contacts if _closing(scene, c, motion, row) > tolerance]
         if not active:
             found.append(AdmissibleOutcome(", then ".join(path) or "no impact", motion))
         # Last first, so that the stack gives the lower body numbers first.
@@ -202,7 +202,7 @@ def _motions_after(trace: Trace, group: Group) -> Motions:
     return motion
 
 
-def _touching(scene: Scene, position: NDArray[np.float64], tolerance_m: float) -> Iterator[Contact]:
+def _touching(scene: Scene, position: NDArray[np.float64], time_s: float, tolerance_m: float) -> Iterator[Contact]:
     radius = scene.arrays.radius_m
     for i in range(len(radius)):
         offset = position[i + 1 :] - position[i]
@@ -211,21 +211,22 @@ def _touching(scene: Scene, position: NDArray[np.float64], tolerance_m: float) -
             normal = offset[k] / distance[k]
             yield i, i + 1 + int(k), (float(normal[0]), float(normal[1]))
         for number, wall in enumerate(scene.walls):
+            seen = position[i] - time_s * np.array(wall.velocity_m_s)
             if isinstance(wall, Wall):
-                gap = float((position[i] - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
+                gap = float((seen - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
                 if gap <= tolerance_m:
                     yield i, wall_body(number), (-wall.normal[0], -wall.normal[1])
                 continue
-            x, y = position[i].tolist()
+            x, y = seen.tolist()
             for foot in wall.outline.feet_within(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
                 distance = math.hypot(foot.x - x, foot.y - y)
                 yield i, wall_body(number), ((foot.x - x) / distance, (foot.y - y) / distance)
 
 
-def _closing(contact: Contact, motion: Motions, row: dict[int, int]) -> float:
+def _closing(scene: Scene, contact: Contact, motion: Motions, row: dict[int, int]) -> float:
     first, second, normal = contact
-    relative = motion[row[first], :2] - (motion[row[second], :2] if second >= 0 else 0.0)
-    return float(relative @ np.array(normal))
+    other = motion[row[second], :2] if second >= 0 else np.array(scene.walls[wall_index(second)].velocity_m_s)
+    return float((motion[row[first], :2] - other) @ np.array(normal))
 
 
 def _inverse_masses(scene: Scene, contact: Contact) -> tuple[float, float]:
@@ -239,7 +240,7 @@ def _struck(scene: Scene, contact: Contact, motion: Motions, row: dict[int, int]
     if w1 + w2 == 0.0:
         return motion
     restitution = scene.restitution if second >= 0 else scene.arrays.materials[wall_index(second)].restitution
-    impulse = (1.0 + restitution) * _closing(contact, motion, row) / (w1 + w2)
+    impulse = (1.0 + restitution) * _closing(scene, contact, motion, row) / (w1 + w2)
     after = motion.copy()
     after[row[first], :2] -= impulse * w1 * np.array(normal)
     if second >= 0:
@@ -264,6 +265,8 @@ def _rubbed(
     sides = [(first, -1.0)] if wall else [(first, -1.0), (second, 1.0)]
     weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
     slip = sum(before[row[body], 2] - sign * float(before[row[body], :2] @ tangent) for body, sign in sides)
+    if wall:
+        slip -= float(np.array(scene.walls[wall_index(second)].velocity_m_s) @ tangent)
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
     rub = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
     for body, sign in sides:
@@ -289,7 +292,7 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
         if second >= 0:
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
-    closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
+    closing = np.array([_closing(scene, c, group.motion_m_s, row) for c in contacts])
     # Closing speeds after: -e times those before; where nothing closed, nothing may close.
     seconds = np.array([second for _, second, _ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)

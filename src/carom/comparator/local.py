@@ -99,7 +99,7 @@ def own_states(trace: Trace) -> NDArray[np.void]:
 
 @dataclass(frozen=True)
 class _Bodies:
-    """The two bodies of each impact in their own state before it, the first bodies first; a wall stands still."""
+    """The two bodies of each impact in their own state before it, the first bodies first; a wall has no position."""
 
     wall: NDArray[np.bool_]
     position: Array
@@ -162,7 +162,7 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _entry(bodies, pairs)
-    wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, walls)
+    wait[walls], normal[walls] = _meetings_with_walls(trace, bodies, start, walls)
     # Bodies that overlap already met in the past, but not before the impact that put them on these paths.
     wait = np.where(wait < 0.0, np.maximum(wait, np.minimum(_last_turn(trace) - start, 0.0)), wait)
     happens = known & np.isfinite(wait)
@@ -173,7 +173,7 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     rim, expected_rim = rim_speeds(trace, "after"), np.full((2, len(impacts)), math.nan)
     ok = np.flatnonzero(happens)
     expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
-    sampled, sampled_rim = _sampled(trace, bodies, wait, expected, expected_rim)
+    sampled, sampled_rim = _sampled(trace, bodies, start, wait, expected, expected_rim)
     unturned = 0.0 if trace.scene.arrays.turns else math.nan
     instant = np.where(happens, start + wait, math.nan)
     restitution = restitutions(bodies.velocity, after, normal) - bodies.restitution
@@ -227,13 +227,14 @@ def _entry(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
     return np.where((ahead == 0.0) & (c < 0.0), ago, ahead)
 
 
-def _meetings_with_walls(trace: Trace, bodies: _Bodies, at: NDArray[np.intp]) -> tuple[Array, Array]:
+def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
     """Return the seconds until discs meet walls on free paths, as `_entry` does, and the normals there."""
-    walls, numbers = trace.scene.arrays.walls, [wall_index(int(body)) for body in trace.impacts["second"][at]]
-    finite = {k: FiniteWall(wall) for k in set(numbers) if not isinstance(wall := walls[k], tuple)}
+    start, numbers = trace.scene.arrays, [wall_index(int(body)) for body in trace.impacts["second"][at]]
+    finite = {k: FiniteWall(wall) for k in set(numbers) if not isinstance(wall := start.walls[k], tuple)}
     wait, normal = np.full(len(at), math.inf), np.zeros((len(at), 2))
     for row, (k, number) in enumerate(zip(at.tolist(), numbers, strict=True)):
-        wall, place, velocity = walls[number], bodies.position[0, k], bodies.velocity[0, k]
+        wall, drive = start.walls[number], np.array(start.velocity_of_wall(number))
+        place, velocity = bodies.position[0, k] - drive * begun_s[k], bodies.velocity[0, k] - drive
         if isinstance(wall, tuple):
             into = np.array(wall[2:])
             speed, gap = float(velocity @ into), float((place - wall[:2]) @ into) - float(bodies.radius[0, k])
@@ -253,7 +254,9 @@ def _meetings_with_walls(trace: Trace, bodies: _Bodies, at: NDArray[np.intp]) ->
     return wait, normal
 
 
-def _sampled(trace: Trace, bodies: _Bodies, wait: Array, expected: Array, rim: Array) -> tuple[Array, Array]:
+def _sampled(
+    trace: Trace, bodies: _Bodies, begun_s: Array, wait: Array, expected: Array, rim: Array
+) -> tuple[Array, Array]:
     """Velocities and rims after that PIT would give from the same states, at step boundaries counted from them."""
     dt_s = trace.dt_s
     result, rims = np.full_like(expected, math.nan), np.full_like(rim, math.nan)
@@ -266,13 +269,12 @@ def _sampled(trace: Trace, bodies: _Bodies, wait: Array, expected: Array, rim: A
         # A contact at a step boundary to rounding is found at that boundary.
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     for k in np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
-        wall = trace.scene.arrays.walls[wall_index(int(trace.impacts["second"][k]))]
+        number, arrays = wall_index(int(trace.impacts["second"][k])), trace.scene.arrays
+        wall, drive = arrays.walls[number], np.array(arrays.velocity_of_wall(number))
         if isinstance(wall, tuple):
             continue
-        (x, y), velocity = (
-            (bodies.position[0, k] + bodies.velocity[0, k] * steps[k] * dt_s).tolist(),
-            bodies.velocity[0, k],
-        )
+        velocity = bodies.velocity[0, k] - drive
+        x, y = (bodies.position[0, k] - drive * begun_s[k] + velocity * steps[k] * dt_s).tolist()
         foot = wall.nearest(x, y)
         towards, reach = np.array([foot.x - x, foot.y - y]), wall.half_width + float(bodies.radius[0, k])
         result[:, k], rims[:, k] = math.nan, math.nan

@@ -20,6 +20,11 @@ __all__ = ["Errors", "ImpactError", "Measured", "measure", "restitutions", "unto
 
 Array = NDArray[np.float64]
 
+#: What makes the energy of a scene another one in the course of it.
+_NOT_CONSERVED = frozenset(
+    {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.DRIVEN_DISCS, Need.DRIVEN_WALLS}
+)
+
 #: A body slower than this part of the scene's speed rests, as far as rounding can tell, and has no direction.
 AT_REST = 1e-12
 
@@ -82,7 +87,8 @@ class Errors:
     nothing turns.
 
     Attributes:
-        energy: Final kinetic energy, over that at the start, with its sign; 0 where nothing moved at the start.
+        energy: Final kinetic energy, over that at the start or, if that is more, over what driven bodies give and take
+            in the reference, with its sign; 0 where there is neither.
         momentum: Length of the error of the final momentum of the movable discs, over their mass and the speed.
         final_position: Distance of a disc from its final position, over the scene's length.
         final_velocity: Final velocity of a disc, over the scene's speed.
@@ -139,7 +145,7 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
         position, velocity = float(np.max(ends[0])) / scales.length_m, float(np.max(ends[1])) / scales.speed_m_s
         spin = float(np.max(ends[2])) / scales.rim_m_s
     # Where the reference's end is no answer, it is an answer still that elastic, smooth impacts alone conserve energy.
-    conserved = not reference.scene.needs & {Need.RESTITUTION, Need.GRAVITY, Need.DAMPING, Need.FRICTION}
+    conserved = not reference.scene.needs & _NOT_CONSERVED
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(
         alignment=alignment,

@@ -28,7 +28,8 @@ class Scales:
             radius, are divided by. The slip adds up the two, so a rim is as exact as the larger of them; a velocity is
             no less exact for a fast rim that slides.
         time_s: The scene's duration.
-        energy_j: Kinetic energy of the movable discs at the start, that of turning with it.
+        energy_j: Kinetic energy of the movable discs at the start, that of turning with it; or, where that is more, the
+            work of driven bodies in the reference, given and taken.
         reach_m: Farthest that a coordinate can come to lie from the origin, which rounding is in proportion to.
     """
 
@@ -54,9 +55,28 @@ def scales_of(scene: Scene, reference: Trace) -> Scales:
         speed_m_s=speed or 1.0,
         rim_m_s=max(speed, float(np.max(np.abs(rims)))) or 1.0,
         time_s=scene.duration_s,
-        energy_j=kinetic_energy(scene, start.velocity_m_s, start.spins if start.turns else None),
+        energy_j=max(
+            kinetic_energy(scene, start.velocity_m_s, start.spins if start.turns else None), _work_of_driven(reference)
+        ),
         reach_m=farthest + speed * scene.duration_s,
     )
+
+
+def _work_of_driven(reference: Trace) -> float:
+    """Return the work of all impulses of driven bodies on discs, given and taken, joules: impulse times velocity."""
+    start, impacts = reference.scene.arrays, reference.impacts
+    if not start.driven:
+        return 0.0
+    work = 0.0
+    for disc, other in (("first", "second"), ("second", "first")):
+        bodies = impacts[disc]
+        mass = np.where(bodies >= 0, start.mass_kg[np.maximum(bodies, 0)], math.inf)
+        change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
+        moved, drive = np.isfinite(mass), impacts[f"velocity_{other}_before"]
+        fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
+        at = moved & fixed
+        work += float(np.sum(np.abs(mass[at] * np.sum(change[at] * drive[at], axis=1))))
+    return work
 
 
 @dataclass(frozen=True)

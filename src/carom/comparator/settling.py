@@ -118,7 +118,8 @@ def _falls_back(trace: Trace, impacts: list[int]) -> NDArray[np.bool_]:
             depth = radius[first] + radius[second] - math.hypot(*(place[second] - place[first]))
         else:
             pull = pulled[first] @ normal
-            depth = radius[first] - law.side_of(wall_index(second), *place[first].tolist())[0]
+            x, y = place[first].tolist()
+            depth = radius[first] - law.side_of(wall_index(second), x, y, flight.end_s)[0]
         parting = (impact["velocity_second_after"] - impact["velocity_first_after"]) @ normal
         back[nth] = parting**2 <= 2.0 * pull * max(depth, 0.0)
     return back

@@ -19,7 +19,8 @@ def require_sound(trace: Trace) -> None:
 
     Raises:
         InputError: The trace declares floats of another width than 32 or 64 bits, an impact is of a body that the scene
-            has not, a wall moves or turns, discs turn and no spins are told, or the run goes on beyond the scene.
+            has not, a wall turns or moves otherwise than in the scene, discs turn and no spins are told, or the run
+            goes on beyond the scene.
     """
     scene, impacts, spins = trace.scene, trace.impacts, trace.spins
     of = f"the trace of {trace.method!r} of scene {scene.name!r}"
@@ -44,14 +45,18 @@ def require_sound(trace: Trace) -> None:
     of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
     if spins is not None:
         of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
+    walls = np.array([wall.velocity_m_s for wall in scene.walls] or [(0.0, 0.0)])
     for name, told in of_second.items():
         rows = told if told.ndim > 1 else told[:, None]
-        moves = ((rows != 0.0) & np.isfinite(rows)).any(axis=1)
-        for k in np.flatnonzero((impacts["second"] < 0) & moves)[:1].tolist():
-            shown = ", ".join(f"{value:g}" for value in rows[k])
+        moved = walls[np.maximum(wall_body(0) - impacts["second"], 0)] if told.ndim > 1 else np.zeros_like(rows)
+        rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(moved)
+        wrong = ((np.abs(rows - moved) > rounding) & np.isfinite(rows)).any(axis=1)
+        for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
+            shown, due = (", ".join(f"{value:g}" for value in values) for values in (rows[k], moved[k]))
+            does = f"a wall that is driven has {due}" if moved[k].any() else "a wall neither moves nor turns, and has 0"
             raise InputError(
                 f"{name} of impact {k} of {of} is {shown}, and its second body is "
-                f"{body_name(int(impacts['second'][k]))}: a wall neither moves nor turns, and has 0"
+                f"{body_name(int(impacts['second'][k]))}: {does}"
             )
     if math.isfinite(trace.end_time_s) and trace.end_time_s > scene.duration_s * (1.0 + THRESHOLDS.rounding):
         raise InputError(

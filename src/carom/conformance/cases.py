@@ -57,6 +57,8 @@ _OF_ADAPTER = {
     "edges": walls.edges_as_declared,
     "circles": walls.circles_as_declared,
     "wall-materials": walls.materials_as_declared,
+    "driven-walls": walls.paddles_as_declared,
+    "driven-discs": walls.mallets_as_declared,
     "immovable-discs-alone": capability.posts_stand_still,
     "gravity": capability.falls_as_declared,
     "damping": capability.slows_as_declared,

@@ -29,7 +29,9 @@ __all__ = [
     "fall",
     "in_and_out",
     "known_trace",
+    "mallet",
     "mixed_contacts",
+    "paddle",
     "post",
     "posts",
     "rubbing",
@@ -206,6 +208,31 @@ def two_walls(first: float, second: float) -> Scene:
             Wall(point_m=(3, 0), normal=(-1, 0), restitution=second),
         ],
         wall_restitution=first,
+        duration_s=0.6,
+    )
+
+
+def paddle(restitution: float, *, edge: bool = False) -> Scene:
+    """A half-plane, or an edge, that moves at 1 m/s, which a disc meets at 3 m/s, head-on: it leaves at 1 + 4 e."""
+    shape = Chain(points_m=[(0, -2), (0, 2)], velocity_m_s=(1, 0))
+    return Scene(
+        name=f"conformance-paddle-{'edge' if edge else 'wall'}-{restitution:g}",
+        discs=[Disc(position_m=(1.51, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
+        walls=[shape if edge else Wall(point_m=(0, 0), normal=(1, 0), velocity_m_s=(1, 0))],
+        wall_restitution=restitution,
+        duration_s=0.6,
+    )
+
+
+def mallet(restitution: float) -> Scene:
+    """A driven disc at 1 m/s, which a disc meets at 3 m/s, head-on: it leaves at 1 + 4 e."""
+    return Scene(
+        name=f"conformance-mallet-{restitution:g}",
+        discs=[
+            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5, mass_kg=math.inf, driven=True),
+            Disc(position_m=(2.01, 0), velocity_m_s=(-3, 0), radius_m=0.5),
+        ],
+        restitution=restitution,
         duration_s=0.6,
     )
 

@@ -25,6 +25,8 @@ export const NOT_PORTED = {
   "walls of edges, arcs or circles": (scene) => (scene.walls ?? []).some((wall) => !("normal" in wall)),
   "walls of their own material": (scene) =>
     (scene.walls ?? []).some((wall) => wall.restitution != null || wall.friction != null),
+  "driven walls": (scene) => (scene.walls ?? []).some((wall) => (wall.velocity_m_s ?? [0, 0]).some((v) => v !== 0)),
+  "driven discs": (scene) => scene.discs.some((disc) => disc.driven),
   damping: (scene) => (scene.damping_per_s ?? 0) !== 0,
   "numbers of extreme size": (scene) => numbersOf(scene).some(extreme),
 };
@@ -45,7 +47,7 @@ const KNOWN = {
     "duration_s",
     "frame_rate_hz",
   ],
-  disc: ["position_m", "velocity_m_s", "radius_m", "mass_kg", "spin_rad_s", "inertia_factor"],
+  disc: ["position_m", "velocity_m_s", "radius_m", "mass_kg", "driven", "spin_rad_s", "inertia_factor"],
 };
 export function refused(scene) {
   const named = Object.keys(NOT_PORTED).filter((name) => NOT_PORTED[name](scene));

@@ -85,6 +85,8 @@ def beyond_page(scene: Scene) -> str:
         return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
     if any(not isinstance(wall, Wall) or not wall.restitution is wall.friction is None for wall in scene.walls):
         return f"the page shows half-planes of one material alone; {scene.name} has other walls"
+    if scene.arrays.driven:
+        return f"the page shows no driven bodies; {scene.name} has some"
     return f"the page shows no damping; {scene.name} has some" if scene.damping_per_s else ""
 
 

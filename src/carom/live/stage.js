@@ -130,22 +130,24 @@ export class Stage {
   hue(scene, i) {
     return scene.discs[i].mass_kg === "inf" ? this.colour("--wall") : this.colour(`--s${i % 8}`);
   }
-  walls(list) {
+  // Driven walls are where they are at an instant, seconds from the start.
+  walls(list, time = 0) {
     const { pen, dense } = this,
       far = this.canvas.width + this.canvas.height;
     pen.strokeStyle = this.colour("--wall");
-    for (const { point_m, normal, line, half_width } of list) {
+    for (const { point_m, normal, line, half_width, velocity = [0, 0] } of list) {
+      const at = ([x, y]) => this.at([x + velocity[0] * time, y + velocity[1] * time]);
       if (line) {
         pen.lineWidth = Math.max(1.5 * dense, 2 * half_width * this.scale);
         pen.lineCap = pen.lineJoin = "round";
         pen.beginPath();
-        for (const point of line) pen.lineTo(...this.at(point));
+        for (const point of line) pen.lineTo(...at(point));
         pen.stroke();
         pen.lineCap = "butt";
         continue;
       }
       const [nx, ny] = normal,
-        [x, y] = this.at(point_m),
+        [x, y] = at(point_m),
         ax = ny,
         ay = nx;
       pen.lineWidth = 1.5 * dense;

@@ -112,6 +112,8 @@ _SAID = {
     "arcs": ("walls of arcs and circles", ""),
     "wall_materials": ("walls of their own restitution or friction", ""),
     "immovable_discs": ("immovable discs", ""),
+    "driven_walls": ("driven walls", ""),
+    "driven_discs": ("driven discs", ""),
     "gravity": ("gravity", ""),
     "damping": ("damping", ""),
     "spin": ("spin", ""),

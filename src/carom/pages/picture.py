@@ -15,12 +15,15 @@ from carom.pages.paths import Paths, Stand, exact_paths, observed_paths
 from carom.pages.svg import INK, MUTED, SERIES, SURFACE, WALL, drawing, new_figure, render
 from carom.scene import Wall
 from carom.trace import Trace
+from carom.walls import moved_by
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
     from carom.outline import Outline
     from carom.scene import Scene
+    from carom.walls import AnyWall
 
 __all__ = ["draw_pair", "draw_start", "draw_trace", "draw_traces", "draw_walls", "limits_of"]
 
@@ -39,6 +42,9 @@ _MOST_FRAMES = 40
 _MOST_MISSES = 4
 #: Straight parts that an arc is drawn in, for a whole turn: then it is off by 1/2000 of its radius.
 ARC_PARTS = 100
+
+#: How strongly a driven body is drawn where it ends.
+_GONE = 0.3
 
 #: What nothing moves: walls and immovable discs.
 _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
@@ -198,6 +204,8 @@ def _draw_paths(
         times, points = paths.lines[k]
         if disc.immovable:
             axes.add_artist(Circle(disc.position_m, disc.radius_m, **_SOLID))
+            if disc.driven:
+                axes.add_artist(Circle(tuple(points[-1]), disc.radius_m, **(_SOLID | {"alpha": _GONE})))
             continue
         axes.plot(points[:, 0], points[:, 1], color=_colour(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
         circle(k, points[0], 0.0, "-", 0.9, 3)
@@ -244,51 +252,65 @@ def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
     )
 
 
-def draw_walls(axes: Axes, scene: Scene, limits: Limits) -> None:
-    """Show what lies between two corners, to one scale, and draw the walls there."""
-    from matplotlib.patches import Polygon
+def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
+    """Show what lies between two corners, to one scale, and draw the walls there; return what each is drawn by.
 
+    They are drawn where they begin, and of driven ones faintly where they end, if asked for.
+    """
     low, high = limits
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_aspect("equal")
+    if ends:
+        for wall in scene.walls:
+            if wall.driven:
+                gone = moved_by(wall, *(scene.duration_s * v for v in wall.velocity_m_s))
+                list(_drawn(axes, gone, limits, _GONE))
+    return [list(_drawn(axes, wall, limits, 1.0)) for wall in scene.walls]
+
+
+def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[Artist]:
+    """Draw a wall, and yield what it is drawn by."""
+    from matplotlib.patches import Polygon
+
+    if not isinstance(wall, Wall):
+        yield from _drawn_outline(axes, wall.outline, alpha)
+        return
+    low, high = limits
     reach = 4.0 * float(np.max(high - low))  # beyond the picture's edge on every side
-    for wall in scene.walls:
-        if not isinstance(wall, Wall):
-            _draw_outline(axes, wall.outline)
-            continue
-        normal = np.array(wall.normal)
-        along = np.array([-normal[1], normal[0]])
-        # From the foot of the picture's middle, so that a wall point far away still yields a strip across the picture.
-        middle = (low + high) / 2.0
-        foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
-        corners = [
-            foot - along * reach,
-            foot + along * reach,
-            foot + along * reach - normal * reach,
-            foot - along * reach - normal * reach,
-        ]
-        axes.add_artist(Polygon(corners, **_SOLID))
+    normal = np.array(wall.normal)
+    along = np.array([-normal[1], normal[0]])
+    # From the foot of the picture's middle, so that a wall point far away still yields a strip across the picture.
+    middle = (low + high) / 2.0
+    foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
+    corners = [
+        foot - along * reach,
+        foot + along * reach,
+        foot + along * reach - normal * reach,
+        foot - along * reach - normal * reach,
+    ]
+    yield axes.add_artist(Polygon(corners, **(_SOLID | ({} if alpha == 1.0 else {"alpha": alpha}))))
 
 
-def _draw_outline(axes: Axes, outline: Outline) -> None:
+def _drawn_outline(axes: Axes, outline: Outline, alpha: float) -> Iterator[Artist]:
     """Draw the line of a finite wall, and all within its half width."""
     from matplotlib.patches import Circle, Polygon
 
+    faint: dict[str, Any] = {} if alpha == 1.0 else {"alpha": alpha}
     points = np.array(list(outline.drawn(ARC_PARTS)))
     if outline.solid:
-        axes.add_artist(Polygon(points, **_SOLID))
-    axes.plot(points[:, 0], points[:, 1], color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt")
+        yield axes.add_artist(Polygon(points, **(_SOLID | faint)))
+    yield from axes.plot(*points.T, color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt", **faint)
     width = outline.half_width
     if width == 0.0:
         return
-    shade: dict[str, Any] = {"facecolor": WALL, "edgecolor": "none", "zorder": 1}
+    shade: dict[str, Any] = {"facecolor": WALL, "edgecolor": "none", "zorder": 1} | faint
     for a, b in pairwise(points):
         along = (b - a) / (np.hypot(*(b - a)) or 1.0)
         across = width * np.array([-along[1], along[0]])
-        axes.add_artist(Polygon([a + across, b + across, b - across, a - across], **shade))
-        axes.add_artist(Circle(a, width, **shade))
-    axes.add_artist(Circle(points[-1], width, **shade))
+        yield axes.add_artist(Polygon([a + across, b + across, b - across, a - across], **shade))
+        yield axes.add_artist(Circle(a, width, **shade))
+    yield axes.add_artist(Circle(points[-1], width, **shade))
 
 
 def _over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str) -> str:
@@ -316,7 +338,11 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
     for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
             end = low if wall.normal[axis] > 0 else high
-            axes.axvspan(wall.point_m[axis], end, **_SOLID)
+            begin, moves = wall.point_m[axis], wall.velocity_m_s[axis] * scene.duration_s
+            if wall.driven:
+                axes.fill_betweenx((0.0, scene.duration_s), (begin, begin + moves), end, **_SOLID)
+            else:
+                axes.axvspan(begin, end, **_SOLID)
     for k, stands in _by_disc(scene, paths):
         _dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
     axes.set_xlim(low, high)

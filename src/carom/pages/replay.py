@@ -261,14 +261,18 @@ def _of_scene(scene: Scene) -> Json:
 def _thrown(scene: Scene) -> str:
     """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
     plain = all(isinstance(wall, Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
+    plain = plain and not (scene.damping_per_s or scene.arrays.driven)
     few = _FEWEST_THROWN <= len(scene.discs) <= _MOST_THROWN
-    return "carom play scene.toml" if plain and few and not scene.damping_per_s else ""
+    return "carom play scene.toml" if plain and few else ""
 
 
 def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
+    moves = {"velocity": list(wall.velocity_m_s)} if wall.driven else {}
     if isinstance(wall, Wall):
-        return [*wall.point_m, *wall.normal]
-    return {"line": [list(point) for point in wall.outline.drawn(ARC_PARTS)], "half_width": wall.half_width_m}
+        plane = [*wall.point_m, *wall.normal]
+        return {"plane": plane, **moves} if moves else plane
+    line = [list(point) for point in wall.outline.drawn(ARC_PARTS)]
+    return {"line": line, "half_width": wall.half_width_m, **moves}
 
 
 def _of_track(track: Track, places: int | None) -> list[list[float]]:

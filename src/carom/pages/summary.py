@@ -86,7 +86,7 @@ def _of_scene(scene: Scene) -> list[str]:
 
 
 def _of_disc(disc: Disc) -> str:
-    mass = "immovable" if disc.immovable else f"{_n(disc.mass_kg)} kg"
+    mass = "driven" if disc.driven else "immovable" if disc.immovable else f"{_n(disc.mass_kg)} kg"
     spin = f", spin {_n(disc.spin_rad_s)} rad/s" if disc.spin_rad_s else ""
     inertia = f", inertia factor {_n(disc.inertia_factor)}" if disc.inertia_factor != 0.5 else ""
     moves = f"at {_vector(disc.position_m)} m, {_vector(disc.velocity_m_s)} m/s{spin}"
@@ -97,7 +97,8 @@ def _of_wall(wall: Wall | Chain | Ring) -> str:
     own = [
         f", {name} {_n(value)}" for name in ("restitution", "friction") if (value := getattr(wall, name)) is not None
     ]
-    return f"{_shape_of(wall)}{''.join(own)}"
+    drive = f", driven at {_vector(wall.velocity_m_s)} m/s" if wall.driven else ""
+    return f"{_shape_of(wall)}{drive}{''.join(own)}"
 
 
 def _shape_of(wall: Wall | Chain | Ring) -> str:

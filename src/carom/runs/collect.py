@@ -17,13 +17,12 @@ from carom.adapter import Contact, Observation
 from carom.comparator.finite import turned
 from carom.damping import Damping
 from carom.scene import Scene
-from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array
+from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
 
 __all__ = ["ImpactCollector", "gravity_of"]
 
 #: Velocity of a body, and its spin.
 _Motion = tuple[float, float, float]
-_AT_REST: _Motion = (0.0, 0.0, 0.0)
 
 _Pair = tuple[int, int]
 
@@ -108,10 +107,12 @@ class ImpactCollector:
     def __init__(self, scene: Scene, start: Observation, float_bits: int = 64) -> None:
         arrays = scene.arrays
         self._float_bits = float_bits
+        self._discs = scene.discs
         self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
         # By how much each disc's spin falls for each unit of friction's impulse; 0 of one that can't turn.
         self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
+        self._walls = [arrays.velocity_of_wall(k) for k in range(len(arrays.walls))]
         self._gravity, self._pull = gravity_of(scene), math.hypot(*scene.gravity_m_s2)
         self._damping = Damping(scene.damping_per_s)
         self._last = start
@@ -173,6 +174,13 @@ class ImpactCollector:
         spin = state.spin_rad_s
         return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
+    def _steady(self, body: int) -> _Motion:
+        """Return how a body moves that no impact changes: it stands, or is driven."""
+        if body < 0:
+            return (*self._walls[wall_index(body)], 0.0)
+        disc = self._discs[body]
+        return (*disc.velocity_m_s, disc.spin_rad_s)
+
     def _acted(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse.
 
@@ -204,13 +212,14 @@ class ImpactCollector:
     ) -> None:
         """Open a contact or take one on by a step; `motion` holds what the step's earlier contacts made of it."""
         first, second = pair
-        ahead = (motion.get(first, _AT_REST), motion.get(second, _AT_REST))
+        steady = [self._steady(body) for body in pair]
+        ahead = (motion.get(first, steady[0]), motion.get(second, steady[1]))
         for body, sign in ((first, -1.0), (second, 1.0)):
             if body in motion:
                 told_apart = touched[body] > 1 and self._is_told(contact)
                 present = motion[body]
                 motion[body] = self._pushed(present, contact, body, sign) if told_apart else self._motion(now, body)
-        after = (motion.get(first, _AT_REST), motion.get(second, _AT_REST))
+        after = (motion.get(first, steady[0]), motion.get(second, steady[1]))
         known = self._open.get(pair)
         if known and _parting(known.after, known.reported.normal) > 0.0 > _parting(ahead, contact.normal):
             # Bounced off already, and pushed together again by a third body: that is a second impact.
@@ -259,10 +268,11 @@ class ImpactCollector:
         effective = math.nan
         if known_time:
             held = contact is not whole
+            drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else (0.0, 0.0)
             effective = (
-                _landing_time(pair, contact, self._gravity)
+                _landing_time(pair, contact, self._gravity, drive)
                 if held
-                else _effective_time(pair, contact, self._gravity, self._damping)
+                else _effective_time(pair, contact, self._gravity, self._damping, drive)
             )
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         falls = bool(self._gravity.any())
@@ -316,14 +326,14 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
     return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
 
 
-def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64]) -> float:
+def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], drive: Vector) -> float:
     """Instant at which a pair that rests from then on comes, on its free path, to where it rests.
 
     Held by gravity, it does not fly on as `_effective_time` has it: along the normal its distance goes on at the speed
     that it has at the boundary, while the free path before is a parabola, or a line where gravity moves both alike.
     """
-    d0, u0 = _relative(pair, contact.start)
-    d1, u1 = _relative(pair, contact.end)
+    d0, u0 = _relative(pair, contact.start, contact.start_s, drive)
+    d1, u1 = _relative(pair, contact.end, contact.end_s, drive)
     normal = np.array(contact.normal())
     normal /= np.hypot(*normal)
     lasted = contact.end_s - contact.start_s
@@ -343,7 +353,9 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
     return pull
 
 
-def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping) -> float:
+def _effective_time(
+    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping, drive: Vector
+) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
@@ -351,8 +363,8 @@ def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.floa
     linear function of t with slope u0 - u1, is least. Under gravity both are parabolas of one curvature, and their
     difference is linear still. With damping they are lines in undamped time.
     """
-    d0, u0 = _relative(pair, contact.start)
-    d1, u1 = _relative(pair, contact.end)
+    d0, u0 = _relative(pair, contact.start, contact.start_s, drive)
+    d1, u1 = _relative(pair, contact.end, contact.end_s, drive)
     lasted = contact.end_s - contact.start_s
     pull = _relative_pull(pair, gravity)
     flown, u1 = damping.undamped(lasted), u1 / damping.kept(lasted)
@@ -366,10 +378,14 @@ def _effective_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.floa
     return effective if math.isfinite(effective) else math.nan
 
 
-def _relative(pair: _Pair, state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _relative(
+    pair: _Pair, state: Observation, time_s: float, drive: Vector
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return place and velocity of the second body as seen from the first; a wall moves at `drive` from the origin."""
     first, second = pair
     if second < 0:
-        return -state.position_m[first], -state.velocity_m_s[first]
+        wall = np.array(drive)
+        return wall * time_s - state.position_m[first], wall - state.velocity_m_s[first]
     return (
         state.position_m[second] - state.position_m[first],
         state.velocity_m_s[second] - state.velocity_m_s[first],

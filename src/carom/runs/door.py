@@ -23,7 +23,7 @@ from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.errors import AdapterError
 from carom.limits import LARGEST, beyond
 from carom.scene import Scene
-from carom.trace import Setting
+from carom.trace import Setting, wall_index
 
 __all__ = ["Door", "plain_counts", "plain_settings", "plain_text", "slip", "sound_adapter"]
 
@@ -215,6 +215,7 @@ class Door:
     def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
         arrays = scene.arrays
         self._discs, self._walls, self._dt_s = len(scene.discs), len(scene.walls), dt_s
+        self._drives = [wall.velocity_m_s for wall in scene.walls]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
         # Half of the digits that the method computes with: what is further off was never meant to be of length 1.
@@ -297,11 +298,19 @@ class Door:
         if found.spins_rad_s is not None:
             spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
         if second < 0:
+            drive = self._drives[wall_index(second)]
             of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
             for name, numbers in of_wall.items():
-                if any(numbers):
+                due = drive * 2 if name == "velocities" else (0.0, 0.0)
+                if any(abs(told - v) > self._rounding * abs(v) for told, v in zip(numbers, due, strict=False)):
                     shown = ", ".join(f"{number:g}" for number in numbers)
-                    raise slip(f"{name} {of} must be 0 for a wall, which neither moves nor turns, got {shown}")
+                    does = (
+                        "0 for a wall, which neither moves nor turns"
+                        if not any(due)
+                        else f"{drive[0]:g}, {drive[1]:g} before and after for a wall that is driven so"
+                    )
+                    raise slip(f"{name} {of} must be {does}, got {shown}")
+            velocities = (velocities[0], drive, velocities[2], drive)
         return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
 
 

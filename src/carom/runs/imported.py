@@ -118,5 +118,5 @@ def _in_metres(scene: Scene, unit: float) -> Scene:
         }
         for disc in scene.discs
     ]
-    walls = [with_lengths(wall, lambda of_wall: of_wall / unit) for wall in scene.walls]
+    walls = [with_lengths(wall, lambda x: x / unit, lambda u: u / unit) for wall in scene.walls]
     return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": vector(scene.gravity_m_s2)})

@@ -174,6 +174,7 @@ class _Run:
         self.collector = ImpactCollector(scene, self.state, float_bits)
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
         self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
+        self.earlier = (0.0, self.state)
         self.gravity, self.damping = gravity_of(scene), Damping(scene.damping_per_s)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [self.state.position_m]
@@ -190,6 +191,8 @@ class _Run:
                 self.outcome, self.notes = _health(now)
                 if self.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
                     return
+                if self.seen_s <= self.scene.duration_s:
+                    self.earlier = (self.seen_s, self.state)
                 self.state = self.door.contacts(now, self.seen_s, time_s)
                 self.collector.add(time_s, self.state)
                 if self.watch is not None:
@@ -206,7 +209,7 @@ class _Run:
                 self.looks.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.state.position_m)
-            straight = not (self.gravity.any() or self.damping.per_s)
+            straight = not (self.gravity.any() or self.damping.per_s or self.scene.arrays.driven)
             if straight and flight.begins(step * self.dt_s, self.state):
                 return
 
@@ -215,13 +218,19 @@ class _Run:
         completed, state = self.outcome is Outcome.COMPLETED, self.state
         impacts, effective = self.collector.finish()
         missing = self.scene.duration_s - self.taken * self.dt_s if completed else 0.0
+        states, spins = self.collector.states, self.collector.spins
+        if missing < 0.0:  # the last step reaches beyond the end
+            later = (impacts["time_s"] > self.scene.duration_s) | (effective > self.scene.duration_s)
+            state = self._without(impacts[later])
+            impacts, effective, states = impacts[~later], effective[~later], states[~later]
+            spins = None if spins is None else spins[~later]
         if self.samples and completed:
             self.positions += [
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
                 for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
             ]
         flown, kept = self.damping.undamped(missing), self.damping.kept(missing)
-        spins = _final_spins(self.scene, state)
+        final_spins = _final_spins(self.scene, state)
         instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
         return Trace(
             method=method,
@@ -233,14 +242,30 @@ class _Run:
             outcome=self.outcome,
             dt_s=self.dt_s,
             effective_time_s=effective,
-            state_before=self.collector.states,
+            state_before=states,
             samples=Samples(instants_s, np.array(self.positions)) if self.samples else None,
             notes=self.notes,
-            spins=self.collector.spins,
-            final_spin_rad_s=None if spins is None else spins * kept,
+            spins=spins,
+            final_spin_rad_s=None if final_spins is None else final_spins * kept,
             local_truth=None if self.watch is None else self.watch.finish(),
             looks=_states(self.looks) if self.looks else None,
         )
+
+    def _without(self, later: NDArray[np.void]) -> Observation:
+        """Return the last state as it would be without some impacts, which came after the scene's end."""
+        bodies = np.concatenate([later["first"], later["second"]])
+        discs = np.unique(bodies[bodies >= 0])
+        begun_s, before = self.earlier
+        lasted = self.taken * self.dt_s - begun_s
+        flown, kept = self.damping.undamped(lasted), self.damping.kept(lasted)
+        position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
+        velocity[discs] = before.velocity_m_s[discs] * kept + self.gravity[discs] * lasted
+        position[discs] = before.position_m[discs] + before.velocity_m_s[discs] * flown
+        position[discs] += self.gravity[discs] * (lasted * lasted / 2)
+        spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()
+        if spin is not None and before.spin_rad_s is not None:
+            spin[discs] = before.spin_rad_s[discs] * kept
+        return replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
 
 
 def _states(looks: Sequence[tuple[float, Observation]]) -> States:

@@ -12,6 +12,7 @@ from carom.errors import UnknownNameError
 from carom.scene import Scene
 from carom.scenes import (
     contact,
+    driven,
     engines,
     gravity,
     in_line,
@@ -38,7 +39,7 @@ _TAG_PREFIX = "tag:"
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
 _ON_REQUEST = (
     *(issues_pairs, issues_walled, issues_falling, issues_rough, issues_seams, issues_thin),
-    *(spin, tables, contact, engines),
+    *(spin, tables, driven, contact, engines),
 )
 
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from carom.scene import Need, Scene, Wall
 from carom.trace import Trace, Vector, kinetic_energy
+from carom.walls import moved_by
 
 __all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation", "listed"]
 
@@ -256,7 +257,8 @@ def _deepest_overlap(trace: Trace, scene: Scene) -> float:
         distance = np.hypot(*(position[rest] - position[i]).T)
         overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
         deepest = max(deepest, float(np.max(overlap)))
-    for wall in scene.walls:
+    for begun in scene.walls:
+        wall = moved_by(begun, *(trace.end_time_s * v for v in begun.velocity_m_s)) if begun.driven else begun
         if isinstance(wall, Wall):
             reach = radius - (position - wall.point_m) @ np.array(wall.normal)
         else:

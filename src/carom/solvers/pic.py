@@ -56,7 +56,8 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
             del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
             return BallisticRun(start, **asked)
-        if extension_available() and not all_pairs and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
+        driven = start.arrays.driven
+        if extension_available() and not (all_pairs or driven) and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
             return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
 
@@ -80,8 +81,8 @@ def solve_pic(
     """Run a scene by event-driven PIC, the reference that everything else is held to.
 
     Args:
-        scene: The scene, or its name in the catalogue; discs and walls of any number. With gravity, some hundred discs,
-            see `docs/gravity.md`.
+        scene: The scene, or its name in the catalogue; discs and walls of any number. With gravity or driven bodies,
+            some hundred discs, see `docs/gravity.md`.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: Keep "all" impacts, or "none". How many each disc had is counted always.
@@ -102,7 +103,7 @@ def solve_pic(
         scene, max_impacts, until_s, record, window_s, sample_times_s, contact_duration_s, progress
     )
     straight = scene.gravity_m_s2 == (0.0, 0.0) and not scene.damping_per_s
-    alone = len(scene.discs) == 2 and not scene.walls and straight
+    alone = len(scene.discs) == 2 and not scene.walls and straight and not scene.arrays.driven
     if request.is_plain and alone and not scene.arrays.turns:
         trace = _solve_two_discs(scene, request.end_s) if extension_available() else None
         if trace is not None:

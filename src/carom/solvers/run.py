@@ -32,6 +32,10 @@ class Start(Protocol):
     def gravity_m_s2(self) -> tuple[float, float]:
         """Uniform gravity."""
 
+    @property
+    def duration_s(self) -> float:
+        """How long the scene is simulated."""
+
 
 class RunImpacts(Protocol):
     """The impacts that a run has recorded."""

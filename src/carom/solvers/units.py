@@ -58,7 +58,10 @@ class Units(NamedTuple):
             (*_vector(wall[:2], -self.length), *wall[2:]) if isinstance(wall, tuple) else wall.scaled(self.length)
             for wall in start.walls
         )
-        return _ScaledStart(DiscArrays.of_valid(**scaled), _vector(scene.gravity_m_s2, self.time - speed))
+        if start.wall_velocity_m_s is not None:
+            scaled["wall_velocity_m_s"] = tuple(_vector(velocity, -speed) for velocity in start.wall_velocity_m_s)
+        gravity, duration = _vector(scene.gravity_m_s2, self.time - speed), self.of_seconds(scene.duration_s)
+        return _ScaledStart(DiscArrays.of_valid(**scaled), gravity, duration)
 
     def of_seconds(self, time_s: float) -> float:
         """Return a time given in seconds, in these units."""
@@ -130,6 +133,7 @@ class _ScaledStart(NamedTuple):
 
     arrays: DiscArrays
     gravity_m_s2: Vector
+    duration_s: float
 
 
 class RunInUnits:

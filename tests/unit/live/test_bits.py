@@ -22,7 +22,10 @@ HERE = Path(__file__).parent
 #: Enough of the impacts of the longest scenes.
 MOST = 2000
 #: All that the JavaScript refuses, by the names that it says.
-REFUSED = {"walls of edges, arcs or circles", "walls of their own material", "damping", "numbers of extreme size"}
+REFUSED = {
+    *("walls of edges, arcs or circles", "walls of their own material", "driven walls", "driven discs"),
+    *("damping", "numbers of extreme size"),
+}
 
 Job = tuple[carom.Scene, str]
 
@@ -108,7 +111,7 @@ def test_what_is_refused_stands_in_one_list() -> None:
     for (scene, _), got in zip(jobs, _of_javascript(jobs), strict=True):
         assert set(got.get("refused", ())) <= REFUSED, scene.name
         ported = all(isinstance(wall, carom.Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
-        ported &= not scene.damping_per_s
+        ported &= not (scene.damping_per_s or scene.arrays.driven)
         assert ("refused" in got) == (not ported), scene.name
 
 
@@ -121,6 +124,8 @@ def test_what_is_refused_stands_in_one_list() -> None:
             {"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "restitution": 0.5}]},
             "walls of their own material",
         ),
+        ({"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "velocity_m_s": [0.0, 1.0]}]}, "driven walls"),
+        ({"discs": [{"position_m": [0.0, 0.0], "radius_m": 0.5, "mass_kg": "inf", "driven": True}]}, "driven discs"),
         ({"duration_s": 2.0**201}, "numbers of extreme size"),
         ({"drag": 0.1}, "drag"),
     ],

@@ -32,6 +32,7 @@ def test_the_drawn_bodies_touch_at_every_impact_of_the_reference(name: str) -> N
             gap = float(np.hypot(*(next(stands).position_m - here))) - reach
         else:
             wall, radius = scene.walls[wall_body(second)], scene.discs[first].radius_m
+            here = here - impact["time_s"] * np.array(wall.velocity_m_s)  # as seen from the wall
             if isinstance(wall, Wall):
                 gap = float(np.dot(here - np.array(wall.point_m), wall.normal)) - radius
             else:

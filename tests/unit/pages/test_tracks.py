@@ -31,6 +31,7 @@ def test_the_bodies_of_every_impact_touch(group: str) -> None:
                 gap = float(np.linalg.norm(tracks[second].at(when)[0] - place)) - scene.discs[second].radius_m
             else:
                 wall = scene.walls[-1 - second]
+                place = place - when[0] * np.array(wall.velocity_m_s)  # as seen from the wall
                 if isinstance(wall, carom.Wall):
                     gap = float(np.dot(place - np.array(wall.point_m), wall.normal))
                 else:

@@ -119,12 +119,12 @@ def _impacts_of(
 
     Only what a struck disc meets is looked at anew: two that no impact has turned do not meet unless they are due.
     """
-    law, seconds = block.law, float(block.step_s[step])
+    law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
     flown: dict[int, tuple[float, BodyStates]] = {}
     struck = defaultdict[int, int](int)
 
     def at(time_s: float, pair: Pair) -> BodyStates:
-        both = BodyStates(law, {}, {}, {})
+        both = BodyStates(law, {}, {}, {}, begun_s + time_s)
         for body in pair:
             if body < law.n:
                 since_s, alone = flown.get(body) or (0.0, block.state(step, (body,)))

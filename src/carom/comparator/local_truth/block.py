@@ -115,6 +115,7 @@ class Block:
             {i: (float(p[i, 0]), float(p[i, 1])) for i in discs},
             {i: (float(v[i, 0]), float(v[i, 1])) for i in discs},
             {i: 0.0 if spins is None else float(spins[step, i]) for i in discs},
+            float(self.states.time_s[step]),
         )
 
     def answers_ahead(self, step: int, disc: int) -> bool:

@@ -52,6 +52,10 @@ class Law:
             tuple(map(float, wall)) if isinstance(wall, tuple) else FiniteWall(wall)  # type: ignore[misc] # four floats
             for wall in arrays.walls
         ]
+        self.wall_velocity = [arrays.velocity_of_wall(k) for k in range(len(arrays.walls))]
+        self.fastest_wall = max((math.hypot(*velocity) for velocity in self.wall_velocity), default=0.0)
+        #: Whether something gives discs energy: then no gain of it is wrong by itself.
+        self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.damping = Damping(scene.damping_per_s)
@@ -79,12 +83,14 @@ class Law:
         """Return the friction between two bodies."""
         return self.wall_contacts[pair[1] - self.n] if pair[1] >= self.n else self.disc_contact
 
-    def side_of(self, wall: int, x: float, y: float) -> tuple[float, float, float]:
+    def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
         """Return how far a point is from a wall, by its number among walls, and the unit normal from there to it.
 
-        Of a point on the line of a finite wall no normal is given: (1, 0) is returned.
+        Of a point on the line of a finite wall no normal is given: (1, 0) is returned. A driven wall is where it is at
+        a time since the run's start.
         """
         shape = self.walls[wall]
+        x, y = self.seen_from(wall, x, y, time_s)
         if isinstance(shape, tuple):
             qx, qy, nx, ny = shape
             return (x - qx) * nx + (y - qy) * ny, nx, ny
@@ -93,6 +99,11 @@ class Law:
         distance = math.sqrt(dx * dx + dy * dy)
         nx, ny = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
         return distance - shape.outline.half_width, nx, ny
+
+    def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
+        """Return a point as seen from a wall, which stands where it began."""
+        wx, wy = self.wall_velocity[wall]
+        return (x - wx * time_s, y - wy * time_s) if wx or wy else (x, y)
 
     def reach(self, pair: Pair) -> float:
         """Return the distance of contact: of a wall from the centre, of a disc from the other centre."""
@@ -118,9 +129,9 @@ class Separation(NamedTuple):
 
 
 class BodyStates:
-    """Position, velocity and spin of some discs, by number."""
+    """Position, velocity and spin of some discs, by number, at a time since the run's start."""
 
-    __slots__ = ("law", "met", "spin", "velocity", "xy")
+    __slots__ = ("law", "met", "spin", "time_s", "velocity", "xy")
 
     def __init__(
         self,
@@ -128,14 +139,15 @@ class BodyStates:
         xy: dict[int, tuple[float, float]],
         velocity: dict[int, tuple[float, float]],
         spin: dict[int, float],
+        time_s: float,
     ) -> None:
-        self.law, self.xy, self.velocity, self.spin = law, xy, velocity, spin
+        self.law, self.xy, self.velocity, self.spin, self.time_s = law, xy, velocity, spin, time_s
         #: What of each finite wall was found to be met next.
         self.met: dict[Pair, Feature] = {}
 
     def copy(self) -> BodyStates:
         """Return a state of its own."""
-        return BodyStates(self.law, dict(self.xy), dict(self.velocity), dict(self.spin))
+        return BodyStates(self.law, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
 
     def take(self, other: BodyStates) -> None:
         """Take in the discs of another."""
@@ -145,7 +157,21 @@ class BodyStates:
 
     def only(self, disc: int) -> BodyStates:
         """Return the state of one of them."""
-        return BodyStates(self.law, {disc: self.xy[disc]}, {disc: self.velocity[disc]}, {disc: self.spin[disc]})
+        alone = {disc: self.xy[disc]}, {disc: self.velocity[disc]}, {disc: self.spin[disc]}
+        return BodyStates(self.law, *alone, self.time_s)
+
+    def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the position and velocity of a body: of a wall how far it has moved."""
+        if body < self.law.n:
+            return self.xy[body], self.velocity[body]
+        wx, wy = self.law.wall_velocity[body - self.law.n]
+        return (wx * self.time_s, wy * self.time_s), (wx, wy)
+
+    def _mover(self, disc: int, body: int) -> Mover:
+        """Return a disc as a wall sees it."""
+        wall = body - self.law.n
+        place = self.law.seen_from(wall, *self.xy[disc], self.time_s)
+        return Mover.at(place, self.velocity[disc], self.law.radius[disc], self.law.wall_velocity[wall])
 
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths; what rests on a wall is not pulled into it."""
@@ -156,23 +182,25 @@ class BodyStates:
             vx, vy = self.velocity[disc]
             ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
             if resting is not None and resting[0] == disc and resting[1] >= law.n:
-                _, nx, ny = law.side_of(resting[1] - law.n, x, y)
+                _, nx, ny = law.side_of(resting[1] - law.n, x, y, self.time_s)
                 pull = min(ax * nx + ay * ny, 0.0)
                 ax, ay = ax - pull * nx, ay - pull * ny
             half = 0.5 * seconds * seconds
             self.xy[disc] = (x + vx * flown + ax * half, y + vy * flown + ay * half)
             self.velocity[disc] = (vx * kept + ax * seconds, vy * kept + ay * seconds)
             self.spin[disc] *= kept
+        self.time_s += seconds
 
     def contact(self, pair: Pair, feature: Feature | None = None) -> Separation:
         """Return how the two bodies of a pair are to each other; of a finite wall, with `feature`, at what of it."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= law.n:
-            away, nx, ny = law.side_of(j - law.n, x, y)
+            away, nx, ny = law.side_of(j - law.n, x, y, self.time_s)
             if feature is not None:
-                nx, ny = normal_at(feature, Mover.at((x, y), (vx, vy), law.radius[i]))
-            return Separation(away - law.radius[i], (-nx, -ny), -(vx * nx + vy * ny))
+                nx, ny = normal_at(feature, self._mover(i, j))
+            wx, wy = law.wall_velocity[j - law.n]
+            return Separation(away - law.radius[i], (-nx, -ny), -((vx - wx) * nx + (vy - wy) * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
         ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
@@ -192,7 +220,7 @@ class BodyStates:
         if j >= law.n:
             wall = law.walls[j - law.n]
             wide = 0.0 if isinstance(wall, tuple) else (_TOUCH - 1.0) * wall.outline.half_width
-            return law.side_of(j - law.n, x, y)[0] <= reach + wide
+            return law.side_of(j - law.n, x, y, self.time_s)[0] <= reach + wide
         ox, oy = self.xy[j]
         reach += law.radius[j] * _TOUCH
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
@@ -211,6 +239,9 @@ class BodyStates:
             wall = law.walls[j - law.n]
             if not isinstance(wall, tuple):
                 return self._finite_wait(pair, wall, last)
+            x, y = law.seen_from(j - law.n, x, y, self.time_s)
+            wx, wy = law.wall_velocity[j - law.n]
+            vx, vy = vx - wx, vy - wy
             if not law.falls(i):
                 return wall_time(x, y, vx, vy, radius, *wall)
             normal = wall[2:]
@@ -221,12 +252,12 @@ class BodyStates:
         if law.falls(i) == law.falls(j):  # gravity moves both alike
             return pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, law.radius[j])
         if law.falls(i):
-            return encounter_time((x, y, vx, vy, radius), (ox, oy, law.radius[j]), law.gravity)
-        return encounter_time((ox, oy, ux, uy, law.radius[j]), (x, y, radius), law.gravity)
+            return encounter_time((x, y, vx - ux, vy - uy, radius), (ox, oy, law.radius[j]), law.gravity)
+        return encounter_time((ox, oy, ux - vx, uy - vy, law.radius[j]), (x, y, radius), law.gravity)
 
     def _finite_wait(self, pair: Pair, wall: FiniteWall, last: Feature | None) -> float:
         i, law = pair[0], self.law
-        disc = Mover.at(self.xy[i], self.velocity[i], law.radius[i])
+        disc = self._mover(*pair)
         if law.falls(i):
             wait, part = first_feature_falling(disc, wall.features, law.gravity, last, self._leaving(disc, last))
         else:
@@ -250,13 +281,14 @@ class BodyStates:
             _, (mx, my), _ = self.contact(pair, feature)
             nx, ny = -mx, -my
             contact = law.contact_of(pair)
-            along = vx * nx + vy * ny
+            wx, wy = law.wall_velocity[j - law.n]
+            before = (vx - wx, vy - wy)
+            along = before[0] * nx + before[1] * ny
             if not along < 0.0:
                 return
             pressed = -(1.0 + law.restitution(pair)) * along
             vx, vy = vx + pressed * nx, vy + pressed * ny
             if contact.friction > 0.0:
-                before = self.velocity[i]
                 slip = before[0] * ny - before[1] * nx + law.radius[i] * self.spin[i]
                 rub = tangential_impulse(contact, slip, 1.0 + law.inverse_inertia_ratio[i], pressed)
                 vx, vy = vx - rub * ny, vy + rub * nx

@@ -140,7 +140,7 @@ class _Window:
 
 def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
     """Return the pairs that can meet at all: an impact may double a speed, and a chain of them is short."""
-    reach = 4.0 * fastest * seconds + law.pull * seconds**2
+    reach = 4.0 * (fastest + law.fastest_wall) * seconds + law.pull * seconds**2
     return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]
 
 
@@ -215,7 +215,8 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
         # A contact that lasts, and was cut: what it gives back was taken before the cut, so only the energy counts.
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-        judged.energy_j = window.now.energy() - window.free.energy() if law.pull == 0.0 else 0.0
+        kept = law.pull == 0.0 and not law.driven
+        judged.energy_j = window.now.energy() - window.free.energy() if kept else 0.0
     elif not held and window.meets_at_rest:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
     elif not held:
@@ -241,6 +242,8 @@ def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
     now = window.now.energy()
     if not entangled:
         return now - found.truth.energy()
+    if window.law.driven:
+        return 0.0
     gained = now - window.free.energy()
     law = window.law
     lossless = all(law.restitution(pair) == 1.0 and law.contact_of(pair).friction == 0.0 for pair in window.chain.pairs)
@@ -298,8 +301,7 @@ def _is_idle(window: _Window, pair: Pair, size: float) -> bool:
 
 def _relative(state: BodyStates, pair: Pair) -> tuple[float, float]:
     """Return the velocity of the second body relative to the first."""
-    i, j = pair
-    (ux, uy), (vx, vy) = state.velocity[i], state.velocity.get(j, (0.0, 0.0))
+    (ux, uy), (vx, vy) = (state.of_body(body)[1] for body in pair)
     return (vx - ux, vy - uy)
 
 
@@ -337,11 +339,10 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
 
 def _turn_s(window: _Window, pair: Pair) -> float:
     """Seconds from the window's start to where the free paths before and after come nearest, by least squares."""
-    i, j = pair
     lasts = window.lasts
 
     def apart(state: BodyStates) -> tuple[float, float]:
-        (x, y), (ox, oy) = state.xy[i], state.xy.get(j, (0.0, 0.0))
+        (x, y), (ox, oy) = (state.of_body(body)[0] for body in pair)
         return (ox - x, oy - y)
 
     fallen = window.start.copy()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -81,12 +83,24 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 
 def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     """Yield the discs and walls that are near in some steps."""
+    moving = defaultdict[tuple[float, float], list[int]](list)
+    for k, velocity in enumerate(block.law.wall_velocity):
+        moving[velocity].append(k)
+    for velocity, numbers in moving.items():
+        yield from _pairs_with_walls(block, begin, end, velocity, numbers)
+
+
+def _pairs_with_walls(
+    block: Block, begin: int, end: int, velocity: tuple[float, float], walls_of_it: list[int]
+) -> Iterator[NearPairs]:
+    """Yield the discs and walls of one velocity that are near in some steps, as seen from these."""
     arrays, law = block.scene.arrays, block.law
-    centre, reach = _reach(block, begin, end)
-    p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
-    yield from _finite_pairs(block, begin, end, centre, reach)
-    numbers = np.array([k for k, wall in enumerate(arrays.walls) if isinstance(wall, tuple)], dtype=np.intp)
-    walls = np.array([wall for wall in arrays.walls if isinstance(wall, tuple)], dtype=np.float64).reshape(-1, 4)
+    centre, reach = _reach(block, begin, end, velocity)
+    p, v = _seen(block, begin, end, velocity)
+    speeds = block.own_speed[begin:end] + math.hypot(*velocity)
+    yield from _finite_pairs(block, begin, end, centre, reach, walls_of_it)
+    numbers = np.array([k for k in walls_of_it if isinstance(arrays.walls[k], tuple)], dtype=np.intp)
+    walls = np.array([arrays.walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
     for disc, wall in near_walls(centre, reach, arrays.movable, walls):
         if not len(disc):
             continue
@@ -96,7 +110,7 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         speed = np.sum(v[:, disc] * normal, axis=2)
         pull = normal @ np.array(law.gravity)
         far = block.place_unit * np.max(np.abs(plane[:, :2]), axis=1)
-        touching, still = block.place_rounding[begin:end, disc] + far, block.unit * block.own_speed[begin:end, disc]
+        touching, still = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
         g, s = gap[:-1], speed[:-1]
         with np.errstate(divide="ignore", invalid="ignore"):
             straight = law.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
@@ -113,12 +127,16 @@ def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         yield NearPairs(begin, pairs, gap, -speed, wait, pulled, touching, still)
 
 
-def _finite_pairs(block: Block, begin: int, end: int, centre: Array, reach: Array) -> Iterator[NearPairs]:
-    """Yield the discs and finite walls that are near in some steps, one by one."""
+def _finite_pairs(
+    block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
+) -> Iterator[NearPairs]:
+    """Yield the discs and finite walls, of these numbers, that are near in some steps, one by one."""
     arrays, law = block.scene.arrays, block.law
-    for k, wall in enumerate(arrays.walls):
+    for k in numbers:
+        wall = arrays.walls[k]
         if isinstance(wall, tuple):
             continue
+        speeds = block.own_speed[begin:end] + math.hypot(*law.wall_velocity[k])
         far = block.place_unit * max(map(abs, wall.lengths))
         for i in np.flatnonzero(arrays.movable).tolist():
             if wall.gap(float(centre[i, 0]), float(centre[i, 1]), float(reach[i])) > 0.0:
@@ -126,9 +144,9 @@ def _finite_pairs(block: Block, begin: int, end: int, centre: Array, reach: Arra
             pair = (i, law.n + k)
             met = [block.state(step, (i,)).contact(pair) for step in range(begin, end + 1)]
             gap, closing = (np.array([[getattr(one, name)] for one in met]) for name in ("gap", "closing"))
-            touching, still = block.place_rounding[begin:end, [i]] + far, block.unit * block.own_speed[begin:end, [i]]
+            touching, still = block.place_rounding[begin:end, [i]] + far, block.unit * speeds[:, [i]]
             wait = np.full((end - begin, 1), np.inf)
-            near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * block.own_speed[begin:end, i] * block.step_s[begin:end]
+            near = gap[:-1, 0] < (1.0 + MARGIN_STEPS) * 2.0 * speeds[:, i] * block.step_s[begin:end]
             for row in np.flatnonzero(near).tolist():
                 wait[row, 0] = block.state(begin + row, (i,)).wait(pair)
             touches = gap[:-1] <= touching
@@ -138,15 +156,24 @@ def _finite_pairs(block: Block, begin: int, end: int, centre: Array, reach: Arra
             yield NearPairs(begin, [pair], gap, closing, wait, pulled, touching, still)
 
 
-def _reach(block: Block, begin: int, end: int) -> tuple[Array, Array]:
-    """Centres and reaches of discs so that what may meet or push in these steps overlaps."""
-    p = block.states.position_m[begin : end + 1]
+def _seen(block: Block, begin: int, end: int, velocity: tuple[float, float]) -> tuple[Array, Array]:
+    """Positions and velocities of discs in some steps, as seen from what has moved at a velocity since the start."""
+    p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
+    if not any(velocity):
+        return p, v
+    return p - block.states.time_s[begin : end + 1, None, None] * np.array(velocity), v - np.array(velocity)
+
+
+def _reach(block: Block, begin: int, end: int, velocity: tuple[float, float] = (0.0, 0.0)) -> tuple[Array, Array]:
+    """Centres and reaches of discs so that what may meet or push in these steps overlaps, seen from what moves."""
+    p, _ = _seen(block, begin, end, velocity)
+    own_speed = block.own_speed[begin:end] + math.hypot(*velocity)
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
     # A third body may hand its speed on within the step.
-    fastest = float(np.max(block.own_speed[begin:end])) + block.law.pull * longest
+    fastest = float(np.max(own_speed)) + block.law.pull * longest
     ahead = 2.0 * fastest * longest
-    own = (1.0 + MARGIN_STEPS) * longest * np.max(block.own_speed[begin:end], axis=0)
+    own = (1.0 + MARGIN_STEPS) * longest * np.max(own_speed, axis=0)
     radius = block.scene.arrays.radius_m
     reach = radius * (1.0 + RESTING_GAP) + 0.5 * np.hypot(*(high - low).T) + np.maximum(own, 0.5 * ahead)
     return 0.5 * (low + high), reach

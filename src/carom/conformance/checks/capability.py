@@ -19,6 +19,8 @@ from carom.conformance.suite_scenes import (
     either_side,
     fall,
     in_and_out,
+    mallet,
+    paddle,
     post,
     posts,
     rubbing,
@@ -241,6 +243,8 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "arcs": ("arcs", lambda can: None if can.arcs else in_and_out(can.restitution[1])),
     "wall materials": ("wall_materials", lambda can: None if can.wall_materials else two_walls(1.0, 0.5)),
     "immovable discs": ("immovable_discs", lambda can: None if can.immovable_discs else post()),
+    "driven walls": ("driven_walls", lambda can: None if can.driven_walls else paddle(can.restitution[1])),
+    "driven discs": ("driven_discs", lambda can: None if can.driven_discs else mallet(can.restitution[1])),
     "gravity": ("gravity", lambda can: None if can.gravity else fall()),
     "damping": ("damping", lambda can: None if can.damping else slowing(spins=False)),
     "restitution below the range": (

@@ -62,7 +62,8 @@
       this.calm = window.matchMedia("(prefers-reduced-motion: reduce)").matches;
       this.pulls = scene.discs.map(([, fixed]) => (fixed ? [0, 0] : scene.gravity));
       this.end = scene.duration;
-      this.walls = scene.walls.map((wall) => (wall.line ? wall : { point_m: wall.slice(0, 2), normal: wall.slice(2) }));
+      const plane = (four) => ({ point_m: four.slice(0, 2), normal: four.slice(2) });
+      this.walls = scene.walls.map((wall) => (wall.line ? wall : wall.plane ? { ...wall, ...plane(wall.plane) } : plane(wall)));
       this.bodies = { discs: scene.discs.map(([radius_m, fixed]) => ({ radius_m, mass_kg: fixed ? "inf" : 1 })) };
       this.box = framed(scene, run, ...(run.sampler ? [sampledEvery(scene, run, this.end)] : []));
       const name = `${run.engine} ${run.profile}`;
@@ -314,7 +315,7 @@
       const now = Math.min(this.time, observed ? run.end : end), ghost = stage.colour("--ghost");
       const moving = discs.map((_, i) => i).filter((i) => discs[i].mass_kg !== "inf");
       const ring = (i, time, how) => stage.ring(placeAt(tracks[i], pulls[i], time), discs[i].radius_m, stage.hue(bodies, i), how);
-      stage.walls(this.walls);
+      stage.walls(this.walls, now);
       for (const i of moving) {
         stage.path(scene.reference[i], pulls[i], ghost, 0, end, { width: 1, alpha: 0.7 });
         stage.path(tracks[i], pulls[i], stage.hue(bodies, i), 0, now, { width: near ? 2.4 : 1.8 });
@@ -359,8 +360,8 @@
         const b = placeAt(tracks[second], pulls[second], when), away = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1;
         towards = [(b[0] - a[0]) / away, (b[1] - a[1]) / away];
       } else {
-        const wall = this.walls[-1 - second];
-        towards = wall.line ? towardsLine(wall.line, a) : wall.normal.map((x) => -x);
+        const wall = this.walls[-1 - second], seen = wall.velocity ? a.map((x, k) => x - wall.velocity[k] * when) : a;
+        towards = wall.line ? towardsLine(wall.line, seen) : wall.normal.map((x) => -x);
       }
       return [a[0] + radius * towards[0], a[1] + radius * towards[1]];
     }

@@ -50,8 +50,8 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
-        InputError: The scene has damping, or under gravity immovable discs or finite walls; or an option is outside
-            its range.
+        InputError: The scene has damping or a driven body, or under gravity immovable discs or finite walls; or an
+            option is outside its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
@@ -59,6 +59,7 @@ def certify(
     if scene.damping_per_s:
         message = f"damping_per_s is {scene.damping_per_s}: a certified run does not support damping; solve_pic does"
         raise InputError(message)
+    scene.arrays.require_undriven("a certified run")
     _refuse_quartics(scene)
     require_compiled("certify")
     try:

@@ -66,9 +66,9 @@ class EventDrivenRun:
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity or damping, or walls of more sides and vertices than can be numbered; discs
-            given as arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene;
-            the message names what differs.
+        InputError: The scene has gravity, damping or a driven body, or walls of more sides and vertices than can be
+            numbered; discs given as arrays overlap, an option is outside its range, or `resume` is the state of a run
+            of another scene; the message names what differs.
         MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
@@ -90,6 +90,7 @@ class EventDrivenRun:
             start.require_ordinary()
         elif resume is None:
             start.require_apart()
+        start.require_undriven("the event-driven kernel")
         self.options = RunOptions(record, window_s, contact_duration_s)
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")

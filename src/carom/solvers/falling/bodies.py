@@ -53,7 +53,7 @@ class FallingBodies(Bodies):
     def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i` at an instant, on its present parabola."""
         if self.inverse_mass[i] == 0.0:
-            return self.x[i], self.y[i], 0.0, 0.0
+            return self.driven_at(i, instant[0])
         if instant == self.instant[i]:
             return self.x[i], self.y[i], self.vx[i], self.vy[i]
         dt = between(self.instant[i], instant)
@@ -72,7 +72,9 @@ class FallingBodies(Bodies):
 
     def bring_to(self, i: int, instant: Instant) -> None:
         """Bring disc `i` to an instant along its parabola."""
-        if self.inverse_mass[i] > 0.0:
+        if self.inverse_mass[i] == 0.0:
+            self.x[i], self.y[i], _, _ = self.state_at(i, instant)
+        else:
             self.spin[i] = self.spin_at(i, instant)
             self.x[i], self.y[i], self.vx[i], self.vy[i] = self.state_at(i, instant)
             self.instant[i] = instant
@@ -144,12 +146,14 @@ class FallingBodies(Bodies):
         return after(start, 0.99 * wait)
 
     def _next_impact_on_fixed(self, i: int, fixed: int) -> Instant:
-        """Instant of the next impact of disc `i` on an immovable disc."""
+        """Instant of the next impact of disc `i` on one that no impact moves."""
         if self.inverse_mass[i] == 0.0:
             return NEVER
-        disc = (*self.state_at(i, self.instant[i]), self.radius[i])
+        x, y, vx, vy = self.state_at(i, self.instant[i])
+        at_x, at_y, drive_x, drive_y = self.state_at(fixed, self.instant[i])
+        disc = (x, y, vx - drive_x, vy - drive_y, self.radius[i])
         leaving = self.leaving[i] if self.last_partner[i] == fixed else None
-        wait = encounter_time(disc, (self.x[fixed], self.y[fixed], self.radius[fixed]), self.acceleration[i], leaving)
+        wait = encounter_time(disc, (at_x, at_y, self.radius[fixed]), self.acceleration[i], leaving)
         return after(self.instant[i], wait)
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
@@ -160,7 +164,7 @@ class FallingBodies(Bodies):
         if not isinstance(wall, tuple):
             last = self.last_feature(i, k)
             wait, part = first_feature_falling(
-                self.mover(i), self._finite(k).features, self.acceleration[i], last, self.leaving[i]
+                self.mover(i, k), self._finite(k).features, self.acceleration[i], last, self.leaving[i]
             )
             if part is not None:
                 self._expected[i, k] = (part, False)
@@ -168,8 +172,9 @@ class FallingBodies(Bodies):
             pull = self._pull(i, k)
             wait = return_time((self.leaving[i], 0.0), pull) if pull[0] < 0.0 else math.inf
         else:
-            gap = wall_gap(self.x[i], self.y[i], self.radius[i], *wall)
-            wait = descent_time(gap, wall_speed(self.vx[i], self.vy[i], *wall[2:]), self._pull(i, k))
+            x, y, vx, vy = self.seen_from(i, k)
+            gap = wall_gap(x, y, self.radius[i], *wall)
+            wait = descent_time(gap, wall_speed(vx, vy, *wall[2:]), self._pull(i, k))
         return after(self.instant[i], wait)
 
     def _pull(self, i: int, k: int) -> Pair:
@@ -194,15 +199,17 @@ class FallingBodies(Bodies):
         if not isinstance(wall, tuple):
             return self._contact_with_finite(i, k, again)
         qx, qy, nx, ny = wall
-        approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
+        _, _, vx, vy = self.seen_from(i, k)
+        approach = self.leaving[i] if again else -float(wall_speed(vx, vy, nx, ny)[0])
         return approach, float(self._pull(i, k)[0]), self._resolution_m(i, qx, qy, 0.0)
 
     def _contact_with_finite(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
-        disc, feature = self.mover(i), self._expected[i, k][0].feature
+        disc, feature = self.mover(i, k), self._expected[i, k][0].feature
         self.last_hit[i] = self._hit(i, k)
         nx, ny = self.normal(i, k)
-        approach = self.leaving[i] if again else -float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
-        across = self.vx[i] * ny - self.vy[i] * nx
+        _, _, vx, vy = self.seen_from(i, k)
+        approach = self.leaving[i] if again else -float(wall_speed(vx, vy, nx, ny)[0])
+        across = vx * ny - vy * nx
         ax, ay = self.acceleration[i]
         pull = ax * nx + ay * ny + across * across * bend_of(feature, disc)
         return approach, pull, gap_resolution_m(disc, feature)
@@ -245,17 +252,18 @@ class FallingBodies(Bodies):
         """
         wall, (nx, ny) = self.walls[k], self.normal(i, k)
         before, spin, restitution = (self.vx[i], self.vy[i]), self.spin[i], self.restitution_of_wall(k)
+        x, y, vx, vy = self.seen_from(i, k)
         if isinstance(wall, tuple):
-            gap = float(wall_gap(self.x[i], self.y[i], self.radius[i], *wall)[0])
+            gap = float(wall_gap(x, y, self.radius[i], *wall)[0])
         else:
-            gap = gap_of(self.mover(i), self._expected[i, k][0].feature)
+            gap = gap_of(self.mover(i, k), self._expected[i, k][0].feature)
         self.x[i] -= gap * nx
         self.y[i] -= gap * ny
         self.gripped[i] = False
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.leave_wall(i, k, restitution * approach)
             if self.contact_of_wall(k).friction > 0.0:
-                self.slide_on_wall(i, k, before, (1.0 + restitution) * approach)
+                self.slide_on_wall(i, k, (vx, vy), (1.0 + restitution) * approach)
         self.last_partner[i] = wall_body(k)
         return self.wall_record(i, k, before, spin)
 
@@ -270,7 +278,8 @@ class FallingBodies(Bodies):
     def leave_wall(self, i: int, k: int, speed: float) -> None:
         """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""
         nx, ny = self.normal(i, k)
-        change = speed - float(wall_speed(self.vx[i], self.vy[i], nx, ny)[0])
+        _, _, vx, vy = self.seen_from(i, k)
+        change = speed - float(wall_speed(vx, vy, nx, ny)[0])
         self.vx[i] += change * nx
         self.vy[i] += change * ny
         self.leaving[i] = speed

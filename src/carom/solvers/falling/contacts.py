@@ -44,6 +44,8 @@ class Contacts:
             for k, wall in enumerate(bodies.walls):
                 if bodies.inverse_mass[i] == 0.0 or not isinstance(wall, tuple) or self.walls[i] is not None:
                     continue
+                if bodies.drive[k] is not None:
+                    continue
                 approach, pull, gap_m = bodies.contact_with_wall(i, k, again=False)
                 gap = float(wall_gap(bodies.x[i], bodies.y[i], bodies.radius[i], *wall)[0])
                 if pull < 0.0 and gap <= gap_m and approach * approach <= -2.0 * pull * gap_m:

@@ -155,7 +155,8 @@ class BallisticRun(AllPairsRun):
         bodies.bring_to(i, self._now)
         approach, pull, gap_m = bodies.contact_with_wall(i, k, again)
         if self._is_at_rest(approach, pull, gap_m, last):
-            if self.contacts.walls[i] is not None or not isinstance(bodies.walls[k], tuple):
+            solved = isinstance(bodies.walls[k], tuple) and bodies.drive[k] is None
+            if self.contacts.walls[i] is not None or not solved:
                 bodies.leave_wall(i, k, 0.0)
                 self._end_in_contact(i, wall_body(k), approach)
             else:

@@ -167,12 +167,13 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
 def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
     straight = start.gravity_m_s2 == (0.0, 0.0)
-    if straight and extension_available():
+    driven = start.arrays.driven
+    if straight and extension_available() and not driven:
         from carom.solvers.pit import frame_loop
 
         edges_of = None if start.arrays.has_half_planes else NearestEdges(start.arrays.walls)
         return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock, edges_of=edges_of)
-    return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight else ())
+    return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight and not driven else ())
 
 
 def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:

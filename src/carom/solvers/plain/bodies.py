@@ -63,7 +63,8 @@ class Bodies:
 
     Every disc has its own clock: its position is that at `time[i]`, and it moves on in a straight line from there. A
     solver that moves all discs together keeps all clocks equal. An immovable disc's clock stays at 0: what is predicted
-    of it must not depend on who else has met it meanwhile.
+    of it must not depend on who else has met it meanwhile; so does that of a driven disc, which is brought along its
+    path from its start. A driven wall is where `walls` says at time 0: discs are seen from it.
     """
 
     def __init__(self, start: Start | DiscArrays) -> None:
@@ -78,6 +79,12 @@ class Bodies:
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
         self.finite = [None if isinstance(wall, tuple) else FiniteWall(wall) for wall in start.walls]
+        #: Velocity of each driven wall, None of one that stands.
+        self.drive = [velocity if any(velocity) else None for velocity in start.wall_velocity_m_s or ()] or (
+            [None] * len(start.walls)
+        )
+        #: Where each driven disc was at the epoch.
+        self._driven_from = {i: (self.x[i], self.y[i]) for i in start.driven_discs}
         self.materials = start.wall_materials
         self.restitution = start.restitution
         self.wall_restitution = start.wall_restitution
@@ -105,6 +112,9 @@ class Bodies:
 
         One that is on its way from an arc's inner side is no longer where it left it: the next chord is none.
         """
+        for i in self._driven_from:
+            self.move_to(i, now_s)
+            self._driven_from[i] = (self.x[i], self.y[i])
         for i in range(len(self)):
             if self.inverse_mass[i] > 0.0:
                 hit = self.last_hit[i]
@@ -121,6 +131,8 @@ class Bodies:
     def move_to(self, i: int, time_s: float) -> None:
         """Bring disc `i` to `time_s` along its straight path."""
         if self.inverse_mass[i] == 0.0:
+            if i in self._driven_from:
+                self.x[i], self.y[i], _, _ = self.driven_at(i, time_s)
             return
         dt = time_s - self.time[i]
         self.x[i] += self.vx[i] * dt
@@ -129,8 +141,25 @@ class Bodies:
 
     def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i` at an instant, on its present path."""
+        if i in self._driven_from:
+            return self.driven_at(i, instant[0])
         wait, vx, vy = instant[0] - self.time[i], self.vx[i], self.vy[i]
         return self.x[i] + vx * wait, self.y[i] + vy * wait, vx, vy
+
+    def driven_at(self, i: int, time_s: float) -> tuple[float, float, float, float]:
+        """Position and velocity at a time of disc `i`, which no impact moves: one that is driven, or stands."""
+        if i not in self._driven_from:
+            return self.x[i], self.y[i], 0.0, 0.0
+        x, y = self._driven_from[i]
+        return x + self.vx[i] * time_s, y + self.vy[i] * time_s, self.vx[i], self.vy[i]
+
+    def seen_from(self, i: int, k: int) -> tuple[float, float, float, float]:
+        """Position and velocity of disc `i`, at its own clock, as seen from wall `k`, which stands where it began."""
+        x, y, vx, vy = self.x[i], self.y[i], self.vx[i], self.vy[i]
+        if (drive := self.drive[k]) is None:
+            return x, y, vx, vy
+        since_s = self.since_start(self.time[i])
+        return x - drive[0] * since_s, y - drive[1] * since_s, vx - drive[0], vy - drive[1]
 
     def next_pair_impact(self, i: int, j: int) -> Instant:
         """Instant of the next impact of discs `i` and `j` on their present paths; infinity for never.
@@ -150,16 +179,17 @@ class Bodies:
         if self.inverse_mass[i] == 0.0 or (isinstance(wall, tuple) and self.last_partner[i] == wall_body(k)):
             return NEVER
         if isinstance(wall, tuple):
-            wait = wall_time(self.x[i], self.y[i], self.vx[i], self.vy[i], self.radius[i], *wall)
+            wait = wall_time(*self.seen_from(i, k), self.radius[i], *wall)
         else:
-            wait, part, glides = self._finite(k).next_time(self.mover(i), self.last_feature(i, k))
+            wait, part, glides = self._finite(k).next_time(self.mover(i, k), self.last_feature(i, k))
             if part is not None:
                 self._expected[i, k] = (part, glides)
         return (self.time[i] + wait, 0.0) if wait < math.inf else NEVER  # no number above 1e300 s or so
 
-    def mover(self, i: int) -> Mover:
-        """Return disc `i`, at its own clock, as a wall sees it."""
-        return Mover.at((self.x[i], self.y[i]), (self.vx[i], self.vy[i]), self.radius[i])
+    def mover(self, i: int, k: int) -> Mover:
+        """Return disc `i`, at its own clock, as wall `k` sees it."""
+        x, y, vx, vy = self.seen_from(i, k)
+        return Mover.at((x, y), (vx, vy), self.radius[i])
 
     def last_feature(self, i: int, k: int) -> Feature | None:
         """Return the feature of wall `k` that disc `i` met last; None where its last partner is another."""
@@ -170,6 +200,11 @@ class Bodies:
         """Return the feature of a finite wall that an impact just carried out was on; None for any other."""
         hit = self.last_hit[record.first]
         return None if hit is None or record.edge == NO_EDGE else hit.feature
+
+    def expected(self, i: int, k: int) -> WallFeature | None:
+        """Return what of finite wall `k` disc `i` was last predicted to meet; None where that is nothing."""
+        found = self._expected.get((i, k))
+        return None if found is None else found[0]
 
     def glides(self, i: int, k: int) -> bool:
         """Whether what was predicted of disc `i` and wall `k` is that it comes to glide along it."""
@@ -187,12 +222,12 @@ class Bodies:
         if wall is None:
             return None
         part, _ = self._expected[i, k]
-        return wall.hit(self.mover(i), part)._replace(again=part.feature is self.last_feature(i, k))
+        return wall.hit(self.mover(i, k), part)._replace(again=part.feature is self.last_feature(i, k))
 
     def find(self, i: int, k: int) -> None:
         """Note what of wall `k` disc `i` has met: what is nearest, as PIT finds it."""
         if (wall := self.finite[k]) is not None:
-            self.last_hit[i] = wall.hit_from(self.x[i], self.y[i])
+            self.last_hit[i] = wall.hit_from(*self.seen_from(i, k)[:2])
 
     def normal(self, i: int, k: int) -> Vector:
         """Return the unit vector from wall `k` to disc `i`, which it meets, or met last."""
@@ -229,16 +264,19 @@ class Bodies:
     def wall_approaches_and_overlaps(self, i: int, k: int) -> bool:
         """Whether disc `i` approaches wall `k` and touches or overlaps it."""
         wall = self.walls[k]
+        if self.inverse_mass[i] == 0.0 and (self.drive[k] is not None or i in self._driven_from):
+            return False
+        x, y, vx, vy = self.seen_from(i, k)
         if isinstance(wall, tuple):
             px, py, nx, ny = wall
-            approaching = self.vx[i] * nx + self.vy[i] * ny < 0.0
-            return approaching and (self.x[i] - px) * nx + (self.y[i] - py) * ny <= self.radius[i]
-        hit = self._finite(k).hit_from(self.x[i], self.y[i])
+            approaching = vx * nx + vy * ny < 0.0
+            return approaching and (x - px) * nx + (y - py) * ny <= self.radius[i]
+        hit = self._finite(k).hit_from(x, y)
         if hit is None:
             return False
-        foot = wall.nearest(self.x[i], self.y[i])
-        dx, dy, reach = self.x[i] - foot.x, self.y[i] - foot.y, wall.half_width + self.radius[i]
-        return self.vx[i] * dx + self.vy[i] * dy < 0.0 and dx * dx + dy * dy <= reach * reach
+        foot = wall.nearest(x, y)
+        dx, dy, reach = x - foot.x, y - foot.y, wall.half_width + self.radius[i]
+        return vx * dx + vy * dy < 0.0 and dx * dx + dy * dy <= reach * reach
 
     def are_parting(self, first: int, second: int) -> bool:
         """Whether two bodies (a wall is negative) are on the paths that their own impact gave them.
@@ -249,7 +287,7 @@ class Bodies:
         just_met = self._has_just_met(first, second)
         if second < 0 and just_met and (finite := self.finite[wall_index(second)]) is not None:
             # It bends, or has another side that the path leads to: the normal tells.
-            hit, last = finite.hit_from(self.x[first], self.y[first]), self.last_hit[first]
+            hit, last = finite.hit_from(*self.seen_from(first, wall_index(second))[:2]), self.last_hit[first]
             return hit is None or (last is not None and hit.normal == last.normal)
         return just_met if second < 0 else just_met and self._has_just_met(second, first)
 
@@ -281,7 +319,7 @@ class Bodies:
             elif hit is not None and hit.again:
                 known = 0.0
             elif hit is not None and hit.feature is not None:
-                known = resolution_s(self.mover(i), hit.feature, speed, (ax, ay))
+                known = resolution_s(self.mover(i, wall_index(j)), hit.feature, speed, (ax - bx, ay - by))
             else:
                 known = math.inf
         else:
@@ -333,17 +371,21 @@ class Bodies:
         e = 1.0 if elastic else self.restitution_of_wall(k)
         nx, ny = self.normal(i, k)
         before = self._velocity(i)
-        along = before[0] * nx + before[1] * ny
+        ux, uy = before if (drive := self.drive[k]) is None else (before[0] - drive[0], before[1] - drive[1])
+        along = ux * nx + uy * ny
         if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.vx[i] -= (1.0 + e) * along * nx
             self.vy[i] -= (1.0 + e) * along * ny
         spin = self.spin[i]
         if self.contact_of_wall(k).friction > 0.0 and along < 0.0 and not elastic:
-            self.slide_on_wall(i, k, before, -((1.0 + e) * along))
+            self.slide_on_wall(i, k, (ux, uy), -((1.0 + e) * along))
         return self.wall_record(i, k, before, spin)
 
     def slide_on_wall(self, i: int, k: int, before: Vector, pressed: float) -> None:
-        """Let the friction of wall `k` act on disc `i`, which came with a velocity and was given a speed off it."""
+        """Let the friction of wall `k` act on disc `i`, which was given a speed off it.
+
+        `before` is the velocity with which it came, as seen from the wall.
+        """
         nx, ny = self.normal(i, k)
         slip = before[0] * ny - before[1] * nx + self.radius[i] * self.spin[i]
         h = tangential_impulse(self.contact_of_wall(k), slip, 1.0 + self.inverse_inertia_ratio[i], pressed)
@@ -355,7 +397,8 @@ class Bodies:
         """Return the record of an impact on wall `k` carried out just now, given what disc `i` was like before."""
         nx, ny = self.normal(i, k)
         hit = None if self.finite[k] is None else self.last_hit[i]
-        velocities = (before, (0.0, 0.0), self._velocity(i), (0.0, 0.0))
+        drive = self.drive[k] or (0.0, 0.0)
+        velocities = (before, drive, self._velocity(i), drive)
         spins = self._spins((spin, 0.0), (self.spin[i], 0.0))
         edge = NO_EDGE if hit is None else hit.edge
         return ImpactRecord(self.time[i], i, wall_body(k), (-nx, -ny), *velocities, spins, edge)

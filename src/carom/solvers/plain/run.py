@@ -17,7 +17,8 @@ from carom.solvers.impact_log import ImpactLog, gliding_note, standstill_impacts
 from carom.solvers.options import ALWAYS, RunOptions, require_goal
 from carom.solvers.plain.bodies import Bodies, require_supported
 from carom.solvers.plain.instants import NEVER, START, Instant
-from carom.trace import Outcome, wall_body, wall_index
+from carom.solvers.plain.squeeze import Squeezes
+from carom.trace import Outcome, body_name, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -63,6 +64,9 @@ class AllPairsRun:
         self._ended: Outcome | None = None
         self._at_instant = 0
         self._standstill = standstill_impacts(len(self.bodies) + len(self.bodies.walls))
+        driven = start.arrays.wall_velocity_m_s is not None
+        self._squeezes = Squeezes(self.bodies, self._standstill) if driven else None
+        self._duration_s = start.duration_s
         self._patience = Patience()
         self._last_impact_s = [-math.inf] * len(self.bodies)
         self._impacts_per_disc = [0] * len(self.bodies)
@@ -164,6 +168,8 @@ class AllPairsRun:
             self._impacts_per_disc[disc] += 1
         counts["impacts"] += 1
         counts["wall_impacts"] += second < 0
+        if self._squeezes is not None:
+            self._look_for_crushing(self._squeezes, moved, second)
         if self._ended is not None:
             return
         counts["predictions"] += len(moved)
@@ -188,6 +194,16 @@ class AllPairsRun:
             self._last_impact_s[disc] = now_s
         record = self.bodies.collide(first, second, now_s, elastic=any(soon))._replace(time_s=self._reported_s)
         return record, self.bodies.resolution_s(record)
+
+    def _look_for_crushing(self, squeezes: Squeezes, moved: list[int], second: int) -> None:
+        """End the run where a disc that has just been struck is crushed before the scene ends."""
+        for disc in moved:
+            crush = squeezes.struck(disc, wall_index(second) if second < 0 else None)
+            if crush is None or (time_s := self.bodies.since_start(crush.time_s)) > self._duration_s:
+                continue
+            self._ended = Outcome.CRUSHED
+            one, other = (body_name(wall_body(k)) for k in crush.walls)
+            self.notes = (f"disc {disc} is crushed between {one} and {other} at {time_s:.17g} s",)
 
     def _keep(self, record: ImpactRecord, resolution_s: float) -> None:
         if self.options.keeps(record.time_s):

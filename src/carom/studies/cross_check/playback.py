@@ -177,6 +177,7 @@ def _film(shown: Replay) -> FuncAnimation:
     """
     from matplotlib.animation import FuncAnimation
     from matplotlib.figure import Figure
+    from matplotlib.transforms import Affine2D
 
     reference, observed = shown.reference, shown.observed
     scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
@@ -190,9 +191,11 @@ def _film(shown: Replay) -> FuncAnimation:
     limits = limits_of(scene, exact_paths(reference), observed_paths(observed))
     exact, seen = reference_tracks(reference), observed_tracks(observed, extent_of(reference))
     left, right = figure.subplots(1, 2)
+    driven: list[tuple[Axes, tuple[float, float], Artist]] = []
     for axes, title in ((left, "What must happen"), (right, f"What {name} does")):
         axes.set(title=title, xticks=(), yticks=())  # numbers would take most of the time to draw
-        draw_walls(axes, scene, limits)
+        drawn = zip(scene.walls, draw_walls(axes, scene, limits, ends=False), strict=True)
+        driven += [(axes, wall.velocity_m_s, artist) for wall, artists in drawn if wall.driven for artist in artists]
     moving = [*_discs(left, scene, exact, times), *_discs(right, scene, seen, times)]
     moving += _discs(right, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
     if observed.dt_s:
@@ -211,6 +214,8 @@ def _film(shown: Replay) -> FuncAnimation:
         now = times[frame]
         for circle, where in moving:
             circle.set_center(where[frame])
+        for axes, (u, v), artist in driven:
+            artist.set_transform(Affine2D().translate(u * now, v * now) + axes.transData)
         for since, cross in crosses:
             cross.set_visible(bool(now >= since))
         clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")

@@ -1,0 +1,174 @@
+"""The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
+
+Seen from a driven body an impact is one on a body that stands, so that every answer is that of a wall, or of an
+immovable disc, in the frame that moves with it. `docs/walls.md` derives it. The group runs when it is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+from carom.scene import Chain, Disc, Wall
+from carom.scenes.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
+from carom.scenes.entry import KnownImpact, Staged, listed
+from carom.scenes.walled import bounces_in_a_box
+
+_LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
+
+
+def _after(velocity: complex, drive: complex, normal: complex, restitution: float = 1.0) -> complex:
+    return drive + after_wall(velocity - drive, normal, restitution)
+
+
+@listed("driven")
+def _paddle() -> Staged:
+    """A disc comes at 2 m/s to a wall that comes at 1 m/s, and goes back at 4 m/s."""
+    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))
+    scene = scene_of([disc(3.5625 + 0j, -2 + 0j, 0.5)], walls=[wall], duration_s=2.0)
+    return answered(scene, [impact(3.0625 / 3, 0, -1, 4 + 0j)], f"{_LAW}: 2 V - v")
+
+
+@listed("driven")
+def _racket() -> Staged:
+    """A tilted racket without thickness strikes a disc that comes, and loses a fifth of what they close at."""
+    drive, velocity, radius, restitution, time = 3 + 1j, -4 + 0.5j, 0.125, 0.8, 0.51
+    normal = 0.8 + 0.6j  # so that the racket lies along (-0.6, 0.8)
+    foot = 0.25j  # of the disc on the racket, when they meet
+    start = foot + radius * normal - velocity * time
+    ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
+    racket = Chain(points_m=tuple(map(vector, ends)), velocity_m_s=vector(drive))
+    scene = scene_of([disc(start, velocity, radius)], walls=[racket], wall_restitution=restitution, duration_s=1.25)
+    return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal, restitution))], _LAW)
+
+
+@listed("driven")
+def _swatter() -> Staged:
+    """A swatter without thickness meets a disc at rest at 50 m/s: it must not pass through."""
+    radius, speed = 0.125, 50.0
+    swatter = Chain(points_m=((-10.0, -1.0), (-10.0, 1.0)), velocity_m_s=(speed, 0.0))
+    scene = scene_of([disc(0.25j, 0j, radius)], walls=[swatter], duration_s=0.5)
+    time = (10.0 - radius) / speed
+    return answered(scene, [impact(time, 0, -1, complex(2.0 * speed))], f"{_LAW}: 2 V")
+
+
+@listed("driven")
+def _tip_of_a_racket() -> Staged:
+    """A disc that comes sideways meets the tip of a racket that is on its way up."""
+    drive, velocity, radius, time = 2j, -3 + 0j, 0.25, 0.51
+    normal = complex(0.8, 0.6)  # from the tip to the disc's centre
+    tip = -drive * time  # at the origin when they meet
+    racket = Chain(points_m=(vector(tip), vector(tip - 1j)), velocity_m_s=vector(drive))
+    start = radius * normal - velocity * time
+    scene = scene_of([disc(start, velocity, radius)], walls=[racket], duration_s=1.25)
+    return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal))], f"{_LAW}, from the tip to the disc")
+
+
+@listed("driven")
+def _mallet() -> Staged:
+    """A mallet meets a puck off centre, and goes on as if nothing had been there."""
+    drive, velocity, radius, time = -1 + 1j, 0.5 - 1j, 0.5, 0.8125
+    normal = complex(0.6, -0.8)  # from puck to mallet
+    puck = -velocity * time
+    mallet = 2.0 * radius * normal - drive * time
+    scene = scene_of(
+        [
+            disc(puck, velocity, radius),
+            Disc(
+                position_m=vector(mallet),
+                velocity_m_s=vector(drive),
+                radius_m=radius,
+                mass_kg=math.inf,
+                driven=True,
+            ),
+        ],
+        duration_s=2.0,
+    )
+    after, _ = after_impact(1.0, velocity, math.inf, drive, normal)
+    return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}; of a disc it is the line of centres")
+
+
+def _in_a_cylinder(drive: float, duration: Fraction) -> Staged:
+    """Stage a disc between a wall and a piston, from the middle on, at 1 m/s towards the wall."""
+    radius, place, speed, piston, length = Fraction(1, 4), Fraction(1), Fraction(-1), Fraction(drive), Fraction(2)
+    impacts, time, hits = list[KnownImpact](), Fraction(0), Fraction(0)
+    while True:
+        if speed < 0:
+            wait, wall, after = (place - radius) / -speed, -1, -speed
+        elif speed > piston:
+            wait, wall, after = (length + piston * time - radius - place) / (speed - piston), -2, 2 * piston - speed
+        else:
+            break
+        if (hits := time + wait) > duration:
+            break
+        place, time, speed = place + speed * wait, hits, after
+        impacts.append(impact(float(time), 0, wall, complex(float(speed))))
+    scene = scene_of(
+        [disc(1 + 0j, -1 + 0j, 0.25)],
+        walls=[
+            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+            Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(drive, 0.0)),
+        ],
+        duration_s=float(duration),
+    )
+    end = complex(float(place + speed * (duration - time))), complex(float(speed))
+    source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
+    return answered(scene, impacts, source, final=[end])
+
+
+@listed("driven")
+def _piston() -> Staged:
+    """A piston presses a disc together with a wall: it gets faster with each of a dozen impacts on it."""
+    return _in_a_cylinder(-0.5, Fraction(93, 32))
+
+
+@listed("driven")
+def _piston_that_recedes() -> Staged:
+    """A piston goes back: each impact on it takes speed, and after the last one the disc does not catch up."""
+    return _in_a_cylinder(0.125, Fraction(64))
+
+
+@listed("driven")
+def _moving_box() -> Staged:
+    """A disc in a box of four edges that moves: seen from the box it is a disc in a box."""
+    radius, width, height, drive = 0.25, 4.0, 3.0, complex(3.0, -2.0)
+    start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
+    corners = (0j, complex(width), complex(width, height), complex(0.0, height))
+    scene = scene_of(
+        [disc(start + complex(radius, radius), velocity + drive, radius)],
+        walls=[Chain(points_m=tuple(map(vector, corners)), closed=True, velocity_m_s=vector(drive))],
+        duration_s=20.0,
+    )
+    hits = bounces_in_a_box(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
+    impacts = [
+        impact(hit.time_s, 0, -1, drive + complex(*after))
+        for hit in hits
+        if (after := hit.velocity_first_after) is not None
+    ]
+    return answered(scene, impacts, "Galileo: as in the box at rest, whose path is unfolded to a straight line")
+
+
+@listed("driven")
+def _lift() -> Staged:
+    """A ball bounces on a floor that comes up at a constant speed: seen from there, on a floor at rest."""
+    pull, rise, speed, radius, restitution = 8.0, 1.5, 5.0, 0.5, 0.5
+    height = 0.5 * speed**2 / pull  # seen from the floor the ball begins with a speed of -rise, at this height
+    lands = math.sqrt(rise**2 + 2.0 * pull * height)
+    impacts, time, leaving = [], (lands - rise) / pull, restitution * lands
+    count = 3
+    for _ in range(count):
+        impacts.append(impact(time, 0, -1, complex(0.0, rise + leaving)))
+        hop, leaving = 2.0 * leaving / pull, restitution * leaving
+        time += hop
+    duration = time - hop / 2.0  # at the top of the last hop
+    top = 0.5 * (leaving / restitution) ** 2 / pull
+    end = complex(0.0, radius + rise * duration + top), complex(0.0, rise)
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, rise))
+    scene = scene_of(
+        [disc(complex(0.0, radius + height), 0j, radius)],
+        walls=[floor],
+        wall_restitution=restitution,
+        gravity_m_s2=(0.0, -pull),
+        duration_s=duration,
+    )
+    return answered(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])

@@ -1,0 +1,130 @@
+"""What is said of runs with driven bodies: right ones are right, and a paddle that is taken to stand is wrong."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import carom
+from carom import Chain, Disc, Scene, Wall, compare, solve_pic
+from carom.comparator.grades import Grade
+from carom.comparator.local_truth import StepWatch
+from carom.errors import InputError
+from carom.scenes import find_scenes
+
+
+def paddle() -> Scene:
+    """A disc that comes at 2 m/s to a wall that comes at 1 m/s: they meet after 1 s."""
+    return Scene(
+        name="paddle",
+        discs=[Disc(position_m=(3.5, 0.0), velocity_m_s=(-2.0, 0.0), radius_m=0.5)],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))],
+        duration_s=2.0,
+    )
+
+
+def test_pit_is_graded_as_it_is_on_what_stands() -> None:
+    """PIT samples driven scenes, too, and is found to do no worse than itself; what it goes through, it has missed."""
+    scenes = [entry.scene for entry in find_scenes(["driven"])]
+    grades = {
+        row.job.scene.name: row.grade for row in carom.cross_check(scenes, ["pit"], dts=[1 / 60], timing=False).rows
+    }
+    assert grades.pop("driven/swatter") is Grade.WRONG
+    assert grades.pop("driven/piston") is Grade.PARTED
+    assert len(grades) == 7
+    assert set(grades.values()) == {Grade.SAMPLED}
+
+
+def test_a_paddle_that_is_taken_to_stand_is_found() -> None:
+    """A run in which the disc bounces at its own speed is told its wrong velocity, and the energy that it lacks."""
+    truth = solve_pic(paddle())
+    impacts = truth.impacts.copy()
+    impacts["velocity_first_after"] = (2.0, 0.0)  # -v, where 2 V - v is right
+    wrong = replace(
+        truth,
+        method="stands",
+        impacts=impacts,
+        final_velocity_m_s=np.array([(2.0, 0.0)]),
+        final_position_m=np.array([(3.5, 0.0)]),
+    )
+    score = compare(truth, wrong)
+    assert math.isclose(score.total.velocity, 0.5)  # 2 of 4 m/s
+    assert math.isclose(
+        score.total.energy, -6.0 / 6.0
+    )  # of 1/2 m (16 - 4): what the paddle gives, 1 m/s times 6 kg m/s
+
+
+def test_energy_is_measured_by_what_the_paddle_gives() -> None:
+    """A disc at rest has no energy at the start: its error is told over the work of what strikes it."""
+    scene = paddle()
+    still = scene.model_copy(update={"discs": (scene.discs[0].model_copy(update={"velocity_m_s": (0.0, 0.0)}),)})
+    still = Scene(**{**dict(still), "duration_s": 4.0})
+    truth = solve_pic(still)
+    slower = replace(truth, method="slower", final_velocity_m_s=np.array([(1.0, 0.0)]))
+    assert truth.final_velocity_m_s.tolist() == [[2.0, 0.0]]
+    assert math.isclose(compare(truth, slower).total.energy, -1.5 / 2.0)  # of 2 kg m/s at 1 m/s
+
+
+@pytest.mark.parametrize(("after", "off"), [((4.0, 0.0), 0.0), ((2.0, 0.0), 2.0)])
+@pytest.mark.parametrize("edge", [False, True])
+def test_each_step_is_held_against_the_wall_where_it_is_then(
+    after: tuple[float, float], off: float, edge: bool
+) -> None:
+    """Steps through the impact, found in time, are right; so they are not where the wall is taken to stand."""
+    scene, dt_s = paddle(), 0.25
+    if edge:
+        edges = (Chain(points_m=((0.0, -1.0), (0.0, 1.0)), velocity_m_s=(1.0, 0.0)),)
+        scene = scene.model_copy(update={"walls": edges})
+    watch = StepWatch(scene, dt_s, 64)
+    for step in range(1, 9):
+        time_s = step * dt_s
+        velocity = np.array([(-2.0, 0.0) if time_s <= 1.0 else after])
+        place = 3.5 - 2.0 * time_s if time_s <= 1.0 else 1.5 + after[0] * (time_s - 1.0)
+        watch.add(time_s, np.array([(place, 0.0)]), velocity, np.zeros(1))
+    (window,) = watch.finish().windows
+    assert window["due"] == 1
+    assert window["missed"] == 0
+    assert math.isclose(float(window["velocity"]), off, abs_tol=1e-12)
+
+
+def test_a_thin_paddle_that_passes_a_disc_has_missed_it() -> None:
+    """A disc that a moving edge goes through, step by step as if nothing were there, is a missed impact."""
+    scene = Scene(
+        name="swatter",
+        discs=[Disc(position_m=(0.0, 0.0), radius_m=0.125)],
+        walls=[Chain(points_m=((-4.0, -1.0), (-4.0, 1.0)), velocity_m_s=(16.0, 0.0))],
+        duration_s=0.5,
+    )
+    watch = StepWatch(scene, 1 / 16, 64)
+    for step in range(1, 9):
+        watch.add(step / 16, np.zeros((1, 2)), np.zeros((1, 2)), np.zeros(1))
+    told = watch.finish()
+    assert [int(window["missed"]) for window in told.windows] == [1]
+    assert math.isclose(float(told.meetings[0]["due_s"]), (4.0 - 0.125) / 16.0)
+
+
+def test_a_trace_in_which_a_driven_wall_moves_otherwise_is_refused() -> None:
+    """The velocity of a wall is the scene's: a trace that tells another one is no trace of the scene."""
+    truth = solve_pic(paddle())
+    impacts = truth.impacts.copy()
+    impacts["velocity_second_before"] = (0.0, 0.0)
+    with pytest.raises(InputError, match=r"velocity_second_before of impact 0 .* a wall that is driven has 1, 0"):
+        compare(truth, replace(truth, impacts=impacts))
+
+
+def test_impacts_after_the_end_are_not_asked_for() -> None:
+    """Where the last step reaches beyond the scene's end, an impact beyond it is none."""
+    scene = Scene(
+        name="late",
+        discs=[Disc(position_m=(1.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5)],
+        walls=[Wall(point_m=(3.505, 0.0), normal=(-1.0, 0.0))],
+        duration_s=2.004,
+    )
+    (row,) = carom.cross_check([scene], ["pit"], dts=[1 / 60], timing=False).rows
+    assert row.trace is not None
+    assert len(row.trace.impacts) == 0
+    assert np.allclose(row.trace.final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
+    assert row.trace.final_velocity_m_s.tolist() == [[1.0, 0.0]]
