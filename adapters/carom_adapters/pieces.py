@@ -1,18 +1,72 @@
-"""The pieces into which a chain of straight edges is cut for engines."""
+"""What engines are given of walls that end: pieces of chains, how thick the thinnest are, and what they do at once."""
 
 from __future__ import annotations
 
-from carom.adapter import Chain
+import math
+from collections.abc import Iterable
+from dataclasses import replace
 
-__all__ = ["points_of"]
+from carom.adapter import Chain, Contact, Ring, Scene, wall_body
+
+__all__ = ["THINNEST", "cut_chain", "pieced", "points_of", "summed", "thickness_of"]
 
 Point = tuple[float, float]
+
+#: Half the width of a solid that stands for a wall of none, over the smallest radius: no more than positions are
+#: rounded by in an engine of 64 bits.
+THINNEST = 1e-12
 
 
 def points_of(chain: Chain) -> list[Point]:
     """Return the ends of all pieces in order; the first point of a closed chain is not told again at its end."""
     points = [point for edge in chain.outline.edges for point in _cut(edge.a, edge.b, chain.pieces)]
     return points if chain.closed else [*points, chain.points_m[-1]]
+
+
+def cut_chain(chain: Chain) -> list[tuple[Point, Point]]:
+    """Return where each piece of a chain begins and ends."""
+    points = points_of(chain)
+    return list(zip(points, [*points[1:], *points[:1]] if chain.closed else points[1:], strict=False))
+
+
+def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
+    """Return the radius with which a solid stands for a wall: a chain's half width, or a circle's outer radius.
+
+    An engine of solids has none without a width; for that one stands which no disc can tell from it.
+    """
+    outer = wall.half_width_m if isinstance(wall, Chain) else wall.radius_m + wall.half_width_m
+    return outer or THINNEST * min(disc.radius_m for disc in scene.discs)
+
+
+def pieced(scene: Scene) -> frozenset[int]:
+    """Return the numbers of the walls that are several pieces."""
+    chains = ((k, wall) for k, wall in enumerate(scene.walls) if isinstance(wall, Chain))
+    return frozenset(wall_body(k) for k, wall in chains if len(cut_chain(wall)) > 1)
+
+
+def summed(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact, ...]:
+    """Return contacts of one time, with what several pieces of one of these walls gave a disc told as one, their sum.
+
+    Pieces that face one another and push as hard have no sum, and stay as they are.
+    """
+    groups: dict[object, list[Contact]] = {}
+    for number, contact in enumerate(contacts):
+        pair = (contact.first, contact.second)
+        groups.setdefault(pair if contact.second in walls else number, []).append(contact)
+    return tuple(one for group in groups.values() for one in _sum(group))
+
+
+def _sum(group: list[Contact]) -> list[Contact]:
+    pushes = [(one.normal, one.impulse_n_s or 0.0, one.tangential_impulse_n_s) for one in group]
+    along = [math.fsum(normal[axis] * push for normal, push, _ in pushes) for axis in (0, 1)]
+    size = math.hypot(*along)
+    if len(group) == 1 or size == 0.0:
+        return group
+    nx, ny = along[0] / size, along[1] / size
+    x = along[0] - math.fsum(normal[1] * (rub or 0.0) for normal, _, rub in pushes)
+    y = along[1] + math.fsum(normal[0] * (rub or 0.0) for normal, _, rub in pushes)
+    rub = None if pushes[0][2] is None else y * nx - x * ny
+    return [replace(group[0], normal=(nx, ny), impulse_n_s=x * nx + y * ny, tangential_impulse_n_s=rub)]
 
 
 def _cut(a: Point, b: Point, pieces: int) -> list[Point]:

@@ -69,7 +69,8 @@ class Need(StrEnum):
 
     WALLS = "walls"
     SEGMENTS = "walls of straight edges"
-    ARCS = "walls of arcs or circles"
+    ARCS = "walls of arcs, or circles around a disc"
+    POSTS = "circles met from outside"
     WALL_MATERIALS = "walls of their own restitution or friction"
     IMMOVABLE = "immovable discs"
     DRIVEN_DISCS = "driven discs"
@@ -260,11 +261,12 @@ class Scene(Drawn, Model):
         start = self.arrays
         least_wall = min((material.restitution for material in start.materials), default=1.0)
         finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
-        bent = [isinstance(wall, Ring) or any(wall.bulges) for wall in finite]
+        around = [self._encloses(wall) if isinstance(wall, Ring) else any(wall.bulges) for wall in finite]
         wanted = {
             Need.WALLS: bool(self.walls),
             Need.SEGMENTS: any(isinstance(wall, Chain) and not (wall.bulges and all(wall.bulges)) for wall in finite),
-            Need.ARCS: any(bent),
+            Need.ARCS: any(around),
+            Need.POSTS: any(isinstance(wall, Ring) and not bent for wall, bent in zip(finite, around, strict=True)),
             Need.WALL_MATERIALS: start.wall_materials is not None,
             Need.IMMOVABLE: any(disc.immovable and not disc.driven for disc in self.discs),
             Need.DRIVEN_DISCS: any(disc.driven for disc in self.discs),
@@ -278,6 +280,10 @@ class Scene(Drawn, Model):
             or (start.rubs_walls and self.wall_tangential_restitution != 0.0),
         }
         return frozenset(need for need, is_needed in wanted.items() if is_needed)
+
+    def _encloses(self, ring: Ring) -> bool:
+        """Whether a disc is inside a circle at time 0, and so until the end: no centre crosses a wall."""
+        return any(math.dist(disc.position_m, ring.centre_m) < ring.radius_m for disc in self.discs)
 
     def half_planes(self) -> tuple[Wall, ...]:
         """Return the walls of a scene that has no others.

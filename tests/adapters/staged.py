@@ -77,6 +77,22 @@ def along_a_floor(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_
     )
 
 
+def at_a_paddle(phase: float, *, disc: bool = False, half_width_m: float = 0.0) -> Scene:
+    """Return a disc at 2 m/s that an edge, or a disc, driven at 1 m/s the other way sends back: at -4 m/s, 2 V - v."""
+    dt_s, radius = 1 / 60, 0.25
+    # The two close at 3 m/s: twelve steps and a phase until they touch, and as many after.
+    gap_m = (12 + phase) * dt_s * 3
+    flying = Disc(position_m=(-gap_m - radius - half_width_m, 0), velocity_m_s=(2, 0), radius_m=radius)
+    mallet = Disc(position_m=(0.5, 0), velocity_m_s=(-1, 0), radius_m=0.5, mass_kg=math.inf, driven=True)
+    paddle = Chain(points_m=[(0, -1), (0, 1)], velocity_m_s=(-1, 0), half_width_m=half_width_m)
+    return Scene(
+        name="at a paddle",
+        discs=[flying, mallet] if disc else [flying],
+        walls=[] if disc else [paddle],
+        duration_s=26 * dt_s,
+    )
+
+
 def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scene:
     """Return a disc that flies q of its reach a step, head-on at an edge, and is there this fraction of a step later.
 

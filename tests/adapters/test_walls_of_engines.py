@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.adapters.staged import along_a_floor, at_a_thin_wall
+from tests.adapters.staged import along_a_floor, at_a_paddle, at_a_thin_wall
 
 from carom import Chain, Disc, Scene
 from carom.adapter import Adapter, Observation
@@ -18,16 +18,15 @@ Named = Callable[[str], Adapter]
 STARTS = 32
 
 #: Half widths with which an engine is run: what has no thickness, where that can be built.
-HALF_WIDTHS = {"pymunk": 0.0, "box2d": 0.0}
+HALF_WIDTHS = {"pymunk": 0.0, "box2d": 0.0, "mujoco": 0.02}
 #: What of a velocity of some 5 m/s is its rounding, and what is left of it in a floor in pieces.
 ROUNDING_M_S = {"pymunk": 1e-12, "box2d": 0.0}
 #: Engines that look once a step for a disc in a wall, and no further.
-LOOKING = ["pymunk"]
+LOOKING = [("pymunk", "default"), ("pymunk", "tuned"), ("mujoco", "no-ccd")]
 
 
 @pytest.mark.parametrize("q", [0.9, 1.5, 3.0, 20.0])
-@pytest.mark.parametrize("profile", ["default", "tuned"])
-@pytest.mark.parametrize("name", LOOKING)
+@pytest.mark.parametrize(("name", "profile"), LOOKING)
 def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
     named: Named, finish: Finish, name: str, profile: str, q: float
 ) -> None:
@@ -37,6 +36,53 @@ def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
         scene = at_a_thin_wall(q, k / STARTS, half_width_m=HALF_WIDTHS[name])
         passed += finish(adapter, scene, 1 / scene.frame_rate_hz, profile).position_m[0, 0] > 0
     assert abs(passed - STARTS * max(0.0, 1 - 1 / q)) <= 1
+
+
+def test_what_mujoco_foresees_passes_no_thin_wall_and_what_its_springs_meet_passes_all(
+    named: Named, finish: Finish
+) -> None:
+    """Tuned, a disc comes back at each of sixteen starts up to twenty reaches a step; by the spring of its users none.
+
+    The spring of 1,000 /s^2 takes the depth v / sqrt(1000) to stop a disc: from 3.2 m/s on, its centre is past a wall.
+    """
+    adapter = named("mujoco")
+    for q in (0.9, 3.0, 20.0):
+        for k in range(16):
+            scene = at_a_thin_wall(q, k / 16)
+            seen = finish(adapter, scene, 1 / 60, "tuned")
+            np.testing.assert_allclose(seen.velocity_m_s[0], -np.array(scene.discs[0].velocity_m_s), rtol=1e-12)
+            assert finish(adapter, scene, 1 / 60, "default").position_m[0, 0] > 0
+
+
+@pytest.mark.parametrize("disc", [False, True])
+@pytest.mark.parametrize(("name", "rounding"), [("pymunk", 1e-12), ("box2d", 2e-6), ("mujoco", 4e-12)])
+def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
+    named: Named, finish: Finish, name: str, rounding: float, *, disc: bool
+) -> None:
+    """Tuned, an edge and a disc at -1 m/s send a disc of 2 m/s back at -4 m/s, 2 V - v, at each of sixteen starts."""
+    for k in range(16):
+        scene = at_a_paddle(k / 16, disc=disc)
+        seen = finish(named(name), scene, 1 / 60, "tuned")
+        np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=rounding)
+
+
+def test_a_paddle_that_mujoco_moves_from_place_to_place_is_at_rest_for_contacts() -> None:
+    """A `mocap` body that goes at -1 m/s sends a disc of 2 m/s back at -2 m/s at sixteen starts, as one at rest."""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_string(
+        """<mujoco><option timestep="0.01" gravity="0 0 0" integrator="Euler" jacobian="dense"/>
+        <default><geom condim="1" solref="0 -200" solimp="0.9999 0.9999 0.001 0.5 2"/></default>
+        <worldbody><body mocap="true"><geom type="box" size="0.01 1 1"/></body>
+        <body><joint type="slide" axis="1 0 0"/><geom type="sphere" size="0.25" mass="1"/></body>
+        </worldbody></mujoco>"""
+    )
+    for k in range(16):
+        data = mujoco.MjData(model)
+        data.qpos[0], data.qvel[0] = -1.0 - 0.03 * k / 16, 2.0
+        for step in range(60):
+            data.mocap_pos[0] = (-0.01 * step, 0, 0)
+            mujoco.mj_step(model, data)
+        assert data.qvel[0] == pytest.approx(-2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("q", [0.9, 1.5, 3.0, 19.0])

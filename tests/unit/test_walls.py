@@ -136,6 +136,7 @@ def test_what_a_scene_with_finite_walls_needs() -> None:
     assert scene(Chain(points_m=[(1, 1), (2, 2)])).needs == {Need.WALLS, Need.SEGMENTS}
     assert scene(STADIUM).needs == {Need.WALLS, Need.SEGMENTS, Need.ARCS}
     assert scene(Ring(centre_m=(0, 0), radius_m=3)).needs == {Need.WALLS, Need.ARCS}
+    assert scene(Ring(centre_m=(0, -3), radius_m=1)).needs == {Need.WALLS, Need.POSTS}
     own = {Need.WALLS, Need.WALL_MATERIALS, Need.RESTITUTION}
     assert scene(Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5)).needs == own
     rubs = scene(Wall(point_m=(0, -9), normal=(0, 1), friction=0.5))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from carom.adapter import Scene, Setting, require_supported
+from carom.adapter import Scene, Setting, require_supported, wall_index
 from carom_adapters.code import comment, steps_of
 from carom_adapters.mujoco.limits import CAPABILITIES, answers_in_turn, require_usable
-from carom_adapters.mujoco.model import mass_unit, mjcf
+from carom_adapters.mujoco.model import in_order_of_bodies, mass_unit, mjcf
 
 __all__ = ["code"]
 
@@ -53,10 +53,19 @@ def _with_defaults(model: ElementTree.Element) -> ElementTree.Element:
 
 
 def _with_start(model: ElementTree.Element, scene: Scene, settings: Mapping[str, Setting]) -> ElementTree.Element:
-    """Add the keyframe from which the model starts: coordinates and velocities of each movable disc's joints."""
+    """Add the keyframe from which the model starts: coordinates and velocities of each moving body's joints."""
     places: list[float] = []
     speeds: list[float] = []
-    for disc in scene.discs:
+    for number in in_order_of_bodies(scene):
+        if number < 0:
+            wall = scene.walls[wall_index(number)]
+            places += [0.0, 0.0] * wall.driven
+            speeds += [*wall.velocity_m_s] * wall.driven
+            continue
+        disc = scene.discs[number]
+        if disc.driven:
+            places += [*disc.position_m, *([0.0] * scene.arrays.turns)]
+            speeds += [*disc.velocity_m_s, *([disc.spin_rad_s] * scene.arrays.turns)]
         if disc.immovable:
             continue
         x, y, vx, vy, turns = *disc.position_m, *disc.velocity_m_s, disc.inertia_factor < float("inf")

@@ -86,6 +86,11 @@ LEAST_FRICTION = 1e-5
 LARGEST_FRICTION = 1e30
 
 CAPABILITIES = Capabilities(
+    segments=True,
+    posts=True,
+    wall_materials=True,
+    driven_walls=True,
+    driven_discs=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),

@@ -6,10 +6,11 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 
-from carom.adapter import Scene, Setting, wall_body
+from carom.adapter import Chain, Ring, Scene, Setting, Wall, reach, wall_body, wall_index
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
+from carom_adapters.pieces import cut_chain, thickness_of
 
-__all__ = ["dampings_about", "mass_unit", "mjcf"]
+__all__ = ["body_of", "dampings_about", "in_order_of_bodies", "mass_unit", "mjcf", "names_of_wall"]
 
 #: `mju_QCQP2`, which fits friction into its cone, gives none where its determinant, friction**4 / mass**2 of a contact
 #: or more, is below 1e-10, and takes for exact what is wrong by 1e-10 N^2. In units in which the heaviest disc has this
@@ -21,6 +22,14 @@ IMPEDANCE = 0.9999
 
 #: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
 CYLINDER_TIPS = 7 / 12
+
+
+#: The mass of a body that is driven, over the heaviest disc's: an impact changes its velocity by 1e-13 of the closing.
+#: MuJoCo has no body that moves and is not pushed: for contacts one that is moved (``mocap``) is at rest.
+DRIVEN_MASS = 2.0**44
+#: The same where the solver ends at a tolerance: from 2**34 on its cost is rounded by more than that, and a spring's
+#: push comes out too large, by 1.3 of the closing speed at 2**44.
+DRIVEN_MASS_IN_TOLERANCE = 2.0**28
 
 
 def _solref(stiffness: float, restitution: float, dt_s: float) -> tuple[float, float]:
@@ -54,10 +63,9 @@ def mass_unit(scene: Scene, settings: Mapping[str, Setting]) -> float:
     """Return how many of the model's units of mass a kilogram is: 1, or a power of two where friction needs another."""
     if not answers_in_turn(scene, settings):
         return 1.0
-    heaviest = max(disc.mass_kg for disc in scene.discs if not disc.immovable)
-    rubbing = [(scene.arrays.rubs_discs, scene.friction), (scene.arrays.rubs_walls, scene.wall_friction)]
-    least = min(friction for rubs, friction in rubbing if rubs)
-    return 2.0 ** math.floor(math.log2(min(1.0, MASS_OVER_FRICTION_SQUARED * least**2) / heaviest))
+    frictions = [scene.friction] * scene.arrays.rubs_discs + [wall.friction for wall in scene.arrays.materials]
+    least = min(friction for friction in frictions if friction > 0)
+    return 2.0 ** math.floor(math.log2(min(1.0, MASS_OVER_FRICTION_SQUARED * least**2) / _heaviest(scene)))
 
 
 def _attributes(**values: object) -> str:
@@ -71,15 +79,20 @@ def _friction(friction: float) -> dict[str, object]:
 
 
 def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
-    """Return the model. A geom is named by its body's number, which is how contacts find their bodies again."""
+    """Return the model. A geom is named by its body's number, which is how contacts find their bodies again.
+
+    Bodies that are driven come last.
+    """
     dt_s, stiffness = float(settings["dt_s"]), float(settings["stiffness"])
     listed = {"contype": "0", "conaffinity": "0"} if lists_pairs(scene, settings) else {}
     shared = listed | ({"solimp": str(settings["solimp"])} if "solimp" in settings else {})
     unit = mass_unit(scene, settings)
+    # Those that are held meet those that move alone: a driven body goes through walls.
+    held = {"contype": "0"} if scene.arrays.driven and not listed else {}
 
-    def geom(number: int, restitution: float, friction: float, **values: object) -> str:
+    def geom(name: str | int, restitution: float, friction: float, **values: object) -> str:
         solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
-        return f"<geom {_attributes(name=str(number), solref=solref, **_friction(friction), **shared, **values)}/>"
+        return f"<geom {_attributes(name=str(name), solref=solref, **_friction(friction), **shared, **values)}/>"
 
     def disc(i: int) -> str:
         body = scene.discs[i]
@@ -89,7 +102,10 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
             shape = {"type": "cylinder", "size": f"{body.radius_m!r} {body.radius_m!r}"}
         friction = scene.friction if scene.arrays.turns else 0.0
         if body.immovable:
-            return geom(i, scene.restitution, friction, pos=place, **shape)
+            place = "0 0 0" if body.driven else place
+            made = geom(i, scene.restitution, friction, pos=place, **shape, **held)
+            turns = scene.arrays.turns
+            return f"{_driven(scene, settings, turns=turns)}{made}</body>" if body.driven else made
         made = geom(i, scene.restitution, friction, **shape)
         if scene.arrays.turns:
             return f"<body>{_turning(scene, settings, i, unit)}{made}</body>"
@@ -103,28 +119,80 @@ def mjcf(scene: Scene, settings: Mapping[str, Setting]) -> str:
         made = geom(i, scene.restitution, friction, mass=body.mass_kg, **shape)
         return f"<body>{_free_joint(damped)}{made}</body>"
 
-    planes = scene.half_planes()
-
     def wall(k: int) -> str:
-        half_plane = planes[k]
-        return geom(
-            wall_body(k),
-            scene.wall_restitution,
-            scene.wall_friction,
-            type="plane",
-            size="0 0 1",  # infinite
-            pos="{!r} {!r} 0".format(*half_plane.point_m),
-            zaxis="{!r} {!r} 0".format(*half_plane.normal),
+        material = scene.arrays.materials[k]
+        made = "".join(
             # The geom of higher priority decides alone; MuJoCo would take the larger damping, and friction, of the two
             # otherwise.
-            priority="1",
+            geom(name, material.restitution, material.friction, **shape, priority="1", **held)
+            for name, shape in zip(names_of_wall(scene, k), _shapes_of_wall(scene, k, dt_s), strict=True)
         )
+        return f"{_driven(scene, settings)}{made}</body>" if scene.walls[k].driven else made
 
-    bodies = "\n".join([*map(disc, range(len(scene.discs))), *map(wall, range(len(scene.walls)))])
+    bodies = "\n".join(disc(one) if one >= 0 else wall(wall_index(one)) for one in in_order_of_bodies(scene))
     world = f"{_option(scene, settings)}<worldbody>\n{bodies}\n</worldbody>"
     if lists_pairs(scene, settings):
         world += f"<contact>\n{_pairs(scene, settings)}\n</contact>"
     return f"<mujoco>{world}</mujoco>"
+
+
+def in_order_of_bodies(scene: Scene) -> list[int]:
+    """Return discs and walls in the order of the model, by their bodies' numbers: those that are driven come last."""
+    bodies = [*range(len(scene.discs)), *map(wall_body, range(len(scene.walls)))]
+    return sorted(bodies, key=lambda one: (scene.discs[one] if one >= 0 else scene.walls[wall_index(one)]).driven)
+
+
+def body_of(geom: str) -> int:
+    """Return the number of the body that a geom of this name is of."""
+    return int(geom.partition("/")[0])
+
+
+def names_of_wall(scene: Scene, k: int) -> list[str]:
+    """Return what the geoms of a wall are named: by its number and, where there are pieces, by theirs."""
+    wall, number = scene.walls[k], str(wall_body(k))
+    pieces = len(cut_chain(wall)) if isinstance(wall, Chain) else 1
+    return [number] if pieces == 1 else [f"{number}/{piece}" for piece in range(pieces)]
+
+
+def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]]:
+    """Return what the geoms of a wall are: a plane, a capsule for each piece of a chain, or a sphere for a circle."""
+    wall = scene.walls[k]
+    if isinstance(wall, Ring):
+        return [{"type": "sphere", "size": thickness_of(scene, wall), "pos": "{!r} {!r} 0".format(*wall.centre_m)}]
+    if isinstance(wall, Chain):
+        ends = ["{!r} {!r} 0 {!r} {!r} 0".format(*a, *b) for a, b in cut_chain(wall)]
+        return [{"type": "capsule", "size": thickness_of(scene, wall), "fromto": one} for one in ends]
+    facing = {"zaxis": "{!r} {!r} 0".format(*wall.normal)}
+    if not wall.driven:
+        return [{"type": "plane", "size": "0 0 1", "pos": "{!r} {!r} 0".format(*wall.point_m), **facing}]  # infinite
+    # A plane does not move: a box is as deep and wide as a disc can get.
+    half = _half_of_box(scene, wall, dt_s)
+    (x, y), (nx, ny) = wall.point_m, wall.normal
+    place = f"{x - half * nx!r} {y - half * ny!r} 0"
+    return [{"type": "box", "size": f"{half!r} {half!r} {half!r}", "pos": place, **facing}]
+
+
+def _half_of_box(scene: Scene, wall: Wall, dt_s: float) -> float:
+    """Return half the side of a box of which no disc sees another face than the one that `point_m` is the middle of."""
+    centre, radius = reach(scene, dt_s)
+    drift = math.hypot(*wall.velocity_m_s) * (scene.duration_s + dt_s)
+    return 2.0 * (radius + drift + math.dist(centre, wall.point_m))
+
+
+def _heaviest(scene: Scene) -> float:
+    return max((disc.mass_kg for disc in scene.discs if not disc.immovable), default=1.0)
+
+
+def _driven(scene: Scene, settings: Mapping[str, Setting], *, turns: bool = False) -> str:
+    """Return the start of a body that is driven: it slides, and may turn, of a mass that impacts do not move."""
+    ratio = DRIVEN_MASS if settings.get("tolerance") == 0 else DRIVEN_MASS_IN_TOLERANCE
+    mass = ratio * mass_unit(scene, settings) * _heaviest(scene)
+    inertia = mass * max(disc.radius_m for disc in scene.discs) ** 2
+    hinge = '<joint type="hinge" axis="0 0 1"/>' if turns else ""
+    return (
+        f'<body gravcomp="1"><inertial pos="0 0 0" mass="{mass!r}" diaginertia="{" ".join([repr(inertia)] * 3)}"/>'
+        f'<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>{hinge}'
+    )
 
 
 def _option(scene: Scene, settings: Mapping[str, Setting]) -> str:
@@ -183,25 +251,26 @@ def _pairs(scene: Scene, settings: Mapping[str, Setting]) -> str:
     """Return every pair of a disc with another body, not both immovable, with a contact of its own."""
     dt_s, stiffness, discs = float(settings["dt_s"]), float(settings["stiffness"]), scene.discs
     solimp = {"solimp": str(settings["solimp"])} if "solimp" in settings else {}
-    pairs = [
+    pairs: list[tuple[int, str | int, float, float]] = [
         (i, j, scene.restitution, scene.friction)
         for i in range(len(discs))
         for j in range(i + 1, len(discs))
         if not (discs[i].immovable and discs[j].immovable)
     ]
     pairs += [
-        (i, wall_body(k), scene.wall_restitution, scene.wall_friction)
+        (i, name, material.restitution, material.friction)
         for i in range(len(discs))
-        for k in range(len(scene.walls))
+        for k, material in enumerate(scene.arrays.materials)
+        for name in names_of_wall(scene, k)
         if not discs[i].immovable
     ]
 
-    def pair(i: int, j: int, restitution: float, friction: float) -> str:
+    def pair(i: int, j: str | int, restitution: float, friction: float) -> str:
         rubs: dict[str, object] = {"condim": "1"}
         if friction > 0:
             rubs = {"condim": "3", "friction": f"{friction!r} {friction!r} 0 0 0"}
             if answers_in_turn(scene, settings):
-                met = tuple(body for body in (i, j) if body >= 0)
+                met = (i, j) if isinstance(j, int) else (i,)
                 rubs["solreffriction"] = "{!r} {!r}".format(*_solreffriction(scene, met, dt_s))
         solref = "{!r} {!r}".format(*_solref(stiffness, restitution, dt_s))
         return f"<pair {_attributes(geom1=str(i), geom2=str(j), solref=solref, **rubs, **solimp)}/>"

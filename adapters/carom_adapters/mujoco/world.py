@@ -29,7 +29,8 @@ from carom_adapters.mujoco.limits import (
     MJCF_INTEGRATORS,
     require_usable,
 )
-from carom_adapters.mujoco.model import dampings_about, mass_unit, mjcf
+from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
+from carom_adapters.pieces import pieced, summed
 
 __all__ = ["MujocoWorld"]
 
@@ -92,10 +93,15 @@ class MujocoWorld:
         # each of which makes more of a rounding across the plane, those of free spheres do.
         self._leans = settings.get("shape", "sphere") == "cylinder" or settings["joints"] == "free"
         self._unit = mass_unit(scene, settings)
-        self._movable = np.array([i for i, disc in enumerate(scene.discs) if not disc.immovable], dtype=np.intp)
+        self._pieced = pieced(scene)
+        discs = [one for one in in_order_of_bodies(scene) if one >= 0]
+        # Those that are driven are bodies of MuJoCo's that move, too.
+        moving = [i for i in discs if scene.discs[i].driven or not scene.discs[i].immovable]
+        self._movable = np.array(moving, dtype=np.intp)
         self._position = np.array([disc.position_m for disc in scene.discs], dtype=np.float64)
+        self._jointed = any(not disc.immovable for disc in scene.discs)
         self._velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
-        self._number = [int(self._model.geom(i).name) for i in range(self._model.ngeom)]
+        self._number = [body_of(self._model.geom(i).name) for i in range(self._model.ngeom)]
         self._spin = scene.arrays.spins.copy()
         # Where x and y of each movable disc stand, which is a body of the model in this order; and who has a spin, the
         # last of its coordinates.
@@ -111,12 +117,16 @@ class MujocoWorld:
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
-        turning = np.isfinite(scene.arrays.inertia[self._movable]) & self._turns
+        driven = [scene.discs[i].driven for i in moving]
+        turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns
         self._turning = self._movable[turning]
         self._about = (model.body_dofadr[movable] + model.body_dofnum[movable] - 1)[turning]
         self._data.qpos[self._at] = self._position[self._movable]
         self._data.qvel[self._moves] = self._velocity[self._movable]
         self._data.qvel[self._about] = self._spin[self._turning]
+        for place, wall in enumerate(wall for wall in scene.walls if wall.driven):
+            begin = model.body_dofadr[1 + len(moving) + place]
+            self._data.qvel[begin : begin + 2] = wall.velocity_m_s
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -143,7 +153,7 @@ class MujocoWorld:
             "damping": abs(float(model.geom("0").solref[1])),
             "solimp": " ".join(f"{value:g}" for value in model.geom("0").solimp),
         }
-        if model.njnt and not self._turns:
+        if self._jointed and not self._turns:
             slide = model.jnt_type[0] == mujoco.mjtJoint.mjJNT_SLIDE
             read["joints"] = "slide" if slide else "free"
         if self._turns:
@@ -168,7 +178,7 @@ class MujocoWorld:
         position[self._movable] = self._data.qpos[self._at]
         velocity[self._movable] = self._data.qvel[self._moves]
         spin[self._turning] = self._data.qvel[self._about]
-        contacts = tuple(self._contacts())
+        contacts = summed(self._contacts(), self._pieced)
         return Observation(position, velocity, contacts, self._warning(), spin if self._turns else None)
 
     def _contacts(self) -> list[Contact]:

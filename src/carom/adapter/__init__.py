@@ -40,7 +40,7 @@ from carom.adapter.reading import one_coefficient, wall_towards
 from carom.adapter.units import scaled, unscaled
 from carom.errors import AdapterError
 from carom.scene import Disc, Need, Scene, Wall
-from carom.trace import Setting, wall_body
+from carom.trace import Setting, wall_body, wall_index
 from carom.walls import Chain, Ring
 
 __all__ = [
@@ -83,5 +83,6 @@ __all__ = [
     "unscaled",
     "unsupported_reason",
     "wall_body",
+    "wall_index",
     "wall_towards",
 ]

@@ -88,6 +88,7 @@ class Capabilities:
         walls: Half-plane walls.
         segments: Walls of straight edges, from both sides.
         arcs: Walls of arcs and circles, from both sides.
+        posts: Circles, from outside; who has arcs need not say so.
         wall_materials: Whether walls can have a restitution and friction of their own.
         immovable_discs: Discs of infinite mass.
         driven_walls: Walls that move at a velocity of their own.
@@ -152,6 +153,7 @@ class Capabilities:
     damping: bool = False
     driven_walls: bool = False
     driven_discs: bool = False
+    posts: bool = False
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,7 @@ _OF_ADAPTER = {
     "refuses-unknown-setting": settings.refuses_unknown_setting,
     "edges": walls.edges_as_declared,
     "circles": walls.circles_as_declared,
+    "posts": walls.posts_as_declared,
     "wall-materials": walls.materials_as_declared,
     "driven-walls": walls.paddles_as_declared,
     "driven-discs": walls.mallets_as_declared,

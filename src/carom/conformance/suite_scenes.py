@@ -22,6 +22,7 @@ __all__ = [
     "LOCATED_SCENES",
     "alone",
     "approach",
+    "at_a_circle",
     "bounce_and_pair",
     "bullet",
     "crowd",
@@ -192,6 +193,17 @@ def in_and_out(restitution: float) -> Scene:
     return Scene(
         name=f"conformance-circle-{restitution:g}",
         discs=[Disc(position_m=(x, 0), velocity_m_s=(v, 0), radius_m=0.5) for x, v in ((0.99, 3), (4.51, -3))],
+        walls=[Ring(centre_m=(0, 0), radius_m=2.5)],
+        wall_restitution=restitution,
+        duration_s=0.6,
+    )
+
+
+def at_a_circle(restitution: float) -> Scene:
+    """A circle that a disc meets from outside at 3 m/s, head-on."""
+    return Scene(
+        name=f"conformance-outside-{restitution:g}",
+        discs=[Disc(position_m=(4.51, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
         walls=[Ring(centre_m=(0, 0), radius_m=2.5)],
         wall_restitution=restitution,
         duration_s=0.6,

@@ -110,6 +110,7 @@ _SAID = {
     "walls": ("walls", ""),
     "segments": ("walls of straight edges", ""),
     "arcs": ("walls of arcs and circles", ""),
+    "posts": ("circles from outside", ""),
     "wall_materials": ("walls of their own restitution or friction", ""),
     "immovable_discs": ("immovable discs", ""),
     "driven_walls": ("driven walls", ""),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from carom.adapter.checks import COMBINE_RULES
 from carom.conformance.checks.common import end_with_velocities, require_supported
 from carom.conformance.subject import Subject
-from carom.conformance.suite_scenes import either_side, in_and_out, mallet, paddle, two_walls
+from carom.conformance.suite_scenes import at_a_circle, either_side, in_and_out, mallet, paddle, two_walls
 from carom.conformance.violation import NotApplicable, Setup
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "mallets_as_declared",
     "materials_as_declared",
     "paddles_as_declared",
+    "posts_as_declared",
 ]
 
 
@@ -35,6 +36,16 @@ def circles_as_declared(subject: Subject) -> None:
     setup = Setup(in_and_out(e))
     require_supported(subject, setup)
     end_with_velocities(subject, setup, [(-3 * e, 0.0), (3 * e, 0.0)], "a circle")
+
+
+def posts_as_declared(subject: Subject) -> None:
+    """A disc comes back from a circle that it meets from outside."""
+    can, e = subject.capabilities(), subject.capabilities().restitution[1]
+    if not (can.posts or can.arcs):
+        raise NotApplicable("neither posts nor arcs is declared")
+    setup = Setup(at_a_circle(e))
+    require_supported(subject, setup)
+    end_with_velocities(subject, setup, [(3 * e, 0.0)], "a circle")
 
 
 def paddles_as_declared(subject: Subject) -> None:
