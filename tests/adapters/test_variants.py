@@ -82,7 +82,7 @@ def test_every_profile_that_an_engine_lacks_has_its_reason() -> None:
     grid = build_grid(results)
     columns = grid.columns
     profiles = {method.profile for method in columns}
-    assert profiles == {"default", "tuned", "located", "no-ccd", "cylinder", "cylinder-plain"}
+    assert profiles == {"default", "tuned", "located", "no-ccd", "resting", "cylinder", "cylinder-plain"}
     said = markdown(cross_check_document(results))
     reasons = dict(re.findall(r"^- (\w+ has no profile [\w-]+): (.+)$", said, re.MULTILINE))
     for info in results.engines:
@@ -113,5 +113,5 @@ def test_by_default_no_variant_is_run() -> None:
 
 def test_a_profile_that_an_engine_lacks_is_explained_from_what_it_declares(engine: Adapter) -> None:
     """The reason for a missing profile follows from the engine's capabilities, and none is missing without one."""
-    for profile in {"no-ccd", "cylinder", "cylinder-plain"} - set(engine.profiles):
+    for profile in {"no-ccd", "resting", "cylinder", "cylinder-plain"} - set(engine.profiles):
         assert "offers no such profile" not in missing_profile_reason(profile, engine.capabilities)

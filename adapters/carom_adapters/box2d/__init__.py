@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from carom.adapter import Engine, Knob, Profile, Setting
@@ -47,6 +48,16 @@ def _no_ccd(dt_s: float) -> dict[str, Setting]:
     return {**_tuned(dt_s), "sweep": "none"}
 
 
+def _resting(dt_s: float) -> dict[str, Setting]:
+    # Box2D bounces off the speed at the end of a step, with that step's fall in it: a ball that gets e of it back hops
+    # for ever at about ``g dt / (1 - e)``, unless a contact as slow as that is inelastic. This limit is the least power
+    # of two that is 2.5 steps' fall under 10 m/s^2 or more: a ball with e up to 0.6 comes to rest, one with more where
+    # steps are so long that the limit is well above.
+    steps_fall_m_s = 2.5 * 10.0 * dt_s
+    scale = 2.0 ** math.floor(math.log2(THRESHOLD_M_S / steps_fall_m_s))
+    return {**_tuned(dt_s), "velocity_scale": min(max(scale, 1.0), VELOCITY_SCALE)}
+
+
 def _located(dt_s: float) -> dict[str, Setting]:
     # A warm start begins with the last impulse times the ratio of the two steps, without limit, where bodies touch on.
     return {**_no_ccd(dt_s), "warmStarting": False}
@@ -89,6 +100,12 @@ adapter = EngineAdapter(
         "tuned": tuned("slow contacts bounce, overlaps are never pushed apart, and fast discs are swept", _tuned),
         "located": located("Box2D's own contact test", _located, but=" without sweeping"),
         "no-ccd": Profile("The tuned settings without continuous detection: no disc is swept.", _no_ccd),
+        "resting": Profile(
+            "The tuned settings for balls that come to rest, which with those hop for ever: contacts slower than 2.5 "
+            "steps' fall, or a little more, are inelastic.",
+            _resting,
+            capabilities=replace(CAPABILITIES, restitution_threshold_m_s=THRESHOLD_M_S),
+        ),
     },
     world=Box2dWorld,
     code=code,

@@ -113,6 +113,7 @@ _DASHES: dict[str, Any] = {
     "ccd": (0, (6, 1.5, 1, 1.5, 1, 1.5)),
     "event-driven": (0, (9, 2)),
     "no-ccd": (0, (2, 2)),
+    "resting": (0, (8, 2, 2, 2)),
     "cylinder": (0, (4, 1, 1, 1)),
     "cylinder-plain": (0, (1, 3)),
 }

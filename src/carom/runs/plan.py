@@ -154,6 +154,8 @@ def missing_profile_reason(profile: str, capabilities: Capabilities) -> str:
     """Return why a method that declares these capabilities has no profile of this name, as far as that can be told."""
     if profile.startswith("cylinder") and capabilities.dimensions == 2:
         return "its discs are two-dimensional: there is nothing to tip over"
+    if profile == "resting":
+        return "no setting of its own is known that brings discs to rest better than the tuned ones"
     if profile == "no-ccd" and not capabilities.continuous_detection:
         return "it has no continuous detection that could be left out"
     if capabilities.contact_times is ContactTimes.SOLVED:

@@ -1,0 +1,151 @@
+"""Discs that bounce out, roll on and are held: what each engine makes of it, from eight starts each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
+
+from carom import Disc
+from carom.adapter import Adapter, Observation, Setting
+
+Named = Callable[[str], Adapter]
+Finish = Callable[..., Observation]
+
+RATES_HZ = [60.0, 240.0]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("rate_hz", RATES_HZ)
+@pytest.mark.parametrize("name", ["mujoco", "pybullet", "pymunk"])
+def test_a_ball_comes_to_rest_with_the_settings_that_are_best_for_impacts(
+    named: Named, name: str, rate_hz: float
+) -> None:
+    """It has bounced out, and no longer moves by a hundredth of what it falls in a step."""
+    for speeds in speeds_at_rest(named(name), "tuned", rate_hz):
+        assert float(np.abs(speeds).max()) <= 0.01 * G / rate_hz
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("rate_hz", RATES_HZ)
+def test_with_those_box2d_hops_for_ever_and_rests_with_its_own(named: Named, rate_hz: float) -> None:
+    """Every third step it takes off; with contacts inelastic below 2.5 steps' fall or more it lies still."""
+    box2d = named("box2d")
+    assert all(hops(speeds_at_rest(box2d, "tuned", rate_hz), rate_hz))
+    assert not any(speeds.any() for speeds in speeds_at_rest(box2d, "resting", rate_hz))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.3, 0.6])
+def test_what_rests_in_box2d_bounces_first(named: Named, e: float) -> None:
+    """The first bounce gives back e of the speed, and what the fall of a step makes of it, as tuned."""
+    box2d, height, rate_hz = named("box2d"), 1.0, 240.0
+    scene = on_a_floor(Disc(position_m=(0, RADIUS_M + height), radius_m=RADIUS_M), 1.0, e=e)
+    after = {}
+    for profile in ("tuned", "resting"):
+        world = box2d.prepare(scene, box2d.profiles[profile].settings(1 / rate_hz))
+        world.advance(round(math.sqrt(2.0 * height / G) * rate_hz) + 2)
+        after[profile] = float(world.observe().velocity_m_s[0, 1])
+        world.close()
+    assert after["resting"] == pytest.approx(after["tuned"], abs=1e-5 * math.sqrt(2.0 * G * height))
+    assert after["resting"] == pytest.approx(e * math.sqrt(2.0 * G * height), abs=3.0 * G / rate_hz)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("e", "lasts"), [(0.5, False), (0.9, True)])
+def test_a_lively_ball_never_rests_in_box2d_as_shipped(named: Named, e: float, lasts: bool) -> None:
+    """It hops at ``g dt / (1 - e)``: at 60 steps a second and e = .9 that is 1.7 m/s, where 1 m/s is made inelastic."""
+    speeds = speeds_at_rest(named("box2d"), "default", 60.0, e)
+    assert {float(of_start.max()) > 1.0 for of_start in speeds} == {lasts}
+
+
+@pytest.mark.long
+def test_pybullet_hops_for_ever_as_shipped_at_60_steps_a_second(named: Named) -> None:
+    """Of multibodies, whatever the threshold below a step's fall and a half; above, or of others, they rest."""
+    pybullet, own = named("pybullet"), {"useMaximalCoordinates": False}
+    assert all(hops(speeds_at_rest(pybullet, "default", 60.0), 60.0))
+    for rate_hz in RATES_HZ:
+        for threshold in (0.0, 1.25 * G / rate_hz):
+            changes = own | {"restitutionVelocityThreshold": threshold}
+            assert all(hops(speeds_at_rest(pybullet, "tuned", rate_hz, **changes), rate_hz))
+        changes = own | {"restitutionVelocityThreshold": 2.5 * G / rate_hz}
+        assert not any(speeds.any() for speeds in speeds_at_rest(pybullet, "tuned", rate_hz, **changes))
+
+
+def _rolls(
+    finish: Finish, engine: Adapter, profile: str, speed: float, seconds: float, **changes: Setting
+) -> Observation:
+    """Return where a disc is, at 60 steps a second, that starts in rolling."""
+    disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
+    return finish(engine, on_a_floor(disc, seconds, friction=0.5), 1 / 60, profile, **changes)
+
+
+@pytest.mark.parametrize("name", ["mujoco", "pybullet", "pymunk"])
+def test_a_disc_that_rolls_slowly_rolls_on(named: Named, finish: Finish, name: str) -> None:
+    """At 5 to 10 mm/s, whatever has rolled in the same process before: after 10 s it is where it should be."""
+    for speed in np.linspace(0.005, 0.01, STARTS).tolist():
+        end = _rolls(finish, named(name), "default", speed, 10.0)
+        assert end.position_m[0, 0] == pytest.approx(10.0 * speed, rel=1e-3)
+
+
+def test_box2d_puts_to_sleep_what_rolls_slowly(named: Named, finish: Finish) -> None:
+    """Below 1 cm/s and 2 degrees a second, half a second after it began; in every profile it is kept awake."""
+    for speed in np.linspace(0.005, 0.0085, STARTS).tolist():
+        end = _rolls(finish, named("box2d"), "default", speed, 10.0, sleepingAllowed=True)
+        assert end.position_m[0, 0] == pytest.approx(0.5 * speed, rel=0.01)
+        assert end.velocity_m_s[0, 0] == 0.0
+        awake = _rolls(finish, named("box2d"), "default", speed, 10.0)
+        assert awake.position_m[0, 0] == pytest.approx(10.0 * speed, rel=0.01)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "profile", "slip"),
+    [
+        ("box2d", "default", -0.005),
+        ("box2d", "tuned", 0.0),
+        ("mujoco", "tuned", -0.0028),
+        ("pybullet", "default", 0.0),
+        ("pymunk", "default", 0.0),
+    ],
+)
+def test_the_slip_of_a_disc_that_rolls(named: Named, finish: Finish, name: str, profile: str, slip: float) -> None:
+    """Box2D rubs at 2.5 mm outside the rim as shipped, half its skin and half its slop: of .5 m, half a hundredth."""
+    for speed in np.linspace(1.5, 3.0, STARTS).tolist():
+        end = _rolls(finish, named(name), profile, speed, 2.0)
+        assert end.spin_rad_s is not None
+        found = (end.velocity_m_s[0, 0] + RADIUS_M * end.spin_rad_s[0]) / speed
+        assert found == pytest.approx(slip, abs=1e-4)
+
+
+@pytest.mark.long
+def test_pybullet_s_damping_eats_what_rolls(named: Named, finish: Finish) -> None:
+    """Of about 2 m/s a third is left after 10 s with the .04 that is shipped, which no profile keeps."""
+    for speed in np.linspace(1.75, 2.25, STARTS).tolist():
+        end = _rolls(finish, named("pybullet"), "default", speed, 10.0, linearDamping=0.04, angularDamping=0.04)
+        assert 0.3 < end.velocity_m_s[0, 0] / speed < 0.4
+        undamped = _rolls(finish, named("pybullet"), "default", speed, 10.0)
+        assert undamped.velocity_m_s[0, 0] == pytest.approx(speed, rel=1e-9)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("name", "profile", "least", "most"),
+    [
+        ("mujoco", "default", 1.5e-3, 10e-3),
+        ("mujoco", "tuned", 5e-6, 25e-6),
+        ("pymunk", "default", 0.0, 1e-15),
+        ("pybullet", "default", 0.0, 1e-15),
+        ("box2d", "default", 0.0, 1e-15),
+    ],
+)
+def test_what_friction_holds_creeps_in_mujoco(
+    named: Named, finish: Finish, name: str, profile: str, least: float, most: float
+) -> None:
+    """From slopes of a third of what holds up to nearly all, m/s: its friction gives way; as tuned by micrometres."""
+    for fall in np.linspace(0.1, 0.28, STARTS).tolist():
+        disc = Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M, inertia_factor=math.inf)
+        end = finish(named(name), on_a_floor(disc, 2.5, fall=fall, friction=0.3), 1 / 240, profile)
+        assert least <= abs(end.position_m[0, 0]) / 2.5 <= most
