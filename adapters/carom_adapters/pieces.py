@@ -1,4 +1,4 @@
-"""What engines are given of walls that end: pieces of chains, how thick the thinnest are, and what they do at once."""
+"""What engines are given of walls: pieces of chains, how thick the thinnest are, materials, and pushes told as one."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 
-from carom.adapter import Chain, Contact, Ring, Scene, wall_body
+from carom.adapter import Chain, Contact, Ring, Scene, factored_frictions, factored_restitutions, wall_body
 
-__all__ = ["THINNEST", "cut_chain", "pieced", "points_of", "summed", "thickness_of"]
+__all__ = ["THINNEST", "cut_chain", "factored_walls", "pieced", "points_of", "summed", "thickness_of"]
 
 Point = tuple[float, float]
 
@@ -36,6 +36,19 @@ def thickness_of(scene: Scene, wall: Chain | Ring) -> float:
     """
     outer = wall.half_width_m if isinstance(wall, Chain) else wall.radius_m + wall.half_width_m
     return outer or THINNEST * min(disc.radius_m for disc in scene.discs)
+
+
+def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
+    """Return restitution and friction of every disc, and of each wall, for an engine that multiplies those of a pair.
+
+    In a scene that turns nothing friction is 0.
+    """
+    turns = scene.arrays.turns
+    restitution, friction = factored_restitutions(scene)[0], factored_frictions(scene)[0] if turns else 0.0
+    walls = [
+        (wall.restitution / restitution, wall.friction / friction if turns else 0.0) for wall in scene.arrays.materials
+    ]
+    return restitution, friction, walls
 
 
 def pieced(scene: Scene) -> frozenset[int]:

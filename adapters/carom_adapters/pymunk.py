@@ -31,8 +31,9 @@ from carom.adapter import (
 )
 from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.pieces import factored_walls
 from carom_adapters.pymunk_space import scene_of
-from carom_adapters.pymunk_walls import Shaped, factored_walls, shapes_of_walls
+from carom_adapters.pymunk_walls import Shaped, shapes_of_walls
 
 if TYPE_CHECKING:
     import pymunk

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from carom.adapter import AdapterError, Chain, Ring, Scene, Wall, factored_frictions, factored_restitutions, reach
+from carom.adapter import AdapterError, Chain, Ring, Scene, Wall, reach
 from carom_adapters.pieces import points_of
 
-__all__ = ["Shaped", "factored_walls", "shapes_of_walls"]
+__all__ = ["Shaped", "shapes_of_walls"]
 
 Point = tuple[float, float]
 
@@ -81,16 +81,3 @@ def shapes_of_walls(scene: Scene, dt_s: float) -> list[Shaped]:
             f"smallest radius, {smallest:.3g} m; shorten duration_s, or take walls or heavy fast discs out"
         )
     return shapes
-
-
-def factored_walls(scene: Scene) -> tuple[float, float, list[tuple[float, float]]]:
-    """Return elasticity and friction of every disc, and of each wall: pymunk multiplies those of a pair.
-
-    Friction is shipped as 0, and in a scene that turns nothing is left so.
-    """
-    turns = scene.arrays.turns
-    elasticity, friction = factored_restitutions(scene)[0], factored_frictions(scene)[0] if turns else 0.0
-    walls = [
-        (wall.restitution / elasticity, wall.friction / friction if turns else 0.0) for wall in scene.arrays.materials
-    ]
-    return elasticity, friction, walls

@@ -10,7 +10,7 @@ import pytest
 from tests.adapters.staged import along_a_floor, at_a_paddle, at_a_thin_wall
 
 from carom import Chain, Disc, Scene
-from carom.adapter import Adapter, Observation
+from carom.adapter import Adapter, AdapterError, Observation
 
 Finish = Callable[..., Observation]
 Named = Callable[[str], Adapter]
@@ -18,11 +18,11 @@ Named = Callable[[str], Adapter]
 STARTS = 32
 
 #: Half widths with which an engine is run: what has no thickness, where that can be built.
-HALF_WIDTHS = {"pymunk": 0.0, "box2d": 0.0, "mujoco": 0.02}
+HALF_WIDTHS = {"pymunk": 0.0, "box2d": 0.0, "mujoco": 0.02, "pybullet": 0.0}
 #: What of a velocity of some 5 m/s is its rounding, and what is left of it in a floor in pieces.
 ROUNDING_M_S = {"pymunk": 1e-12, "box2d": 0.0}
 #: Engines that look once a step for a disc in a wall, and no further.
-LOOKING = [("pymunk", "default"), ("pymunk", "tuned"), ("mujoco", "no-ccd")]
+LOOKING = [("pymunk", "default"), ("pymunk", "tuned"), ("mujoco", "no-ccd"), ("pybullet", "no-ccd")]
 
 
 @pytest.mark.parametrize("q", [0.9, 1.5, 3.0, 20.0])
@@ -55,7 +55,9 @@ def test_what_mujoco_foresees_passes_no_thin_wall_and_what_its_springs_meet_pass
 
 
 @pytest.mark.parametrize("disc", [False, True])
-@pytest.mark.parametrize(("name", "rounding"), [("pymunk", 1e-12), ("box2d", 2e-6), ("mujoco", 4e-12)])
+@pytest.mark.parametrize(
+    ("name", "rounding"), [("pymunk", 1e-12), ("box2d", 2e-6), ("mujoco", 4e-12), ("pybullet", 1e-12)]
+)
 def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
     named: Named, finish: Finish, name: str, rounding: float, *, disc: bool
 ) -> None:
@@ -64,6 +66,33 @@ def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
         scene = at_a_paddle(k / 16, disc=disc)
         seen = finish(named(name), scene, 1 / 60, "tuned")
         np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=rounding)
+
+
+def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wrongly_as_shipped(
+    named: Named, finish: Finish
+) -> None:
+    """Of sixteen starts none passes a thin wall, tuned; as shipped max(0, 1 - 1/q) pass, and most others are off."""
+    adapter = named("pybullet")
+    for q, passing, wrong in ((0.9, 0, 13), (1.5, 5, 8), (3.0, 10, 3), (20.0, 15, 1)):
+        ends = [
+            [finish(adapter, at_a_thin_wall(q, k / 16), 1 / 60, profile) for k in range(16)]
+            for profile in ("tuned", "default")
+        ]
+        speed = at_a_thin_wall(q, 0.0).discs[0].velocity_m_s[0]
+        tuned, shipped = (np.array([end.velocity_m_s[0, 0] for end in each]) / speed for each in ends)
+        np.testing.assert_allclose(tuned, -1.0, rtol=1e-12)
+        assert (shipped > 0).sum() == passing
+        assert (np.abs(shipped[shipped < 0] + 1) > 0.01).sum() == wrong
+
+
+def test_pybullet_refuses_a_driven_disc_that_it_would_not_move_as_told(named: Named) -> None:
+    """Bullet bends the path of one that spins, and clamps its speed to 100 m/s."""
+    adapter = named("pybullet")
+    scene = at_a_paddle(0.0, disc=True)
+    for changed in ({"spin_rad_s": 2.0}, {"velocity_m_s": (-101.0, 0.0)}):
+        discs = (scene.discs[0], scene.discs[1].model_copy(update=changed))
+        with pytest.raises(AdapterError, match="driven"):
+            adapter.prepare(scene.model_copy(update={"discs": discs}), adapter.profiles["tuned"].settings(1 / 60))
 
 
 def test_a_paddle_that_mujoco_moves_from_place_to_place_is_at_rest_for_contacts() -> None:

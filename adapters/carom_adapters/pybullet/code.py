@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.adapter import Scene, Setting, factored_frictions, factored_restitutions, is_fast
+from carom.adapter import Chain, Ring, Scene, Setting, Wall, is_fast
 from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
+from carom_adapters.pieces import cut_chain, factored_walls, thickness_of
 from carom_adapters.pybullet.limits import WORLD_SETTINGS
-from carom_adapters.pybullet.world import dynamics_of, moments_of, require_usable
+from carom_adapters.pybullet.world import capsule_of, dynamics_of, moments_of, require_usable
 
 __all__ = ["code"]
 
@@ -16,8 +17,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the client that `PybulletWorld` sets up as a program."""
     require_usable(scene, settings)
     dt_s, turns = float(settings["dt_s"]), scene.arrays.turns
-    restitution, wall_restitution = factored_restitutions(scene)
-    friction, wall_friction = factored_frictions(scene) if turns else (0.0, 0.0)
+    restitution, friction, of_walls = factored_walls(scene)
     ccd_fraction = float(settings.get("ccd_radius_fraction", 0.0))
     maximal = bool(settings.get("useMaximalCoordinates", False))
     world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
@@ -25,6 +25,8 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     lines = []
     for disc in scene.discs:
         given: dict[str, object] = {}
+        if disc.driven:
+            given = {"velocity": disc.velocity_m_s, "spin": disc.spin_rad_s, "driven": True}
         if not disc.immovable:
             given = {"mass": disc.mass_kg, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
             if (moments := moments_of(scene, settings, disc)) is not None:
@@ -32,7 +34,8 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             if ccd_fraction > 0 and is_fast(disc, dt_s):  # moves by more than its radius in a step
                 given["swept_radius"] = ccd_fraction * disc.radius_m
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
+    for wall, material in zip(scene.walls, of_walls, strict=True):
+        lines += _lines_of_wall(scene, wall, material)
     if turns and maximal:
         lines.append(
             "pybullet.stepSimulation()  # a changed inertia counts from the next step on: all are at rest in this one"
@@ -52,29 +55,32 @@ pybullet.setPhysicsEngineParameter({arguments(world)})
 discs, starts = [], []
 
 
-def add(mass, shape, position, restitution, friction):
-    body = pybullet.createMultiBody(mass, shape, basePosition=[*position, 0.0], useMaximalCoordinates={maximal})
+def add(mass, shape, position, restitution, friction, turn=(0, 0, 0, 1), driven=False):
+    # With maximal coordinates a body without a mass does not move.
+    maximal = {maximal} and not driven
+    body = pybullet.createMultiBody(mass, shape, -1, [*position, 0.0], turn, useMaximalCoordinates=maximal)
     # Bullet multiplies the two coefficients of a pair.
     pybullet.changeDynamics(body, -1, restitution=restitution, lateralFriction=friction)
     pybullet.changeDynamics(body, -1, {arguments(dynamics)})
     return body
 
 
-def add_disc(position, radius, mass=0.0, velocity=(0.0, 0.0), spin=0.0, inertia=None, swept_radius=None):
+def add_disc(position, radius, mass=0.0, velocity=(0.0, 0.0), spin=0.0, inertia=None, swept_radius=None, driven=False):
     shape = pybullet.createCollisionShape(pybullet.GEOM_{shape}, radius=radius, height=2 * radius)
-    body = add(mass, shape, position, restitution={restitution!r}, friction={friction!r})
+    body = add(mass, shape, position, restitution={restitution!r}, friction={friction!r}, driven=driven)
     if inertia is not None:
         pybullet.changeDynamics(body, -1, mass=mass, localInertiaDiagonal=inertia)
     if swept_radius is not None:  # continuous detection
         pybullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept_radius)
     discs.append(body)
-    if mass:
-        starts.append((body, position, velocity, spin))
+    if mass or driven:
+        starts.append((body, position, (0, 0, 0, 1), velocity, spin))
 
 
-def add_wall(point, normal):
-    shape = pybullet.createCollisionShape(pybullet.GEOM_PLANE, planeNormal=[*normal, 0.0])
-    add(0.0, shape, point, restitution={wall_restitution!r}, friction={wall_friction!r})
+def add_wall(shape, place, restitution, friction, turn=(0, 0, 0, 1), velocity=None):
+    body = add(0.0, shape, place, restitution, friction, turn, velocity is not None)
+    if velocity is not None:
+        starts.append((body, place, turn, velocity, 0.0))
 
 
 def place(body):
@@ -82,7 +88,25 @@ def place(body):
 
 
 {bodies}
-for body, position, velocity, spin in starts:
-    pybullet.resetBasePositionAndOrientation(body, [*position, 0.0], [0, 0, 0, 1])
+for body, position, turn, velocity, spin in starts:
+    pybullet.resetBasePositionAndOrientation(body, [*position, 0.0], turn)
     pybullet.resetBaseVelocity(body, [*velocity, 0.0], [0.0, 0.0, spin])
 {end}"""
+
+
+def _lines_of_wall(scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float]) -> list[str]:
+    """Return a line for each body that a wall is."""
+    driven = f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
+    own = f"restitution={material[0]!r}, friction={material[1]!r}"
+
+    def line(kind: str, shape: dict[str, object], place: tuple[float, float], turn: str = "") -> str:
+        made = f"pybullet.createCollisionShape(pybullet.GEOM_{kind}, {arguments(shape)})"
+        return f"add_wall({made}, {place!r}, {own}{turn}{driven})"
+
+    if isinstance(wall, Wall):
+        return [line("PLANE", {"planeNormal": [*wall.normal, 0.0]}, wall.point_m)]
+    radius = thickness_of(scene, wall)
+    if isinstance(wall, Ring):
+        return [line("SPHERE", {"radius": radius}, wall.centre_m)]
+    capsules = (capsule_of(a, b) for a, b in cut_chain(wall))
+    return [line("CAPSULE", {"radius": radius, "height": h}, at, f", turn={turn!r}") for h, at, turn in capsules]

@@ -73,6 +73,11 @@ LEAST_INERTIA_FACTOR = 1e-6
 LARGEST_FRICTION = 10.0
 
 CAPABILITIES = Capabilities(
+    segments=True,
+    posts=True,
+    wall_materials=True,
+    driven_walls=True,
+    driven_discs=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),

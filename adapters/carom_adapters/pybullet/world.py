@@ -12,14 +12,15 @@ from numpy.typing import NDArray
 
 from carom.adapter import (
     AdapterError,
+    Chain,
     Contact,
     Disc,
     Observation,
+    Ring,
     Scene,
     Setting,
     StepClock,
-    factored_frictions,
-    factored_restitutions,
+    Wall,
     flattened,
     is_fast,
     oriented_contact,
@@ -28,6 +29,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.pieces import cut_chain, factored_walls, pieced, summed, thickness_of
 from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
     CAPABILITIES,
@@ -39,10 +41,13 @@ from carom_adapters.pybullet.limits import (
     WORLD_SETTINGS,
 )
 
-__all__ = ["PybulletWorld", "dynamics_of", "moments_of", "require_usable"]
+__all__ = ["PybulletWorld", "capsule_of", "dynamics_of", "moments_of", "require_usable"]
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
+
+Point = tuple[float, float]
+NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 
 #: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
 CYLINDER_TIPS = 7 / 12
@@ -60,6 +65,27 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     known = (*WORLD_SETTINGS, *BODY_SETTINGS, *OTHER_SETTINGS)
     require_sound("PyBullet", scene, settings, known, LEAST, words={"shape": SHAPES})
     require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
+    for name, bodies in (("discs", scene.discs), ("walls", scene.walls)):
+        for i, body in enumerate(bodies):
+            if body.driven and max(map(abs, body.velocity_m_s)) > SHIPPED_SPEED_CLAMP_M_S:
+                most = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
+                raise AdapterError(
+                    f"PyBullet: {name}[{i}] is driven at {body.velocity_m_s}, and it clamps that to {most}"
+                )
+    for i, disc in enumerate(scene.discs):
+        if disc.driven and disc.spin_rad_s and any(disc.velocity_m_s):
+            raise AdapterError(
+                f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the velocity "
+                "of a multibody by its spin; without the one or the other it goes as it is told"
+            )
+
+
+def capsule_of(a: Point, b: Point) -> tuple[float, Point, list[float]]:
+    """Return the length, the middle and the quaternion of a capsule from a to b: Bullet builds it along z."""
+    length = math.dist(a, b)
+    x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
+    half = math.sqrt(0.5)
+    return length, (a[0] / 2 + b[0] / 2, a[1] / 2 + b[1] / 2), [-y * half, x * half, 0.0, half]
 
 
 def moments_of(scene: Scene, settings: Mapping[str, Setting], disc: Disc) -> list[float] | None:
@@ -96,7 +122,8 @@ def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
     in that order, which changes the last bits. Of cylinders and of planes it keeps contact points: where a disc has
     rolled in the run before, one a little aside makes it turn round in the next. None of these can be reset.
     """
-    if len(scene.discs) > 2 or scene.walls or settings.get("shape", "sphere") != "sphere":
+    plain = settings.get("shape", "sphere") == "sphere" and not scene.arrays.driven
+    if len(scene.discs) > 2 or scene.walls or not plain:
         return None
     dt_s = float(settings["dt_s"])
     discs = tuple(
@@ -137,6 +164,8 @@ class PybulletWorld:
         self._discs: list[int] = []
         self._movable: list[int] = []
         self._number: dict[int, int] = {}
+        self._driven: list[tuple[int, Point, float]] = []  # with their velocities and spins
+        self._pieced = pieced(scene)
         self._client = -1
         kept = _take_kept(self._key)
         if kept is not None:
@@ -162,14 +191,15 @@ class PybulletWorld:
             if not scene.discs[i].immovable:
                 bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], [0, 0, 0, 1], client)
                 bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, disc.spin_rad_s], client)
+        for body, velocity, spin in self._driven:
+            bullet.resetBaseVelocity(body, [*velocity, 0.0], [0, 0, spin], client)
         self._seen = ()
 
     def _build(self, scene: Scene) -> None:
         bullet, client, asked = self._bullet, self._client, self._asked
         world = {name: asked[name] for name in WORLD_SETTINGS if name in asked}
         bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=client, **world)
-        disc_restitution, wall_restitution = factored_restitutions(scene)
-        disc_friction, wall_friction = factored_frictions(scene) if self._turns else (0.0, 0.0)  # 0.5 is shipped
+        disc_restitution, disc_friction, of_walls = factored_walls(scene)  # 0.5 of friction is shipped
         ccd_fraction = float(asked.get("ccd_radius_fraction", 0.0))
         for i, disc in enumerate(scene.discs):
             kind = bullet.GEOM_CYLINDER if asked.get("shape", "sphere") == "cylinder" else bullet.GEOM_SPHERE
@@ -177,7 +207,9 @@ class PybulletWorld:
                 kind, radius=disc.radius_m, height=2 * disc.radius_m, physicsClientId=client
             )
             mass = 0.0 if disc.immovable else disc.mass_kg  # 0 is how Bullet spells immovable
-            body = self._add(shape, mass, disc.position_m, disc_restitution, disc_friction)
+            body = self._add(shape, mass, disc.position_m, disc_restitution, disc_friction, driven=disc.driven)
+            if disc.driven:
+                self._driven.append((body, disc.velocity_m_s, disc.spin_rad_s))
             if not disc.immovable:
                 self._movable.append(body)
                 self._set_inertia(scene, body, disc)
@@ -186,17 +218,37 @@ class PybulletWorld:
                     bullet.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
             self._discs.append(body)
             self._number[body] = i
-        for k, wall in enumerate(scene.half_planes()):
-            shape = bullet.createCollisionShape(
-                bullet.GEOM_PLANE, planeNormal=[*wall.normal, 0.0], physicsClientId=client
-            )
-            self._number[self._add(shape, 0.0, wall.point_m, wall_restitution, wall_friction)] = wall_body(k)
+        for k, (wall, material) in enumerate(zip(scene.walls, of_walls, strict=True)):
+            for shape, place, turn in self._shapes_of(scene, wall):
+                body = self._add(shape, 0.0, place, *material, turn, driven=wall.driven)
+                self._number[body] = wall_body(k)
+                if wall.driven:
+                    self._driven.append((body, wall.velocity_m_s, 0.0))
         if self._turns and asked.get("useMaximalCoordinates", False):
             # Of a body with maximal coordinates Bullet takes note of a changed inertia at the end of a step only. In
             # this one all are at rest where the scene has them.
             bullet.stepSimulation(client)
         if scene.gravity_m_s2 != (0.0, 0.0):
             bullet.setGravity(*scene.gravity_m_s2, 0.0, physicsClientId=client)
+
+    def _shapes_of(self, scene: Scene, wall: Wall | Chain | Ring) -> list[tuple[int, Point, Sequence[float]]]:
+        """Return what a wall is: a plane, a sphere, or a capsule for each piece, where it is and how it is turned."""
+        bullet, client = self._bullet, self._client
+        if isinstance(wall, Wall):
+            normal = [*wall.normal, 0.0]
+            plane = bullet.createCollisionShape(bullet.GEOM_PLANE, planeNormal=normal, physicsClientId=client)
+            return [(plane, wall.point_m, NOT_TURNED)]
+        radius = thickness_of(scene, wall)
+        if isinstance(wall, Ring):
+            sphere = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=radius, physicsClientId=client)
+            return [(sphere, wall.centre_m, NOT_TURNED)]
+        made: list[tuple[int, Point, Sequence[float]]] = []
+        for length, middle, turn in (capsule_of(a, b) for a, b in cut_chain(wall)):
+            capsule = bullet.createCollisionShape(
+                bullet.GEOM_CAPSULE, radius=radius, height=length, physicsClientId=client
+            )
+            made.append((capsule, middle, turn))
+        return made
 
     def _set_inertia(self, scene: Scene, body: int, disc: Disc) -> None:
         if (moments := moments_of(scene, self._asked, disc)) is not None:
@@ -208,13 +260,25 @@ class PybulletWorld:
                 physicsClientId=self._client,
             )
 
-    def _add(self, shape: int, mass: float, position: tuple[float, float], restitution: float, friction: float) -> int:
+    def _add(
+        self,
+        shape: int,
+        mass: float,
+        position: Point,
+        restitution: float,
+        friction: float,
+        turn: Sequence[float] = NOT_TURNED,
+        *,
+        driven: bool = False,
+    ) -> int:
         bullet, client, asked = self._bullet, self._client, self._asked
         body: int = bullet.createMultiBody(
             mass,
             shape,
             basePosition=[*position, 0.0],
-            useMaximalCoordinates=bool(asked.get("useMaximalCoordinates", False)),
+            baseOrientation=turn,
+            # With maximal coordinates a body without a mass does not move. A multibody without one does as it is told.
+            useMaximalCoordinates=bool(asked.get("useMaximalCoordinates", False)) and not driven,
             physicsClientId=client,
         )
         dynamics = {name: asked[name] for name in BODY_SETTINGS if name in asked}
@@ -228,7 +292,7 @@ class PybulletWorld:
     def settings(self) -> Mapping[str, Setting]:
         """The settings; those that PyBullet tells (it does not tell most) are read back from it."""
         world = self._bullet.getPhysicsEngineParameters(self._client)
-        body = self._bullet.getDynamicsInfo(self._discs[0], -1, self._client)
+        body = self._bullet.getDynamicsInfo((self._movable or self._discs)[0], -1, self._client)
         return self._asked | {
             "dt_s": world["fixedTimeStep"],
             "numSolverIterations": world["numSolverIterations"],
@@ -277,7 +341,7 @@ class PybulletWorld:
 
     def _contacts_of_step(self) -> tuple[Contact, ...]:
         if self._seen is None:
-            self._seen = tuple(self._contacts())
+            self._seen = summed(self._contacts(), self._pieced)
         return self._seen
 
     def _contacts(self) -> list[Contact]:
@@ -323,7 +387,7 @@ class PybulletWorld:
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
-            for body in self._movable
+            for body in (*self._movable, *(body for body, _, _ in self._driven))
         ]
         return (self._clock.now_s, bodies)
 
