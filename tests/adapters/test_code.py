@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from tests.adapters.pasted import State, adapters_end, programs_end
 from tests.adapters.staged import along_a_floor
+from tests.lengths import long_after
 
 from carom import Chain, Disc, Scene, Wall
 from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
@@ -105,8 +106,8 @@ def models_end(text: str, scene: Scene, steps: int) -> State:
     return np.array(found)
 
 
-@pytest.mark.parametrize("scene_name", SCENES)
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@pytest.mark.parametrize("scene_name", long_after(2, SCENES))
+@pytest.mark.parametrize("profile", long_after(1, ["tuned", "default"]))
 @pytest.mark.parametrize("name", WRITING)
 def test_what_is_pasted_gives_the_adapters_digits(
     named: Named, name: str, profile: str, scene_name: str, tmp_path: Path

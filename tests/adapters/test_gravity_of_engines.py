@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.adapters.widths import width
+from tests.lengths import long_after
 
 from carom import Disc, Scene, Wall
 from carom.adapter import Adapter, Observation
@@ -68,13 +69,14 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
 
 
 @pytest.mark.parametrize("profile", ["default", "tuned"])
-def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str) -> None:
+@pytest.mark.parametrize("starts", long_after(1, [3, 16]))
+def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str, starts: int) -> None:
     """At e = 0 the contact lasts to the end of the run, and its impact is where the ball came down: to two steps.
 
     The contact is noticed a step after it began, and acts in the step that follows; so much an engine may be late.
     """
     dt_s = 1 / 60
-    for height in np.linspace(1.0, 2.0, 16).tolist():
+    for height in np.linspace(1.0, 2.0, starts).tolist():
         scene = Scene(
             name="landing",
             discs=[Disc(position_m=(0, 0.5 + height), radius_m=0.5)],
@@ -160,16 +162,19 @@ def test_two_discs_that_fall_side_by_side_collide_as_if_they_did_not(engine: Ada
 
 
 @pytest.mark.parametrize("profile", ["default", "tuned"])
-def test_discs_that_fall_together_leave_their_impact_as_without_gravity(engine: Adapter, profile: str) -> None:
+@pytest.mark.parametrize("starts", long_after(1, [3, 16]))
+def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
+    engine: Adapter, profile: str, starts: int
+) -> None:
     """Galileo: what two discs do to each other is the same while they fall, so velocities differ by g t and no more.
 
     t is the instant at which the paths turned, which is the same, too: no engine is charged what gravity gives between
-    it and the boundary at which the velocities are looked at. At 16 starts, the impact elsewhere in its step.
+    it and the boundary at which the velocities are looked at. At several starts, the impact elsewhere in its step.
     """
     dt_s = 1 / 60
-    for part in range(16):
+    for part in range(starts):
         discs = [
-            Disc(position_m=(-1 - part * dt_s / 16, 0), velocity_m_s=(1, 0), radius_m=0.25),
+            Disc(position_m=(-1 - part * dt_s / starts, 0), velocity_m_s=(1, 0), radius_m=0.25),
             Disc(position_m=(1, 0.2), velocity_m_s=(-1, 0), radius_m=0.25),
         ]
         traces = []

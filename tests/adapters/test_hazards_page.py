@@ -9,6 +9,7 @@ import pytest
 from tests.hazards.measures import CHAOTIC, Figure, measured
 from tests.hazards.page import SHOWN_TO, lines_of, ranges, with_engines
 from tests.hazards.spread import Spread
+from tests.lengths import long_after
 
 from carom.adapter import Adapter
 
@@ -17,7 +18,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "hazards.md"
 NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", long_after(2, NAMES))
 def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> None:
     """Shares and ranges over 32 starts, of the group `engines`, of bounces by speed and of single findings."""
     named(name)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
+from tests.lengths import long_after
 from tests.validation.exact_impact import Body, Law, after_impact
 
 from carom import Disc, Scene, Wall, solve_pit
@@ -85,7 +86,7 @@ def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]
 @pytest.mark.parametrize("pair", PAIRS)
 @pytest.mark.parametrize(
     ("friction", "mass"),
-    [(1e-4, 1.0), (0.1, 1e-6), (0.1, 1e6), *(pytest.param(mu, 1.0, marks=pytest.mark.long) for mu in (0.1, 10.0))],
+    long_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]),
 )
 def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, friction: float, mass: float) -> None:
     """Landed on the impact, each engine leaves the velocities and spins of the law, whatever friction and masses."""

@@ -92,6 +92,7 @@ def test_what_a_broken_kernel_raises_is_found(
     assert "raised OverflowError: planted" in capsys.readouterr().out
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("heard_interrupts")
 def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
     """Ctrl-C ends with the gas under way: the table and the file hold all that has been checked."""

@@ -10,6 +10,7 @@ from tests.campaign.tables import Tally, main
 from tests.validation.table_runs import Comparison
 
 
+@pytest.mark.long
 def test_counts_of_tables_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A second call goes on with the next table, and its counts hold the impacts of both."""
     state = tmp_path / "tables.json"

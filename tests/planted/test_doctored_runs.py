@@ -8,6 +8,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 import pytest
+from tests.lengths import long_after
 from tests.planted.doctored import (
     GAS,
     GAS_AFTER_S,
@@ -136,7 +137,11 @@ KINDS = [
 @pytest.mark.parametrize(("begins", "told", "bits"), KINDS)
 @pytest.mark.parametrize(
     ("where", "rung"),
-    [pytest.param(where, rung, id=f"{where[1]}-{rung.size:g}") for where, f in FAULTS.items() for rung in f.rungs],
+    [
+        pytest.param(where, rung, id=f"{where[1]}-{rung.size:g}", marks=[LONGER] * (rung is not f.rungs[-1]))
+        for where, f in FAULTS.items()
+        for rung in f.rungs
+    ],
 )
 def test_a_fault_in_a_crowd_is_graded_as_it_is(
     where: tuple[str, str], rung: Rung, begins: str, told: bool, bits: int
@@ -147,6 +152,7 @@ def test_a_fault_in_a_crowd_is_graded_as_it_is(
     require(score, best, worst_of(rung, begins), rung.says, FAULTS[where].why)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("begins", "told", "bits"), KINDS)
 @pytest.mark.parametrize("where", FAULTS, ids=lambda where: where[1])
 def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
@@ -158,7 +164,7 @@ def test_a_fault_that_grows_in_a_crowd_never_improves_its_grade(
     assert grades == sorted(grades), [WORSENING[grade].name for grade in grades]
 
 
-@pytest.mark.parametrize("told", [False, True])
+@pytest.mark.parametrize("told", long_after(1, [False, True]))
 @pytest.mark.parametrize(
     ("name", "rung"),
     [pytest.param(name, rung, id=f"{name}-{rung.size:g}") for name, f in ALONE.items() for rung in f.rungs],
@@ -169,6 +175,7 @@ def test_a_fault_of_a_disc_or_two_is_graded_as_it_is(name: str, rung: Rung, told
     require(of_alone(name, rung.size, told=told), rung.best, rung.worst, says, ALONE[name].why)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("told", [False, True])
 @pytest.mark.parametrize("name", ALONE)
 def test_a_fault_that_grows_never_improves_its_grade(name: str, told: bool) -> None:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
+from tests.lengths import long_after
 from tests.planted.faults import DT, FAULTS, FIRST_S, LAST_S, ROW, Expected, Fault, faithful
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -80,20 +81,13 @@ def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
 @pytest.mark.parametrize(
     "name",
-    [
-        "paper/multiple",
-        "classics/inelastic-oblique",
-        *(
-            pytest.param(name, marks=pytest.mark.long)
-            for name in (
-                "paper/late",
-                "classics/bullet",
-                "classics/box",
-                "classics/deflection",
-                "classics/galperin-100",
-            )
-        ),
-    ],
+    long_after(
+        1,
+        [
+            *("paper/multiple", "classics/inelastic-oblique", "paper/late", "classics/bullet"),
+            *("classics/box", "classics/deflection", "classics/galperin-100"),
+        ],
+    ),
 )
 def test_a_fault_that_grows_never_improves_its_grade(name: str, fault: Fault) -> None:
     """In scenes of every kind, beside a real PIT and one without error, each size is graded no better than a lesser."""

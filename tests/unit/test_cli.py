@@ -13,6 +13,7 @@ from types import SimpleNamespace
 import pytest
 import tomli_w
 import typer
+from tests.lengths import long_after
 from tests.stage import disc_at, staged
 from typer.main import get_command
 from typer.testing import CliRunner, Result
@@ -307,7 +308,7 @@ COMMANDS_WITH_JOURNALS = {
 
 
 @pytest.mark.parametrize("moment", ["marked", "opened", "written", "made"])
-@pytest.mark.parametrize("command", COMMANDS_WITH_JOURNALS)
+@pytest.mark.parametrize("command", long_after(1, COMMANDS_WITH_JOURNALS))
 def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
     command: str, moment: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -341,6 +342,7 @@ def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
     assert not out.exists(), list(out.iterdir())
 
 
+@pytest.mark.long
 def test_a_run_of_one_scene_ends_with_the_command_that_prints_the_settings() -> None:
     """The best engine's settings at the step that was run, for the scene as asked; the command gives code."""
     asked = ["run", "paper/late", "-e", "pit", "-e", "pymunk", "-p", "default", "--no-timing", "--fail-on", "never"]

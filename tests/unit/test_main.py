@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer
+from tests.lengths import long_after
 
 from carom import __main__, cli
 
@@ -64,7 +65,7 @@ def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell closes them")
-@pytest.mark.parametrize(("closed", "code"), [(">&-", 0), ("2>&-", 2), ("<&- >&- 2>&-", 0)])
+@pytest.mark.parametrize(("closed", "code"), long_after(1, [("<&- >&- 2>&-", 0), (">&-", 0), ("2>&-", 2)]))
 def test_a_standard_stream_that_is_closed_leads_nowhere(closed: str, code: int, tmp_path: Path) -> None:
     """What is printed is lost, and the exit code is right; no file that is opened later takes the stream's place."""
     word = "nonesuch" if code else "--list"

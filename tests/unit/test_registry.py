@@ -249,6 +249,7 @@ def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Pat
         assert found[name]["distribution"] == "thirdparty"
 
 
+@pytest.mark.long
 def test_spoilt_metadata_costs_its_own_line_alone(tmp_path: Path) -> None:
     """Entry points that can't be read, or name no object, and a distribution without a name, each are a line."""
     for name, entry_points in (

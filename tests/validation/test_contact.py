@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Mode, Outcome, Scene, Trace, Wall, solve_pic
@@ -127,10 +128,11 @@ def bounced(u: mpf, q: mpf, w: mpf, a: mpf, p: mpf, mu: mpf, e: mpf, k: mpf) -> 
     return time, way, u, u + q
 
 
-def test_landings_are_those_of_bounces_at_sixty_digits() -> None:
-    """Of 150 landings on slopes with friction: instant, place, speed and slip, to 1e-12."""
+@pytest.mark.parametrize("landings", long_after(1, [25, 150]))
+def test_landings_are_those_of_bounces_at_sixty_digits(landings: int) -> None:
+    """Of landings on slopes with friction: instant, place, speed and slip, to 1e-12."""
     rng, seen = random.Random(4), set[Mode]()
-    for number in range(150):
+    for number in range(landings):
         angle = rng.choice([0.0, 1.0]) * rng.uniform(-0.9, 0.9)
         nx, ny = math.sin(angle), math.cos(angle)
         e, mu, k = rng.uniform(0.05, 0.9), rng.choice([0.0, 0.05, 0.2, 0.6]), rng.choice([0.4, 0.5, 1.0])

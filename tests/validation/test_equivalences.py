@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
 from tests.forms import needs_extension
+from tests.lengths import long_after
 from tests.rebuilt import Map, assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned
 from tests.unit.solvers.pit.forms import Form, compiled_forms, definition
 
@@ -28,14 +29,14 @@ from carom.solvers.run import Run
 from carom.trace import Outcome
 
 #: Scenes of a kind, and how many times as many with `-m long`.
-SCENES, MORE = 24, 20
+SCENES, MORE = 8, 60
 #: Of the kinds of few discs there are more; half of all scenes are rough.
 TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6)
 GRAVITY = (0.25, -1.0)
 
 Bits = dict[str, object]
 
-each_batch = pytest.mark.parametrize("batch", [0, *(pytest.param(k, marks=pytest.mark.long) for k in range(1, MORE))])
+each_batch = pytest.mark.parametrize("batch", long_after(1, range(MORE)))
 each_kind = pytest.mark.parametrize("kind", KINDS)
 
 
@@ -156,7 +157,7 @@ def test_the_kernel_counts_what_all_pairs_count(kind: str) -> None:
 @each_batch
 def test_pieces_change_no_bit_of_a_fall(kind: str, batch: int) -> None:
     """Under gravity, too, a run in pieces is the run in one go, with friction and without."""
-    for number in range(batch * 6, (batch + 1) * 6):
+    for number in range(batch * 3, (batch + 1) * 3):
         ask = Asked(drawn(kind, number, rough=number % 4 > 1, gravity=GRAVITY), min(impacts_of(number), 25), {})
         run = BallisticRun(ask.scene)
         expected = taken(run, ask)
@@ -178,9 +179,10 @@ def same(one: Trace, other: Trace) -> bool:
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0), GRAVITY], ids=["floating", "falling"])
 @pytest.mark.parametrize("frame_rate_hz", [0.7, 60.0])
-def test_frames_change_no_bit(frame_rate_hz: float, gravity: tuple[float, float]) -> None:
+@pytest.mark.parametrize("numbers", long_after(1, [range(8), range(8, 40)]))
+def test_frames_change_no_bit(numbers: range, frame_rate_hz: float, gravity: tuple[float, float]) -> None:
     """Algorithm 2, which stops at every frame, gives the trace of event-driven PIC, whatever the frame rate."""
-    for number in range(40):
+    for number in numbers:
         scene = small(number, rough=number % 4 > 1, gravity=gravity)
         # Half the time of its first impacts: a collapse would go on without end.
         end_s = solve_pic(scene, max_impacts=30).end_time_s
@@ -216,7 +218,7 @@ def frames_in_pieces(form: Form, scene: Scene, clock: FrameClock) -> Bits:
 def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: int) -> None:
     """Compiled, skipping what can find nothing or not, in one go or in pieces: the definition's, over its impacts."""
     impacts = 0
-    for number in range(12 * batch, 12 * (batch + 1)):
+    for number in range(4 * batch, 4 * (batch + 1)):
         scene = drawn(kind, number, rough=number % 4 == 3)
         clock = FrameClock.at_rate(scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
         expected = frames_taken(definition, scene, clock)
@@ -261,7 +263,8 @@ UNITS = [
 
 def symmetric() -> list[Any]:
     """Return scenes of the catalogue, with gravity and without, and of each kind that is drawn."""
-    found = [pytest.param(entry.scene, id=entry.name) for entry in catalogue().values()]
+    marks = [[pytest.mark.long] * (k % 4 > 0) for k in range(len(catalogue()))]
+    found = [pytest.param(one.scene, id=one.name, marks=m) for m, one in zip(marks, catalogue().values(), strict=True)]
     for gravity in ((0.0, 0.0), GRAVITY):
         for number in range(4):
             scene = small(number, gravity=gravity, restitutions=(0.5, 0.75, 1.0))

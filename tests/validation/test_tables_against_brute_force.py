@@ -17,6 +17,7 @@ from carom.solvers.event_driven import obstacles
 from carom.solvers.plain import finite_walls
 
 
+@pytest.mark.long
 def test_random_tables_agree_up_to_where_rounding_has_grown() -> None:
     """With bulges of both signs, thick bars, islands, cut sides, some under gravity: equal walls, times, velocities."""
     tally = Tally()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from tests.drawn import drawn
+from tests.lengths import long_after
 
 from carom import Scene, compare, solve_pic
 from carom.comparator import Grade, Verdict
@@ -105,7 +106,7 @@ def test_damping_of_the_first_order_is_inaccurate(scene: Scene) -> None:
     assert score.local_truth.slipped == pytest.approx(rate**2 / 2 * fastest_rim(scene), rel=rate)
 
 
-@pytest.mark.parametrize("number", range(40))
+@pytest.mark.parametrize("number", long_after(6, range(40)))
 def test_random_damped_runs_are_exact_and_sampled(number: int) -> None:
     """Of random scenes, rough ones and damped ones up to a tenth a step, PIC's steps are exact and PIT's sampled."""
     rate = (0.1, 1.0, 6.0)[number % 3]

@@ -13,6 +13,7 @@ from carom import Chain, Disc, Scene, Wall, compare, solve_pic
 from carom.comparator.grades import Grade
 from carom.comparator.local_truth import StepWatch
 from carom.errors import InputError
+from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
 
@@ -30,7 +31,8 @@ def test_pit_is_graded_as_it_is_on_what_stands() -> None:
     """PIT samples driven scenes, too, and is found to do no worse than itself; what it goes through, it has missed."""
     scenes = [entry.scene for entry in find_scenes(["driven"])]
     grades = {
-        row.job.scene.name: row.grade for row in carom.cross_check(scenes, ["pit"], dts=[1 / 60], timing=False).rows
+        row.job.scene.name: row.grade
+        for row in carom.cross_check(scenes, ["pit"], dts=[1 / 60], timing=False, pool=InProcess()).rows
     }
     assert grades.pop("driven/swatter") is Grade.WRONG
     assert grades.pop("driven/piston") is Grade.PARTED
@@ -123,7 +125,7 @@ def test_impacts_after_the_end_are_not_asked_for() -> None:
         walls=[Wall(point_m=(3.505, 0.0), normal=(-1.0, 0.0))],
         duration_s=2.004,
     )
-    (row,) = carom.cross_check([scene], ["pit"], dts=[1 / 60], timing=False).rows
+    (row,) = carom.cross_check([scene], ["pit"], dts=[1 / 60], timing=False, pool=InProcess()).rows
     assert row.trace is not None
     assert len(row.trace.impacts) == 0
     assert np.allclose(row.trace.final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)

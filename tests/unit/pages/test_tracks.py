@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.lengths import long_after
 
 import carom
 from carom.pages.paths import extent_of
@@ -39,7 +40,7 @@ def test_the_bodies_of_every_impact_touch(group: str) -> None:
             assert abs(gap - scene.discs[first].radius_m) <= near
 
 
-@pytest.mark.parametrize("name", ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"])
+@pytest.mark.parametrize("name", long_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
 def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
     """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
     scene = all_scenes()[name].scene

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
+from tests.lengths import long_after
 
 from carom.physics.feature_time import feature_time, normal_at
 from carom.physics.features import Arc, Face, Feature, Mover, Point, Vertex, circle_through
@@ -55,11 +56,12 @@ def near(rnd: random.Random, feature: Feature, radius: float) -> Point:
     return x + distance * math.cos(turn), y + distance * math.sin(turn)
 
 
+@pytest.mark.parametrize("draws", long_after(1, [120, 400]))
 @pytest.mark.parametrize("name", DRAWS)
-def test_every_form_has_the_bits_of_the_plain_one(name: str) -> None:
+def test_every_form_has_the_bits_of_the_plain_one(name: str, draws: int) -> None:
     """Far and near, touching, overlapping, along tangents, just left, and as seen from a wall that moves."""
     draw, rnd, seen = DRAWS[name], random.Random(name), Counter[str]()
-    for _ in range(400):
+    for _ in range(draws):
         for feature in features(rnd, draw):
             radius, velocity = rnd.choice((0.25, 0.5)), (rnd.gauss(0.0, 1.0), rnd.gauss(0.0, 1.0))
             if name == "quarters":

@@ -181,6 +181,7 @@ def test_what_an_engine_prints_stands_not_among_the_answers(tmp_path: Path) -> N
     assert done.returncode == 0
 
 
+@pytest.mark.long
 def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_path: Path) -> None:
     """The command ends with the reason; the manifest's engine is unavailable for the same reason."""
     done = talkative(tmp_path / "site", "1.5")

@@ -7,6 +7,7 @@ import math
 from typing import Any
 
 import pytest
+from tests.lengths import long_after
 from typer.testing import CliRunner
 
 import carom
@@ -67,7 +68,7 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
     return found
 
 
-@pytest.mark.parametrize(("study", "name", "text"), texts())
+@pytest.mark.parametrize(("study", "name", "text"), long_after(1, texts()))
 def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
     """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
     one = declared(study)[name]

@@ -132,6 +132,7 @@ def test_what_an_adapter_declares_is_held_to_the_seam() -> None:
         assert words in found[name].unavailable
 
 
+@pytest.mark.long
 def test_adapters_of_a_distribution_share_a_process_and_no_failure(install: Install) -> None:
     """They are asked in one process; one that fails there for what another did is asked alone, and is available."""
     spoils = "import builtins, os\nbuiltins.spoilt = True\nfirst = made(version=lambda: str(os.getpid()))\n"
@@ -168,6 +169,7 @@ def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_
     assert not (tmp_path / "imported").exists()
 
 
+@pytest.mark.long
 def test_settings_that_end_the_process_cost_their_profile_alone(install: Install) -> None:
     """A profile whose settings can't be had is a reason for its own rows; the other profiles of the adapter run."""
     install(ADAPTER + "ends = setting('os._exit(0)')\n", {"ends": "ends"})

@@ -294,6 +294,7 @@ def seen(tmp_path: Path) -> dict[str, object]:
     return found
 
 
+@pytest.mark.long
 @LINUX
 def test_a_forked_worker_is_as_a_fresh_one(
     run: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest

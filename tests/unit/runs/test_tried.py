@@ -40,6 +40,7 @@ def checked(scene: Scene, **settings: Setting) -> carom.Results:
         return execute(plan_of([scene], Options(["mujoco"], [1 / 60], ["tuned"], settings, timing=False), pool), pool)
 
 
+@pytest.mark.long
 def test_the_engine_runs_with_what_is_tried_and_every_word_says_so(scene: Scene) -> None:
     """The settings read back hold the one tried, the trace differs from the profile's, and its profile is shown so."""
     own = carom.run(scene, "mujoco", dt=1 / 60)

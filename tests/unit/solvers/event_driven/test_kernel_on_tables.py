@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import long_after
 from tests.unit.solvers.tables import drawn
 
 from carom import Chain, Disc, Outcome, Scene, Wall
@@ -86,9 +87,10 @@ def seen_on(seeds: range) -> Counter[str]:
 KINDS = {"FACE", "VERTEX", "ARC", "ambiguous", "glides", "spins", "epochs"}
 
 
-def test_random_tables_have_the_bits_of_all_pairs() -> None:
+@pytest.mark.parametrize("seeds", long_after(1, [range(42, 54), range(60)]))
+def test_random_tables_have_the_bits_of_all_pairs(seeds: range) -> None:
     """Faces, vertices and arcs, corners, gliding, friction, losses, walls' own materials, and epochs."""
-    seen = seen_on(range(60))
+    seen = seen_on(seeds)
     assert {name for name in KINDS if seen[name] > 0} == KINDS, seen
 
 
@@ -137,11 +139,11 @@ def gas_in_a_polygon(edges: int, radius: float) -> Scene:
     return Scene(name="gas in a polygon", discs=discs, walls=[wall], duration_s=1e3)
 
 
-def test_cells_chosen_anew_keep_the_bits_of_all_pairs() -> None:
+@pytest.mark.parametrize("options", long_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
+def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float]) -> None:
     """A gas that leaves the box in which it began gets other cells, in which discs meet what they would have met."""
     scene = gas_in_a_polygon(20, 8.0)
-    for options in ({"contact_s": 0.0}, {"contact_s": 0.01}, {"cells": 3.0}, {"cells": math.inf}):
-        assert_same(scene, 200, **options)
+    assert_same(scene, 200, **options)
     run = EventDrivenRun(scene)
     run.advance_to(math.inf, 200)
     assert run.counts["choices"] > 0

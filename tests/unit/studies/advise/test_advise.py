@@ -13,7 +13,7 @@ from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
 from carom.runs.job import PIT_METHOD, Job, Method
-from carom.runs.pool import InProcess, LocalPool
+from carom.runs.pool import InProcess
 from carom.studies.advise import run as adviser
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.options import AdviceOptions
@@ -175,7 +175,7 @@ def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_
     for module in ("Box2D", "pybullet"):
         pytest.importorskip(module, reason=f"{module} is not installed")
     scene = pair(speed=150.0, radius=0.5)
-    with LocalPool() as pool:
+    with InProcess() as pool:
         advice = advise(
             scene,
             asked(["box2d", "pybullet"], 10 * DEGREE, profiles=["default"], phases=1),
@@ -190,6 +190,7 @@ def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_
     assert all(trial.dt_s < found.refused_s and not trial.reason for trial in found.trials)
 
 
+@pytest.mark.long
 def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where rounding decides what comes later, the scene ends before that impact, and the advice says so."""
     scene = staged("walled", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), wall_at(-2, 0, 1, 0), duration_s=9.0)
@@ -219,6 +220,7 @@ def test_a_scene_is_asked_up_to_its_first_tie() -> None:
         advise(at_once, asked(["pit"], DEGREE), InProcess())
 
 
+@pytest.mark.long
 def test_with_friction_pit_is_tried() -> None:
     """Two discs that rub have no closed form; at the step found PIT is right, run, and at the one said to fail not."""
     rough = Scene(**{**dict(pair(0.3)), "friction": 0.5})
@@ -237,6 +239,7 @@ def test_with_friction_pit_is_tried() -> None:
     assert f"and {1 / answer.passes.dt_s:.4g}-{1 / answer.down_to_s:.4g} a second, by trying" in text
 
 
+@pytest.mark.long
 def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
     """Discs that spin and do not rub have the closed form of those that do not; where one falls past the other none."""
     discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]

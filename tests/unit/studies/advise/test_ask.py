@@ -10,11 +10,17 @@ import pytest
 import carom
 from carom.errors import InputError, UnknownNameError
 from carom.runs.pool import InProcess
+from carom.studies.advise.picture import ShownAdvice
 
 
-def test_a_call_gives_an_answer_that_prints_itself() -> None:
+@pytest.fixture(scope="module")
+def advice() -> ShownAdvice:
+    """Pymunk's steps for two discs."""
+    return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=2, pool=InProcess())
+
+
+def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:
     """The first line is the answer, as on the command line; the numbers are those of its fields."""
-    advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=2, pool=InProcess())
     (answer,) = advice.answers
     assert answer.never_misses.passes is not None
     first = f"paper/late: to miss no impact, {1.0 / answer.never_misses.passes.dt_s:.4g} steps a second "
@@ -22,10 +28,9 @@ def test_a_call_gives_an_answer_that_prints_itself() -> None:
     assert advice.code[answer.method] in repr(advice)
 
 
-def test_a_picture_has_a_line_a_method_and_the_demand() -> None:
+def test_a_picture_has_a_line_a_method_and_the_demand(advice: ShownAdvice) -> None:
     """Each step at which a start found the impact is a point at its rate and error, and the demand is a level line."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
-    advice = carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=2, pool=InProcess())
     from matplotlib.figure import Figure
 
     axes = advice.plot(Figure().add_subplot())

@@ -45,6 +45,7 @@ def tried(scenes: list[Scene], *engines: str) -> carom.Results:
     return carom.cross_check(scenes, engines, dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess())
 
 
+@pytest.mark.long
 def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
     """An engine that aborts, exits or raises is a row with its reason; every other row is as if it had run alone."""
     results = carom.cross_check(

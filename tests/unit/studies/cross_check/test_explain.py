@@ -9,6 +9,7 @@ from typing import Any
 
 import pytest
 from tests.forms import needs_extension, plain_form
+from tests.lengths import long_after
 
 from carom.errors import UnknownNameError
 from carom.runs import reference
@@ -100,13 +101,16 @@ class Noting(InProcess):
 @pytest.mark.usefixtures("hostile")
 @pytest.mark.parametrize(
     ("options", "most_impacts"),
-    [
-        ({}, reference.MOST_IMPACTS),
-        ({"profiles": ["all"]}, 3),
-        ({"profiles": ["located"]}, reference.MOST_IMPACTS),
-        ({"profiles": ["tuned", "default"], "dts": [0.5, 0.1]}, reference.MOST_IMPACTS),
-    ],
-    ids=["default", "all", "located", "steps"],
+    long_after(
+        2,
+        [
+            ({"profiles": ["all"]}, 3),
+            ({"profiles": ["tuned", "default"], "dts": [0.5, 0.1]}, reference.MOST_IMPACTS),
+            ({}, reference.MOST_IMPACTS),
+            ({"profiles": ["located"]}, reference.MOST_IMPACTS),
+        ],
+    ),
+    ids=["all", "steps", "default", "located"],
 )
 def test_what_is_explained_is_what_is_run(
     options: dict[str, Any], most_impacts: int, monkeypatch: pytest.MonkeyPatch

@@ -74,6 +74,7 @@ def test_a_run_that_looks_at_no_frames_is_not_said_to(shown: Replay) -> None:
     assert (run["dt"], run["sampled"]) == (pytest.approx(1 / 24), False)
 
 
+@pytest.mark.long
 def test_a_gif_moves_and_is_held_where_the_impact_is_missed(
     shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -134,6 +135,7 @@ def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay) -> None:
     film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 
 
+@pytest.mark.long
 def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The program that matplotlib calls ffmpeg gets each frame whole, and what it writes is the file."""
     monkeypatch.setattr(playback, "_FILM_S", 1)

@@ -28,6 +28,7 @@ from carom.pages.replay import impact_rows
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Method, Status
+from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
@@ -273,7 +274,9 @@ def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: s
 
 def test_the_trend_has_pic_once() -> None:
     """PIC has nothing to set, so all its profiles are one line; an engine's profiles are each one."""
-    results = carom.cross_check(["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], timing=False)
+    results = carom.cross_check(
+        ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], timing=False, pool=InProcess()
+    )
     assert [series.name for series in build_trend(results, build_grid(results)).series] == [
         *("PIC", "PIT tuned", "pymunk default", "pymunk tuned")
     ]

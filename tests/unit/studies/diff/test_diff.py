@@ -12,6 +12,7 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from tests.lengths import long_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
 from tests.unit.pages.test_terminal import printed
 from typer.testing import CliRunner
@@ -207,12 +208,15 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
 @pytest.mark.skipif(not SAMPLE.exists(), reason="a source distribution has no reports")
 @pytest.mark.parametrize(
     ("old", "new"),
-    [
-        ("mujoco/default", "mujoco/tuned"),
-        ("mujoco/tuned", "mujoco/default"),
-        ("pymunk/default", "mujoco/tuned"),
-        ("box2d/default", "pybullet/tuned"),
-    ],
+    long_after(
+        1,
+        [
+            ("mujoco/default", "mujoco/tuned"),
+            ("mujoco/tuned", "mujoco/default"),
+            ("pymunk/default", "mujoco/tuned"),
+            ("box2d/default", "pybullet/tuned"),
+        ],
+    ),
 )
 def test_profiles_of_the_sample_compared_fit_25_lines_on_a_terminal(old: str, new: str) -> None:
     """Of whole suites, too, 80 columns show the answer in 25 lines, and a row tells what moved its own way."""

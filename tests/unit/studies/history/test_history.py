@@ -46,6 +46,7 @@ def asked(*versions: str, **options: object) -> HistoryOptions:
     return HistoryOptions(versions=versions or None, profiles=("default",), jobs=1, **options)  # type: ignore[arg-type]
 
 
+@pytest.mark.long
 def test_each_release_is_told_as_what_it_is(registry: Toys, tmp_path: Path) -> None:
     """Same bits, worse, better, asked otherwise, half seen, too old and not to be had: each by construction."""
     found = history("toy", [PAIR], Kept(tmp_path / "kept"), asked())
@@ -109,9 +110,10 @@ def test_without_a_network_what_is_kept_is_run(registry: Toys, tmp_path: Path) -
         history("toy", [PAIR], kept, asked())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("versions", "last", "first"),
-    [pytest.param(["1.0..1.3"], "1.1", "1.2", marks=pytest.mark.long), (["1.3..1.4"], "1.3", "1.4")],
+    [(["1.0..1.3"], "1.1", "1.2"), (["1.3..1.4"], "1.3", "1.4")],
 )
 def test_the_release_that_changed_a_cell_is_found(
     registry: Toys,  # noqa: ARG001

@@ -32,6 +32,7 @@ def test_a_call_gives_settings_that_print_and_draw_themselves() -> None:
     assert "trial" in page or "tried" in page
 
 
+@pytest.mark.long
 def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
     """Each has a row, located last; a tie and a better one are said; what a profile does not support is not run."""
     found = carom.tune("pymunk", ["paper/late", "gravity/bouncing-ball"], trials=1, jobs=1)
