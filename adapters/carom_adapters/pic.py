@@ -78,6 +78,7 @@ class PicAdapter:
         driven_discs=True,
         gravity=True,
         damping=True,
+        rolling_resistance=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.SOLVED,
         stamp=Stamp.INSTANT,

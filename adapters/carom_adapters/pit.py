@@ -75,6 +75,7 @@ class PitAdapter:
         driven_discs=True,
         gravity=True,
         damping=True,
+        rolling_resistance=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.STEP,
         spin=True,

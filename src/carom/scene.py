@@ -78,6 +78,8 @@ class Need(StrEnum):
     RESTITUTION = "restitution below 1"
     GRAVITY = "gravity"
     DAMPING = "damping"
+    ROLLING_RESISTANCE = "rolling resistance"
+    TABLE_FRICTION = "a table that slows discs down"
     SPIN = "spinning discs"
     FRICTION = "friction"
     TANGENTIAL_RESTITUTION = "tangential restitution"
@@ -154,11 +156,18 @@ class Scene(Drawn, Model):
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
         damping_per_s: Rate c of linear damping, 0 or more, a second: between impacts velocities and spins of all discs
             fall as ``exp(-c t)``. Not together with gravity. See `docs/damping.md`.
+        wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more: a wall
+            that a disc presses by P resists its turning by a torque of up to c P R. It is the tangent of the steepest
+            slope on which that holds a disc. Under gravity alone, and without `wall_tangential_restitution`; see
+            `docs/contact.md`.
+        table_deceleration_m_s2: By how much a table that all discs slide on, seen from above, slows each of them down
+            against its motion until it stops, metres a second squared. Not together with gravity, damping, spin,
+            friction or driven bodies; see `docs/contact.md`.
         duration_s: How long the scene is simulated, seconds, above 0.
         frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
     """
 
-    left_out = (*_OF_FRICTION, "damping_per_s")
+    left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
 
     # Control characters would reach terminals and reports as they are.
     name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
@@ -173,6 +182,8 @@ class Scene(Drawn, Model):
     wall_tangential_restitution: SignedCoefficient = 0.0
     gravity_m_s2: Vector = (0.0, 0.0)
     damping_per_s: Rate = 0.0
+    wall_rolling_resistance: Friction = 0.0
+    table_deceleration_m_s2: Rate = 0.0
     duration_s: Positive
     frame_rate_hz: Positive = 60.0
 
@@ -181,7 +192,8 @@ class Scene(Drawn, Model):
 
         Raises:
             SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain; or sizes span more
-                than `carom.limits` allows; or the scene has damping and gravity, or damping and a driven body.
+                than `carom.limits` allows; or the scene has damping and gravity, or damping and a driven body; or
+                rolling resistance or a table where they are not solved.
         """
         start = self.arrays
         problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
@@ -190,10 +202,31 @@ class Scene(Drawn, Model):
         if self.damping_per_s and start.driven:
             what = "a driven body, whose path is not damped"
             problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with {what}, got {self.damping_per_s}"))
+        problems += self._unsolved_frictions()
         found, more = start.overlaps("discs[{}]", "walls[{}]")
         problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
         if problems:
             raise SceneError(problems, more=more)
+
+    def _unsolved_frictions(self) -> Generator[Problem, None, None]:
+        falls = self.gravity_m_s2 != (0.0, 0.0)
+        if self.wall_rolling_resistance:
+            why = "" if falls else "without gravity, which presses discs to walls"
+            if self.wall_tangential_restitution:
+                why = "with wall_tangential_restitution, which gives back what rolling resistance takes"
+            if why:
+                said = f"must be 0 in a scene {why}, got {self.wall_rolling_resistance}"
+                yield Problem(("wall_rolling_resistance",), said)
+        if self.table_deceleration_m_s2:
+            with_what = (
+                "gravity" * falls,
+                "damping" * (self.damping_per_s > 0.0),
+                "driven bodies, which it does not slow down" * self.arrays.driven,
+                "friction or spin, which a table changes too" * self.arrays.turns,
+            )
+            for what in filter(None, with_what):
+                said = f"must be 0 in a scene with {what}, got {self.table_deceleration_m_s2}"
+                yield Problem(("table_deceleration_m_s2",), said)
 
     @cached_property
     def arrays(self) -> DiscArrays:
@@ -274,6 +307,8 @@ class Scene(Drawn, Model):
             Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
             Need.DAMPING: self.damping_per_s > 0.0,
+            Need.ROLLING_RESISTANCE: self.wall_rolling_resistance > 0.0,
+            Need.TABLE_FRICTION: self.table_deceleration_m_s2 > 0.0,
             Need.SPIN: any(disc.spin_rad_s for disc in self.discs),
             Need.FRICTION: start.rubs,
             Need.TANGENTIAL_RESTITUTION: (start.rubs_discs and self.tangential_restitution != 0.0)

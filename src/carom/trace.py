@@ -120,12 +120,16 @@ class EdgeKind(IntEnum):
 
 
 class Mode(IntEnum):
-    """How a disc moves: on its own, or in contact with a wall that gravity presses it to."""
+    """How a disc moves: on its own, or in contact with a wall that gravity presses it to.
+
+    A block slides without turning, as rolling resistance holds a disc that could turn.
+    """
 
     FLIGHT = 0
     SLIDE = 1
     ROLL = 2
     REST = 3
+    BLOCK = 4
 
 
 #: Of an impact on a disc, or on a half-plane.
@@ -263,6 +267,7 @@ _OF_DISC = {
 
 _OF_MODE = {
     Mode.SLIDE: "slides along a wall",
+    Mode.BLOCK: "slides along a wall",
     Mode.ROLL: "rolls along a wall",
     Mode.REST: "comes to rest",
     Mode.FLIGHT: "leaves a wall",

@@ -72,6 +72,8 @@ class Gas:
     impacts: int
     contact_duration_s: float = 0.0
     gravity_m_s2: tuple[float, float] = (0.0, 0.0)
+    wall_rolling_resistance: float = 0.0
+    table_deceleration_m_s2: float = 0.0
     duration_s: float = math.inf
 
     @property

@@ -91,8 +91,9 @@ def require_sound(
     for field, value in (("friction", scene.friction), ("wall_friction", scene.wall_friction)):
         if not 0 <= value < math.inf:
             raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
-    if not 0 <= scene.damping_per_s < math.inf:
-        raise AdapterError(f"{engine}: damping_per_s must be a number, 0 or more, got {scene.damping_per_s}")
+    for field in ("damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2"):
+        if not 0 <= (value := getattr(scene, field)) < math.inf:
+            raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
     if not all(map(math.isfinite, scene.gravity_m_s2)):
         raise AdapterError(f"{engine}: gravity_m_s2 must be finite, got {scene.gravity_m_s2}")
 
@@ -118,6 +119,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         (Need.DRIVEN_DISCS, capabilities.driven_discs),
         (Need.GRAVITY, capabilities.gravity),
         (Need.DAMPING, capabilities.damping),
+        (Need.ROLLING_RESISTANCE, capabilities.rolling_resistance),
+        (Need.TABLE_FRICTION, capabilities.table_friction),
         (Need.SPIN, capabilities.spin),
         (Need.FRICTION, capabilities.friction[1] > 0.0),
         (Need.TANGENTIAL_RESTITUTION, capabilities.tangential_restitution),

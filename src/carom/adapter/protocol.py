@@ -95,6 +95,8 @@ class Capabilities:
         driven_discs: Discs of infinite mass that move and spin.
         gravity: Uniform gravity.
         damping: Linear damping of velocities and spins, by the scene's law.
+        rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/contact.md`.
+        table_friction: A table that slows discs down by one deceleration until they stop.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
         restitution_combine: Which coefficients of discs and of walls come out as asked for in one scene: a rule of
             `carom.adapter.checks.COMBINE_RULES`; "pair" for any.
@@ -151,6 +153,8 @@ class Capabilities:
     arcs: bool = False
     wall_materials: bool = False
     damping: bool = False
+    rolling_resistance: bool = False
+    table_friction: bool = False
     driven_walls: bool = False
     driven_discs: bool = False
     posts: bool = False

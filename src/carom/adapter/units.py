@@ -43,6 +43,7 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         "walls": walls,
         "gravity_m_s2": _times(scene.gravity_m_s2, speed / time),
         "damping_per_s": scene.damping_per_s / time,
+        "table_deceleration_m_s2": scene.table_deceleration_m_s2 * (speed / time),
         "duration_s": scene.duration_s * time,
         "frame_rate_hz": scene.frame_rate_hz / time,
     }

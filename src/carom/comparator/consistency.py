@@ -297,7 +297,7 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
     the radius. Bodies that are found in contact overlap by as much as they close in a step, so that an arm may be that
     much shorter, but not longer; of a contact of several steps the normal turns, and with it the direction. So much
     sampling explains, as it does of places. What gravity adds across the normal while the contact lasts is no fault,
-    and what nobody can tell apart is not asked for.
+    and what nobody can tell apart is not asked for; nor of walls that resist rolling, which do change it.
     """
     impacts, start = trace.impacts, trace.scene.arrays
     before, after = velocities(impacts, "before"), velocities(impacts, "after")
@@ -308,6 +308,8 @@ def _angular(trace: Trace) -> tuple[float, float, float]:
     closing = np.hypot(*(before[1] - before[0]).T)
     pulled = _cross(np.broadcast_to(np.array(trace.scene.gravity_m_s2), normal.shape), normal) * _lasted(trace)
     known, lasted = np.isfinite(_turning_times(trace)), _lasted(trace)
+    if trace.scene.wall_rolling_resistance:
+        known &= impacts["second"] >= 0
     # One that acts in a single step turns within it, so that this is at most three steps.
     lasting = (impacts["second"] >= 0) & (lasted > 3.0 * trace.dt_s * (1.0 + THRESHOLDS.rounding))
     worst, most, arm = 0.0, 0.0, math.nan

@@ -125,7 +125,7 @@ def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impac
     fall = math.hypot(*scene.gravity_m_s2) * dt_s
     # A coefficient above 1 ends a slip within the step, and then friction is no more than what it takes.
     rubs = fall * min(1.0, max(material.friction for material in arrays.materials))
-    rims = rubs / float(np.min(arrays.inertia))
+    rims = (rubs + fall * min(1.0, scene.wall_rolling_resistance)) / float(np.min(arrays.inertia))
     place = (speed + fall) * dt_s * (1 + impacts)
     return ContactErrors(max(pit.place_m, place), pit.velocity_m_s + fall + rubs, pit.rim_m_s + max(rubs, rims))
 
@@ -237,7 +237,8 @@ def _momentum_error(reference: Trace, seen: States) -> float:
     walls = scene.arrays.walls
     if len(scene.discs) > 1 or len(walls) > 1 or modes is None or not isinstance(walls[0], tuple):
         return math.nan
-    if seen.spin_rad_s is None or math.isinf(k := float(scene.arrays.inertia[0])):
+    resists = scene.wall_rolling_resistance > 0.0  # and changes it
+    if resists or seen.spin_rad_s is None or math.isinf(k := float(scene.arrays.inertia[0])):
         return math.nan
     nx, ny = walls[0][2:]
     along, (gx, gy) = np.array([ny, -nx]), scene.gravity_m_s2

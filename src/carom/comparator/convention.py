@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
+from carom.physics.contact_law import rub
 from carom.physics.friction import ContactFriction, tangential_impulse
 from carom.scene import Scene, Wall
 from carom.trace import Trace, body_name, free_flights, rim_speeds, wall_body, wall_index
@@ -259,7 +260,8 @@ def _rubbed(
         if wall
         else ContactFriction(start.friction, start.tangential_restitution)
     )
-    if not grip.friction:
+    resists = scene.wall_rolling_resistance if wall else 0.0
+    if not (grip.friction or resists):
         return after
     tangent = np.array([-ny, nx])
     sides = [(first, -1.0)] if wall else [(first, -1.0), (second, 1.0)]
@@ -268,10 +270,14 @@ def _rubbed(
     if wall:
         slip -= float(np.array(scene.walls[wall_index(second)].velocity_m_s) @ tangent)
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
-    rub = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
+    turned = rubbed = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
+    if resists:  # of a wall: per unit of the disc's mass
+        rim = before[row[first], 2]
+        by = rub(grip, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first])
+        rubbed, turned = by.friction / weights[first], (by.friction + by.rolling) / weights[first]
     for body, sign in sides:
-        after[row[body], :2] += sign * rub * weights[body] * tangent
-        after[row[body], 2] -= rub * weights[body] / start.inertia[body]
+        after[row[body], :2] += sign * rubbed * weights[body] * tangent
+        after[row[body], 2] -= turned * weights[body] / start.inertia[body]
     return after
 
 

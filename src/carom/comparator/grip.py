@@ -63,8 +63,8 @@ def wrong_branches(trace: Trace, scales: Scales, rounding: float) -> WrongBranch
     # As changes of velocity, over the scene's speed.
     least = rounding * scales.rim_m_s / lightness
     wrong = (np.abs(rubbed - other) < np.abs(rubbed - both.law)) & (np.abs(other - both.law) > least)
-    known = np.ones(len(impacts), dtype=np.bool_)
+    known = ~wall if trace.scene.wall_rolling_resistance else np.ones(len(impacts), dtype=np.bool_)
     if trace.effective_time_s is not None:
-        known = np.isfinite(trace.effective_time_s)
+        known &= np.isfinite(trace.effective_time_s)
     wrong &= known & finite_impacts(trace)
     return WrongBranches(*(tuple(np.flatnonzero(wrong & side).tolist()) for side in (holds, ~holds)))

@@ -63,6 +63,8 @@ _OF_ADAPTER = {
     "immovable-discs-alone": capability.posts_stand_still,
     "gravity": capability.falls_as_declared,
     "damping": capability.slows_as_declared,
+    "rolling-resistance": capability.rolls_as_declared,
+    "table-friction": capability.slows_on_a_table_as_declared,
     "greatest-speed": capability.fast_as_declared,
     "greatest-coordinate": capability.far_as_declared,
     "greatest-move": capability.moves_as_declared,

@@ -281,6 +281,28 @@ def slowing(*, spins: bool) -> Scene:
     return Scene(name=f"conformance-slowing{'-spin' * spins}", discs=[disc], damping_per_s=0.8, duration_s=0.5)
 
 
+def rolling() -> Scene:
+    """One disc that rolls on a floor which resists that, for half a second."""
+    return Scene(
+        name="conformance-rolling",
+        discs=[Disc(position_m=(0, 0.5), velocity_m_s=(1, 0), radius_m=0.5, spin_rad_s=-2)],
+        walls=[Wall(point_m=(0, 0), normal=(0, 1))],
+        restitution=0.0,
+        wall_restitution=0.0,
+        wall_friction=0.5,
+        friction=0.5,
+        wall_rolling_resistance=0.1,
+        gravity_m_s2=(0, -8),
+        duration_s=0.5,
+    )
+
+
+def sliding_on_a_table() -> Scene:
+    """One disc that a table slows down for half a second."""
+    disc = Disc(position_m=(0, 0), velocity_m_s=(0.6, -0.8), radius_m=0.5)
+    return Scene(name="conformance-table", discs=[disc], table_deceleration_m_s2=0.5, duration_s=0.5)
+
+
 def mixed_contacts(*, wall: bool, restitution: float) -> Scene:
     """Two discs that meet off centre; where walls are supported, the first comes back and leaves a slanted one.
 

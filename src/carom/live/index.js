@@ -28,6 +28,8 @@ export const NOT_PORTED = {
   "driven walls": (scene) => (scene.walls ?? []).some((wall) => (wall.velocity_m_s ?? [0, 0]).some((v) => v !== 0)),
   "driven discs": (scene) => scene.discs.some((disc) => disc.driven),
   damping: (scene) => (scene.damping_per_s ?? 0) !== 0,
+  "rolling resistance": (scene) => (scene.wall_rolling_resistance ?? 0) !== 0,
+  "a table that slows discs down": (scene) => (scene.table_deceleration_m_s2 ?? 0) !== 0,
   "numbers of extreme size": (scene) => numbersOf(scene).some(extreme),
 };
 const KNOWN = {
@@ -44,6 +46,8 @@ const KNOWN = {
     "wall_tangential_restitution",
     "gravity_m_s2",
     "damping_per_s",
+    "wall_rolling_resistance",
+    "table_deceleration_m_s2",
     "duration_s",
     "frame_rate_hz",
   ],

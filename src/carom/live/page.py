@@ -87,7 +87,12 @@ def beyond_page(scene: Scene) -> str:
         return f"the page shows half-planes of one material alone; {scene.name} has other walls"
     if scene.arrays.driven:
         return f"the page shows no driven bodies; {scene.name} has some"
-    return f"the page shows no damping; {scene.name} has some" if scene.damping_per_s else ""
+    laws = (
+        ("damping", scene.damping_per_s),
+        ("rolling resistance", scene.wall_rolling_resistance),
+        ("table that slows discs down", scene.table_deceleration_m_s2),
+    )
+    return next((f"the page shows no {law}; {scene.name} has some" for law, value in laws if value), "")
 
 
 def _fields(scene: Scene) -> object:

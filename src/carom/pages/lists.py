@@ -117,6 +117,8 @@ _SAID = {
     "driven_discs": ("driven discs", ""),
     "gravity": ("gravity", ""),
     "damping": ("damping", ""),
+    "rolling_resistance": ("rolling resistance", ""),
+    "table_friction": ("a table that slows discs down", ""),
     "spin": ("spin", ""),
     "restitution": ("restitution", ""),
     "restitution_threshold_m_s": ("inelastic up to", " m/s"),

@@ -261,7 +261,8 @@ def _of_scene(scene: Scene) -> Json:
 def _thrown(scene: Scene) -> str:
     """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
     plain = all(isinstance(wall, Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
-    plain = plain and not (scene.damping_per_s or scene.arrays.driven)
+    slowed = scene.damping_per_s or scene.wall_rolling_resistance or scene.table_deceleration_m_s2
+    plain = plain and not (slowed or scene.arrays.driven)
     few = _FEWEST_THROWN <= len(scene.discs) <= _MOST_THROWN
     return "carom play scene.toml" if plain and few else ""
 

@@ -70,12 +70,15 @@ def _of_scene(scene: Scene) -> list[str]:
     laws = [f"restitution {_n(scene.restitution)}"]
     if scene.walls:
         laws.append(f"of walls {_n(scene.wall_restitution)}")
-    rough = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
+    rough = ["friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"]
+    rough.append("wall_rolling_resistance")
     laws += [f"{name.replace('_', ' ')} {_n(value)}" for name in rough if (value := getattr(scene, name))]
     if any(scene.gravity_m_s2):
         laws.append(f"gravity {_vector(scene.gravity_m_s2)} m/s²")
     if scene.damping_per_s:
         laws.append(f"damping {_n(scene.damping_per_s)} /s")
+    if scene.table_deceleration_m_s2:
+        laws.append(f"a table that takes {_n(scene.table_deceleration_m_s2)} m/s²")
     heading = (
         f"Scene {_name(scene)}: {size}; {_n(scene.duration_s)} s at {_n(scene.frame_rate_hz)} frames a second",
         f"  {', '.join(laws)}",

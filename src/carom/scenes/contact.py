@@ -155,6 +155,9 @@ def _damped_slide() -> Staged:
 # On a wall that gravity presses a disc to -----------------------------------------------------------------------------
 
 _RADIUS_M, _G = 0.5, 10.0
+_ROLLING = (
+    "Rolling resistance, up to c P R against the spin: u' = -c g/(1 + k); Ai et al., Powder Technol. 206 (2011) 269, A"
+)
 _COULOMB = "Coulomb's law: while it slips, friction is f P; a disc rolls if f P (1 + 1/k) is enough to hold its slip"
 
 
@@ -288,6 +291,46 @@ def _stops() -> Staged:
 def _holds() -> Staged:
     """On a slope below its angle of friction a disc that does not turn stays where it is."""
     return _on_a_wall(_COULOMB, (0.0, 0.0, 0.0), 5.0, fall=0.75, inertia=math.inf, wall_friction=0.8)
+
+
+@listed("contact")
+def _rolling_resistance() -> Staged:
+    """A disc that rolls on a floor with rolling resistance stops after 5/2 s and 5/4 m."""
+    laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 3 / 50}
+    return _on_a_wall(_ROLLING, (5 / 4, 0.0, 0.0), 5.0, along=1.0, rim=-1.0, **laws)
+
+
+@listed("contact")
+def _rolling_resistance_holds() -> Staged:
+    """On a slope whose tangent is below the coefficient of rolling resistance a disc does not begin to roll."""
+    return _on_a_wall(_ROLLING, (0.0, 0.0, 0.0), 5.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.76)
+
+
+@listed("contact")
+def _rolling_resistance_on_a_slope() -> Staged:
+    """On a slope that rolling resistance does not hold a disc rolls more slowly: by c P less, over 1 + k."""
+    source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
+    return _on_a_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
+
+
+@listed("contact")
+def _block() -> Staged:
+    """With more rolling resistance than friction a disc slides without turning, and stops as a block does."""
+    laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 0.4}
+    return _on_a_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
+
+
+@listed("contact")
+def _lands_rolling() -> Staged:
+    """A disc that comes down rolling loses c times what it is pressed by, over 1 + k: so it lands, and so it stops."""
+    e, w, c, k = 0.5, 1.0, 0.06, 0.5
+    begun, taken = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
+    ways = [2.0 / _G * w * e**n * (begun - taken * (1 - e**n)) for n in range(1, 70)]
+    landed = begun - taken
+    way = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
+    source = "Geometric series of the hops; from there on v^2 (1 + k)/(2 c g): docs/contact.md"
+    laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
+    return _on_a_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
 
 
 @listed("contact")

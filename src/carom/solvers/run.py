@@ -33,6 +33,14 @@ class Start(Protocol):
         """Uniform gravity."""
 
     @property
+    def wall_rolling_resistance(self) -> float:
+        """Coefficient of rolling resistance of every disc and wall."""
+
+    @property
+    def table_deceleration_m_s2(self) -> float:
+        """By how much a table slows every disc down."""
+
+    @property
     def duration_s(self) -> float:
         """How long the scene is simulated."""
 

@@ -60,8 +60,13 @@ class Units(NamedTuple):
         )
         if start.wall_velocity_m_s is not None:
             scaled["wall_velocity_m_s"] = tuple(_vector(velocity, -speed) for velocity in start.wall_velocity_m_s)
-        gravity, duration = _vector(scene.gravity_m_s2, self.time - speed), self.of_seconds(scene.duration_s)
-        return _ScaledStart(DiscArrays.of_valid(**scaled), gravity, duration)
+        return _ScaledStart(
+            DiscArrays.of_valid(**scaled),
+            _vector(scene.gravity_m_s2, self.time - speed),
+            scene.wall_rolling_resistance,
+            _times_power(scene.table_deceleration_m_s2, self.time - speed),
+            self.of_seconds(scene.duration_s),
+        )
 
     def of_seconds(self, time_s: float) -> float:
         """Return a time given in seconds, in these units."""
@@ -133,6 +138,8 @@ class _ScaledStart(NamedTuple):
 
     arrays: DiscArrays
     gravity_m_s2: Vector
+    wall_rolling_resistance: float
+    table_deceleration_m_s2: float
     duration_s: float
 
 

@@ -25,7 +25,7 @@ MOST = 2000
 #: All that the JavaScript refuses, by the names that it says.
 REFUSED = {
     *("walls of edges, arcs or circles", "walls of their own material", "driven walls", "driven discs"),
-    *("damping", "numbers of extreme size"),
+    *("damping", "rolling resistance", "a table that slows discs down", "numbers of extreme size"),
 }
 
 Job = tuple[carom.Scene, str]
@@ -112,7 +112,8 @@ def test_what_is_refused_stands_in_one_list() -> None:
     for (scene, _), got in zip(jobs, _of_javascript(jobs), strict=True):
         assert set(got.get("refused", ())) <= REFUSED, scene.name
         ported = all(isinstance(wall, carom.Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
-        ported &= not (scene.damping_per_s or scene.arrays.driven)
+        slowed = scene.damping_per_s or scene.wall_rolling_resistance or scene.table_deceleration_m_s2
+        ported &= not (slowed or scene.arrays.driven)
         assert ("refused" in got) == (not ported), scene.name
 
 
@@ -120,6 +121,8 @@ def test_what_is_refused_stands_in_one_list() -> None:
     ("change", "name"),
     [
         ({"damping_per_s": 0.5}, "damping"),
+        ({"wall_rolling_resistance": 0.5}, "rolling resistance"),
+        ({"table_deceleration_m_s2": 0.5}, "a table that slows discs down"),
         ({"walls": [{"points_m": [[-1.0, -3.0], [1.0, -3.0]]}]}, "walls of edges, arcs or circles"),
         (
             {"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "restitution": 0.5}]},

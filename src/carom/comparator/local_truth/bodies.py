@@ -13,10 +13,11 @@ from typing import NamedTuple
 
 from carom.damping import Damping
 from carom.disc_arrays import HalfPlane
+from carom.physics.contact_law import rub
 from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Feature, Mover
-from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
+from carom.physics.friction import ContactFriction, pair_tangential_impulse
 from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
 from carom.physics.pair_time_falling import encounter_time
@@ -59,6 +60,7 @@ class Law:
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.damping = Damping(scene.damping_per_s)
+        self.rolling_resistance = scene.wall_rolling_resistance
         self.disc_restitution = scene.restitution
         self.wall_restitutions = [material.restitution for material in arrays.materials]
         self.disc_contact = ContactFriction(scene.friction, scene.tangential_restitution)
@@ -288,11 +290,11 @@ class BodyStates:
                 return
             pressed = -(1.0 + law.restitution(pair)) * along
             vx, vy = vx + pressed * nx, vy + pressed * ny
-            if contact.friction > 0.0:
-                slip = before[0] * ny - before[1] * nx + law.radius[i] * self.spin[i]
-                rub = tangential_impulse(contact, slip, 1.0 + law.inverse_inertia_ratio[i], pressed)
-                vx, vy = vx - rub * ny, vy + rub * nx
-                self.spin[i] -= rub * law.inverse_inertia_ratio[i] / law.radius[i]
+            if contact.friction > 0.0 or law.rolling_resistance > 0.0:
+                rim, y = law.radius[i] * self.spin[i], law.inverse_inertia_ratio[i]
+                by = rub(contact, law.rolling_resistance, before[0] * ny - before[1] * nx + rim, rim, y, pressed)
+                vx, vy = vx - by.friction * ny, vy + by.friction * nx
+                self.spin[i] -= (by.friction + by.rolling) * y / law.radius[i]
             self.velocity[i] = (vx, vy)
             return
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y

@@ -24,7 +24,9 @@ from carom.conformance.suite_scenes import (
     paddle,
     post,
     posts,
+    rolling,
     rubbing,
+    sliding_on_a_table,
     slowing,
     two_walls,
     walled_box,
@@ -45,8 +47,10 @@ __all__ = [
     "posts_stand_still",
     "refuses",
     "restitution_as_declared",
+    "rolls_as_declared",
     "slow_as_declared",
     "slows_as_declared",
+    "slows_on_a_table_as_declared",
     "small_as_declared",
 ]
 
@@ -123,6 +127,32 @@ def slows_as_declared(subject: Subject) -> None:
     slowed = all(least - subject.rounding <= kept <= most + subject.rounding for kept in found)
     expected = f"{least:.6g} to {most:.6g} of its velocity" + " and of its spin" * bool(disc.spin_rad_s)
     require(slowed, "a disc is not damped by the scene's rate", expected, numbers(found), setup)
+
+
+def rolls_as_declared(subject: Subject) -> None:
+    """A disc that rolls on a floor with rolling resistance slows down by c g/(1 + k), to within one step of it."""
+    setup = Setup(rolling())
+    require_supported(subject, setup)
+    scene, end = setup.scene, subject.watch(setup).seen[-1]
+    rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
+    expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
+    promise = subject.adapter.profiles[setup.profile].accuracy.velocity
+    right = abs(found - expected) <= rate * setup.dt_s + subject.rounding + promise
+    wrong = "a disc that rolls is not slowed down by c g/(1 + k)"
+    require(right, wrong, f"{expected:.6g} m/s to {rate * setup.dt_s + promise:.2g}", f"{found:.6g} m/s", setup)
+
+
+def slows_on_a_table_as_declared(subject: Subject) -> None:
+    """A disc on a table slows down against its motion by the table's deceleration, to within one step of it."""
+    setup = Setup(sliding_on_a_table())
+    require_supported(subject, setup)
+    scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
+    left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
+    expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
+    allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
+    wrong = "a disc on a table is not slowed down against its motion"
+    told = f"{numbers(expected)} m/s to {allowed:.2g}"
+    require(math.dist((u, v), expected) <= allowed, wrong, told, f"{numbers((u, v))} m/s", setup)
 
 
 def _hands_over(subject: Subject, scene: Scene, where: str, dt_s: float = DT_S) -> None:
@@ -252,6 +282,8 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "driven discs": ("driven_discs", lambda can: None if can.driven_discs else mallet(can.restitution[1])),
     "gravity": ("gravity", lambda can: None if can.gravity else fall()),
     "damping": ("damping", lambda can: None if can.damping else slowing(spins=False)),
+    "rolling resistance": ("rolling_resistance", lambda can: None if can.rolling_resistance else rolling()),
+    "table friction": ("table_friction", lambda can: None if can.table_friction else sliding_on_a_table()),
     "restitution below the range": (
         "restitution",
         lambda can: _bouncing(can.restitution[0] / 2) if can.restitution[0] else None,

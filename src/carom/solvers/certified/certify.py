@@ -50,15 +50,15 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
-        InputError: The scene has damping or a driven body, or under gravity immovable discs or finite walls; or an
-            option is outside its range.
+        InputError: The scene has damping, rolling resistance, a table that slows discs down or a driven body, or under
+            gravity immovable discs or finite walls; or an option is outside its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
         scene = as_scene(scene)
-    if scene.damping_per_s:
-        message = f"damping_per_s is {scene.damping_per_s}: a certified run does not support damping; solve_pic does"
-        raise InputError(message)
+    for field, what in _UNSUPPORTED.items():
+        if value := getattr(scene, field):
+            raise InputError(f"{field} is {value}: a certified run does not support {what}; solve_pic does")
     scene.arrays.require_undriven("a certified run")
     _refuse_quartics(scene)
     require_compiled("certify")
@@ -76,6 +76,13 @@ def certify(
 
     run.advance_to(scene.duration_s, asked.max_impacts, report, asked.time_budget_s)
     return run.result()
+
+
+_UNSUPPORTED = {
+    "damping_per_s": "damping",
+    "wall_rolling_resistance": "rolling resistance",
+    "table_deceleration_m_s2": "a table that slows discs down",
+}
 
 
 def _refuse_quartics(scene: Scene) -> None:

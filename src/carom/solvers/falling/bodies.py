@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from carom.physics.contact_law import rub
 from carom.physics.double_double import two_diff, two_sum
 from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Face
@@ -36,6 +37,7 @@ class FallingBodies(Bodies):
     def __init__(self, start: Start) -> None:
         super().__init__(start)
         self.gravity = start.gravity_m_s2
+        self.rolling_resistance = start.wall_rolling_resistance
         # Of a finite wall it goes by the place.
         nowhere = (math.nan, math.nan)
         self.pull = [
@@ -262,18 +264,28 @@ class FallingBodies(Bodies):
         self.gripped[i] = False
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.leave_wall(i, k, restitution * approach)
-            if self.contact_of_wall(k).friction > 0.0:
+            if self.rubs_on(k):
                 self.slide_on_wall(i, k, (vx, vy), (1.0 + restitution) * approach)
         self.last_partner[i] = wall_body(k)
         return self.wall_record(i, k, before, spin)
 
+    def rubs_on(self, k: int) -> bool:
+        """Whether an impact on wall `k` changes more than the speed along its normal."""
+        return super().rubs_on(k) or self.rolling_resistance > 0.0
+
     def slide_on_wall(self, i: int, k: int, before: tuple[float, float], pressed: float) -> None:
-        """Let the friction of a wall act, as without gravity, and note whether it has taken all of the slip."""
-        (nx, ny), contact = self.normal(i, k), self.contact_of_wall(k)
-        slip = before[0] * ny - before[1] * nx + self.radius[i] * self.spin[i]
-        sticking = (1.0 + contact.restitution) * slip / (1.0 + self.inverse_inertia_ratio[i])
-        self.gripped[i] = abs(sticking) <= contact.friction * pressed
-        super().slide_on_wall(i, k, before, pressed)
+        """Let the friction of a wall act, as without gravity, and its rolling resistance.
+
+        Note whether friction has taken all of the slip; where rolling resistance has taken all of the spin, it is 0.
+        """
+        (nx, ny), y = self.normal(i, k), self.inverse_inertia_ratio[i]
+        rim = self.radius[i] * self.spin[i]
+        slip = before[0] * ny - before[1] * nx + rim
+        by = rub(self.contact_of_wall(k), self.rolling_resistance, slip, rim, y, pressed)
+        self.gripped[i] = by.slip
+        self.vx[i] -= by.friction * ny
+        self.vy[i] += by.friction * nx
+        self.spin[i] = 0.0 if by.rim else self.spin[i] - (by.friction + by.rolling) * y / self.radius[i]
 
     def leave_wall(self, i: int, k: int, speed: float) -> None:
         """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""

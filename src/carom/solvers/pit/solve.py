@@ -166,7 +166,7 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
 
 def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
-    straight = start.gravity_m_s2 == (0.0, 0.0)
+    straight = start.gravity_m_s2 == (0.0, 0.0) and not start.table_deceleration_m_s2
     driven = start.arrays.driven
     if straight and extension_available() and not driven:
         from carom.solvers.pit import frame_loop

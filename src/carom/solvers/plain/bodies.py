@@ -41,15 +41,20 @@ Vector = tuple[float, float]
 
 
 def require_supported(start: Start, solver: str) -> None:
-    """Refuse a scene with gravity, or with damping.
+    """Refuse a scene with gravity, damping, or a table that slows discs down.
 
     Raises:
-        InputError: The scene has gravity or damping.
+        InputError: The scene has one of them.
     """
     if isinstance(start, Scene) and start.damping_per_s:
         raise InputError(
             f"damping_per_s is {start.damping_per_s}: {solver} does not support damping; "
             "solve_pic and solve_pit do, or set it to 0"
+        )
+    if start.table_deceleration_m_s2:
+        raise InputError(
+            f"table_deceleration_m_s2 is {start.table_deceleration_m_s2}: {solver} does not support a table that slows "
+            "discs down; solve_pic and solve_pit do, or set it to 0"
         )
     if start.gravity_m_s2 != (0.0, 0.0):
         raise InputError(
@@ -249,6 +254,10 @@ class Bodies:
             return self.wall_contact
         return self.wall_contact._replace(friction=self.materials[k].friction)
 
+    def rubs_on(self, k: int) -> bool:
+        """Whether an impact on wall `k` changes more than the speed along its normal."""
+        return self.contact_of_wall(k).friction > 0.0
+
     def pair_approaches_and_overlaps(self, i: int, j: int) -> bool:
         """Whether discs `i` and `j`, both at one time, approach and touch or overlap: the test of PIT.
 
@@ -377,7 +386,7 @@ class Bodies:
             self.vx[i] -= (1.0 + e) * along * nx
             self.vy[i] -= (1.0 + e) * along * ny
         spin = self.spin[i]
-        if self.contact_of_wall(k).friction > 0.0 and along < 0.0 and not elastic:
+        if self.rubs_on(k) and along < 0.0 and not elastic:
             self.slide_on_wall(i, k, (ux, uy), -((1.0 + e) * along))
         return self.wall_record(i, k, before, spin)
 
