@@ -76,6 +76,8 @@ class PicAdapter:
         wall_materials=True,
         driven_walls=True,
         driven_discs=True,
+        legs=True,
+        belts=True,
         gravity=True,
         damping=True,
         rolling_resistance=True,

@@ -73,6 +73,8 @@ class PitAdapter:
         wall_materials=True,
         driven_walls=True,
         driven_discs=True,
+        legs=True,
+        belts=True,
         gravity=True,
         damping=True,
         rolling_resistance=True,

@@ -13,15 +13,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.driving import Drive
 from carom.errors import InputError
 from carom.limits import LARGEST, ORDINARY, require_within
 from carom.outline import Outline
 from carom.overlap import Overlap, overlaps
 
-__all__ = ["DiscArrays", "HalfPlane", "Material", "wall_lengths"]
+__all__ = ["STANDS", "DiscArrays", "HalfPlane", "Material", "wall_lengths"]
 
 #: A point of a half-plane's surface, and the unit normal into its free side.
 HalfPlane = tuple[float, float, float, float]
+
+#: The path of a body that stands.
+STANDS = Drive.along([(0.0, (0.0, 0.0))])
 
 
 class Material(NamedTuple):
@@ -52,8 +56,11 @@ class DiscArrays:
         tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
         wall_tangential_restitution: Of every disc and wall, -1 to 1.
         wall_materials: Of each wall, where one has not `wall_restitution` and `wall_friction`; else None.
-        wall_velocity_m_s: Of each wall, where one is driven; else None. `walls` says where they are at time 0.
+        wall_drives: The path of each wall, where one is driven; else None. `walls` says where they are at time 0.
+        belts_m_s: How fast the surface of each wall runs to the left of the normal into the free side, metres a second,
+            where one does; else None.
         driven_discs: Numbers of the discs of infinite mass that move, ascending.
+        disc_drives: The path of each of them.
     """
 
     position_m: NDArray[np.float64]
@@ -70,8 +77,10 @@ class DiscArrays:
     tangential_restitution: float = 0.0
     wall_tangential_restitution: float = 0.0
     wall_materials: tuple[Material, ...] | None = None
-    wall_velocity_m_s: tuple[tuple[float, float], ...] | None = None
+    wall_drives: tuple[Drive, ...] | None = None
+    belts_m_s: tuple[float, ...] | None = None
     driven_discs: tuple[int, ...] = ()
+    disc_drives: tuple[Drive, ...] = ()
 
     def __post_init__(self) -> None:
         """Check shapes and values.
@@ -156,12 +165,16 @@ class DiscArrays:
 
     @property
     def driven(self) -> bool:
-        """Whether a wall or a disc is driven."""
-        return bool(self.driven_discs) or self.wall_velocity_m_s is not None
+        """Whether a wall or a disc is driven, or the surface of a wall runs."""
+        return bool(self.driven_discs) or self.wall_drives is not None or self.belts_m_s is not None
 
-    def velocity_of_wall(self, k: int) -> tuple[float, float]:
-        """Return the velocity of wall `k`, metres a second."""
-        return (0.0, 0.0) if self.wall_velocity_m_s is None else self.wall_velocity_m_s[k]
+    def drive_of_wall(self, k: int) -> Drive:
+        """Return the path of wall `k`."""
+        return STANDS if self.wall_drives is None else self.wall_drives[k]
+
+    def belt_of_wall(self, k: int) -> float:
+        """Return the speed at which the surface of wall `k` runs, metres a second."""
+        return 0.0 if self.belts_m_s is None else self.belts_m_s[k]
 
     @property
     def spins(self) -> NDArray[np.float64]:
@@ -202,7 +215,7 @@ class DiscArrays:
     def is_ordinary(self) -> bool:
         """Whether every number but 0 and infinity is of an ordinary size, see `carom.limits`."""
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
-        measures = (*lengths, self.velocity_m_s, self.wall_speeds, self.mass_kg, self.surface_speed_m_s)
+        measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
         sizes = [np.abs(array) for array in measures]
         return all(
             np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf))
@@ -214,9 +227,11 @@ class DiscArrays:
         return np.array([length for wall in self.walls for length in wall_lengths(wall)])
 
     @property
-    def wall_speeds(self) -> NDArray[np.float64]:
-        """Components of the velocities of driven walls, metres a second; some are below 0."""
-        return np.array(self.wall_velocity_m_s or (), np.float64).ravel()
+    def driven_speeds(self) -> NDArray[np.float64]:
+        """Components of all velocities of driven bodies, and speeds of belts, metres a second; some are below 0."""
+        drives = (*(self.wall_drives or ()), *self.disc_drives)
+        speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
+        return np.array([*speeds, *(self.belts_m_s or ())], np.float64)
 
     @property
     def materials(self) -> tuple[Material, ...]:
@@ -248,9 +263,9 @@ class DiscArrays:
         """
         if not self.driven:
             return
-        moving = self.wall_velocity_m_s or ()
-        wall = next((f"wall {k}" for k, velocity in enumerate(moving) if velocity != (0.0, 0.0)), None)
-        body = wall or f"disc {self.driven_discs[0]}"
+        wall = next((f"wall {k}" for k, drive in enumerate(self.wall_drives or ()) if not drive.stands), None)
+        belt = next((f"the surface of wall {k}" for k, speed in enumerate(self.belts_m_s or ()) if speed), None)
+        body = wall or belt or f"disc {self.driven_discs[0]}"
         raise InputError(f"{body} is driven, which {solver} does not support; solve_pic and solve_pit do")
 
     @property

@@ -39,6 +39,7 @@ __all__ = [
     "Positive",
     "Rate",
     "SignedCoefficient",
+    "Since",
     "Vector",
     "said_of",
 ]
@@ -91,6 +92,7 @@ Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_n
 Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
 Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
 Rate = Friction
+Since = Friction
 SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
 # JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
 _InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")

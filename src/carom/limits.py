@@ -30,6 +30,7 @@ __all__ = [
     "MOST_DISCS_DRAWN",
     "MOST_JOBS",
     "MOST_KEY_PARTS",
+    "MOST_LEGS",
     "MOST_MB",
     "MOST_PHASES",
     "MOST_ROUNDS",
@@ -62,6 +63,9 @@ ADVICE_STEPS = 600_000
 #: Of a scene file. So many discs and walls are loaded in seconds, and in less than 500 MB.
 MOST_DISCS = 100_000
 MOST_WALLS = 1_000
+
+#: Legs of a driven body: PIC looks at each until the next impact.
+MOST_LEGS = 10_000
 #: More discs than this in one picture show nothing, and weigh megabytes.
 MOST_DISCS_DRAWN = 64
 #: By ending: bytes, and values as `values_in` counts them, of TOML with the lines. JSON holds the largest scene with

@@ -19,6 +19,7 @@ from carom.arguments import shown
 from carom.data_files import read_data
 from carom.disc_arrays import DiscArrays, Material
 from carom.display import Drawn
+from carom.driving import Drive
 from carom.errors import InputError, Problem, SceneError
 from carom.fields import (
     Coefficient,
@@ -35,7 +36,7 @@ from carom.fields import (
 from carom.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
 from carom.shorthand import with_shorthand, written_out
 from carom.sizes import span_problems
-from carom.walls import AnyWall, Chain, Ring, Wall, edge_count, kind_of_wall
+from carom.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
 
 __all__ = [
     "Chain",
@@ -75,6 +76,8 @@ class Need(StrEnum):
     IMMOVABLE = "immovable discs"
     DRIVEN_DISCS = "driven discs"
     DRIVEN_WALLS = "driven walls"
+    LEGS = "driven bodies whose velocity changes"
+    BELTS = "walls whose surface runs"
     RESTITUTION = "restitution below 1"
     GRAVITY = "gravity"
     DAMPING = "damping"
@@ -94,18 +97,21 @@ class Disc(Model):
         radius_m: Radius, metres, above 0.
         mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
         driven: Whether a disc of infinite mass moves: at its velocity and spin, whatever strikes it.
+        legs: A driven disc moves along a broken line: the velocity from an instant to the next; instead of
+            `velocity_m_s`.
         spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
         inertia_factor: Moment of inertia over mass times radius squared, above 0 to 1: 1/2 for a disc of even density,
             2/5 for a sphere, 1 for a hoop; ``inf`` (in JSON the string ``"inf"``) does not turn.
     """
 
-    left_out = ("driven", "spin_rad_s", "inertia_factor")
+    left_out = ("driven", "legs", "spin_rad_s", "inertia_factor")
 
     position_m: Vector
     velocity_m_s: Vector = (0.0, 0.0)
     radius_m: Positive
     mass_kg: Mass = 1.0
     driven: Annotated[bool, Strict()] = False
+    legs: tuple[Leg, ...] = ()
     spin_rad_s: Number = 0.0
     inertia_factor: Inertia = 0.5
 
@@ -114,9 +120,11 @@ class Disc(Model):
 
         Raises:
             SceneError: The mass is infinite and velocity or spin is not zero; or the inertia is, and the spin is not;
-                or a driven disc has a finite mass.
+                or a driven disc has a finite mass; or legs are no path, or those of a disc that is not driven.
         """
-        problems = []
+        problems = list(leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
+        if self.legs and not self.driven:
+            problems.append(Problem(("legs",), "need driven = true: they are of a disc that nothing stops"))
         stands = self.immovable and not self.driven
         if self.driven and not self.immovable:
             problems.append(Problem(("driven",), f"needs mass_kg = inf: impacts move a disc of {self.mass_kg:g} kg"))
@@ -136,6 +144,11 @@ class Disc(Model):
     def immovable(self) -> bool:
         """Whether no impact moves this disc."""
         return math.isinf(self.mass_kg)
+
+    @property
+    def drive(self) -> Drive:
+        """The path of a driven disc."""
+        return drive_of(self.legs, self.velocity_m_s)
 
 
 class Scene(Drawn, Model):
@@ -234,17 +247,19 @@ class Scene(Drawn, Model):
         discs = self.discs
         return DiscArrays.of_valid(
             position_m=np.array([disc.position_m for disc in discs]),
-            velocity_m_s=np.array([disc.velocity_m_s for disc in discs]),
+            velocity_m_s=np.array([(disc.legs[0] if disc.legs else disc).velocity_m_s for disc in discs]),
             radius_m=np.array([disc.radius_m for disc in discs]),
             mass_kg=np.array([disc.mass_kg for disc in discs]),
             walls=tuple(
                 (*wall.point_m, *wall.normal) if isinstance(wall, Wall) else wall.outline for wall in self.walls
             ),
             wall_materials=self._wall_materials(),
-            wall_velocity_m_s=tuple(wall.velocity_m_s for wall in self.walls)
-            if any(wall.driven for wall in self.walls)
+            wall_drives=tuple(wall.drive for wall in self.walls) if any(wall.driven for wall in self.walls) else None,
+            belts_m_s=tuple(wall.surface_speed_m_s for wall in self.walls)
+            if any(wall.surface_speed_m_s for wall in self.walls)
             else None,
             driven_discs=tuple(i for i, disc in enumerate(discs) if disc.driven),
+            disc_drives=tuple(disc.drive for disc in discs if disc.driven),
             restitution=self.restitution,
             wall_restitution=self.wall_restitution,
             spin_rad_s=np.array([disc.spin_rad_s for disc in discs]),
@@ -304,6 +319,8 @@ class Scene(Drawn, Model):
             Need.IMMOVABLE: any(disc.immovable and not disc.driven for disc in self.discs),
             Need.DRIVEN_DISCS: any(disc.driven for disc in self.discs),
             Need.DRIVEN_WALLS: any(wall.driven for wall in self.walls),
+            Need.LEGS: any(len(body.legs) > 1 for body in (*self.discs, *self.walls)),
+            Need.BELTS: start.belts_m_s is not None,
             Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
             Need.DAMPING: self.damping_per_s > 0.0,

@@ -20,7 +20,7 @@ UNITS = ("m", "px")
 _LENGTHS = {
     "": ("gravity_m_s2",),
     "discs": ("position_m", "velocity_m_s", "radius_m"),
-    "walls": ("point_m", "points_m", "centre_m", "radius_m", "half_width_m"),
+    "walls": ("point_m", "points_m", "centre_m", "radius_m", "half_width_m", "velocity_m_s", "surface_speed_m_s"),
 }
 
 
@@ -63,7 +63,10 @@ def _in_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
 def _divided(fields: Any, names: tuple[str, ...], by: float) -> Any:
     if not isinstance(fields, dict):
         return fields
-    return {name: _quotient(value, by) if name in names else value for name, value in fields.items()}
+    found = {name: _quotient(value, by) if name in names else value for name, value in fields.items()}
+    if isinstance(legs := found.get("legs"), list):
+        found["legs"] = [_divided(leg, ("velocity_m_s",), by) for leg in legs]
+    return found
 
 
 def _quotient(value: Any, by: float) -> Any:

@@ -52,7 +52,7 @@ class Sizes(NamedTuple):
             float(start.radius_m.min()),
             max(
                 float(np.abs(start.velocity_m_s).max()),
-                float(np.abs(start.wall_speeds).max(initial=0.0)),
+                float(np.abs(start.driven_speeds).max(initial=0.0)),
                 float(np.abs(start.surface_speed_m_s).max()),
                 *(abs(g) * duration_s for g in gravity_m_s2),
             ),

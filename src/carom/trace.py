@@ -407,12 +407,23 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
     """Yield every flight of every disc, in the order in which they end: what impacts and modes of a trace lead to."""
     count, discs = len(trace.impacts), trace.scene.discs
     place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
-    velocity = [np.array(disc.velocity_m_s, dtype=np.float64) for disc in discs]
+    velocity = list(trace.scene.arrays.velocity_m_s)
+    drives = {i: disc.drive for i, disc in enumerate(discs) if disc.legs}
     pull = [np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2) for disc in discs]
     since, damping = [0.0] * len(discs), Damping(trace.scene.damping_per_s)
 
     def flight_of(disc: int, impact: int, end_s: float) -> Flight:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
+
+    def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
+        """Yield the flights of a disc up to a time: of a driven one, a flight on each leg of its path."""
+        for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
+            if leg.begin_s >= end_s:
+                break
+            yield flight_of(disc, impact, leg.begin_s)
+            place[disc], velocity[disc] = np.array(discs[disc].position_m) + leg.moved, np.array(leg.velocity)
+            since[disc] = leg.begin_s
+        yield flight_of(disc, impact, end_s)
 
     def modes_before(impacts: int) -> Iterator[Flight]:
         """Carry out the modes that come before there have been more impacts than these."""
@@ -429,13 +440,13 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
         for side in ("first", "second"):
             disc = int(impact[side])
             if disc >= 0:
-                flight = flight_of(disc, k, float(impact["time_s"]))
-                yield flight
+                for flight in flights_to(disc, k, float(impact["time_s"])):
+                    yield flight
                 place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
                 velocity[disc] = impact[f"velocity_{side}_after"]
     yield from modes_before(count)
     for disc in range(len(discs)):
-        yield flight_of(disc, count, trace.end_time_s)
+        yield from flights_to(disc, count, trace.end_time_s)
 
 
 def kinetic_energy(

@@ -8,18 +8,34 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Annotated, Any, ClassVar, Union
 
 from pydantic import BeforeValidator, Field, Strict
 
+from carom.driving import Drive
 from carom.errors import Problem, SceneError
-from carom.fields import Direction, Friction, Model, Number, Vector
-from carom.limits import LARGEST, MOST_WALLS, SMALLEST
+from carom.fields import Direction, Friction, Model, Number, Since, Vector
+from carom.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 from carom.outline import Outline
 from carom.outline_checks import meetings
 
-__all__ = ["AnyWall", "Chain", "Ring", "Wall", "driven_back", "edge_count", "kind_of_wall", "moved_by", "with_lengths"]
+__all__ = [
+    "AnyWall",
+    "Chain",
+    "Leg",
+    "Ring",
+    "Wall",
+    "begun_at",
+    "drive_of",
+    "driven_back",
+    "edge_count",
+    "kind_of_wall",
+    "leg_problems",
+    "moved_by",
+    "with_lengths",
+    "with_speeds",
+]
 
 #: Crossings of one chain that are named.
 _NAMED = 3
@@ -42,19 +58,71 @@ Width = Friction  # a number, 0 or more
 Radius = Friction
 
 
+class Leg(Model):
+    """A stretch of a driven body's path: it begins at an instant, at a velocity, and ends where the next one begins.
+
+    Attributes:
+        from_s: When it begins, seconds since the start; of the first 0. The body has its velocity from there on.
+        velocity_m_s: Velocity of the body, metres a second.
+    """
+
+    from_s: Since
+    velocity_m_s: Vector
+
+
+def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
+    """Yield what is wrong with the legs of a driven body, which has a velocity of its own besides, or (0, 0)."""
+    if not legs:
+        return
+    if velocity != (0.0, 0.0):
+        yield Problem(("velocity_m_s",), f"must be left out beside legs, which say it, got {velocity}")
+    if len(legs) > MOST_LEGS:
+        yield Problem(("legs",), f"must be {MOST_LEGS:,} at most, got {len(legs):,}")
+        return
+    if legs[0].from_s != 0.0:
+        yield Problem(("legs", 0, "from_s"), f"must be 0, where the scene begins, got {legs[0].from_s}")
+    for k, (one, other) in enumerate(pairwise(legs), 1):
+        if not one.from_s < other.from_s:
+            told = f"must be above {one.from_s}, where leg {k - 1} begins, got {other.from_s}"
+            yield Problem(("legs", k, "from_s"), told)
+            return
+
+
+def drive_of(legs: tuple[Leg, ...], velocity: Point) -> Drive:
+    """Return the path of a body of these legs, or of one velocity where it has none."""
+    return Drive.along([(leg.from_s, leg.velocity_m_s) for leg in legs] or [(0.0, velocity)])
+
+
 class _Common(Model):
     """What each kind of wall has."""
 
-    left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction", "velocity_m_s")
+    left_out: ClassVar[tuple[str, ...]] = ("restitution", "friction", "velocity_m_s", "legs", "surface_speed_m_s")
 
     restitution: WallRestitution = None
     friction: Friction | None = None
     velocity_m_s: Vector = (0.0, 0.0)
+    legs: tuple[Leg, ...] = ()
+    surface_speed_m_s: Number = 0.0
+
+    def model_post_init(self, _context: object, /) -> None:
+        """Refuse legs that are no path.
+
+        Raises:
+            SceneError: The first does not begin at 0, one does not begin after the one before it, there are too many,
+                or a velocity is given besides.
+        """
+        if self.legs and (problems := list(leg_problems(self.legs, self.velocity_m_s))):
+            raise SceneError(problems)
 
     @property
     def driven(self) -> bool:
         """Whether the wall moves."""
-        return self.velocity_m_s != (0.0, 0.0)
+        return self.velocity_m_s != (0.0, 0.0) or any(leg.velocity_m_s != (0.0, 0.0) for leg in self.legs)
+
+    @property
+    def drive(self) -> Drive:
+        """The path of the wall."""
+        return drive_of(self.legs, self.velocity_m_s)
 
 
 class Wall(_Common):
@@ -67,6 +135,10 @@ class Wall(_Common):
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
             say at time 0. (0, 0) stands.
+        legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
+            `velocity_m_s`.
+        surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
+            side, metres a second; of a line on either side. Friction alone feels it.
     """
 
     point_m: Vector
@@ -88,6 +160,10 @@ class Chain(_Common):
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
             say at time 0. (0, 0) stands.
+        legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
+            `velocity_m_s`.
+        surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
+            side, metres a second; of a line on either side. Friction alone feels it.
     """
 
     left_out = ("bulges", "closed", "half_width_m", "solid", "pieces", *_Common.left_out)
@@ -105,6 +181,7 @@ class Chain(_Common):
         Raises:
             SceneError: Names the edge, or the two, and where they meet.
         """
+        super().model_post_init(_context)
         if problems := list(_shape_problems(self)) or list(_crossing_problems(self)):
             raise SceneError(problems)
 
@@ -125,6 +202,10 @@ class Ring(_Common):
         friction: Coulomb's coefficient of friction of this wall and any disc, 0 or more; None for the scene's.
         velocity_m_s: The wall is driven: it moves at this velocity, whatever strikes it, and is where its other fields
             say at time 0. (0, 0) stands.
+        legs: The wall is driven along a broken line: the velocity from an instant to the next; instead of
+            `velocity_m_s`.
+        surface_speed_m_s: The wall is a belt: its surface runs at this speed to the left of the normal into the free
+            side, metres a second; of a line on either side. Friction alone feels it.
     """
 
     left_out = ("half_width_m", *_Common.left_out)
@@ -210,26 +291,53 @@ def edge_count(wall: object) -> int:
     return max(1, len(points)) if isinstance(points, list) else 1
 
 
-def with_lengths(wall: AnyWall, length: Callable[[float], float], speed: Callable[[float], float]) -> AnyWall:
-    """Return a wall with other lengths and another velocity: functions of each; the shape is not checked again."""
-    u, v = wall.velocity_m_s
-    changed: dict[str, Any] = {"velocity_m_s": (speed(u), speed(v))}
+Unit = Callable[[float], float]
+
+
+def with_lengths(wall: AnyWall, length: Unit, speed: Unit, time: Unit) -> AnyWall:
+    """Return a wall with other lengths, speeds and times: functions of each; the shape is not checked again."""
+    changed: dict[str, Any] = {
+        "velocity_m_s": _each(wall.velocity_m_s, speed),
+        "legs": with_speeds(wall.legs, speed, time),
+        "surface_speed_m_s": speed(wall.surface_speed_m_s),
+    }
     if not isinstance(wall, Wall):
         changed["half_width_m"] = length(wall.half_width_m)
     if isinstance(wall, Ring):
         changed["radius_m"] = length(wall.radius_m)
-    return _placed(wall, lambda point: (length(point[0]), length(point[1]))).model_copy(update=changed)
+    return _placed(wall, lambda point: _each(point, length)).model_copy(update=changed)
+
+
+def with_speeds(legs: tuple[Leg, ...], speed: Unit, time: Unit) -> tuple[Leg, ...]:
+    """Return legs with other velocities and times: functions of each."""
+    return tuple(
+        leg.model_copy(update={"from_s": time(leg.from_s), "velocity_m_s": _each(leg.velocity_m_s, speed)})
+        for leg in legs
+    )
+
+
+def begun_at(body: Any, time_s: float) -> Any:
+    """Return a wall or driven disc with the legs of its path counted from another time, before the start or after."""
+    if not body.legs:
+        return body
+    legs = tuple(Leg(from_s=begin_s, velocity_m_s=velocity) for begin_s, velocity in body.drive.begun_at(time_s))
+    return body.model_copy(update={"legs": legs})
 
 
 def driven_back(wall: AnyWall) -> AnyWall:
-    """Return a wall that is driven the opposite way."""
-    u, v = wall.velocity_m_s
-    return wall.model_copy(update={"velocity_m_s": (-u, -v)}) if wall.driven else wall
+    """Return a wall that is driven, and runs, the opposite way: that in which it comes to its start."""
+    u, v = wall.drive.velocity_at(0.0)
+    changed = {"velocity_m_s": (-u, -v), "legs": (), "surface_speed_m_s": -wall.surface_speed_m_s}
+    return wall.model_copy(update=changed) if wall.driven or wall.surface_speed_m_s else wall
 
 
 def moved_by(wall: AnyWall, x: float, y: float) -> AnyWall:
     """Return a wall moved by a vector; the shape is not checked again."""
     return _placed(wall, lambda point: (point[0] + x, point[1] + y))
+
+
+def _each(point: Point, of: Unit) -> Point:
+    return of(point[0]), of(point[1])
 
 
 def _placed(wall: AnyWall, of: Callable[[Point], Point]) -> AnyWall:

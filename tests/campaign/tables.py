@@ -14,7 +14,7 @@ import random
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 
 from tests.validation.table_runs import Comparison, Line, Point, Table, compare, scene_of
@@ -99,6 +99,20 @@ def exact_table(rnd: random.Random) -> Table:
     return Table(lines, place, velocity, rnd.choice((0.05, 0.25, 0.6)), 1.0, gravity)
 
 
+def driven(rnd: random.Random, table: Table, *, exact: bool) -> Table:
+    """Return a table of which all lines but the rim are driven, each on legs of its own."""
+
+    def speed() -> float:
+        return rnd.randint(-8, 8) / 16 if exact else rnd.gauss(0, 0.3)
+
+    def legs() -> tuple[tuple[float, Point], ...]:
+        begins = sorted({rnd.randint(1, 320) / 16 if exact else rnd.uniform(0, 20) for _ in range(rnd.randint(0, 8))})
+        return tuple((begin, (speed(), speed())) for begin in (0.0, *begins))
+
+    rim, *others = table.lines
+    return replace(table, lines=(rim, *(line._replace(legs=legs()) for line in others)))
+
+
 #: What is drawn, by name: table n is of kind n modulo their number.
 KINDS: dict[str, Callable[[random.Random], Table]] = {"joints anywhere": random_table, "joints exact": exact_table}
 
@@ -106,12 +120,15 @@ KINDS: dict[str, Callable[[random.Random], Table]] = {"joints anywhere": random_
 def draw(number: int) -> tuple[str, Table] | None:
     """Return a table and its kind, or None where two of its edges cross or the disc overlaps one."""
     kind = list(KINDS)[number % len(KINDS)]
-    table = KINDS[kind](random.Random(f"table {number}"))
+    rnd = random.Random(f"table {number}")
+    table = KINDS[kind](rnd)
+    if moves := rnd.random() < 0.25:
+        table = driven(rnd, table, exact=kind == "joints exact")
     try:
         scene_of(table)
     except SceneError:
         return None
-    return f"{kind}{', falling' if any(table.gravity) else ''}", table
+    return f"{kind}{', falling' if any(table.gravity) else ''}{', driven' if moves else ''}", table
 
 
 @dataclass

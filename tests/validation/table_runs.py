@@ -48,13 +48,17 @@ DURATION_S = 1e6
 
 
 class Line(NamedTuple):
-    """A finite wall: points, bulges, whether it is closed, half width, restitution if not the table's."""
+    """A finite wall: points, bulges, whether it is closed, half width, restitution if not the table's, and its legs.
+
+    A leg is when it begins and a velocity; without any the wall stands.
+    """
 
     points: tuple[Point, ...]
     bulges: tuple[float, ...]
     closed: bool
     half_width: float
     restitution: float | None = None
+    legs: tuple[tuple[float, Point], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -104,7 +108,49 @@ def sides(table: Table) -> list[Side]:
         found += [_circle(table, number, arb(x), arb(y), reach, inside=False, within=None) for x, y in line.points]
         for a, b, bulge in zip(line.points, ends, line.bulges, strict=False):
             found += _straight(table, number, a, b, reach) if bulge == 0.0 else _bent(table, number, a, b, bulge, reach)
-    return found
+    return [_driven(table, side) if table.lines[side.line].legs else side for side in found]
+
+
+def _stretches(line: Line) -> Iterator[tuple[arb, arb, arb, arb, arb, arb]]:
+    """Yield of each leg its beginning and end, how far the line has moved when it begins, and its velocity."""
+    x, y = arb(0), arb(0)
+    for k, (begin, (u, v)) in enumerate(line.legs):
+        end = arb(line.legs[k + 1][0]) if k + 1 < len(line.legs) else arb("inf")
+        yield arb(begin), end, x, y, arb(u), arb(v)
+        if k + 1 < len(line.legs):
+            x, y = x + (end - begin) * u, y + (end - begin) * v
+
+
+def _seen(line: Line, s: State) -> State:
+    """Return a state as seen from a line, which stands where it began."""
+    for begin, end, x, y, u, v in _stretches(line):
+        if s.time < end:
+            lasted = s.time - begin
+            return State(s.time, s.x - x - u * lasted, s.y - y - v * lasted, s.vx - u, s.vy - v)
+    return s
+
+
+def _driven(table: Table, side: Side) -> Side:
+    """Return what may be met of a line that stands as what may be met of it on its way, leg by leg."""
+    line, (gx, gy) = table.lines[side.line], map(arb, table.gravity)
+
+    def meet(s: State) -> arb | None:
+        for begin, end, x, y, u, v in _stretches(line):
+            if not s.time < end:
+                continue
+            idle = begin - s.time if begin > s.time else arb(0)
+            at_x, at_y = _moved(table, s, idle)
+            lasted = s.time + idle - begin
+            vx, vy = s.vx + idle * gx - u, s.vy + idle * gy - v
+            wait = side.meet(State(s.time + idle, at_x - x - u * lasted, at_y - y - v * lasted, vx, vy))
+            if wait is not None and s.time + idle + wait < end:
+                return idle + wait
+        return None
+
+    def normal(s: State) -> tuple[arb, arb]:
+        return side.normal(_seen(line, s))
+
+    return Side(side.line, meet, normal)
 
 
 def _moved(table: Table, s: State, wait: arb) -> tuple[arb, arb]:
@@ -218,7 +264,8 @@ def _after(table: Table, side: Side, s: State, wait: arb, off: tuple[arb, arb]) 
     vx, vy, time = s.vx + wait * gx, s.vy + wait * gy, s.time + wait
     nx, ny = side.normal(State(time, x, y, vx, vy))
     own = table.lines[side.line].restitution
-    push = (1 + arb(table.restitution if own is None else own)) * (vx * nx + vy * ny)
+    seen = _seen(table.lines[side.line], State(time, x, y, vx, vy))
+    push = (1 + arb(table.restitution if own is None else own)) * (seen.vx * nx + seen.vy * ny)
     return State(time, x, y, vx - push * nx, vy - push * ny)
 
 
@@ -267,7 +314,8 @@ class Walk:
         flight = float(wait.mid())
         sizes = abs(_floats(begin)) + abs(_floats(end))
         speed = float(np.hypot(*sizes[3:]))
-        place = ROUNDINGS_OF_PLACE * UNIT * (sizes[1:3] + speed * flight + _largest(self.table.lines[side.line]))
+        far = _largest(self.table.lines[side.line], float(sizes[0]))
+        place = ROUNDINGS_OF_PLACE * UNIT * (sizes[1:3] + speed * flight + far)
         direct = np.array([2 * UNIT * sizes[0], 0.0, 0.0, *[ROUNDINGS_OF_VELOCITY * UNIT * speed] * 2])
         self.grown = [growth @ columns for columns in self.grown]
         self.grown.append(np.concatenate([np.stack(by_place, axis=1) * place, np.diag(direct)], axis=1))
@@ -279,8 +327,10 @@ def _slope(end: State, other: State) -> NDArray[np.float64]:
     return np.array([float(((b - a) / STEP).mid()) for a, b in zip(end, other, strict=True)])
 
 
-def _largest(line: Line) -> float:
-    return max(abs(value) for point in line.points for value in point)
+def _largest(line: Line, time: float) -> float:
+    """Return a bound on the coordinates of a line, and of its way, up to a time."""
+    fastest = max((abs(value) for _, velocity in line.legs for value in velocity), default=0.0)
+    return max(abs(value) for point in line.points for value in point) + fastest * time
 
 
 def is_near_miss(walk: Walk, before: State, bound: NDArray[np.float64], line: int, time: float) -> bool:
@@ -303,6 +353,7 @@ def scene_of(table: Table) -> Scene:
             closed=line.closed,
             half_width_m=line.half_width,
             restitution=line.restitution,
+            legs=[{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in line.legs],
         )
         for line in table.lines
     )

@@ -375,3 +375,172 @@ def test_a_driven_disc_is_the_limit_of_a_heavy_one(mass: float) -> None:
     assert len(one.impacts) == len(two.impacts) == 1
     off = np.abs(one.final_velocity_m_s - two.final_velocity_m_s).max()
     assert 0.0 < off < 20.0 / mass
+
+
+# --- Legs and belts ---
+
+
+def on_legs(*legs: tuple[float, Vector]) -> dict[str, Any]:
+    return {"legs": [{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in legs]}
+
+
+@pytest.mark.parametrize("falls", [False, True])
+def test_a_body_that_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) -> None:
+    """A wall, an edge and a mallet that start at 1 s at 2 m/s give a disc that touches them 4 m/s, at 1 s exactly."""
+    legs, end = on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0))), 2.0
+    gravity = (0.0, -1.0) if falls else (0.0, 0.0)
+    mallet = Disc(position_m=(-0.5, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, **legs)
+    for bodies in (
+        {"walls": [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), **legs)]},
+        {"walls": [Chain(points_m=[(0.0, -9.0), (0.0, 9.0)], **legs)]},
+        {"walls": [], "discs": [mallet]},
+    ):
+        if falls and "discs" in bodies:
+            continue  # the disc falls past it
+        discs, walls = bodies.get("discs", []), bodies["walls"]
+        trace = solve_pic(
+            staged(disc_at((0.25, 0.0), (0.0, 0.0), 0.25), *discs, walls=walls, gravity_m_s2=gravity, duration_s=end)
+        )
+        assert trace.impacts["time_s"].tolist() == [1.0]
+        assert trace.impacts["velocity_first_after"][0, 0] == 4.0
+        assert trace.impacts["velocity_second_after"].tolist() == [[2.0, 0.0]]
+        if discs:  # 1 m, and half a metre up
+            assert trace.final_position_m[1].tolist() == [0.5, 0.5]
+            assert trace.final_velocity_m_s[1].tolist() == [0.0, 1.0]
+
+
+def test_a_path_in_many_pieces_is_the_same_path() -> None:
+    """A thousand legs of one velocity give the impacts of a wall and a mallet of that velocity, to rounding."""
+    cut = [(k / 64, (-0.5, 0.25)) for k in range(1000)]
+
+    def scene(moves: dict[str, Any]) -> Scene:
+        return staged(
+            disc_at((0.5, 0.25), (4.0, -3.0), 0.25),
+            Disc(position_m=(4.0, 4.0), radius_m=0.5, mass_kg=math.inf, driven=True, **moves),
+            walls=[
+                Chain(points_m=[(-6, -6), (6, -6), (6, 6), (-6, 6)], closed=True),
+                Chain(points_m=[(3.0, -2.0), (3.5, 2.0)], half_width_m=0.125, **moves),
+            ],
+            duration_s=12.0,
+        )
+
+    whole, pieces = solve_pic(scene({"velocity_m_s": (-0.5, 0.25)})), solve_pic(scene(on_legs(*cut)))
+    assert len(whole.impacts) > 5
+    assert whole.impacts[["first", "second"]].tolist() == pieces.impacts[["first", "second"]].tolist()
+    assert np.allclose(whole.impacts["time_s"], pieces.impacts["time_s"], rtol=0.0, atol=1e-12)
+    assert np.allclose(whole.final_position_m, pieces.final_position_m, rtol=0.0, atol=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_disc_and_a_wall_on_random_legs_are_a_recurrence_of_fractions(seed: int) -> None:
+    """A disc between a wall at rest and one on legs has the times and speeds of exact arithmetic, by Algorithm 2 too."""
+    from carom import solve_pic_framewise
+
+    rng = random.Random(f"legs {seed}")
+    begins = sorted({Fraction(rng.randint(1, 512), 32) for _ in range(rng.choice((1, 5, 40)))})
+    legs = [(Fraction(0), Fraction(0)), *((begin, Fraction(rng.randint(-8, 8), 16)) for begin in begins)]
+    walls = [
+        half_plane(0.0, 1.0),
+        Wall(point_m=(32.0, 0.0), normal=(-1.0, 0.0), **on_legs(*((float(t), (float(u), 0.0)) for t, u in legs))),
+    ]
+    scene = staged(disc_at((1.0, 0.0), (-8.0, 0.0), 0.25), walls=walls, duration_s=20.0)
+    trace = solve_pic(scene)
+    assert solve_pic_framewise(scene).impacts.tobytes() == trace.impacts.tobytes()
+    time, place, speed, far = Fraction(0), Fraction(1), Fraction(-8), [Fraction(32)]
+    for (begin, u), (end, _) in zip(legs, [*legs[1:], (Fraction(20), None)], strict=True):
+        far.append(far[-1] + u * (end - begin))
+    found = list[tuple[Fraction, int, Fraction]]()
+    for (begin, u), (end, _), at in zip(legs, [*legs[1:], (Fraction(20), None)], far, strict=False):
+        while True:  # all impacts before the leg ends
+            now = max(time, begin)
+            here = place + speed * (now - time)
+            wait = (Fraction(1, 4) - here) / speed if speed < 0 else None
+            gap = at + u * (now - begin) - Fraction(1, 4) - here
+            other = gap / (speed - u) if speed > u and gap >= 0 else None
+            met = min(((w, k) for k, w in ((-1, wait), (-2, other)) if w is not None), default=None)
+            if met is None or now + met[0] >= end:
+                break
+            place, time = here + speed * met[0], now + met[0]
+            speed = -speed if met[1] == -1 else 2 * u - speed
+            found.append((time, met[1], speed))
+    assert trace.impacts["second"].tolist() == [wall for _, wall, _ in found]
+    assert np.allclose(trace.impacts["time_s"], [float(t) for t, _, _ in found], rtol=0.0, atol=1e-12)
+    assert np.allclose(trace.impacts["velocity_first_after"][:, 0], [float(v) for *_, v in found], rtol=1e-12)
+
+
+def test_a_belt_gives_a_disc_what_friction_holds_it_by() -> None:
+    """A disc that drops on a belt at 1.5 m/s, with friction 1, leaves at -0.5 m/s with a rim of -1 m/s, each exactly.
+
+    Of a slip of 1.5 m/s a third goes into the velocity and two thirds into the rim, since the inertia factor is 1/2.
+    The other side of a line runs the other way.
+    """
+    for side, belt in (
+        (1.0, Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=1.5)),
+        (1.0, Chain(points_m=[(-3.0, 0.0), (3.0, 0.0)], surface_speed_m_s=1.5)),
+        (-1.0, Chain(points_m=[(-3.0, 0.0), (3.0, 0.0)], surface_speed_m_s=1.5)),
+    ):
+        scene = staged(
+            disc_at((0.0, side), (0.0, -side), 0.25), walls=[belt], wall_friction=1.0, duration_s=2.0, frame_rate_hz=64
+        )
+        for trace in (solve_pic(scene), solve_pit(scene)):
+            assert trace.impacts["velocity_first_after"].tolist() == [[-0.5 * side, side]]
+            assert trace.spins is not None
+            assert trace.spins["first_after"].tolist() == [-4.0]
+
+
+def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses() -> None:
+    """Kinetic energy at the end is that at the start, and the work of what is driven, less what each impact loses.
+
+    An impact loses (1 - e^2) w^2 m/2 of the speed w along the normal, and T (s - T/(2 M)) of the slip s and the impulse
+    T of friction, both as seen from the driven surface.
+    """
+    scene = staged(
+        Disc(position_m=(1.0, 0.5), velocity_m_s=(5.0, -3.0), radius_m=0.25, mass_kg=2.0, spin_rad_s=5.0),
+        Disc(
+            position_m=(3.0, 2.5), radius_m=0.5, mass_kg=math.inf, driven=True, velocity_m_s=(-0.2, 0.1), spin_rad_s=4
+        ),
+        walls=[
+            Chain(points_m=[(-3, -2), (4, -2), (4, 4), (-3, 4)], closed=True, surface_speed_m_s=1.25),
+            Chain(
+                points_m=[(-2.0, -1.0), (-2.5, 1.0)],
+                **on_legs((0.0, (0.5, 0.0)), (2.0, (-0.25, 0.25)), (4.5, (0.0, -0.25))),
+            ),
+        ],
+        restitution=0.95,
+        wall_restitution=0.98,
+        friction=0.05,
+        wall_friction=0.3,
+        duration_s=16.0,
+    )
+    trace = solve_pic(scene)
+    assert len(trace.impacts) > 15
+    assert trace.spins is not None
+    assert {int(second) for second in trace.impacts["second"]} == {-1, -2, 1}
+    disc, energy = scene.discs[0], kinetic_energy(scene, scene.arrays.velocity_m_s, scene.arrays.spins)
+    mass, radius, ease = disc.mass_kg, disc.radius_m, 1.0 + 1.0 / disc.inertia_factor
+    for row, spins in zip(trace.impacts, trace.spins, strict=True):
+        nx, ny = -row["normal"]  # from the other body to the disc
+        runs = 1.25 if row["second"] == -1 else 0.5 * 4.0 if row["second"] == 1 else 0.0
+        surface = row["velocity_second_before"] + runs * np.array([-ny, nx])
+        push = mass * (row["velocity_first_after"] - row["velocity_first_before"])
+        closing = float((row["velocity_first_before"] - surface) @ (nx, ny))
+        slip = float((row["velocity_first_before"] - surface) @ (ny, -nx)) + radius * spins["first_before"]
+        rub = -float(push @ (ny, -nx))
+        e = scene.restitution if row["second"] == 1 else scene.wall_restitution
+        energy += float(push @ surface) - (1 - e * e) * closing**2 * mass / 2 - rub * (slip - rub * ease / (2 * mass))
+    assert math.isclose(energy, kinetic_energy(scene, trace.final_velocity_m_s, trace.final_spin_rad_s), rel_tol=1e-13)
+
+
+def test_a_disc_that_friction_or_a_third_body_may_free_is_not_called_crushed() -> None:
+    """What rubs it sideways, strikes it, or stands in its way, may let it out; a wall that turns back does."""
+    fixed, comes = Chain(points_m=[(0.0, -1.0), (0.0, 1.0)]), Chain(points_m=[(2.0, -1.0), (2.0, 1.0)])
+    squeezed = disc_at((1.0, 0.0), (-1.0, 0.01), 0.25)
+    closing = comes.model_copy(update={"velocity_m_s": (-0.5, 0.0)})
+    assert solve_pic(staged(squeezed, walls=[fixed, closing], duration_s=5.0)).outcome is Outcome.CRUSHED
+    turns = Chain(**{**dict(comes), **on_legs((0.0, (-0.5, 0.0)), (2.9990234375, (0.5, 0.0)))})
+    assert solve_pic(staged(squeezed, walls=[fixed, turns], duration_s=5.0)).outcome is Outcome.COMPLETED
+    rough = staged(squeezed, walls=[fixed.model_copy(update={"friction": 0.1}), closing], duration_s=5.0)
+    assert solve_pic(rough, max_impacts=20_000).outcome is Outcome.MAX_IMPACTS
+    beside = disc_at((1.0, 0.505), (0.0, 0.0), 0.25)
+    crowded = staged(squeezed, beside, walls=[fixed, closing], duration_s=5.0)
+    assert solve_pic(crowded, max_impacts=500).outcome is not Outcome.CRUSHED

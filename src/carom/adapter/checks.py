@@ -117,6 +117,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         (Need.IMMOVABLE, capabilities.immovable_discs),
         (Need.DRIVEN_WALLS, capabilities.driven_walls),
         (Need.DRIVEN_DISCS, capabilities.driven_discs),
+        (Need.LEGS, capabilities.legs),
+        (Need.BELTS, capabilities.belts),
         (Need.GRAVITY, capabilities.gravity),
         (Need.DAMPING, capabilities.damping),
         (Need.ROLLING_RESISTANCE, capabilities.rolling_resistance),
@@ -169,7 +171,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
             return f"{name} is {disc.inertia_factor:g}, and this method simulates {limits}"
     bodies = [*scene.discs, *(wall for wall in scene.walls if wall.driven)]
-    speeds = sorted((math.hypot(*body.velocity_m_s) for body in bodies), reverse=True)
+    speeds = sorted((body.drive.fastest for body in bodies), reverse=True)
     closing, threshold = sum(speeds[:2]), capabilities.restitution_threshold_m_s
     if 0 < closing <= threshold and any(value > 0 for _, value in used):
         slow = f"no two bodies close at more than {closing:g} m/s"

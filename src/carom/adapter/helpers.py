@@ -101,8 +101,9 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
         math.sqrt(d.inertia_factor * d.mass_kg / lightest) * d.radius_m * d.spin_rad_s for d in movable if d.spin_rad_s
     ]
     fastest = math.hypot(*speeds, *rims)
-    driven = [body.velocity_m_s for body in (*scene.discs, *scene.walls) if body.driven]
-    fastest += 2.0 * DRIVEN_IMPACTS * max((math.hypot(*velocity) for velocity in driven), default=0.0)
+    driven = [body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven]
+    belts = [abs(wall.surface_speed_m_s) for wall in scene.walls]
+    fastest += 2.0 * DRIVEN_IMPACTS * max((*driven, *belts), default=0.0)
     duration_s = scene.duration_s + dt_s
     # What one disc gains by falling, impacts may pass on to a lighter one.
     gained = math.hypot(*scene.gravity_m_s2) * duration_s * math.sqrt(sum(d.mass_kg / lightest for d in movable))

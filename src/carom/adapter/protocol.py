@@ -93,6 +93,8 @@ class Capabilities:
         immovable_discs: Discs of infinite mass.
         driven_walls: Walls that move at a velocity of their own.
         driven_discs: Discs of infinite mass that move and spin.
+        legs: Whether the velocity of a driven body can change at given instants.
+        belts: Whether the surface of a wall can run.
         gravity: Uniform gravity.
         damping: Linear damping of velocities and spins, by the scene's law.
         rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/contact.md`.
@@ -158,6 +160,8 @@ class Capabilities:
     driven_walls: bool = False
     driven_discs: bool = False
     posts: bool = False
+    legs: bool = False
+    belts: bool = False
 
 
 @dataclass(frozen=True)

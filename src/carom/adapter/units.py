@@ -12,7 +12,7 @@ from dataclasses import replace
 from carom.adapter.protocol import Contact, Observation, Vector
 from carom.errors import AdapterError
 from carom.scene import Scene
-from carom.walls import with_lengths
+from carom.walls import with_lengths, with_speeds
 
 __all__ = ["scaled", "unscaled"]
 
@@ -26,6 +26,13 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
         AdapterError: A unit is no power of two.
     """
     speed = _speed(length, time)
+
+    def of_speed(u: float) -> float:
+        return u * speed
+
+    def of_time(t: float) -> float:
+        return t * time
+
     discs = tuple(
         disc.model_copy(
             update={
@@ -33,11 +40,12 @@ def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
                 "velocity_m_s": _times(disc.velocity_m_s, speed),
                 "radius_m": disc.radius_m * length,
                 "spin_rad_s": disc.spin_rad_s / time,
+                "legs": with_speeds(disc.legs, of_speed, of_time),
             }
         )
         for disc in scene.discs
     )
-    walls = tuple(with_lengths(wall, lambda x: x * length, lambda u: u * speed) for wall in scene.walls)
+    walls = tuple(with_lengths(wall, lambda x: x * length, of_speed, of_time) for wall in scene.walls)
     of_scene = {
         "discs": discs,
         "walls": walls,

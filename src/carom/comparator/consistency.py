@@ -140,6 +140,8 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
     start = trace.scene.arrays
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
+        if disc.legs:  # no impact turns it, and its path turns all the same
+            continue
         rows = order[first_of[number] : first_of[number + 1]]
         own = rows % max(count, 1)
         time = np.concatenate([[0.0], turning[own], [trace.end_time_s]])

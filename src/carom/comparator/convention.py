@@ -212,7 +212,7 @@ def _touching(scene: Scene, position: NDArray[np.float64], time_s: float, tolera
             normal = offset[k] / distance[k]
             yield i, i + 1 + int(k), (float(normal[0]), float(normal[1]))
         for number, wall in enumerate(scene.walls):
-            seen = position[i] - time_s * np.array(wall.velocity_m_s)
+            seen = position[i] - (wall.drive.moved_at(time_s) if wall.driven else 0.0)
             if isinstance(wall, Wall):
                 gap = float((seen - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
                 if gap <= tolerance_m:
@@ -269,6 +269,7 @@ def _rubbed(
     slip = sum(before[row[body], 2] - sign * float(before[row[body], :2] @ tangent) for body, sign in sides)
     if wall:
         slip -= float(np.array(scene.walls[wall_index(second)].velocity_m_s) @ tangent)
+        slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
     turned = rubbed = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
     if resists:  # of a wall: per unit of the disc's mass

@@ -21,6 +21,8 @@ from numpy.typing import NDArray
 from carom.comparator.finite import finite_impacts
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales
+from carom.disc_arrays import HalfPlane
+from carom.outline import Outline
 from carom.physics.feature_time import normal_at
 from carom.physics.features import Mover
 from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
@@ -31,6 +33,7 @@ from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities
 __all__ = ["LocalErrors", "local_errors", "own_states"]
 
 Array = NDArray[np.float64]
+Vector = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ def own_states(trace: Trace) -> NDArray[np.void]:
         return trace.state_before
     states = np.zeros(len(trace.impacts), STATE_DTYPE)
     for k, ended in groupby(free_flights(trace), key=lambda flight: flight.impact):
-        flights = list(ended)
+        flights = list({flight.disc: flight for flight in ended}.values())
         if k < len(states):
             begun = states["time_s"][k] = float(np.max([flight.begin_s for flight in flights]))
             for side, flight in zip(("first", "second"), flights, strict=False):  # a wall flies nowhere
@@ -121,7 +124,7 @@ class _Bodies:
             position=np.stack([state["position_first"], state["position_second"]]),
             velocity=velocities(trace.impacts, "before"),
             radius=np.stack([start.radius_m[first], np.where(wall, 0.0, start.radius_m[second])]),
-            rim=rim_speeds(trace, "before"),
+            rim=rim_speeds(trace, "before") + _belts(trace),
             mass=np.stack([start.mass_kg[first], np.where(wall, math.inf, start.mass_kg[second])]),
             inertia=np.stack([start.inertia[first], start.inertia[second]]),
             restitution=start.restitution_of(trace.impacts["second"]),
@@ -153,12 +156,14 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
 
     That is done of straight paths, so of none under gravity or with damping.
     """
-    impacts, state = trace.impacts, own_states(trace)
+    impacts, state, scene = trace.impacts, own_states(trace), trace.scene.arrays
     start, bodies = state["time_s"], _Bodies.of(trace, state)
     (p1, p2), (v1, v2) = bodies.position, bodies.velocity
     # Of an impact without finite numbers there is nothing to be worked out; the verdict says that by name.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
     known &= not any(trace.scene.gravity_m_s2) and not trace.scene.damping_per_s
+    turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
+    known &= ~np.isin(impacts["first"], turns) & ~np.isin(impacts["second"], turns)  # its path is not straight
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _entry(bodies, pairs)
@@ -170,11 +175,11 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     normal[at] = (p2[at] + v2[at] * wait[at, None]) - (p1[at] + v1[at] * wait[at, None])
     normal[at] /= np.hypot(*normal[at].T)[:, None]
     after, expected = velocities(impacts, "after"), np.full((2, len(impacts), 2), math.nan)
-    rim, expected_rim = rim_speeds(trace, "after"), np.full((2, len(impacts)), math.nan)
+    rim, expected_rim = rim_speeds(trace, "after") + _belts(trace), np.full((2, len(impacts)), math.nan)
     ok = np.flatnonzero(happens)
     expected[:, ok], expected_rim[:, ok] = bodies.after(ok, normal[ok])
     sampled, sampled_rim = _sampled(trace, bodies, start, wait, expected, expected_rim)
-    unturned = 0.0 if trace.scene.arrays.turns else math.nan
+    unturned = 0.0 if scene.turns else math.nan
     instant = np.where(happens, start + wait, math.nan)
     restitution = restitutions(bodies.velocity, after, normal) - bodies.restitution
     return LocalErrors(
@@ -189,6 +194,15 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
         solver_spin=_worse_rim(rim - sampled_rim) / scales.rim_m_s + unturned,
         spurious=tuple(np.flatnonzero(known & ~np.isfinite(wait)).tolist()),
     )
+
+
+def _belts(trace: Trace) -> Array:
+    """Return how fast the surfaces of both bodies of each impact run besides: of a wall that is a belt."""
+    start, second = trace.scene.arrays, trace.impacts["second"]
+    running = np.zeros((2, len(second)))
+    if start.belts_m_s is not None:
+        running[1] = np.where(second < 0, np.array(start.belts_m_s)[np.maximum(-1 - second, 0)], 0.0)
+    return running
 
 
 def _worse_rim(difference: Array) -> Array:
@@ -233,25 +247,36 @@ def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDAr
     finite = {k: FiniteWall(wall) for k in set(numbers) if not isinstance(wall := start.walls[k], tuple)}
     wait, normal = np.full(len(at), math.inf), np.zeros((len(at), 2))
     for row, (k, number) in enumerate(zip(at.tolist(), numbers, strict=True)):
-        wall, drive = start.walls[number], np.array(start.velocity_of_wall(number))
-        place, velocity = bodies.position[0, k] - drive * begun_s[k], bodies.velocity[0, k] - drive
-        if isinstance(wall, tuple):
-            into = np.array(wall[2:])
-            speed, gap = float(velocity @ into), float((place - wall[:2]) @ into) - float(bodies.radius[0, k])
-            wait[row] = -gap / speed if speed < 0.0 else math.inf
-            normal[row] = -into
-            continue
-        (x, y), (vx, vy), radius = place.tolist(), velocity.tolist(), float(bodies.radius[0, k])
-        mover = Mover.at((x, y), (vx, vy), radius)
-        ahead, part, _ = finite[number].next_time(mover, None)
-        if part is None:
-            continue
-        if ahead == 0.0:
-            ahead = overlap_since(mover, part.feature)
-        met = mover._replace(x=(x + vx * ahead, 0.0), y=(y + vy * ahead, 0.0))
-        nx, ny = normal_at(part.feature, met)
-        wait[row], normal[row] = ahead, (-nx, -ny)
+        wall, radius, begin_s = start.walls[number], float(bodies.radius[0, k]), float(begun_s[k])
+        for leg in start.drive_of_wall(number).legs_from(begin_s):
+            from_s = max(leg.begin_s, begin_s)
+            velocity = bodies.velocity[0, k] - leg.velocity
+            place = bodies.position[0, k] + bodies.velocity[0, k] * (from_s - begin_s) - leg.moved_at(from_s)
+            ahead, towards = _meeting_with_wall(wall, finite.get(number), place, velocity, radius)
+            if from_s + ahead < leg.end_s:
+                wait[row], normal[row] = from_s + ahead - begin_s, towards
+                break
     return wait, normal
+
+
+def _meeting_with_wall(
+    wall: HalfPlane | Outline, finite: FiniteWall | None, place: Array, velocity: Array, radius: float
+) -> tuple[float, Vector]:
+    """Return the seconds until a disc meets a wall that stands, as `_entry` does, and the normal from disc to wall."""
+    if isinstance(wall, tuple):
+        into = np.array(wall[2:])
+        speed, gap = float(velocity @ into), float((place - wall[:2]) @ into) - radius
+        return -gap / speed if speed < 0.0 else math.inf, (-wall[2], -wall[3])
+    (x, y), (vx, vy) = place.tolist(), velocity.tolist()
+    mover = Mover.at((x, y), (vx, vy), radius)
+    ahead, part, _ = (finite or FiniteWall(wall)).next_time(mover, None)
+    if part is None:
+        return math.inf, (0.0, 0.0)
+    if ahead == 0.0:
+        ahead = overlap_since(mover, part.feature)
+    met = mover._replace(x=(x + vx * ahead, 0.0), y=(y + vy * ahead, 0.0))
+    nx, ny = normal_at(part.feature, met)
+    return ahead, (-nx, -ny)
 
 
 def _sampled(
@@ -270,11 +295,12 @@ def _sampled(
         steps = np.maximum(np.ceil(wait / dt_s * (1.0 - 2.0**-40)), 0.0)
     for k in np.flatnonzero(bodies.wall & np.isfinite(steps)).tolist():
         number, arrays = wall_index(int(trace.impacts["second"][k])), trace.scene.arrays
-        wall, drive = arrays.walls[number], np.array(arrays.velocity_of_wall(number))
+        wall, time_s = arrays.walls[number], float(begun_s[k] + steps[k] * dt_s)
         if isinstance(wall, tuple):
             continue
-        velocity = bodies.velocity[0, k] - drive
-        x, y = (bodies.position[0, k] - drive * begun_s[k] + velocity * steps[k] * dt_s).tolist()
+        leg = arrays.drive_of_wall(number).leg_at(time_s)
+        velocity = bodies.velocity[0, k] - leg.velocity
+        x, y = (bodies.position[0, k] + bodies.velocity[0, k] * steps[k] * dt_s - leg.moved_at(time_s)).tolist()
         foot = wall.nearest(x, y)
         towards, reach = np.array([foot.x - x, foot.y - y]), wall.half_width + float(bodies.radius[0, k])
         result[:, k], rims[:, k] = math.nan, math.nan

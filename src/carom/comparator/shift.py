@@ -16,7 +16,7 @@ from carom.errors import InputError, SceneError
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector
-from carom.walls import AnyWall, driven_back, moved_by
+from carom.walls import AnyWall, Leg, begun_at, driven_back, moved_by
 
 __all__ = ["begun_earlier", "even_phases", "shifted_references", "shifted_scenes"]
 
@@ -98,7 +98,8 @@ def _nothing_meets(scene: Scene, shift_s: float) -> bool:
     # A damped path is the undamped one, as far as it leads in that time: so it is run backwards, too.
     flown_s, scene = Damping(scene.damping_per_s).undamped(shift_s), scene.undamped
     if flown_s < 0:  # the path before the start, run backwards; a parabola is the same one either way
-        back = [(d.position_m, (-d.velocity_m_s[0], -d.velocity_m_s[1]), d.spin_rad_s) for d in scene.discs]
+        begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
+        back = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in begun]
         scene = _with_states(scene, back, [driven_back(wall) for wall in scene.walls])
     return len(solve_pic(scene, max_impacts=1, until_s=abs(flown_s)).impacts) == 0
 
@@ -107,24 +108,31 @@ def _shifted(scene: Scene, shift_s: float) -> Scene:
     """Return the scene as it stands `shift_s` after its start if nothing meets before, its end where it was."""
     damping = Damping(scene.damping_per_s)
     flown_s, kept = damping.undamped(shift_s), damping.kept(shift_s)
-    states = []
+    states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:
+        if disc.legs:
+            (x, y), (dx, dy) = disc.position_m, disc.drive.moved_at(shift_s)
+            states.append(((x + dx, y + dy), (0.0, 0.0), disc.spin_rad_s, begun_at(disc, shift_s).legs))
+            continue
         (x, y), (u, v) = disc.position_m, disc.velocity_m_s
         gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
         place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
-        states.append((place, (u * kept + gx * shift_s, v * kept + gy * shift_s), disc.spin_rad_s * kept))
-    walls = [moved_by(w, *(v * shift_s for v in w.velocity_m_s)) if w.driven else w for w in scene.walls]
+        states.append((place, (u * kept + gx * shift_s, v * kept + gy * shift_s), disc.spin_rad_s * kept, ()))
+    walls = [begun_at(moved_by(w, *w.drive.moved_at(shift_s)), shift_s) if w.driven else w for w in scene.walls]
     return _with_states(scene, states, walls, duration_s=scene.duration_s - shift_s)
 
 
 def _with_states(
-    scene: Scene, states: Iterable[tuple[Vector, Vector, float]], walls: list[AnyWall], **fields: float
+    scene: Scene,
+    states: Iterable[tuple[Vector, Vector, float, tuple[Leg, ...]]],
+    walls: list[AnyWall],
+    **fields: float,
 ) -> Scene:
-    """Return the scene with other places, velocities and spins of its discs that move, other walls and fields."""
+    """Return the scene with other places, velocities, spins and legs of its discs that move, other walls and fields."""
     discs = [
         disc
         if disc.immovable and not disc.driven
-        else {**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin}
-        for disc, (place, velocity, spin) in zip(scene.discs, states, strict=True)
+        else {**dict(disc), "position_m": place, "velocity_m_s": velocity, "spin_rad_s": spin, "legs": legs}
+        for disc, (place, velocity, spin, legs) in zip(scene.discs, states, strict=True)
     ]
     return Scene(**{**dict(scene), "discs": discs, "walls": walls, **fields})

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
-from carom.trace import Trace, body_name, wall_body
+from carom.trace import Trace, body_name, wall_body, wall_index
 
 __all__ = ["require_sound"]
 
@@ -45,10 +46,10 @@ def require_sound(trace: Trace) -> None:
     of_second = {name: impacts[name] for name in ("velocity_second_before", "velocity_second_after")}
     if spins is not None:
         of_second |= {f"spin {name}": spins[name] for name in ("second_before", "second_after")}
-    walls = np.array([wall.velocity_m_s for wall in scene.walls] or [(0.0, 0.0)])
+    of_walls = _due_of_walls(trace)
     for name, told in of_second.items():
         rows = told if told.ndim > 1 else told[:, None]
-        moved = walls[np.maximum(wall_body(0) - impacts["second"], 0)] if told.ndim > 1 else np.zeros_like(rows)
+        moved = of_walls[name] if told.ndim > 1 else np.zeros_like(rows)
         rounding = 2.0 ** -(MANTISSA_BITS[trace.float_bits] // 2) * np.abs(moved)
         wrong = ((np.abs(rows - moved) > rounding) & np.isfinite(rows)).any(axis=1)
         for k in np.flatnonzero((impacts["second"] < 0) & wrong)[:1].tolist():
@@ -63,3 +64,20 @@ def require_sound(trace: Trace) -> None:
             f"{of} ends at {trace.end_time_s:g} s, and the scene at {scene.duration_s:g} s: nothing is known of what "
             "comes later; its final state is that at the scene's end"
         )
+
+
+def _due_of_walls(trace: Trace) -> dict[str, NDArray[np.float64]]:
+    """Return by field the velocity that the second body of each impact has in the scene, 0 of a disc.
+
+    Of a wall whose velocity changes within the step of the impact, that which is nearer to what is told.
+    """
+    start, impacts = trace.scene.arrays, trace.impacts
+    due = {name: np.zeros((len(impacts), 2)) for name in ("velocity_second_before", "velocity_second_after")}
+    for k in np.flatnonzero((impacts["second"] < 0) & (start.wall_drives is not None)).tolist():
+        drive, time_s = start.drive_of_wall(wall_index(int(impacts["second"][k]))), float(impacts["time_s"][k])
+        span = (time_s - (trace.dt_s or 0.0)) * (1.0 - 2.0**-40), time_s * (1.0 + 2.0**-40)
+        legs = drive.velocities_within(*span) if math.isfinite(time_s) else [drive.velocity_at(0.0)]
+        for name, velocities in due.items():
+            told = impacts[name][k].tolist()
+            velocities[k] = min(legs, key=lambda leg: math.dist(leg, told)) if all(map(math.isfinite, told)) else told
+    return due

@@ -27,6 +27,9 @@ export const NOT_PORTED = {
     (scene.walls ?? []).some((wall) => wall.restitution != null || wall.friction != null),
   "driven walls": (scene) => (scene.walls ?? []).some((wall) => (wall.velocity_m_s ?? [0, 0]).some((v) => v !== 0)),
   "driven discs": (scene) => scene.discs.some((disc) => disc.driven),
+  "driven bodies whose velocity changes": (scene) =>
+    [...scene.discs, ...(scene.walls ?? [])].some((body) => (body.legs ?? []).length),
+  "walls whose surface runs": (scene) => (scene.walls ?? []).some((wall) => wall.surface_speed_m_s),
   damping: (scene) => (scene.damping_per_s ?? 0) !== 0,
   "rolling resistance": (scene) => (scene.wall_rolling_resistance ?? 0) !== 0,
   "a table that slows discs down": (scene) => (scene.table_deceleration_m_s2 ?? 0) !== 0,
@@ -51,7 +54,7 @@ const KNOWN = {
     "duration_s",
     "frame_rate_hz",
   ],
-  disc: ["position_m", "velocity_m_s", "radius_m", "mass_kg", "driven", "spin_rad_s", "inertia_factor"],
+  disc: ["position_m", "velocity_m_s", "radius_m", "mass_kg", "driven", "legs", "spin_rad_s", "inertia_factor"],
 };
 export function refused(scene) {
   const named = Object.keys(NOT_PORTED).filter((name) => NOT_PORTED[name](scene));

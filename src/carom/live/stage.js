@@ -43,6 +43,11 @@ export const spinAt = ([times, angles], t) => {
   return d > 0 ? (angles[k + 1] - angles[k]) / d : 0;
 };
 // Tracks of a run by its impacts: discs fly freely between them.
+// How far a wall has moved, which is driven on legs: when each begins, how far it has moved by then, its velocity.
+export const movedAt = ({ legs = [[0, 0, 0, 0, 0]] }, time) => {
+  const [begin, x, y, u, v] = legs.findLast(([since]) => since <= time) ?? legs[0];
+  return [x + u * (time - begin), y + v * (time - begin)];
+};
 export const tracksOf = (scene, run) => {
   const tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);
   const add = (i, t, [x, y]) => {
@@ -135,8 +140,10 @@ export class Stage {
     const { pen, dense } = this,
       far = this.canvas.width + this.canvas.height;
     pen.strokeStyle = this.colour("--wall");
-    for (const { point_m, normal, line, half_width, velocity = [0, 0] } of list) {
-      const at = ([x, y]) => this.at([x + velocity[0] * time, y + velocity[1] * time]);
+    for (const wall of list) {
+      const { point_m, normal, line, half_width } = wall,
+        moved = movedAt(wall, time),
+        at = ([x, y]) => this.at([x + moved[0], y + moved[1]]);
       if (line) {
         pen.lineWidth = Math.max(1.5 * dense, 2 * half_width * this.scale);
         pen.lineCap = pen.lineJoin = "round";

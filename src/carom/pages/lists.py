@@ -115,6 +115,8 @@ _SAID = {
     "immovable_discs": ("immovable discs", ""),
     "driven_walls": ("driven walls", ""),
     "driven_discs": ("driven discs", ""),
+    "legs": ("driven bodies whose velocity changes", ""),
+    "belts": ("walls whose surface runs", ""),
     "gravity": ("gravity", ""),
     "damping": ("damping", ""),
     "rolling_resistance": ("rolling resistance", ""),

@@ -264,7 +264,7 @@ def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -
     if ends:
         for wall in scene.walls:
             if wall.driven:
-                gone = moved_by(wall, *(scene.duration_s * v for v in wall.velocity_m_s))
+                gone = moved_by(wall, *wall.drive.moved_at(scene.duration_s))
                 list(_drawn(axes, gone, limits, _GONE))
     return [list(_drawn(axes, wall, limits, 1.0)) for wall in scene.walls]
 
@@ -338,9 +338,13 @@ def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: L
     for wall in scene.half_planes():
         if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
             end = low if wall.normal[axis] > 0 else high
-            begin, moves = wall.point_m[axis], wall.velocity_m_s[axis] * scene.duration_s
+            begin = wall.point_m[axis]
             if wall.driven:
-                axes.fill_betweenx((0.0, scene.duration_s), (begin, begin + moves), end, **_SOLID)
+                times_s = [
+                    *(leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s),
+                    scene.duration_s,
+                ]
+                axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **_SOLID)
             else:
                 axes.axvspan(begin, end, **_SOLID)
     for k, stands in _by_disc(scene, paths):

@@ -268,7 +268,8 @@ def _thrown(scene: Scene) -> str:
 
 
 def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
-    moves = {"velocity": list(wall.velocity_m_s)} if wall.driven else {}
+    legs = [[leg.begin_s, *leg.moved, *leg.velocity] for leg in wall.drive.legs]
+    moves = {"legs": legs} if wall.driven else {}
     if isinstance(wall, Wall):
         plane = [*wall.point_m, *wall.normal]
         return {"plane": plane, **moves} if moves else plane

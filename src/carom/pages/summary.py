@@ -92,7 +92,7 @@ def _of_disc(disc: Disc) -> str:
     mass = "driven" if disc.driven else "immovable" if disc.immovable else f"{_n(disc.mass_kg)} kg"
     spin = f", spin {_n(disc.spin_rad_s)} rad/s" if disc.spin_rad_s else ""
     inertia = f", inertia factor {_n(disc.inertia_factor)}" if disc.inertia_factor != 0.5 else ""
-    moves = f"at {_vector(disc.position_m)} m, {_vector(disc.velocity_m_s)} m/s{spin}"
+    moves = f"at {_vector(disc.position_m)} m, {_velocity(disc)}{spin}"
     return f"{moves}, radius {_n(disc.radius_m)} m, {mass}{inertia}"
 
 
@@ -100,8 +100,14 @@ def _of_wall(wall: Wall | Chain | Ring) -> str:
     own = [
         f", {name} {_n(value)}" for name in ("restitution", "friction") if (value := getattr(wall, name)) is not None
     ]
-    drive = f", driven at {_vector(wall.velocity_m_s)} m/s" if wall.driven else ""
-    return f"{_shape_of(wall)}{drive}{''.join(own)}"
+    drive = f", driven at {_velocity(wall)}" if wall.driven else ""
+    belt = f", its surface at {_n(wall.surface_speed_m_s)} m/s" if wall.surface_speed_m_s else ""
+    return f"{_shape_of(wall)}{drive}{belt}{''.join(own)}"
+
+
+def _velocity(body: Disc | Wall | Chain | Ring) -> str:
+    first = f"{_vector(body.drive.velocity_at(0.0))} m/s"
+    return f"{first} and on, in {wording.count(len(body.legs), 'leg')}" if len(body.legs) > 1 else first
 
 
 def _shape_of(wall: Wall | Chain | Ring) -> str:

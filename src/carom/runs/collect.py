@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from carom.adapter import Contact, Observation
 from carom.comparator.finite import turned
 from carom.damping import Damping
+from carom.disc_arrays import STANDS
+from carom.driving import Leg
 from carom.scene import Scene
 from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
 
@@ -112,7 +114,8 @@ class ImpactCollector:
         # By how much each disc's spin falls for each unit of friction's impulse; 0 of one that can't turn.
         self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
         self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
-        self._walls = [arrays.velocity_of_wall(k) for k in range(len(arrays.walls))]
+        self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
+        self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self._gravity, self._pull = gravity_of(scene), math.hypot(*scene.gravity_m_s2)
         self._damping = Damping(scene.damping_per_s)
         self._last = start
@@ -174,12 +177,13 @@ class ImpactCollector:
         spin = state.spin_rad_s
         return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
 
-    def _steady(self, body: int) -> _Motion:
-        """Return how a body moves that no impact changes: it stands, or is driven."""
+    def _steady(self, body: int, time_s: float) -> _Motion:
+        """Return how a body moves in the step to a time that no impact changes: it stands, or is driven."""
+        middle_s = 0.5 * (self._last_s + time_s)
         if body < 0:
-            return (*self._walls[wall_index(body)], 0.0)
-        disc = self._discs[body]
-        return (*disc.velocity_m_s, disc.spin_rad_s)
+            return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)
+        drive = self._driven.get(body, STANDS)
+        return (*drive.velocity_at(middle_s), self._discs[body].spin_rad_s)
 
     def _acted(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse.
@@ -212,7 +216,7 @@ class ImpactCollector:
     ) -> None:
         """Open a contact or take one on by a step; `motion` holds what the step's earlier contacts made of it."""
         first, second = pair
-        steady = [self._steady(body) for body in pair]
+        steady = [self._steady(body, time_s) for body in pair]
         ahead = (motion.get(first, steady[0]), motion.get(second, steady[1]))
         for body, sign in ((first, -1.0), (second, 1.0)):
             if body in motion:
@@ -268,11 +272,12 @@ class ImpactCollector:
         effective = math.nan
         if known_time:
             held = contact is not whole
-            drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else (0.0, 0.0)
+            drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
+            leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
             effective = (
-                _landing_time(pair, contact, self._gravity, drive)
+                _landing_time(pair, contact, self._gravity, leg)
                 if held
-                else _effective_time(pair, contact, self._gravity, self._damping, drive)
+                else _effective_time(pair, contact, self._gravity, self._damping, leg)
             )
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         falls = bool(self._gravity.any())
@@ -326,14 +331,14 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
     return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
 
 
-def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], drive: Vector) -> float:
+def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Leg) -> float:
     """Instant at which a pair that rests from then on comes, on its free path, to where it rests.
 
     Held by gravity, it does not fly on as `_effective_time` has it: along the normal its distance goes on at the speed
     that it has at the boundary, while the free path before is a parabola, or a line where gravity moves both alike.
     """
-    d0, u0 = _relative(pair, contact.start, contact.start_s, drive)
-    d1, u1 = _relative(pair, contact.end, contact.end_s, drive)
+    d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
+    d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
     normal = np.array(contact.normal())
     normal /= np.hypot(*normal)
     lasted = contact.end_s - contact.start_s
@@ -354,7 +359,7 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
 
 
 def _effective_time(
-    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping, drive: Vector
+    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping, leg: Leg
 ) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
@@ -363,8 +368,8 @@ def _effective_time(
     linear function of t with slope u0 - u1, is least. Under gravity both are parabolas of one curvature, and their
     difference is linear still. With damping they are lines in undamped time.
     """
-    d0, u0 = _relative(pair, contact.start, contact.start_s, drive)
-    d1, u1 = _relative(pair, contact.end, contact.end_s, drive)
+    d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
+    d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
     lasted = contact.end_s - contact.start_s
     pull = _relative_pull(pair, gravity)
     flown, u1 = damping.undamped(lasted), u1 / damping.kept(lasted)
@@ -379,13 +384,12 @@ def _effective_time(
 
 
 def _relative(
-    pair: _Pair, state: Observation, time_s: float, drive: Vector
+    pair: _Pair, state: Observation, time_s: float, leg: Leg
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return place and velocity of the second body as seen from the first; a wall moves at `drive` from the origin."""
+    """Return place and velocity of the second body as seen from the first; a wall moves on a leg from the origin."""
     first, second = pair
     if second < 0:
-        wall = np.array(drive)
-        return wall * time_s - state.position_m[first], wall - state.velocity_m_s[first]
+        return leg.moved_at(time_s) - state.position_m[first], leg.velocity - state.velocity_m_s[first]
     return (
         state.position_m[second] - state.position_m[first],
         state.velocity_m_s[second] - state.velocity_m_s[first],

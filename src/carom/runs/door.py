@@ -215,7 +215,7 @@ class Door:
     def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
         arrays = scene.arrays
         self._discs, self._walls, self._dt_s = len(scene.discs), len(scene.walls), dt_s
-        self._drives = [wall.velocity_m_s for wall in scene.walls]
+        self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
         self._movable = np.isfinite(arrays.mass_kg)
         self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
         # Half of the digits that the method computes with: what is further off was never meant to be of length 1.
@@ -298,7 +298,9 @@ class Door:
         if found.spins_rad_s is not None:
             spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
         if second < 0:
-            drive = self._drives[wall_index(second)]
+            path = self._drives[wall_index(second)]
+            due_in_step = path.velocities_within(min(begin_s, time_s), max(end_s, time_s))
+            drive = min(due_in_step, key=lambda due: math.dist(due, velocities[1]))
             of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
             for name, numbers in of_wall.items():
                 due = drive * 2 if name == "velocities" else (0.0, 0.0)

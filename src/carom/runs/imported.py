@@ -15,7 +15,7 @@ from carom.runs.job import Status, UnavailableError
 from carom.runs.planck_dump import scene_of_dump
 from carom.runs.pool import LocalPool
 from carom.scene import Scene
-from carom.walls import with_lengths
+from carom.walls import with_lengths, with_speeds
 
 __all__ = ["READERS", "import_scene"]
 
@@ -106,6 +106,9 @@ def _in_metres(scene: Scene, unit: float) -> Scene:
     if unit == 1.0:
         return scene
 
+    def in_metres(length: float) -> float:
+        return length / unit
+
     def vector(pair: tuple[float, float]) -> tuple[float, float]:
         return (pair[0] / unit, pair[1] / unit)
 
@@ -115,8 +118,9 @@ def _in_metres(scene: Scene, unit: float) -> Scene:
             "position_m": vector(disc.position_m),
             "velocity_m_s": vector(disc.velocity_m_s),
             "radius_m": disc.radius_m / unit,
+            "legs": with_speeds(disc.legs, in_metres, float),
         }
         for disc in scene.discs
     ]
-    walls = [with_lengths(wall, lambda x: x / unit, lambda u: u / unit) for wall in scene.walls]
+    walls = [with_lengths(wall, in_metres, in_metres, float) for wall in scene.walls]
     return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": vector(scene.gravity_m_s2)})

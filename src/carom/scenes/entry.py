@@ -258,7 +258,7 @@ def _deepest_overlap(trace: Trace, scene: Scene) -> float:
         overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
         deepest = max(deepest, float(np.max(overlap)))
     for begun in scene.walls:
-        wall = moved_by(begun, *(trace.end_time_s * v for v in begun.velocity_m_s)) if begun.driven else begun
+        wall = moved_by(begun, *begun.drive.moved_at(trace.end_time_s)) if begun.driven else begun
         if isinstance(wall, Wall):
             reach = radius - (position - wall.point_m) @ np.array(wall.normal)
         else:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from carom.disc_arrays import DiscArrays
+from carom.driving import Drive
 from carom.limits import ORDINARY
 from carom.sizes import Sizes
 from carom.trace import SPIN_DTYPE
@@ -58,8 +59,11 @@ class Units(NamedTuple):
             (*_vector(wall[:2], -self.length), *wall[2:]) if isinstance(wall, tuple) else wall.scaled(self.length)
             for wall in start.walls
         )
-        if start.wall_velocity_m_s is not None:
-            scaled["wall_velocity_m_s"] = tuple(_vector(velocity, -speed) for velocity in start.wall_velocity_m_s)
+        for name in ("wall_drives", "disc_drives"):
+            if drives := scaled[name]:
+                scaled[name] = tuple(self._drive(drive) for drive in drives)
+        if start.belts_m_s is not None:
+            scaled["belts_m_s"] = tuple(_times_power(belt, -speed) for belt in start.belts_m_s)
         return _ScaledStart(
             DiscArrays.of_valid(**scaled),
             _vector(scene.gravity_m_s2, self.time - speed),
@@ -67,6 +71,10 @@ class Units(NamedTuple):
             _times_power(scene.table_deceleration_m_s2, self.time - speed),
             self.of_seconds(scene.duration_s),
         )
+
+    def _drive(self, drive: Drive) -> Drive:
+        speed = self.length - self.time
+        return Drive.along((self.of_seconds(leg.begin_s), _vector(leg.velocity, -speed)) for leg in drive.legs)
 
     def of_seconds(self, time_s: float) -> float:
         """Return a time given in seconds, in these units."""

@@ -25,6 +25,7 @@ MOST = 2000
 #: All that the JavaScript refuses, by the names that it says.
 REFUSED = {
     *("walls of edges, arcs or circles", "walls of their own material", "driven walls", "driven discs"),
+    *("driven bodies whose velocity changes", "walls whose surface runs"),
     *("damping", "rolling resistance", "a table that slows discs down", "numbers of extreme size"),
 }
 

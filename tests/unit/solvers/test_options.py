@@ -122,7 +122,7 @@ def test_every_attribute_of_a_start_is_compared_or_belongs_to_the_state() -> Non
     compared = {"radius_m", "mass_kg", "inertia_factor", "walls", "restitution", "wall_restitution", "friction"}
     compared |= {"wall_friction", "tangential_restitution", "wall_tangential_restitution"}
     of_the_state = {"position_m", "velocity_m_s", "spin_rad_s"}
-    refused = {"wall_materials", "wall_velocity_m_s", "driven_discs"}  # by the kernel, whose walls are alike and stand
+    refused = {"wall_materials", "wall_drives", "belts_m_s", "driven_discs", "disc_drives"}  # by the kernel
     assert {field.name for field in dataclasses.fields(DiscArrays)} == compared | of_the_state | refused
 
 

@@ -79,6 +79,9 @@ class Block:
         moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - flown - 0.5 * fallen * h[..., None], 2, 0))
         rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
         spun_by = np.abs(rims[1:] - rims[:-1] * kept)
+        # What is driven turns by itself, as it is to.
+        driven = list(scene.arrays.driven_discs)
+        turned_by[:, driven] = moved_by[:, driven] = 0.0
         speed = np.hypot(*np.moveaxis(v, 2, 0))
         own_speed = np.maximum(speed[1:], speed[:-1]) + np.hypot(*pull.T) * h
         own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))

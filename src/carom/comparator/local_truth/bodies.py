@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from carom.damping import Damping
 from carom.disc_arrays import HalfPlane
+from carom.driving import Drive, Leg
 from carom.physics.contact_law import rub
 from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
@@ -53,8 +54,10 @@ class Law:
             tuple(map(float, wall)) if isinstance(wall, tuple) else FiniteWall(wall)  # type: ignore[misc] # four floats
             for wall in arrays.walls
         ]
-        self.wall_velocity = [arrays.velocity_of_wall(k) for k in range(len(arrays.walls))]
-        self.fastest_wall = max((math.hypot(*velocity) for velocity in self.wall_velocity), default=0.0)
+        self.wall_drives = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
+        self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
+        self.belts = arrays.belts_m_s
+        self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
         #: Whether something gives discs energy: then no gain of it is wrong by itself.
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
@@ -104,8 +107,21 @@ class Law:
 
     def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
         """Return a point as seen from a wall, which stands where it began."""
-        wx, wy = self.wall_velocity[wall]
-        return (x - wx * time_s, y - wy * time_s) if wx or wy else (x, y)
+        if (drive := self.wall_drives[wall]).stands:
+            return x, y
+        wx, wy = drive.leg_at(time_s * _TOUCH).moved_at(time_s)
+        return x - wx, y - wy
+
+    def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
+        """Return the velocity of a wall at a time since the run's start; one that comes to rounding has come."""
+        return self.wall_drives[wall].velocity_at(time_s * _TOUCH)
+
+    def later_legs(self, pair: Pair, time_s: float) -> tuple[Leg, ...]:
+        """Return the legs that a driven body of a pair has yet to begin, where its velocity changes."""
+        drives = [self.disc_drives.get(body) for body in pair if body < self.n]
+        drives += [self.wall_drives[body - self.n] for body in pair if body >= self.n]
+        drive = next((drive for drive in drives if drive is not None and len(drive.legs) > 1), None)
+        return () if drive is None else drive.legs_from(time_s * _TOUCH)[1:]
 
     def reach(self, pair: Pair) -> float:
         """Return the distance of contact: of a wall from the centre, of a disc from the other centre."""
@@ -166,14 +182,15 @@ class BodyStates:
         """Return the position and velocity of a body: of a wall how far it has moved."""
         if body < self.law.n:
             return self.xy[body], self.velocity[body]
-        wx, wy = self.law.wall_velocity[body - self.law.n]
-        return (wx * self.time_s, wy * self.time_s), (wx, wy)
+        wall, time_s = body - self.law.n, self.time_s
+        leg = self.law.wall_drives[wall].leg_at(time_s * _TOUCH)
+        return leg.moved_at(time_s), leg.velocity
 
     def _mover(self, disc: int, body: int) -> Mover:
         """Return a disc as a wall sees it."""
         wall = body - self.law.n
         place = self.law.seen_from(wall, *self.xy[disc], self.time_s)
-        return Mover.at(place, self.velocity[disc], self.law.radius[disc], self.law.wall_velocity[wall])
+        return Mover.at(place, self.velocity[disc], self.law.radius[disc], self.law.wall_velocity(wall, self.time_s))
 
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths; what rests on a wall is not pulled into it."""
@@ -181,6 +198,9 @@ class BodyStates:
         # There is no gravity where there is damping, so that only the one or the other bends a path in time.
         flown, kept = law.damping.undamped(seconds), law.damping.kept(seconds)
         for disc, (x, y) in self.xy.items():
+            if (drive := law.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
+                self._drive_on(disc, drive, seconds)
+                continue
             vx, vy = self.velocity[disc]
             ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
             if resting is not None and resting[0] == disc and resting[1] >= law.n:
@@ -193,6 +213,13 @@ class BodyStates:
             self.spin[disc] *= kept
         self.time_s += seconds
 
+    def _drive_on(self, disc: int, drive: Drive, seconds: float) -> None:
+        begin_s, end_s = self.time_s, self.time_s + seconds
+        leg = drive.leg_at(end_s * _TOUCH)
+        was, now = drive.leg_at(begin_s * _TOUCH).moved_at(begin_s), leg.moved_at(end_s)
+        x, y = self.xy[disc]
+        self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
+
     def contact(self, pair: Pair, feature: Feature | None = None) -> Separation:
         """Return how the two bodies of a pair are to each other; of a finite wall, with `feature`, at what of it."""
         (i, j), law = pair, self.law
@@ -201,7 +228,7 @@ class BodyStates:
             away, nx, ny = law.side_of(j - law.n, x, y, self.time_s)
             if feature is not None:
                 nx, ny = normal_at(feature, self._mover(i, j))
-            wx, wy = law.wall_velocity[j - law.n]
+            wx, wy = law.wall_velocity(j - law.n, self.time_s)
             return Separation(away - law.radius[i], (-nx, -ny), -((vx - wx) * nx + (vy - wy) * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         distance = math.hypot(dx, dy)
@@ -232,9 +259,23 @@ class BodyStates:
 
         `last` is what the disc has just met of a finite wall.
         """
-        return self.law.damping.damped(self._undamped_wait(pair, last))
+        wait = self.law.damping.damped(self.undamped_wait(pair, last))
+        later = self.law.later_legs(pair, self.time_s)
+        return wait if not later or self.time_s + wait < later[0].begin_s else self.wait_later(pair)
 
-    def _undamped_wait(self, pair: Pair, last: Feature | None) -> float:
+    def wait_later(self, pair: Pair) -> float:
+        """Return the seconds until they meet on a leg that a driven one of them has yet to begin."""
+        for leg in self.law.later_legs(pair, self.time_s):
+            there = self.copy()
+            there.fly(leg.begin_s - self.time_s)
+            wait = there.undamped_wait(pair, None)
+            if there.time_s + wait < leg.end_s:
+                self.met |= {pair: there.met[pair]} if pair in there.met else {}
+                return there.time_s + wait - self.time_s
+        return math.inf
+
+    def undamped_wait(self, pair: Pair, last: Feature | None) -> float:
+        """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
         if j >= law.n:
@@ -242,7 +283,7 @@ class BodyStates:
             if not isinstance(wall, tuple):
                 return self._finite_wait(pair, wall, last)
             x, y = law.seen_from(j - law.n, x, y, self.time_s)
-            wx, wy = law.wall_velocity[j - law.n]
+            wx, wy = law.wall_velocity(j - law.n, self.time_s)
             vx, vy = vx - wx, vy - wy
             if not law.falls(i):
                 return wall_time(x, y, vx, vy, radius, *wall)
@@ -283,7 +324,7 @@ class BodyStates:
             _, (mx, my), _ = self.contact(pair, feature)
             nx, ny = -mx, -my
             contact = law.contact_of(pair)
-            wx, wy = law.wall_velocity[j - law.n]
+            wx, wy = law.wall_velocity(j - law.n, self.time_s)
             before = (vx - wx, vy - wy)
             along = before[0] * nx + before[1] * ny
             if not along < 0.0:
@@ -292,7 +333,8 @@ class BodyStates:
             vx, vy = vx + pressed * nx, vy + pressed * ny
             if contact.friction > 0.0 or law.rolling_resistance > 0.0:
                 rim, y = law.radius[i] * self.spin[i], law.inverse_inertia_ratio[i]
-                by = rub(contact, law.rolling_resistance, before[0] * ny - before[1] * nx + rim, rim, y, pressed)
+                slip = before[0] * ny - before[1] * nx + rim + (0.0 if law.belts is None else law.belts[j - law.n])
+                by = rub(contact, law.rolling_resistance, slip, rim, y, pressed)
                 vx, vy = vx - by.friction * ny, vy + by.friction * nx
                 self.spin[i] -= (by.friction + by.rolling) * y / law.radius[i]
             self.velocity[i] = (vx, vy)
@@ -378,7 +420,8 @@ def exact_run(
             if other == pair and bends:
                 waits[other] = now_s + state.wait(other, state.met[pair])
             elif struck.intersection(other):
-                waits[other] = math.inf if other == pair and not falls_back else now_s + state.wait(other)
+                again = other == pair and not falls_back
+                waits[other] = now_s + (state.wait_later(other) if again else state.wait(other))
     return met, None
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,6 +12,8 @@ from numpy.typing import NDArray
 from carom.broad_phase import near_pairs, near_walls
 from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import Pair
+from carom.disc_arrays import STANDS, wall_lengths
+from carom.driving import Drive
 
 __all__ = ["MARGIN_STEPS", "RESTING_GAP", "NearPairs", "disc_pairs", "wall_pairs"]
 
@@ -83,23 +84,22 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
 
 def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
     """Yield the discs and walls that are near in some steps."""
-    moving = defaultdict[tuple[float, float], list[int]](list)
-    for k, velocity in enumerate(block.law.wall_velocity):
-        moving[velocity].append(k)
-    for velocity, numbers in moving.items():
-        yield from _pairs_with_walls(block, begin, end, velocity, numbers)
+    moving = defaultdict[Drive, list[int]](list)
+    for k, drive in enumerate(block.law.wall_drives):
+        moving[drive].append(k)
+    for drive, numbers in moving.items():
+        yield from _pairs_with_walls(block, begin, end, drive, numbers)
 
 
-def _pairs_with_walls(
-    block: Block, begin: int, end: int, velocity: tuple[float, float], walls_of_it: list[int]
-) -> Iterator[NearPairs]:
-    """Yield the discs and walls of one velocity that are near in some steps, as seen from these."""
+def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of_it: list[int]) -> Iterator[NearPairs]:
+    """Yield the discs and walls of one path that are near in some steps, as seen from these."""
     arrays, law = block.scene.arrays, block.law
-    centre, reach = _reach(block, begin, end, velocity)
-    p, v = _seen(block, begin, end, velocity)
-    speeds = block.own_speed[begin:end] + math.hypot(*velocity)
-    yield from _finite_pairs(block, begin, end, centre, reach, walls_of_it)
-    numbers = np.array([k for k in walls_of_it if isinstance(arrays.walls[k], tuple)], dtype=np.intp)
+    centre, reach = _reach(block, begin, end, drive)
+    p, v = _seen(block, begin, end, drive)
+    speeds = block.own_speed[begin:end] + drive.fastest
+    one_by_one = [k for k in walls_of_it if len(drive.legs) > 1 or not isinstance(arrays.walls[k], tuple)]
+    yield from _found_one_by_one(block, begin, end, centre, reach, one_by_one)
+    numbers = np.array([k for k in walls_of_it if k not in one_by_one], dtype=np.intp)
     walls = np.array([arrays.walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
     for disc, wall in near_walls(centre, reach, arrays.movable, walls):
         if not len(disc):
@@ -127,19 +127,19 @@ def _pairs_with_walls(
         yield NearPairs(begin, pairs, gap, -speed, wait, pulled, touching, still)
 
 
-def _finite_pairs(
+def _found_one_by_one(
     block: Block, begin: int, end: int, centre: Array, reach: Array, numbers: list[int]
 ) -> Iterator[NearPairs]:
-    """Yield the discs and finite walls, of these numbers, that are near in some steps, one by one."""
+    """Yield the discs and walls, of these numbers, that are near in some steps, one by one."""
     arrays, law = block.scene.arrays, block.law
     for k in numbers:
         wall = arrays.walls[k]
-        if isinstance(wall, tuple):
-            continue
-        speeds = block.own_speed[begin:end] + math.hypot(*law.wall_velocity[k])
-        far = block.place_unit * max(map(abs, wall.lengths))
+        speeds = block.own_speed[begin:end] + law.wall_drives[k].fastest
+        far = block.place_unit * max(map(abs, wall_lengths(wall)))
         for i in np.flatnonzero(arrays.movable).tolist():
-            if wall.gap(float(centre[i, 0]), float(centre[i, 1]), float(reach[i])) > 0.0:
+            x, y = centre[i].tolist()
+            away = (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3] if isinstance(wall, tuple) else wall.gap(x, y, 0.0)
+            if away > float(reach[i]):
                 continue
             pair = (i, law.n + k)
             met = [block.state(step, (i,)).contact(pair) for step in range(begin, end + 1)]
@@ -156,18 +156,20 @@ def _finite_pairs(
             yield NearPairs(begin, [pair], gap, closing, wait, pulled, touching, still)
 
 
-def _seen(block: Block, begin: int, end: int, velocity: tuple[float, float]) -> tuple[Array, Array]:
-    """Positions and velocities of discs in some steps, as seen from what has moved at a velocity since the start."""
+def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
+    """Positions and velocities of discs in some steps, as seen from what has moved on a path since the start."""
     p, v = block.states.position_m[begin : end + 1], block.states.velocity_m_s[begin : end + 1]
-    if not any(velocity):
+    if drive.stands:
         return p, v
-    return p - block.states.time_s[begin : end + 1, None, None] * np.array(velocity), v - np.array(velocity)
+    times_s = block.states.time_s[begin : end + 1].tolist()
+    moved, speed = ([of(time_s) for time_s in times_s] for of in (drive.moved_at, drive.velocity_at))
+    return p - np.array(moved)[:, None], v - np.array(speed)[:, None]
 
 
-def _reach(block: Block, begin: int, end: int, velocity: tuple[float, float] = (0.0, 0.0)) -> tuple[Array, Array]:
+def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[Array, Array]:
     """Centres and reaches of discs so that what may meet or push in these steps overlaps, seen from what moves."""
-    p, _ = _seen(block, begin, end, velocity)
-    own_speed = block.own_speed[begin:end] + math.hypot(*velocity)
+    p, _ = _seen(block, begin, end, drive)
+    own_speed = block.own_speed[begin:end] + drive.fastest
     low, high = np.min(p, axis=0), np.max(p, axis=0)
     longest = float(np.max(block.step_s[begin:end]))
     # A third body may hand its speed on within the step.

@@ -360,7 +360,7 @@
         const b = placeAt(tracks[second], pulls[second], when), away = Math.hypot(b[0] - a[0], b[1] - a[1]) || 1;
         towards = [(b[0] - a[0]) / away, (b[1] - a[1]) / away];
       } else {
-        const wall = this.walls[-1 - second], seen = wall.velocity ? a.map((x, k) => x - wall.velocity[k] * when) : a;
+        const wall = this.walls[-1 - second], moved = movedAt(wall, when), seen = a.map((x, k) => x - moved[k]);
         towards = wall.line ? towardsLine(wall.line, seen) : wall.normal.map((x) => -x);
       }
       return [a[0] + radius * towards[0], a[1] + radius * towards[1]];

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from carom.physics.contact_law import rub
 from carom.physics.double_double import two_diff, two_sum
 from carom.physics.feature_time_falling import first_feature_falling
-from carom.physics.features import Face
+from carom.physics.features import Face, Mover
 from carom.physics.pair_time import excess, pair_time
 from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed
@@ -20,6 +20,7 @@ from carom.solvers.plain.instants import NEVER, START, Instant, after, between
 from carom.trace import wall_body
 
 if TYPE_CHECKING:
+    from carom.driving import Leg
     from carom.physics.double_double import Pair
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
@@ -75,7 +76,7 @@ class FallingBodies(Bodies):
     def bring_to(self, i: int, instant: Instant) -> None:
         """Bring disc `i` to an instant along its parabola."""
         if self.inverse_mass[i] == 0.0:
-            self.x[i], self.y[i], _, _ = self.state_at(i, instant)
+            self.x[i], self.y[i], self.vx[i], self.vy[i] = self.state_at(i, instant)
         else:
             self.spin[i] = self.spin_at(i, instant)
             self.x[i], self.y[i], self.vx[i], self.vy[i] = self.state_at(i, instant)
@@ -141,7 +142,10 @@ class FallingBodies(Bodies):
         gap -= gap_resolution(size_of(x, y, self.radius[i]) + size_of(fx, fy, self.radius[j]))
         if not gap > 0.0:
             return start
-        speed, pull = math.hypot(vx - fvx, vy - fvy), math.hypot(*self.relative_acceleration(i, j))
+        pull = math.hypot(*self.relative_acceleration(i, j))
+        speed = math.hypot(vx - fvx, vy - fvy)
+        if (path := self.driven.get(j if j in self.driven else i)) is not None and len(path.legs) > 1:
+            speed = math.hypot(vx, vy) + math.hypot(fvx, fvy) + path.fastest
         if speed == 0.0 == pull:  # it rests
             return NEVER
         wait = 2.0 * gap / (speed + math.sqrt(speed * speed + 2.0 * pull * gap))
@@ -151,33 +155,46 @@ class FallingBodies(Bodies):
         """Instant of the next impact of disc `i` on one that no impact moves."""
         if self.inverse_mass[i] == 0.0:
             return NEVER
-        x, y, vx, vy = self.state_at(i, self.instant[i])
-        at_x, at_y, drive_x, drive_y = self.state_at(fixed, self.instant[i])
-        disc = (x, y, vx - drive_x, vy - drive_y, self.radius[i])
-        leaving = self.leaving[i] if self.last_partner[i] == fixed else None
-        wait = encounter_time(disc, (at_x, at_y, self.radius[fixed]), self.acceleration[i], leaving)
-        return after(self.instant[i], wait)
+        for number, leg in enumerate(self.legs_ahead(fixed, self.time[i])):
+            begin = self.instant[i] if number == 0 else (leg.begin_s, 0.0)
+            x, y, vx, vy = self.state_at(i, begin)
+            at_x, at_y, drive_x, drive_y = (
+                self._driven_on(fixed, leg, begin[0]) if fixed in self.driven else self.state_at(fixed, begin)
+            )
+            disc = (x, y, vx - drive_x, vy - drive_y, self.radius[i])
+            leaving = self.leaving[i] if number == 0 and self.last_partner[i] == fixed else None
+            wait = encounter_time(disc, (at_x, at_y, self.radius[fixed]), self.acceleration[i], leaving)
+            if (met := after(begin, wait))[0] < leg.end_s:
+                return met
+        return NEVER
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
         """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
         if self.inverse_mass[i] == 0.0:
             return NEVER
-        wall = self.walls[k]
-        if not isinstance(wall, tuple):
-            last = self.last_feature(i, k)
-            wait, part = first_feature_falling(
-                self.mover(i, k), self._finite(k).features, self.acceleration[i], last, self.leaving[i]
-            )
-            if part is not None:
-                self._expected[i, k] = (part, False)
-        elif self.last_partner[i] == wall_body(k):
+        for number, leg in enumerate(self.legs_ahead(wall_body(k), self.time[i])):
+            begin = self.instant[i] if number == 0 else (leg.begin_s, 0.0)
+            wait = self._wait_for_wall(i, k, leg, begin[0], just_left=number == 0)
+            if (met := after(begin, wait))[0] < leg.end_s:
+                return met
+        return NEVER
+
+    def _wait_for_wall(self, i: int, k: int, leg: Leg, begin_s: float, *, just_left: bool) -> float:
+        wall, left = self.walls[k], just_left and self.last_partner[i] == wall_body(k)
+        if isinstance(wall, tuple) and left:
             pull = self._pull(i, k)
-            wait = return_time((self.leaving[i], 0.0), pull) if pull[0] < 0.0 else math.inf
-        else:
-            x, y, vx, vy = self.seen_from(i, k)
+            return return_time((self.leaving[i], 0.0), pull) if pull[0] < 0.0 else math.inf
+        x, y, vx, vy = self.seen_from(i, k) if just_left else self._seen_on(i, leg, begin_s)
+        if isinstance(wall, tuple):
             gap = wall_gap(x, y, self.radius[i], *wall)
-            wait = descent_time(gap, wall_speed(vx, vy, *wall[2:]), self._pull(i, k))
-        return after(self.instant[i], wait)
+            return descent_time(gap, wall_speed(vx, vy, *wall[2:]), self._pull(i, k))
+        disc, last = Mover.at((x, y), (vx, vy), self.radius[i]), self.last_feature(i, k) if left else None
+        wait, part = first_feature_falling(
+            disc, self._finite(k).features, self.acceleration[i], last, self.leaving[i] if left else 0.0
+        )
+        if part is not None:
+            self._expected[i, k] = (part, False)
+        return wait
 
     def _pull(self, i: int, k: int) -> Pair:
         """Acceleration of disc `i` along the normal of half-plane `k`, as an error-free pair."""
@@ -185,9 +202,12 @@ class FallingBodies(Bodies):
         falls = self.acceleration[i] is self.gravity
         return self.pull[k] if falls else wall_speed(*self.acceleration[i], nx, ny)
 
-    def returns_to(self, i: int, k: int) -> bool:
-        """Whether disc `i` comes back to what it has left, where that is flat: with the speed that it left with."""
-        if self.last_partner[i] != wall_body(k):
+    def returns_to(self, i: int, k: int, time_s: float) -> bool:
+        """Whether disc `i` comes back then to what it has left, where that is flat: with the speed that it left with.
+
+        Of a driven wall it does not where the wall is on another leg of its path by then.
+        """
+        if self.last_partner[i] != wall_body(k) or self.legs_ahead(wall_body(k), self.time[i])[0].end_s <= time_s:
             return False
         last = self.last_feature(i, k)
         return self.finite[k] is None or (isinstance(last, Face) and self._expected[i, k][0].feature is last)
@@ -279,8 +299,7 @@ class FallingBodies(Bodies):
         Note whether friction has taken all of the slip; where rolling resistance has taken all of the spin, it is 0.
         """
         (nx, ny), y = self.normal(i, k), self.inverse_inertia_ratio[i]
-        rim = self.radius[i] * self.spin[i]
-        slip = before[0] * ny - before[1] * nx + rim
+        rim, slip = self.radius[i] * self.spin[i], self.slip(i, k, before)
         by = rub(self.contact_of_wall(k), self.rolling_resistance, slip, rim, y, pressed)
         self.gripped[i] = by.slip
         self.vx[i] -= by.friction * ny

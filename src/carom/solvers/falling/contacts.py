@@ -53,7 +53,7 @@ class Contacts:
             for k, wall in enumerate(bodies.walls):
                 if bodies.inverse_mass[i] == 0.0 or not isinstance(wall, tuple) or self.walls[i] is not None:
                     continue
-                if bodies.drive[k] is not None:
+                if bodies.is_driven(k):
                     continue
                 approach, pull, gap_m = bodies.contact_with_wall(i, k, again=False)
                 gap = float(wall_gap(bodies.x[i], bodies.y[i], bodies.radius[i], *wall)[0])

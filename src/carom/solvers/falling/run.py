@@ -150,12 +150,12 @@ class BallisticRun(AllPairsRun):
 
     def _meet_wall(self, i: int, k: int) -> tuple[ImpactRecord, float] | None:
         bodies = self.bodies
-        again = bodies.returns_to(i, k)
+        again = bodies.returns_to(i, k, self._now[0])
         last = bodies.instant[i] if again else None
         bodies.bring_to(i, self._now)
         approach, pull, gap_m = bodies.contact_with_wall(i, k, again)
         if self._is_at_rest(approach, pull, gap_m, last):
-            solved = isinstance(bodies.walls[k], tuple) and bodies.drive[k] is None
+            solved = isinstance(bodies.walls[k], tuple) and not bodies.is_driven(k)
             if self.contacts.walls[i] is not None or not solved:
                 bodies.leave_wall(i, k, 0.0)
                 self._end_in_contact(i, wall_body(k), approach)

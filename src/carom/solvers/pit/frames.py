@@ -64,6 +64,7 @@ class PlainFrameLoop:
         if self.frames > 0:
             moved_s = self._moved_s()
             for i in range(n):
+                bodies.forget_ended_leg(i, moved_s)
                 bodies.move_to(i, moved_s)
         for i in range(n):
             for j in range(i + 1, n):

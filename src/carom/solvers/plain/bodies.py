@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.disc_arrays import DiscArrays
+from carom.disc_arrays import STANDS, DiscArrays
 from carom.errors import InputError
 from carom.physics.double_double import two_sum
 from carom.physics.features import Arc, Mover
@@ -31,6 +31,7 @@ from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from carom.driving import Leg
     from carom.physics.features import Feature
     from carom.physics.wall_features import WallFeature
     from carom.solvers.run import Start
@@ -69,7 +70,8 @@ class Bodies:
     Every disc has its own clock: its position is that at `time[i]`, and it moves on in a straight line from there. A
     solver that moves all discs together keeps all clocks equal. An immovable disc's clock stays at 0: what is predicted
     of it must not depend on who else has met it meanwhile; so does that of a driven disc, which is brought along its
-    path from its start. A driven wall is where `walls` says at time 0: discs are seen from it.
+    path from its start. A driven wall is where `walls` says at time 0: discs are seen from it. What is predicted of a
+    driven body goes from leg to leg of its path: on each it moves straight on.
     """
 
     def __init__(self, start: Start | DiscArrays) -> None:
@@ -84,12 +86,14 @@ class Bodies:
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
         self.finite = [None if isinstance(wall, tuple) else FiniteWall(wall) for wall in start.walls]
-        #: Velocity of each driven wall, None of one that stands.
-        self.drive = [velocity if any(velocity) else None for velocity in start.wall_velocity_m_s or ()] or (
-            [None] * len(start.walls)
-        )
-        #: Where each driven disc was at the epoch.
-        self._driven_from = {i: (self.x[i], self.y[i]) for i in start.driven_discs}
+        #: Path of each driven wall, None of one that stands; its legs are counted from the epoch.
+        self.drive = [None if drive.stands else drive for drive in start.wall_drives or ()] or [None] * len(start.walls)
+        self.belts = start.belts_m_s
+        #: That of each driven disc, and where it was at the start.
+        self.driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
+        self._driven_from = {i: (self.x[i], self.y[i]) for i in self.driven}
+        self._paths = (tuple(self.drive), dict(self.driven))
+        self.gravity = (0.0, 0.0)
         self.materials = start.wall_materials
         self.restitution = start.restitution
         self.wall_restitution = start.wall_restitution
@@ -115,20 +119,28 @@ class Bodies:
     def begin_epoch(self, now_s: float) -> None:
         """Bring every disc to `now_s` since the epoch, and count time from there.
 
-        One that is on its way from an arc's inner side is no longer where it left it: the next chord is none.
+        One that is on its way from an arc's inner side is no longer where it left it: the next chord is none. And one
+        that has left a driven body is on the path that this has given it, but the body may be on another leg.
         """
-        for i in self._driven_from:
-            self.move_to(i, now_s)
-            self._driven_from[i] = (self.x[i], self.y[i])
         for i in range(len(self)):
             if self.inverse_mass[i] > 0.0:
                 hit = self.last_hit[i]
+                self.forget_ended_leg(i, now_s)
                 if self.time[i] < now_s and hit is not None and isinstance(hit.feature, Arc) and hit.feature.inside:
                     self.last_hit[i] = hit._replace(feature=None)
                 self.move_to(i, now_s)
             self.time[i] = 0.0
         total, rest = two_sum(self.epoch[0], now_s)
         self.epoch = (total, self.epoch[1] + rest)
+        walls, discs = self._paths
+        self.drive = [None if drive is None else drive.counted_from(self.since_epoch) for drive in walls]
+        self.driven = {i: drive.counted_from(self.since_epoch) for i, drive in discs.items()}
+
+    def forget_ended_leg(self, i: int, time_s: float) -> None:
+        """Let disc `i` meet a driven body again that it has met last, where that is on another leg by then."""
+        partner = self.last_partner[i]
+        if partner is not None and self.legs_ahead(partner, self.time[i])[0].end_s <= time_s:
+            self.last_partner[i] = None
 
     def __len__(self) -> int:
         return len(self.x)
@@ -136,8 +148,8 @@ class Bodies:
     def move_to(self, i: int, time_s: float) -> None:
         """Bring disc `i` to `time_s` along its straight path."""
         if self.inverse_mass[i] == 0.0:
-            if i in self._driven_from:
-                self.x[i], self.y[i], _, _ = self.driven_at(i, time_s)
+            if i in self.driven:
+                self.x[i], self.y[i], self.vx[i], self.vy[i] = self.driven_at(i, time_s)
             return
         dt = time_s - self.time[i]
         self.x[i] += self.vx[i] * dt
@@ -146,25 +158,48 @@ class Bodies:
 
     def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i` at an instant, on its present path."""
-        if i in self._driven_from:
+        if i in self.driven:
             return self.driven_at(i, instant[0])
         wait, vx, vy = instant[0] - self.time[i], self.vx[i], self.vy[i]
         return self.x[i] + vx * wait, self.y[i] + vy * wait, vx, vy
 
     def driven_at(self, i: int, time_s: float) -> tuple[float, float, float, float]:
         """Position and velocity at a time of disc `i`, which no impact moves: one that is driven, or stands."""
-        if i not in self._driven_from:
+        if i not in self.driven:
             return self.x[i], self.y[i], 0.0, 0.0
-        x, y = self._driven_from[i]
-        return x + self.vx[i] * time_s, y + self.vy[i] * time_s, self.vx[i], self.vy[i]
+        return self._driven_on(i, self.driven[i].leg_at(time_s), time_s)
+
+    def _driven_on(self, i: int, leg: Leg, time_s: float) -> tuple[float, float, float, float]:
+        (x, y), (moved_x, moved_y) = self._driven_from[i], leg.moved_at(time_s)
+        return x + moved_x, y + moved_y, *leg.velocity
 
     def seen_from(self, i: int, k: int) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i`, at its own clock, as seen from wall `k`, which stands where it began."""
-        x, y, vx, vy = self.x[i], self.y[i], self.vx[i], self.vy[i]
         if (drive := self.drive[k]) is None:
-            return x, y, vx, vy
-        since_s = self.since_start(self.time[i])
-        return x - drive[0] * since_s, y - drive[1] * since_s, vx - drive[0], vy - drive[1]
+            return self.x[i], self.y[i], self.vx[i], self.vy[i]
+        return self._seen_on(i, drive.leg_at(self.time[i]), self.time[i])
+
+    def _seen_on(self, i: int, leg: Leg, time_s: float) -> tuple[float, float, float, float]:
+        """Position and velocity of disc `i` at a time as seen from a wall on a leg of its path."""
+        x, y, vx, vy = self.state_at(i, (time_s, 0.0))
+        (moved_x, moved_y), (u, v) = leg.moved_at(time_s), leg.velocity
+        return x - moved_x, y - moved_y, vx - u, vy - v
+
+    def is_driven(self, k: int) -> bool:
+        """Whether wall `k` moves, or its surface runs."""
+        return self.drive[k] is not None or (self.belts is not None and self.belts[k] != 0.0)
+
+    def velocity_of_wall(self, k: int, time_s: float) -> Vector:
+        """Return the velocity of wall `k` at a time since the epoch."""
+        return (0.0, 0.0) if (drive := self.drive[k]) is None else drive.velocity_at(time_s)
+
+    def legs_ahead(self, body: int, time_s: float) -> tuple[Leg, ...]:
+        """Return the legs of a body's path, since the epoch, from the one on which it is at a time on.
+
+        A body (a wall is negative) that is not driven has one leg. The last has no end.
+        """
+        drive = self.drive[wall_index(body)] if body < 0 else self.driven.get(body)
+        return STANDS.legs if drive is None else drive.legs_from(time_s)
 
     def next_pair_impact(self, i: int, j: int) -> Instant:
         """Instant of the next impact of discs `i` and `j` on their present paths; infinity for never.
@@ -172,24 +207,47 @@ class Bodies:
         It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair. Two that
         have just met never meet again on these paths: `just_met` in scan.pxd says why.
         """
-        if self._has_just_met(i, j) and self._has_just_met(j, i):
-            return NEVER
+        just_met = self._has_just_met(i, j) and self._has_just_met(j, i)
         start = max(self.time[i], self.time[j])
-        first, second = self.state_at(i, (start, 0.0)), self.state_at(j, (start, 0.0))
-        return start + pair_time(*first, self.radius[i], *second, self.radius[j]), 0.0
+        driven = i if i in self.driven else j
+        for number, leg in enumerate(self.legs_ahead(driven, start)):
+            if just_met and number == 0:
+                continue
+            begin = max(start, leg.begin_s)
+            first, second = (
+                self._driven_on(disc, leg, begin) if disc in self.driven else self.state_at(disc, (begin, 0.0))
+                for disc in (i, j)
+            )
+            at = begin + pair_time(*first, self.radius[i], *second, self.radius[j])
+            if at < leg.end_s:
+                return at, 0.0
+        return NEVER
 
     def next_wall_impact(self, i: int, k: int) -> Instant:
         """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
-        wall = self.walls[k]
-        if self.inverse_mass[i] == 0.0 or (isinstance(wall, tuple) and self.last_partner[i] == wall_body(k)):
+        if self.inverse_mass[i] == 0.0:
             return NEVER
+        for number, leg in enumerate(self.legs_ahead(wall_body(k), self.time[i])):
+            begin = self.time[i] if number == 0 else leg.begin_s
+            at = begin + self._wait_for_wall(i, k, leg, begin, just_left=number == 0)
+            if at < leg.end_s:  # no number above 1e300 s or so
+                return at, 0.0
+        return NEVER
+
+    def _wait_for_wall(self, i: int, k: int, leg: Leg, begin_s: float, *, just_left: bool) -> float:
+        """Return the seconds until disc `i` meets wall `k`, which goes on from `begin_s` as it does on a leg.
+
+        What the disc has met last of it counts on the leg on which it did.
+        """
+        wall, seen = self.walls[k], self.seen_from(i, k) if just_left else self._seen_on(i, leg, begin_s)
         if isinstance(wall, tuple):
-            wait = wall_time(*self.seen_from(i, k), self.radius[i], *wall)
-        else:
-            wait, part, glides = self._finite(k).next_time(self.mover(i, k), self.last_feature(i, k))
-            if part is not None:
-                self._expected[i, k] = (part, glides)
-        return (self.time[i] + wait, 0.0) if wait < math.inf else NEVER  # no number above 1e300 s or so
+            met = just_left and self.last_partner[i] == wall_body(k)
+            return math.inf if met else wall_time(*seen, self.radius[i], *wall)
+        last = self.last_feature(i, k) if just_left else None
+        wait, part, glides = self._finite(k).next_time(Mover.at(seen[:2], seen[2:], self.radius[i]), last)
+        if part is not None:
+            self._expected[i, k] = (part, glides)
+        return wait
 
     def mover(self, i: int, k: int) -> Mover:
         """Return disc `i`, at its own clock, as wall `k` sees it."""
@@ -248,6 +306,15 @@ class Bodies:
         """Return the coefficient of restitution of any disc and wall `k`."""
         return self.wall_restitution if self.materials is None else self.materials[k].restitution
 
+    def slip(self, i: int, k: int, velocity: Vector) -> float:
+        """Return how fast the rim of disc `i` slips on wall `k`, to the right of its normal.
+
+        `velocity` is that of the disc as seen from the wall, whose surface may run.
+        """
+        nx, ny = self.normal(i, k)
+        slip = velocity[0] * ny - velocity[1] * nx + self.radius[i] * self.spin[i]
+        return slip if self.belts is None else slip + self.belts[k]
+
     def contact_of_wall(self, k: int) -> ContactFriction:
         """Return the friction between any disc and wall `k`."""
         if self.materials is None:
@@ -273,7 +340,7 @@ class Bodies:
     def wall_approaches_and_overlaps(self, i: int, k: int) -> bool:
         """Whether disc `i` approaches wall `k` and touches or overlaps it."""
         wall = self.walls[k]
-        if self.inverse_mass[i] == 0.0 and (self.drive[k] is not None or i in self._driven_from):
+        if self.inverse_mass[i] == 0.0 and (self.drive[k] is not None or i in self.driven):
             return False
         x, y, vx, vy = self.seen_from(i, k)
         if isinstance(wall, tuple):
@@ -380,7 +447,10 @@ class Bodies:
         e = 1.0 if elastic else self.restitution_of_wall(k)
         nx, ny = self.normal(i, k)
         before = self._velocity(i)
-        ux, uy = before if (drive := self.drive[k]) is None else (before[0] - drive[0], before[1] - drive[1])
+        ux, uy = before
+        if self.drive[k] is not None:
+            u, v = self.velocity_of_wall(k, self.time[i])
+            ux, uy = ux - u, uy - v
         along = ux * nx + uy * ny
         if along < 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.vx[i] -= (1.0 + e) * along * nx
@@ -396,7 +466,7 @@ class Bodies:
         `before` is the velocity with which it came, as seen from the wall.
         """
         nx, ny = self.normal(i, k)
-        slip = before[0] * ny - before[1] * nx + self.radius[i] * self.spin[i]
+        slip = self.slip(i, k, before)
         h = tangential_impulse(self.contact_of_wall(k), slip, 1.0 + self.inverse_inertia_ratio[i], pressed)
         self.vx[i] -= h * ny
         self.vy[i] += h * nx
@@ -406,7 +476,7 @@ class Bodies:
         """Return the record of an impact on wall `k` carried out just now, given what disc `i` was like before."""
         nx, ny = self.normal(i, k)
         hit = None if self.finite[k] is None else self.last_hit[i]
-        drive = self.drive[k] or (0.0, 0.0)
+        drive = self.velocity_of_wall(k, self.time[i])
         velocities = (before, drive, self._velocity(i), drive)
         spins = self._spins((spin, 0.0), (self.spin[i], 0.0))
         edge = NO_EDGE if hit is None else hit.edge

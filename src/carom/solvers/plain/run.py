@@ -64,7 +64,7 @@ class AllPairsRun:
         self._ended: Outcome | None = None
         self._at_instant = 0
         self._standstill = standstill_impacts(len(self.bodies) + len(self.bodies.walls))
-        driven = start.arrays.wall_velocity_m_s is not None
+        driven = start.arrays.wall_drives is not None
         self._squeezes = Squeezes(self.bodies, self._standstill) if driven else None
         self._duration_s = start.duration_s
         self._patience = Patience()

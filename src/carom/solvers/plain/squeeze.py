@@ -8,10 +8,12 @@ impacts come before it is used up. Time never stands still, so that no count of 
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.features import Face
 from carom.solvers.plain.finite_walls import gap_of
+from carom.trace import wall_body
 
 if TYPE_CHECKING:
     from carom.solvers.plain.bodies import Bodies
@@ -65,11 +67,12 @@ class Squeezes:
         """Return when disc `i`, on wall `k`, is crushed between it and another.
 
         Along the walls its velocity does not change where nothing rubs: so it stays between two faces that it is
-        between now and at the end.
+        between all the while. Nothing else may come near till then, nor may a wall go on to another leg of its path.
         """
         bodies = self._bodies
-        nx, ny = bodies.normal(i, k)
-        (ax, ay), (bx, by) = (bodies.drive[wall] or (0.0, 0.0) for wall in (k, other))
+        (nx, ny), now_s = bodies.normal(i, k), bodies.time[i]
+        legs = [bodies.legs_ahead(wall_body(wall), now_s)[0] for wall in (k, other)]
+        (ax, ay), (bx, by) = (leg.velocity for leg in legs)
         closing = (ax - bx) * nx + (ay - by) * ny
         if not closing > 0.0:
             return None
@@ -77,35 +80,66 @@ class Squeezes:
         if gap is None:
             return None
         left_s = gap / closing
-        for wall in (k, other):
-            if not self._stays(i, wall, left_s):
-                return None
-        return Crush(i, (min(k, other), max(k, other)), bodies.time[i] + left_s)
+        if any(leg.end_s <= now_s + left_s for leg in legs) or self._is_disturbed(i, (k, other), gap, left_s):
+            return None
+        bounded = [wall for wall in (k, other) if not isinstance(bodies.walls[wall], tuple)]
+        rubs = any(bodies.contact_of_wall(wall).friction > 0.0 for wall in (k, other))
+        if (bounded and rubs) or not all(self._stays(i, wall, left_s) for wall in bounded):
+            return None
+        return Crush(i, (min(k, other), max(k, other)), now_s + left_s)
+
+    def _is_disturbed(self, i: int, between: tuple[int, int], gap: float, seconds: float) -> bool:
+        """Whether something else may come to disc `i` so soon, as all move now."""
+        bodies = self._bodies
+        now_s = bodies.time[i]
+        nx, ny = bodies.normal(i, between[0])
+        fall = 0.5 * math.hypot(*bodies.gravity) * seconds * seconds
+        sides = [bodies.legs_ahead(wall_body(wall), now_s)[0].velocity for wall in between]
+        way = gap + fall + seconds * (abs(bodies.vx[i] * ny - bodies.vy[i] * nx) + max(map(_speed, sides)))
+        for k in range(len(bodies.walls)):
+            fastest = max(_speed(leg.velocity) for leg in bodies.legs_ahead(wall_body(k), now_s))
+            if k not in between and self._room(i, k) <= way + fastest * seconds:
+                return True
+        for j in range(len(bodies)):
+            x, y, u, v = bodies.state_at(j, (now_s, 0.0))
+            room = math.hypot(x - bodies.x[i], y - bodies.y[i]) - bodies.radius[i] - bodies.radius[j]
+            fastest = max(_speed((u, v)), *(_speed(leg.velocity) for leg in bodies.legs_ahead(j, now_s)))
+            if j != i and room <= way + fall + fastest * seconds:
+                return True
+        return False
+
+    def _room(self, i: int, k: int) -> float:
+        """Return how far disc `i` is from wall `k`."""
+        bodies, (x, y, _, _) = self._bodies, self._bodies.seen_from(i, k)
+        wall, radius = bodies.walls[k], bodies.radius[i]
+        if isinstance(wall, tuple):
+            return (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3] - radius
+        return wall.gap(x, y, radius)
 
     def _gap(self, i: int, k: int) -> float | None:
         """Return the way from disc `i` to wall `k`; None where what it meets there is no flat face."""
-        bodies = self._bodies
-        wall = bodies.walls[k]
-        if isinstance(wall, tuple):
-            x, y, _, _ = bodies.seen_from(i, k)
-            return (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3] - bodies.radius[i]
+        if isinstance(self._bodies.walls[k], tuple):
+            return self._room(i, k)
         face = self._face(i, k)
-        return None if face is None else gap_of(bodies.mover(i, k), face)
+        return None if face is None else gap_of(self._bodies.mover(i, k), face)
 
     def _face(self, i: int, k: int) -> Face | None:
         part = self._bodies.expected(i, k)
         return part.feature if part is not None and isinstance(part.feature, Face) else None
 
     def _stays(self, i: int, k: int, seconds: float) -> bool:
-        """Whether disc `i` is before wall `k` now and so many seconds from now, along the wall."""
-        bodies = self._bodies
-        if isinstance(bodies.walls[k], tuple):
-            return True
-        face = self._face(i, k)
-        if face is None or bodies.contact_of_wall(k).friction > 0.0:
+        """Whether disc `i` is before finite wall `k` from now on for this many seconds, along the wall."""
+        bodies, face = self._bodies, self._face(i, k)
+        if face is None:
             return False
         x, y, vx, vy = bodies.seen_from(i, k)
-        (ax, ay), (bx, by) = face.a, face.b
+        (ax, ay), (bx, by), (gx, gy) = face.a, face.b, bodies.gravity
         ex, ey = bx - ax, by - ay
-        now, rate = (x - ax) * ex + (y - ay) * ey, vx * ex + vy * ey
-        return all(0.0 <= along <= ex * ex + ey * ey for along in (now, now + rate * seconds))
+        now, rate, pull = (x - ax) * ex + (y - ay) * ey, vx * ex + vy * ey, gx * ex + gy * ey
+        turns_s = -rate / pull if pull else 0.0
+        times_s = [0.0, seconds, *([turns_s] if 0.0 < turns_s < seconds else [])]
+        return all(0.0 <= now + t * (rate + 0.5 * pull * t) <= ex * ex + ey * ey for t in times_s)
+
+
+def _speed(velocity: tuple[float, float]) -> float:
+    return math.hypot(*velocity)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from carom.comparator import Score, compare
 from carom.comparator.finite import not_finite
+from carom.driving import Drive
 from carom.errors import InputError, MissingExtraError
 from carom.folders import write_file
 from carom.pages import wording
@@ -191,11 +192,11 @@ def _film(shown: Replay) -> FuncAnimation:
     limits = limits_of(scene, exact_paths(reference), observed_paths(observed))
     exact, seen = reference_tracks(reference), observed_tracks(observed, extent_of(reference))
     left, right = figure.subplots(1, 2)
-    driven: list[tuple[Axes, tuple[float, float], Artist]] = []
+    driven: list[tuple[Axes, Drive, Artist]] = []
     for axes, title in ((left, "What must happen"), (right, f"What {name} does")):
         axes.set(title=title, xticks=(), yticks=())  # numbers would take most of the time to draw
         drawn = zip(scene.walls, draw_walls(axes, scene, limits, ends=False), strict=True)
-        driven += [(axes, wall.velocity_m_s, artist) for wall, artists in drawn if wall.driven for artist in artists]
+        driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
     moving = [*_discs(left, scene, exact, times), *_discs(right, scene, seen, times)]
     moving += _discs(right, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
     if observed.dt_s:
@@ -214,8 +215,8 @@ def _film(shown: Replay) -> FuncAnimation:
         now = times[frame]
         for circle, where in moving:
             circle.set_center(where[frame])
-        for axes, (u, v), artist in driven:
-            artist.set_transform(Affine2D().translate(u * now, v * now) + axes.transData)
+        for axes, drive, artist in driven:
+            artist.set_transform(Affine2D().translate(*drive.moved_at(now)) + axes.transData)
         for since, cross in crosses:
             cross.set_visible(bool(now >= since))
         clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")

@@ -1,0 +1,107 @@
+"""How a driven body moves: along a broken line, at a velocity of its own on each of its legs.
+
+At the instant at which a leg begins the body has that leg's velocity.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from typing import NamedTuple
+
+__all__ = ["Drive", "Leg"]
+
+Vector = tuple[float, float]
+
+
+class Leg(NamedTuple):
+    """A stretch of a driven body's path.
+
+    Attributes:
+        begin_s: When it begins, seconds since the start.
+        end_s: When the next one does; infinity for the last.
+        moved: How far the body has moved when it begins, metres.
+        velocity: Velocity along it, metres a second.
+    """
+
+    begin_s: float
+    end_s: float
+    moved: Vector
+    velocity: Vector
+
+    def moved_at(self, time_s: float) -> Vector:
+        """Return how far the body has moved at a time within the leg, metres."""
+        (x, y), (u, v), lasted = self.moved, self.velocity, time_s - self.begin_s
+        return x + u * lasted, y + v * lasted
+
+
+class Drive(NamedTuple):
+    """The path of a driven body from its place at time 0.
+
+    Attributes:
+        legs: Its legs, the first of which begins at 0.
+    """
+
+    legs: tuple[Leg, ...]
+
+    @classmethod
+    def along(cls, legs: Iterable[tuple[float, Vector]]) -> Drive:
+        """Return the path of legs given by when they begin, and their velocities.
+
+        How far the body has moved at the beginning of each is summed up exactly, and rounded once.
+        """
+        given = list(legs)
+        ends = [*[begin_s for begin_s, _ in given[1:]], math.inf]
+        path, x, y = [], Fraction(0), Fraction(0)
+        for (begin_s, (u, v)), end_s in zip(given, ends, strict=True):
+            path.append(Leg(begin_s, end_s, (float(x), float(y)), (u, v)))
+            if end_s < math.inf:
+                lasts = Fraction(end_s) - Fraction(begin_s)
+                x, y = x + lasts * Fraction(u), y + lasts * Fraction(v)
+        return cls(tuple(path))
+
+    @property
+    def stands(self) -> bool:
+        """Whether it never moves."""
+        return not any(any(leg.velocity) for leg in self.legs)
+
+    @property
+    def fastest(self) -> float:
+        """Its greatest speed, metres a second."""
+        return max(math.hypot(*leg.velocity) for leg in self.legs)
+
+    def leg_at(self, time_s: float) -> Leg:
+        """Return the leg that it is on at a time since the start; before the start, the first."""
+        return self.legs[self._number(time_s)]
+
+    def legs_from(self, time_s: float) -> tuple[Leg, ...]:
+        """Return the leg that it is on at a time since the start, and those after it."""
+        return self.legs[self._number(time_s) :]
+
+    def velocity_at(self, time_s: float) -> Vector:
+        """Return its velocity at a time since the start, metres a second."""
+        return self.leg_at(time_s).velocity
+
+    def moved_at(self, time_s: float) -> Vector:
+        """Return how far it has moved at a time since the start, metres."""
+        return self.leg_at(time_s).moved_at(time_s)
+
+    def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
+        """Return its velocities on the legs that a span of time touches: on the later one, where that is none."""
+        return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
+
+    def counted_from(self, since: Callable[[float], float]) -> Drive:
+        """Return the same path with other times of its legs: a function of each."""
+        return Drive(tuple(leg._replace(begin_s=since(leg.begin_s), end_s=since(leg.end_s)) for leg in self.legs))
+
+    def begun_at(self, time_s: float) -> list[tuple[float, Vector]]:
+        """Return the legs of the same path counted from another time, before the start or after it."""
+        legs = list(self.legs_from(time_s))
+        return [(max(0.0, leg.begin_s - time_s) if k else 0.0, leg.velocity) for k, leg in enumerate(legs)]
+
+    def _number(self, time_s: float) -> int:
+        if len(self.legs) == 1:
+            return 0
+        return max(bisect_right(self.legs, time_s, key=lambda leg: leg.begin_s) - 1, 0)
