@@ -433,7 +433,7 @@ def test_a_path_in_many_pieces_is_the_same_path() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_a_disc_and_a_wall_on_random_legs_are_a_recurrence_of_fractions(seed: int) -> None:
-    """A disc between a wall at rest and one on legs has the times and speeds of exact arithmetic, by Algorithm 2 too."""
+    """A disc between a wall at rest and one on legs has the times and speeds of fractions, by Algorithm 2 too."""
     from carom import solve_pic_framewise
 
     rng = random.Random(f"legs {seed}")
