@@ -33,7 +33,7 @@ from carom_adapters.code import PYTHON_END, arguments, assignments, comment, ste
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.pieces import factored_walls
 from carom_adapters.pymunk_space import scene_of
-from carom_adapters.pymunk_walls import Shaped, shapes_of_walls
+from carom_adapters.pymunk_walls import Post, Shaped, shapes_of_walls
 
 if TYPE_CHECKING:
     import pymunk
@@ -78,6 +78,7 @@ LARGEST_RADIUS_M = 1e98
 
 CAPABILITIES = Capabilities(
     segments=True,
+    posts=True,
     wall_materials=True,
     driven_walls=True,
     driven_discs=True,
@@ -148,6 +149,9 @@ class PymunkWorld:
             self._space.add(body)
             if isinstance(shaped, list):
                 self._add(pymunk.Poly(body, shaped), *material, wall_body(k))
+                continue
+            if isinstance(shaped, Post):
+                self._add(pymunk.Circle(body, shaped.radius, shaped.centre), *material, wall_body(k))
                 continue
             for segment in shaped[0]:
                 shape = pymunk.Segment(body, segment.a, segment.b, shaped[1])
@@ -278,6 +282,13 @@ _ADD_WALL = """def add_wall(corners, elasticity, friction, velocity=None):  # a 
 
 """
 
+_ADD_CIRCLE = """def add_circle(centre, radius, elasticity, friction, velocity=None):
+    body = held_body(velocity)
+    add(body, pymunk.Circle(body, radius, centre), elasticity, friction)
+
+
+"""
+
 _ADD_SEGMENT = """def add_segment(a, b, radius, elasticity, friction, neighbors=None, velocity=None):
     body = held_body(velocity)
     segment = pymunk.Segment(body, a, b, radius)
@@ -296,6 +307,8 @@ def _code_of_wall(
     of_wall += f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
     if isinstance(shape, list):
         return [f"add_wall({shape!r}, {of_wall})"]
+    if isinstance(shape, Post):
+        return [f"add_circle({shape.centre!r}, {shape.radius!r}, {of_wall})"]
     told = bool(settings.get(NEIGHBORS, 0))
     return [
         f"add_segment({s.a!r}, {s.b!r}, {shape[1]!r}, {of_wall}"
@@ -325,7 +338,8 @@ def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     end = PYTHON_END.format(step="space.step(dt)", state="*body.position, *body.velocity, body.angular_velocity")
     bodies = "\n".join(lines)
     functions = _ADD_WALL if any(isinstance(shape, list) for shape in shapes) else ""
-    functions += _ADD_SEGMENT if any(isinstance(shape, tuple) for shape in shapes) else ""
+    functions += _ADD_CIRCLE if any(isinstance(shape, Post) for shape in shapes) else ""
+    functions += _ADD_SEGMENT if any(type(shape) is tuple for shape in shapes) else ""
     return f"""{comment(heading)}
 from math import inf
 

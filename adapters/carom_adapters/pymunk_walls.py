@@ -1,13 +1,13 @@
-"""The walls of a scene as pymunk has them: deep polygons for half-planes, segments for chains."""
+"""The walls of a scene as pymunk has them: deep polygons for half-planes, segments for chains, circles."""
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
 from carom.adapter import AdapterError, Chain, Ring, Scene, Wall, reach
-from carom_adapters.pieces import points_of
+from carom_adapters.pieces import points_of, thickness_of
 
-__all__ = ["Shaped", "shapes_of_walls"]
+__all__ = ["Post", "Shaped", "shapes_of_walls"]
 
 Point = tuple[float, float]
 
@@ -55,21 +55,32 @@ def _segments(chain: Chain) -> list[_Segment]:
     ]
 
 
-#: A wall as pymunk has it: a polygon's corners, or segments with their radius.
-Shaped = list[Point] | tuple[list[_Segment], float]
+class Post(NamedTuple):
+    """A circle that is met from outside."""
+
+    centre: Point
+    radius: float
+
+
+#: A wall as pymunk has it: a polygon's corners, segments with their radius, or a circle.
+Shaped = list[Point] | tuple[list[_Segment], float] | Post
+
+
+def _shape_of(scene: Scene, wall: Chain | Ring) -> Shaped:
+    if isinstance(wall, Ring):
+        return Post(wall.centre_m, thickness_of(scene, wall))
+    return _segments(wall), wall.half_width_m
 
 
 def shapes_of_walls(scene: Scene, dt_s: float) -> list[Shaped]:
-    """Return the walls in order, of a scene without circles.
+    """Return the walls in order.
 
     Raises:
         AdapterError: A half-plane would have to be so long that its rounding is as large as a disc.
     """
     centre, radius = reach(scene, dt_s)
     shapes: list[Shaped] = [
-        _half_plane(wall, centre, radius) if isinstance(wall, Wall) else (_segments(wall), wall.half_width_m)
-        for wall in scene.walls
-        if not isinstance(wall, Ring)
+        _half_plane(wall, centre, radius) if isinstance(wall, Wall) else _shape_of(scene, wall) for wall in scene.walls
     ]
     # A face is placed to the rounding of its farthest corner.
     corners = [corner for shape in shapes if isinstance(shape, list) for corner in shape]

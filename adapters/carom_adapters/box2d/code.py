@@ -10,6 +10,7 @@ from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_us
 from carom_adapters.box2d.walls import edges_of, rectangle_of
 from carom_adapters.box2d.world import BEFORE_WALLS, shapes_of_disc, sweeps
 from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
+from carom_adapters.pieces import thickness_of
 
 __all__ = ["code"]
 
@@ -26,6 +27,12 @@ ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0, velocit
     wall = held_body(position, velocity)
     fixture = wall.CreateFixture(shape=shape, {of_wall}, categoryBits={bits}, maskBits={bits})
     fixture.shape.radius = {skin} + half_width
+
+
+"""
+ADD_CIRCLE = """def add_circle(position, radius, velocity=None):
+    wall, shape = held_body(position, velocity), Box2D.b2CircleShape(radius=radius)
+    wall.CreateFixture(shape=shape, {of_wall}, categoryBits={bits}, maskBits={bits})
 
 
 """
@@ -70,6 +77,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     centre, radius = reach(fast_clock, dt_s)
     functions = {}
+    of_wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
     for asked, wall in zip(scene.walls, fast_clock.walls, strict=True):
         moves = f", velocity={asked.velocity_m_s!r}" if asked.driven else ""
         if isinstance(wall, Wall):
@@ -85,11 +93,13 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
                 points, kind = (pieces[0][:-1], "loop") if wall.closed else (pieces[0], "chain")
                 lines.append(f"add_chain({wall.half_width_m!r}, vertices_{kind}={points!r}{moves})")
                 functions["chain"] = ADD_CHAIN
+        else:
+            lines.append(f"add_circle({wall.centre_m!r}, {thickness_of(fast_clock, wall)!r}{moves})")
+            functions["circle"] = ADD_CIRCLE.format(of_wall=of_wall, bits=BEFORE_WALLS)
     circles = ", ".join(
         f"dict(friction={friction!r}, restitution={restitution!r}, categoryBits={bits}, maskBits={bits})"
         for bits, restitution, friction in shapes_of_disc(scene)
     )
-    of_wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
     skin = repr(float(settings["polygon_radius_m"])) if "polygon_radius_m" in settings else "fixture.shape.radius"
     add_walls = ""
     if functions:

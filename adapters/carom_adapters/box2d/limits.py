@@ -82,6 +82,7 @@ SHORTEST_PIECE_M = 0.005
 
 CAPABILITIES = Capabilities(
     segments=True,
+    posts=True,
     driven_walls=True,
     driven_discs=True,
     gravity=True,

@@ -36,6 +36,7 @@ from carom_adapters.box2d.limits import (
     require_usable,
 )
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
+from carom_adapters.pieces import thickness_of
 
 __all__ = ["BEFORE_WALLS", "Box2dWorld", "shapes_of_disc", "sweeps"]
 
@@ -116,6 +117,8 @@ class Box2dWorld:
                 self._chains.add(wall_body(k))
                 shapes = shapes_of_chain(self._box2d, wall, settings)
                 self._add_wall(scene, k, (0.0, 0.0), shapes, wall.half_width_m)
+            else:
+                self._add_wall(scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=thickness_of(scene, wall))])
 
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
         box2d, disc = self._box2d, scene.discs[i]
@@ -157,7 +160,9 @@ class Box2dWorld:
         self._driven.append(body)
         return body
 
-    def _add_wall(self, scene: Scene, k: int, place: Point, shapes: list[Any], half_width_m: float) -> None:
+    def _add_wall(
+        self, scene: Scene, k: int, place: Point, shapes: list[Any], half_width_m: float | None = None
+    ) -> None:
         body = self._held(place, scene.walls[k].driven, scene.walls[k].velocity_m_s)
         for number, shape in enumerate(shapes):
             fixture = body.CreateFixture(
@@ -167,10 +172,12 @@ class Box2dWorld:
                 categoryBits=BEFORE_WALLS,
                 maskBits=BEFORE_WALLS,
             )
+            fixture.userData = number
+            if half_width_m is None:  # a circle, which has no skin
+                continue
             # Of the shape that the body has: a chain that is copied is given the skin that is shipped.
             skin = float(self._asked.get("polygon_radius_m", fixture.shape.radius))
             fixture.shape.radius = skin + half_width_m
-            fixture.userData = number
             if not half_width_m:
                 self._skinned.append(fixture.shape)
         body.userData = wall_body(k)

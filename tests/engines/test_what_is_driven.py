@@ -1,0 +1,29 @@
+"""Paddles and mallets in the engines of node: a disc leaves them at twice their velocity less its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.adapters.staged import at_a_paddle
+from tests.engines.staged import PHASES, Finish, Named
+
+#: Of engines and profiles, what of a velocity of 4 m/s is rounding.
+ROUNDING_M_S = {
+    ("planck", "default"): 1e-14,
+    ("planck", "tuned"): 1e-14,
+    ("box2d3", "default"): 2e-6,
+    ("box2d3", "tuned"): 2e-6,
+    ("rapier2d", "default"): 2e-6,
+    ("rapier2d", "tuned"): 2e-6,
+}
+
+
+@pytest.mark.parametrize("disc", [False, True])
+@pytest.mark.parametrize(("name", "profile"), ROUNDING_M_S)
+def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
+    name: str, profile: str, named: Named, finish: Finish, *, disc: bool
+) -> None:
+    """An edge and a disc at -1 m/s send a disc of 2 m/s back at -4 m/s, 2 V - v, at each of sixteen starts."""
+    for phase in PHASES:
+        seen = finish(named(name), at_a_paddle(phase, disc=disc), 1 / 60, profile)
+        np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=ROUNDING_M_S[name, profile])
