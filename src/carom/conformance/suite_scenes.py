@@ -145,6 +145,13 @@ def alone(speed_m_s: float = 1.0, x_m: float = 0.0, radius_m: float = 0.5, mass_
     return Scene(name=name, discs=[disc], duration_s=4 * DT_S)
 
 
+def spinning(spin_rad_s: float) -> Scene:
+    """A disc that spins and meets nothing."""
+    free = alone()
+    discs = (free.discs[0].model_copy(update={"spin_rad_s": spin_rad_s}),)
+    return free.model_copy(update={"name": f"conformance-spinning-{spin_rad_s:g}", "discs": discs})
+
+
 def bullet(phase: float) -> Scene:
     """A disc of 5 cm at 100 m/s meets one of 25 cm head-on: in 1/60 s it would be past it; `phase` of a step later."""
     step_m = 100 / 60

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from carom.adapter import Capabilities
 from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
-from carom.conformance.checks.common import end_with_velocities, numbers, require_supported
+from carom.conformance.checks.common import declared, end_with_velocities, numbers, supported
 from carom.conformance.probe import Raised
 from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import (
@@ -28,6 +28,7 @@ from carom.conformance.suite_scenes import (
     rubbing,
     sliding_on_a_table,
     slowing,
+    spinning,
     two_walls,
     walled_box,
 )
@@ -76,8 +77,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
         raise NotApplicable(f"restitution is declared to be {low:g} only")
     if not can.walls and wall_share != share:
         raise NotApplicable("walls are not declared, so there is no second coefficient")
-    setup = Setup(bounce_and_pair(e, wall_e, wall=can.walls))
-    require_supported(subject, setup)
+    setup = supported(subject, bounce_and_pair(e, wall_e, wall=can.walls))
     # Momentum 1 * 1 - 2 * 2 = -3 is kept by 3 kg, and the closing speed of 3 m/s becomes e times itself.
     expected = [(-1 - 2 * e, 0.0), (-1 + e, 0.0), (0.0, -3 * wall_e)][: len(setup.scene.discs)]
     end_with_velocities(subject, setup, expected, f"restitution {e:g}, walls {wall_e:g}")
@@ -85,8 +85,7 @@ def restitution_as_declared(subject: Subject, share: float, wall_share: float) -
 
 def immovable_stays(subject: Subject, order: str) -> None:
     """A disc comes back from an immovable one with its velocity reversed, whichever is written first."""
-    setup = Setup(post(first=order == "first"))
-    require_supported(subject, setup)
+    setup = supported(subject, post(first=order == "first"))
     expected = [(-3.0, 0.0), (0.0, 0.0)]
     end = end_with_velocities(subject, setup, expected[:: -1 if order == "first" else 1], "an immovable disc")
     fixed = 0 if order == "first" else 1
@@ -96,8 +95,7 @@ def immovable_stays(subject: Subject, order: str) -> None:
 
 def posts_stand_still(subject: Subject) -> None:
     """Immovable discs alone, in each other, are a scene in which nothing ever happens."""
-    setup = Setup(posts())
-    require_supported(subject, setup)
+    setup = supported(subject, posts())
     end = subject.watch(setup).seen[-1]
     moved = end.velocity_m_s.any() or end.position_m.tolist() != [list(d.position_m) for d in setup.scene.discs]
     still = not moved and all(contact.impulse_n_s == 0 for contact in end.contacts)
@@ -107,15 +105,13 @@ def posts_stand_still(subject: Subject) -> None:
 
 def falls_as_declared(subject: Subject) -> None:
     """A disc that falls has the velocity g t."""
-    setup = Setup(fall())
-    require_supported(subject, setup)
+    setup = supported(subject, fall())
     end_with_velocities(subject, setup, [(1.0, -8.0 * setup.scene.duration_s)], "gravity")
 
 
 def slows_as_declared(subject: Subject) -> None:
     """A damped disc that meets nothing slows down, and spins down, to within one step's error of exp(-c t)."""
-    setup = Setup(slowing(spins=subject.capabilities().spin))
-    require_supported(subject, setup)
+    setup = supported(subject, slowing(spins=subject.capabilities().spin))
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     disc, steps = scene.discs[0], scene.step_count(setup.dt_s)
     step = scene.damping_per_s * setup.dt_s
@@ -131,8 +127,7 @@ def slows_as_declared(subject: Subject) -> None:
 
 def rolls_as_declared(subject: Subject) -> None:
     """A disc that rolls on a floor with rolling resistance slows down by c g/(1 + k), to within one step of it."""
-    setup = Setup(rolling())
-    require_supported(subject, setup)
+    setup = supported(subject, rolling())
     scene, end = setup.scene, subject.watch(setup).seen[-1]
     rate = scene.wall_rolling_resistance * math.hypot(*scene.gravity_m_s2) / (1.0 + scene.discs[0].inertia_factor)
     expected, found = 1.0 - rate * scene.duration_s, float(end.velocity_m_s[0, 0])
@@ -144,8 +139,7 @@ def rolls_as_declared(subject: Subject) -> None:
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
     """A disc on a table slows down against its motion by the table's deceleration, to within one step of it."""
-    setup = Setup(sliding_on_a_table())
-    require_supported(subject, setup)
+    setup = supported(subject, sliding_on_a_table())
     scene, (u, v) = setup.scene, subject.watch(setup).seen[-1].velocity_m_s[0].tolist()
     left = 1.0 - scene.table_deceleration_m_s2 * scene.duration_s
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
@@ -212,8 +206,7 @@ def slow_as_declared(subject: Subject) -> None:
 
 def detects_continuously(subject: Subject) -> None:
     """A disc that would pass another whole in one step hits it, in whatever phase of its step it comes."""
-    if not subject.capabilities().continuous_detection:
-        raise NotApplicable("continuous_detection is declared to be False")
+    declared(subject, "continuous_detection")
     for k in range(PHASES):
         setup = Setup(bullet(k / PHASES), dt_s=1 / 60)
         struck = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
@@ -236,15 +229,9 @@ def _beyond_move(can: Capabilities) -> Scene | None:
     return None if speed > can.max_speed_m_s or math.isinf(speed) else alone(speed_m_s=speed)
 
 
-def _spinning(spin_rad_s: float) -> Scene:
-    scene = alone()
-    discs = (scene.discs[0].model_copy(update={"spin_rad_s": spin_rad_s}),)
-    return scene.model_copy(update={"name": f"conformance-spinning-{spin_rad_s:g}", "discs": discs})
-
-
 def _spinning_beyond(can: Capabilities, limit: float, other: float) -> Scene | None:
     """Return a disc that spins beyond one of two limits on spin and, so that it is the one told, not the other."""
-    return _spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
+    return spinning(2 * limit) if can.spin and 2 * limit < min(other, LARGEST) else None
 
 
 def _some_friction(can: Capabilities) -> tuple[float, float]:
@@ -293,7 +280,7 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
         lambda can: None if can.restitution[1] == 1 else _bouncing((1 + can.restitution[1]) / 2),
     ),
     "restitution of walls": ("restitution_combine", _uncombined),
-    "spin": ("spin", lambda can: None if can.spin else _spinning(1.0)),
+    "spin": ("spin", lambda can: None if can.spin else spinning(1.0)),
     "fast spin": ("max_spin_rad_s", lambda can: _spinning_beyond(can, can.max_spin_rad_s, can.max_turn_rad / DT_S)),
     "turn": ("max_turn_rad", lambda can: _spinning_beyond(can, can.max_turn_rad / DT_S, can.max_spin_rad_s)),
     "small inertia": (

@@ -5,21 +5,36 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from carom.adapter import Observation
+from carom.adapter import Capabilities, Observation
 from carom.conformance.subject import Subject, greatest_speed
 from carom.conformance.violation import NotApplicable, Setup, require
+from carom.scene import Scene
 
-__all__ = ["end_with_velocities", "numbers", "require_supported"]
+__all__ = ["declared", "end_with_velocities", "numbers", "supported"]
 
 
-def require_supported(subject: Subject, setup: Setup) -> None:
-    """Leave a check whose scene is excluded by a declared capability.
+def declared(subject: Subject, field: str) -> Capabilities:
+    """Return what an adapter can do, with `field` among it.
 
     Raises:
-        NotApplicable: With the capability as the reason.
+        NotApplicable: That capability is declared to be False.
     """
+    can = subject.capabilities()
+    if not getattr(can, field):
+        raise NotApplicable(f"{field} is declared to be False")
+    return can
+
+
+def supported(subject: Subject, scene: Scene, profile: str = "tuned") -> Setup:
+    """Return how a check runs its scene.
+
+    Raises:
+        NotApplicable: A declared capability excludes the scene; with that as the reason.
+    """
+    setup = Setup(scene, profile)
     if reason := subject.unsupported(setup):
         raise NotApplicable(reason)
+    return setup
 
 
 def end_with_velocities(

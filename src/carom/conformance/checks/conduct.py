@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from carom.adapter import Observation
+from carom.conformance.checks.common import declared
 from carom.conformance.checks.settings import UNKNOWN
 from carom.conformance.probe import Raised
 from carom.conformance.subject import Subject
@@ -34,7 +35,8 @@ ROUNDS = 10
 
 def repeats_to_the_bit(subject: Subject, profile: str) -> None:
     """Where determinism is declared, a run repeats to the bit, also after worlds with other settings."""
-    setup = _deterministic(subject, Setup(crowd(), profile))
+    declared(subject, "deterministic")
+    setup = Setup(crowd(), profile)
     first = subject.seen(setup).seen
     for other in ("default", "tuned"):
         if other != profile:
@@ -45,14 +47,16 @@ def repeats_to_the_bit(subject: Subject, profile: str) -> None:
 
 def looking_changes_nothing(subject: Subject, profile: str) -> None:
     """Observing twice after each step yields the same run as observing once."""
-    setup = _deterministic(subject, Setup(crowd(), profile))
+    declared(subject, "deterministic")
+    setup = Setup(crowd(), profile)
     once, twice = subject.seen(setup).seen, subject.watch(setup, looks=2).seen
     _require_same(setup, once, twice, "a second observe() alters the run")
 
 
 def steps_singly_or_together(subject: Subject, profile: str) -> None:
     """Taking all steps in one call, as when timed, ends in the same bits as stopping after each to look."""
-    setup = _deterministic(subject, Setup(crowd(), profile))
+    declared(subject, "deterministic")
+    setup = Setup(crowd(), profile)
     watched, at_once = subject.seen(setup).seen[-1], subject.watch(setup, looks=0).seen[-1]
     for field in ("position_m", "velocity_m_s"):
         wanted, found = getattr(watched, field), getattr(at_once, field)
@@ -63,7 +67,8 @@ def steps_singly_or_together(subject: Subject, profile: str) -> None:
 
 def cutting_leaves_no_trace(subject: Subject, profile: str) -> None:
     """A step that is tried and taken back, and being asked what touches, leave no trace in what follows."""
-    setup = _deterministic(subject, Setup(approach(), profile))
+    declared(subject, "deterministic")
+    setup = Setup(approach(), profile)
     runs = []
     for disturbed in (False, True):
         answer = subject.try_to_watch(setup, cut=True, disturbed=disturbed)
@@ -126,12 +131,6 @@ def lets_go_of_worlds(subject: Subject) -> None:
         found=f"at least {least / 1e6:.3g} MB, in each of them",
         setup=setup,
     )
-
-
-def _deterministic(subject: Subject, setup: Setup) -> Setup:
-    if not subject.capabilities().deterministic:
-        raise NotApplicable("deterministic is declared to be False")
-    return setup
 
 
 def _require_same(setup: Setup, wanted: Sequence[Observation], found: Sequence[Observation], what: str) -> None:

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from carom.adapter import Capabilities, Contact, Observation
-from carom.conformance.checks.common import end_with_velocities, numbers, require_supported
+from carom.conformance.checks.common import declared, end_with_velocities, numbers, supported
 from carom.conformance.subject import Subject, greatest_speed, masses
-from carom.conformance.suite_scenes import DT_S, alone, rubbing, rubbing_crowd
+from carom.conformance.suite_scenes import DT_S, rubbing, rubbing_crowd, spinning
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.limits import LARGEST
 from carom.scene import Disc, Scene, Wall
@@ -53,13 +53,9 @@ def inertia_as_declared(subject: Subject, inertia: str) -> None:
 
 def spins_as_declared(subject: Subject) -> None:
     """A disc that meets nobody spins as told, counterclockwise, at the greatest declared spin or turn a step."""
-    can = subject.capabilities()
-    if not can.spin:
-        raise NotApplicable("spin is declared to be False")
+    can = declared(subject, "spin")
     spin = min(can.max_spin_rad_s, can.max_turn_rad / DT_S, FAST_RAD_S)
-    free = alone()
-    discs = (free.discs[0].model_copy(update={"spin_rad_s": spin}),)
-    setup = Setup(free.model_copy(update={"name": f"conformance-spinning-{spin:g}", "discs": discs}))
+    setup = Setup(spinning(spin))
     for step, now in enumerate(subject.watch(setup).seen):
         found = _spins(now, setup)
         what = f"a free disc spins otherwise than it did at the start, in step {step}"
@@ -76,8 +72,7 @@ def rubs_as_told(subject: Subject, profile: str) -> None:
     friction = _friction(can, "sliding")
     low, high = can.restitution
     scene = rubbing_crowd(can, friction, min(max(low, 0.9), high))
-    setup = Setup(scene, profile)
-    require_supported(subject, setup)
+    setup = supported(subject, scene, profile)
     allowed = subject.rounding * greatest_speed(scene)
     told = 0
     for step, (before, after) in enumerate(pairwise(subject.seen(setup).seen), start=1):
@@ -117,8 +112,7 @@ def _spins(now: Observation, setup: Setup) -> list[float]:
 
 def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
     """Hold velocities and spins at the end of `rubbing` against the closed form of a central impact with friction."""
-    setup = Setup(scene)
-    require_supported(subject, setup)
+    setup = supported(subject, scene)
     first, second, *more = scene.discs
     wanted = [*_after(first, second, (1.0, 0.0), scene.restitution, scene.friction)]
     for disc in more:
