@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from carom.adapter import CodedAdapter, unsupported_reason
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
 from carom.runs.door import plain_text
 from carom.runs.engines import described
-from carom.runs.job import Status, Tried, UnsupportedError
+from carom.runs.job import AdapterTask, Status, Tried, UnsupportedError
 from carom.runs.observe import capabilities_of, profile_settings
 from carom.runs.pool import LocalPool, Pool
 from carom.runs.raised import raised
@@ -37,11 +36,9 @@ def example_scene() -> Scene:
 
 
 @dataclass(frozen=True)
-class _CodeOf:
+class _CodeOf(AdapterTask):
     """Ask an adapter to write a scene with a profile's settings as code."""
 
-    least_limit_s: ClassVar[float] = 20.0
-    engine: str
     profile: str
     scene: Scene
     dt_s: float

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any
 
 from carom.adapter import CodedAdapter, unsupported_reason
 from carom.display import Shown
@@ -26,7 +26,7 @@ from carom.registry import (
     why_unavailable,
 )
 from carom.runs.door import plain_text, sound_adapter
-from carom.runs.job import PIT_METHOD, Answer, Job, Method, Status, Tried
+from carom.runs.job import PIT_METHOD, AdapterTask, Answer, Job, Method, Status, Tried
 from carom.runs.observe import profile_settings
 from carom.runs.pool import Asker, LocalPool, Pool
 from carom.runs.raised import raised
@@ -45,17 +45,11 @@ __all__ = [
 ]
 
 
-#: However short a run may be, an adapter may take so long to declare what it can: its process has to start first.
-LEAST_LIMIT_S = 20.0
-
-
 @dataclass(frozen=True)
-class Describe:
-    """Ask an adapter what it declares; its engine is looked for, and not imported."""
+class Describe(AdapterTask):
+    """Ask an adapter what it declares, in the process of an engine; its own is looked for, and not imported."""
 
-    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
     name: str
-    engine: str  # in whose process it is asked
 
     def carry_out(self) -> EngineInfo:
         """Return what is known of it.
@@ -158,7 +152,7 @@ def _brought_by(name: str) -> tuple[str, str]:
 
 
 def _describe(names: Sequence[str], asker: Asker) -> Iterator[EngineInfo]:
-    answers = list(asker.ask_each([Describe(name, names[0]) for name in names]))
+    answers = list(asker.ask_each([Describe(names[0], name) for name in names]))
     for name, told in zip(names, answers, strict=True):
         # Where one fails that was not the first, those that were asked before it in that process may be the cause.
         failed = told.status in (Status.FAILED, Status.CRASHED) and name != names[0]
@@ -177,11 +171,9 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 
 @dataclass(frozen=True)
-class SettingsAt:
+class SettingsAt(AdapterTask):
     """Ask an adapter for the settings of a profile at several steps, with those that are tried instead of its own."""
 
-    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
-    engine: str
     profile: str
     dts: tuple[float, ...]
     tried: Tried = ()

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
 
 from carom.adapter import Imported, ReadingAdapter
 from carom.arguments import number
 from carom.errors import AdapterError, InputError, SceneError
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.door import plain_text
-from carom.runs.job import Status, UnavailableError
+from carom.runs.job import AdapterTask, Status, UnavailableError
 from carom.runs.planck_dump import scene_of_dump
 from carom.runs.pool import LocalPool
 from carom.scene import Scene
@@ -30,11 +29,9 @@ MOST_BYTES = 64 * 2**20
 
 
 @dataclass(frozen=True)
-class _Read:
+class _Read(AdapterTask):
     """Ask an adapter to read a file of its engine."""
 
-    least_limit_s: ClassVar[float] = 20.0
-    engine: str
     content: bytes
     name: str
     duration_s: float

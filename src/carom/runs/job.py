@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 from carom.errors import CaromError
 from carom.scene import Scene
@@ -13,6 +13,7 @@ from carom.trace import Setting, profile_shown
 
 __all__ = [
     "PIT_METHOD",
+    "AdapterTask",
     "Answer",
     "Job",
     "JobTask",
@@ -23,10 +24,16 @@ __all__ = [
     "Tried",
     "UnavailableError",
     "UnsupportedError",
+    "unheard",
 ]
 
 #: Told (done, all, what) as work finishes.
 Progress = Callable[[int, int, str], None]
+
+
+def unheard(_done: int, _total: int, _what: str) -> None:
+    """Tell nobody how far something is: the progress of who did not ask for it."""
+
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -107,6 +114,18 @@ class JobTask:
     def engine(self) -> str:
         """Name of the adapter."""
         return self.job.engine
+
+
+#: However short a run may be, an adapter may take so long to say what it is asked: its process has to start first.
+LEAST_LIMIT_S = 20.0
+
+
+@dataclass(frozen=True)
+class AdapterTask:
+    """What every task is made of that asks an adapter something, and runs nothing."""
+
+    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
+    engine: str
 
 
 class Status(Enum):

@@ -12,7 +12,7 @@ from typing import Any
 
 from carom.comparator import Errors, compare
 from carom.runs.desk import Ask, answers
-from carom.runs.job import Answer, Job, JobTask, Progress
+from carom.runs.job import Answer, Job, JobTask, Progress, unheard
 from carom.runs.journal import Entry, Journal, Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import able_adapter, observe_run
@@ -89,7 +89,7 @@ def sweep(
     jobs: Sequence[Job],
     pool: Pool,
     notes: Notes[JobKey, Measures] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     *,
     refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
 ) -> Mapping[JobKey, Answer[Measures]]:
@@ -106,8 +106,7 @@ def sweep(
     asks = [Ask(job, job_key(job), ScoreJob(job), refusal(job), steps_of(job)) for job in by_start(jobs)]
     for job, answer in answers(asks, pool, Notes() if notes is None else notes):
         found[job_key(job)] = answer
-        if progress is not None:
-            progress(len(found), len(asks), f"{job.scene.name} on {job.engine}")
+        progress(len(found), len(asks), f"{job.scene.name} on {job.engine}")
     return found
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
 
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.registry import EngineInfo, load_adapter
-from carom.runs.job import Tried
+from carom.runs.job import AdapterTask, Tried
 from carom.runs.observe import profile_settings
 from carom.runs.pool import Asker
 from carom.text import named_hints
@@ -25,17 +24,14 @@ _KINDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 
 
 @dataclass(frozen=True)
-class KnownSettings:
+class KnownSettings(AdapterTask):
     """Ask an adapter for every setting that one of its profiles has, with a value of each.
 
     Attributes:
-        engine: Name of the adapter.
         profiles: Names of the profiles whose values count first.
         dt_s: Step, seconds.
     """
 
-    least_limit_s: ClassVar[float] = 20.0
-    engine: str
     profiles: tuple[str, ...]
     dt_s: float
 

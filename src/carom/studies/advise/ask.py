@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from carom.registry import engine_named
-from carom.runs.job import Progress
+from carom.runs.job import Progress, unheard
 from carom.runs.pool import Pool
 from carom.scene import Scene, as_scene
 from carom.studies.advise.options import AdviceOptions
@@ -47,5 +47,5 @@ def advise(
     asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
     own: AbstractContextManager[Pool] = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
-        found = found_by(scene, asked, opened, progress=progress)
+        found = found_by(scene, asked, opened, progress=progress or unheard)
     return ShownAdvice(**{field.name: getattr(found, field.name) for field in fields(found)})

@@ -21,7 +21,7 @@ from carom.registry import EngineInfo
 from carom.runs.code import step_code_of
 from carom.runs.engines import described, methods_of, to_run
 from carom.runs.environment import Environment, environment
-from carom.runs.job import PIT_METHOD, Job, Method, Progress
+from carom.runs.job import PIT_METHOD, Job, Method, Progress, unheard
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace
 from carom.scene import Scene
@@ -128,7 +128,7 @@ class Advice:
 
 
 def advise(
-    scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress | None = None, command: str = ""
+    scene: Scene, options: AdviceOptions, pool: Pool, *, progress: Progress = unheard, command: str = ""
 ) -> Advice:
     """Return from which step on each engine never misses an impact of a scene, and meets a demand.
 
@@ -249,7 +249,7 @@ def _carry_out(
     searches: Mapping[Method, StepSearch],
     aimed_s: Sequence[float],
     pool: Pool,
-    progress: Progress | None,
+    progress: Progress,
 ) -> None:
     """Try what the searches want, one step of each at a time, until none wants any."""
     tried = 0
@@ -265,6 +265,5 @@ def _carry_out(
             answers = ([found[method, phase] for phase in phases] for phases in (even, aimed))
             searches[method].take(StepTrial.of(wanted[method].dt_s, *answers))
         tried += len(wanted)
-        if progress is not None:
-            ended = sum(search.wanted is None for search in searches.values())
-            progress(ended, len(searches), f"{tried} steps tried")
+        ended = sum(search.wanted is None for search in searches.values())
+        progress(ended, len(searches), f"{tried} steps tried")

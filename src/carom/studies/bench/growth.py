@@ -13,7 +13,7 @@ from carom.registry import EngineInfo, load_adapter
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import described, to_run
 from carom.runs.environment import Environment, environment, resident_bytes
-from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError
+from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError, unheard
 from carom.runs.journal import Entry, Journal, Notes
 from carom.runs.keys import versions_of
 from carom.runs.observe import capabilities_of
@@ -197,7 +197,7 @@ def growth(
     options: GrowthOptions,
     *,
     notes: Notes[GrowthKey, Grown] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     command: str = "",
 ) -> Growth:
     """Run a gas of more and more discs, one process a run and one run at a time, until the budget is used up.
@@ -226,8 +226,7 @@ def growth(
         points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
         spent = dict.fromkeys(points, 0.0)
         for done, (size, info) in enumerate(wanted):
-            if progress is not None:
-                progress(done, len(wanted), f"{size} discs on {info.name}")
+            progress(done, len(wanted), f"{size} discs on {info.name}")
             own, method, before = points[info.name], Method(info.name, profile), time.perf_counter()
             key = GrowthKey(size, method, versions_of(info.name), here.machine)
             # No engine lives at the cost of another: each has its share of the budget.

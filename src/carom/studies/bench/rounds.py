@@ -18,7 +18,7 @@ import numpy as np
 from carom.registry import load_adapter
 from carom.runs.desk import Talk
 from carom.runs.environment import environment
-from carom.runs.job import PIT_METHOD, Answer, Method, Progress, Status
+from carom.runs.job import PIT_METHOD, Answer, Method, Progress, Status, unheard
 from carom.runs.journal import Entry, Journal
 from carom.runs.keys import scene_hash, versions_of
 from carom.runs.pool import Asker
@@ -222,7 +222,7 @@ class TimeScene(Talk[SceneTiming]):
     rounds: int = 7
     seed: int = 1
     budget_s: float = math.inf
-    progress: Progress | None = None
+    progress: Progress = unheard
 
     @property
     def engine(self) -> str:
@@ -257,9 +257,8 @@ class TimeScene(Talk[SceneTiming]):
                         untimed[at] = answer.said
                     else:
                         visits[at].append(answer.value)
-                if progress is not None:
-                    what = f"timing {at[0].engine} at {at[1]:.3g} s"
-                    progress(turn * len(tasks) + number + 1, rounds * len(tasks), what)
+                what = f"timing {at[0].engine} at {at[1]:.3g} s"
+                progress(turn * len(tasks) + number + 1, rounds * len(tasks), what)
             last_s = time.perf_counter() - began
         probe.take()
         timed = {at: found for at, found in visits.items() if at not in untimed}
@@ -278,7 +277,7 @@ class TimeScene(Talk[SceneTiming]):
 
 
 def _warm_up(
-    scene: Scene, ordered: Sequence[At], asker: Asker, budget_s: float, progress: Progress | None
+    scene: Scene, ordered: Sequence[At], asker: Asker, budget_s: float, progress: Progress
 ) -> tuple[dict[At, float], dict[At, str]]:
     """Return what one visit of each costs, seconds, and why some have none; from coarse to fine."""
     costs: dict[At, float] = {}
@@ -304,8 +303,7 @@ def _warm_up(
             continue
         costs[at] = answer.value.whole_s + answer.value.empty_s * min(1.0, EMPTY_STEPS / scene.step_count(dt_s))
         last[method] = (dt_s, costs[at])
-        if progress is not None:
-            progress(k + 1, len(ordered), f"warming up {method.engine}")
+        progress(k + 1, len(ordered), f"warming up {method.engine}")
     return costs, untimed
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import Methods, described, to_run
 from carom.runs.environment import environment
-from carom.runs.job import Answer, Job, Progress
+from carom.runs.job import Answer, Job, Progress, unheard
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.pool import Pool
@@ -34,7 +34,7 @@ def work_precision(
     *,
     notes: Notes[JobKey, Measures] | None = None,
     timings: Notes[TimingKey, SceneTiming] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     command: str = "",
 ) -> Bench:
     """Score every job, then time every method at every step that could be scored, and fit what the two say.
@@ -75,7 +75,7 @@ def _score(
     budget_s: float,
     pool: Pool,
     notes: Notes[JobKey, Measures],
-    progress: Progress | None,
+    progress: Progress,
 ) -> tuple[dict[JobKey, Answer[Measures]], str]:
     """Return the results, from coarse steps to fine ones as far as the budget reaches, and why the rest has none."""
     results: dict[JobKey, Answer[Measures]] = {}
@@ -94,8 +94,7 @@ def _score(
         before = time.perf_counter()
 
         def shown(now: int, _all: int, what: str, done: int = done) -> None:
-            if progress is not None:
-                progress(done + now, len(jobs), f"scoring {what}")
+            progress(done + now, len(jobs), f"scoring {what}")
 
         results.update(sweep(own, pool, notes, shown, refusal=methods.refusal))
         done += len(own)
@@ -109,7 +108,7 @@ def _timed(
     asked: Sequence[At],
     plan: BenchPlan,
     timings: Notes[TimingKey, SceneTiming],
-    progress: Progress | None,
+    progress: Progress,
 ) -> SceneTiming | None:
     question = TimeScene(scene, tuple(asked), plan.rounds, plan.seed, plan.budget_s / 2, progress)
     ask = Ask(scene, timing_key(scene, asked, plan.seed), question)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from carom.runs.desk import Talk
-from carom.runs.job import Answer, Job
+from carom.runs.job import Answer, JobTask
 from carom.runs.journal import Entry, Journal
 from carom.runs.keys import JobKey
 from carom.runs.plan import trace_of
@@ -27,16 +27,10 @@ observed_journal = partial(Journal[JobKey, Trace], "traces", Entry[JobKey, Carri
 
 
 @dataclass(frozen=True)
-class TraceOf(Talk[Trace]):
+class TraceOf(JobTask, Talk[Trace]):
     """Run a job; `drawn` keeps its states."""
 
-    job: Job
     drawn: bool
-
-    @property
-    def engine(self) -> str:
-        """Name of the adapter."""
-        return self.job.engine
 
     def answer(self, asker: Asker) -> Answer[Trace]:
         """Return what happened, or why nothing did."""

@@ -18,7 +18,7 @@ from carom.registry import engine_named, require_named
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import described
 from carom.runs.environment import environment
-from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status
+from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status, unheard
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.options import Limited, Options
@@ -110,7 +110,7 @@ def cross_check(
     own: AbstractContextManager[Pool]
     own = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
-        return execute(plan_of(scenes, asked, opened), opened, progress=progress, command=command)
+        return execute(plan_of(scenes, asked, opened), opened, progress=progress or unheard, command=command)
 
 
 def execute(
@@ -118,7 +118,7 @@ def execute(
     pool: Pool,
     *,
     notes: Notes[JobKey, Trace] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     command: str = "",
 ) -> Results:
     """Carry out the plan of a cross-check.
@@ -151,15 +151,14 @@ def execute(
 class _Observer:
     """Asks the desk for jobs, and tells how far a cross-check has come."""
 
-    def __init__(self, plan: Plan, pool: Pool, notes: Notes[JobKey, Trace] | None, progress: Progress | None) -> None:
+    def __init__(self, plan: Plan, pool: Pool, notes: Notes[JobKey, Trace] | None, progress: Progress) -> None:
         self.total = 0
         self._refusal, self._samples = plan.methods.refusal, plan.options.samples
         self._pool, self._notes, self._progress, self._done = pool, Notes() if notes is None else notes, progress, 0
 
     def count(self, what: str, done: int = 1) -> None:
         self._done += done
-        if self._progress is not None:
-            self._progress(self._done, self.total, what)
+        self._progress(self._done, self.total, what)
 
     def traces(self, jobs: Iterable[Job], *, shifted: bool = False) -> Iterator[tuple[Job, Answer[Trace]]]:
         """Yield what came of each job as it comes.
@@ -188,13 +187,13 @@ def _key(job: Job) -> Key:
     return (job.scene.name, job.method, job.dt_s)
 
 
-def _references(plan: Plan, progress: Progress | None) -> dict[str, Reference | str]:
+def _references(plan: Plan, progress: Progress) -> dict[str, Reference | str]:
     """Return what each scene's runs are compared with, or why there is nothing."""
     options = plan.options
     found: dict[str, Reference | str] = {}
     for scene in plan.scenes:
         trace = reference_trace(scene)
-        if isinstance(trace, Trace) and progress is not None and will_certify(scene, options.certified):
+        if isinstance(trace, Trace) and will_certify(scene, options.certified):
             progress(0, len(plan.jobs), f"certifying {scene.name}")
         found[scene.name] = (
             trace if isinstance(trace, str) else reference_of(trace, options.certified, options.certify_s)

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import ClassVar
 
 import tomli_w
 
@@ -19,7 +18,7 @@ from carom.program.adapter import ProgramAdapter
 from carom.program.manifest import MANIFEST
 from carom.program.serve import served_manifest
 from carom.registry import MANIFESTS, adapter_points, distribution_of, engine_named, load_adapter, version_of
-from carom.runs.engines import LEAST_LIMIT_S
+from carom.runs.job import AdapterTask
 from carom.studies.history.overlay import Overlay
 
 __all__ = ["AskOrigin", "AskServed", "Origin", "column_name", "known_columns", "laid"]
@@ -49,11 +48,8 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class AskOrigin:
+class AskOrigin(AdapterTask):
     """Ask an adapter where its engine comes from; the engine is not imported."""
-
-    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
-    engine: str
 
     def carry_out(self) -> Origin:
         """Return what it says."""
@@ -69,11 +65,9 @@ class AskOrigin:
 
 
 @dataclass(frozen=True)
-class AskServed:
+class AskServed(AdapterTask):
     """Ask for the manifest, as TOML, of an adapter in Python that is served beside a release of its engine."""
 
-    least_limit_s: ClassVar[float] = LEAST_LIMIT_S
-    engine: str
     name: str
     version: str
     folder: str

@@ -15,7 +15,7 @@ from carom.errors import AdapterError, CaromError, InputError, UnknownNameError
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import described, methods_of
 from carom.runs.environment import Environment, environment
-from carom.runs.job import Answer, Job, Method, Progress, UnavailableError
+from carom.runs.job import Answer, Job, Method, Progress, UnavailableError, unheard
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.phases import phase_values
@@ -207,7 +207,7 @@ class _Study:
         scenes: Sequence[Scene],
         options: HistoryOptions,
         notes: Notes[JobKey, Ran] | None,
-        progress: Progress | None,
+        progress: Progress,
     ) -> None:
         self.engine, self.options = engine, options
         self.scenes = {scene.name: scene for scene in scenes}
@@ -244,8 +244,7 @@ class _Study:
     def tell(self, what: str) -> None:
         """Say how far this has come."""
         self._done += 1
-        if self._progress is not None:
-            self._progress(self._done, max(self._total, self._done), what)
+        self._progress(self._done, max(self._total, self._done), what)
 
     def seen(self, names: Sequence[str], cells: Sequence[RunCell], pool: Pool) -> dict[str, dict[RunCell, SeenCell]]:
         """Return what each engine, in this order, came to in each cell, at all phases where neighbours differ."""
@@ -350,7 +349,7 @@ def history(
     options: HistoryOptions | None = None,
     *,
     notes: Notes[JobKey, Ran] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     command: str = "",
 ) -> History:
     """Run releases of an engine on scenes, all with today's adapter, and return what changed between them.
@@ -427,7 +426,7 @@ def bisected(
     options: HistoryOptions | None = None,
     *,
     notes: Notes[JobKey, Ran] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
 ) -> Bisection | None:
     """Return between which two releases a cell changed; None where the oldest and the newest do the same.
 

@@ -15,7 +15,7 @@ from carom.folders import claimed
 from carom.runs.desk import Ask, Talk, answers
 from carom.runs.engines import described, methods_of, to_run
 from carom.runs.environment import environment
-from carom.runs.job import Answer, Method, Progress, Status
+from carom.runs.job import Answer, Method, Progress, Status, unheard
 from carom.runs.journal import Entry, Journal
 from carom.runs.plan import profiles_to_plan
 from carom.runs.pool import Asker
@@ -92,7 +92,7 @@ def carried_out(
     out: Path,
     resume: bool = False,
     retry: bool = False,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     command: str = "",
 ) -> StressResults:
     """Carry out a campaign.
@@ -128,8 +128,7 @@ def carried_out(
         for subject, answer in answers(asks, pool, journal):
             assert answer.value is not None  # noqa: S101 - a cell that could not be run has a spot that says so
             spots[subject] = answer.value
-            if progress is not None:
-                progress(len(spots), len(asks), " on ".join(subject))
+            progress(len(spots), len(asks), " on ".join(subject))
     lines = tuple(line for line, _ in tasks)
     elapsed_s = time.perf_counter() - started
     return StressResults(lines, tuple(columns), methods.infos, spots, here, command, asked.quick, elapsed_s)

@@ -7,7 +7,7 @@ from dataclasses import fields
 from typing import Any
 
 from carom.registry import engine_named
-from carom.runs.job import Progress
+from carom.runs.job import Progress, unheard
 from carom.scene import Scene, as_scene
 from carom.scenes import find_scenes
 from carom.studies.tune.options import TuneOptions
@@ -39,5 +39,5 @@ def tune(
     """
     asked = TuneOptions(**options)
     plain = [entry.scene for entry in find_scenes([SCENES])] if scenes is None else [as_scene(one) for one in scenes]
-    found = found_by(engine_named(engine), plain, asked, progress=progress)
+    found = found_by(engine_named(engine), plain, asked, progress=progress or unheard)
     return ShownTuning(**{field.name: getattr(found, field.name) for field in fields(found)})

@@ -14,7 +14,7 @@ from carom.registry import EngineInfo
 from carom.runs.code import tried_code_of
 from carom.runs.engines import SettingsAt, described
 from carom.runs.environment import Environment, environment
-from carom.runs.job import Job, Method, Progress, Tried, UnavailableError
+from carom.runs.job import Job, Method, Progress, Tried, UnavailableError, unheard
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey
 from carom.runs.pool import Pool
@@ -91,7 +91,7 @@ def tune(
     options: TuneOptions | None = None,
     *,
     notes: Notes[JobKey, Judged] | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unheard,
     told: Callable[[Found], None] | None = None,
     command: str = "",
 ) -> Tuning:

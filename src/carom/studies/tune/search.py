@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
-from carom.runs.job import Method, Progress, Tried
+from carom.runs.job import Method, Progress, Tried, unheard
 from carom.scene import Scene
 from carom.studies.tune.judge import Jury
 from carom.studies.tune.merit import Judged, Merit, merit_of
@@ -93,7 +93,7 @@ class KnobSearch:
         space: Space,
         scenes: Sequence[Scene],
         jury: Jury,
-        progress: Progress | None = None,
+        progress: Progress = unheard,
         told: Callable[[Found], None] | None = None,
     ) -> None:
         if not space.values:
@@ -202,10 +202,9 @@ class KnobSearch:
             self.trials += 1
             self._seen[tried] = self._judged(tried)
             self.given_up += self._seen[tried][1]
-            if self._progress is not None:
-                best = self.best.merit
-                said = f"{best.wrong} wrong, {best.behind} neither exact nor close at best"
-                self._progress(self.trials, max(self._most, self.trials), said)
+            best = self.best.merit
+            said = f"{best.wrong} wrong, {best.behind} neither exact nor close at best"
+            self._progress(self.trials, max(self._most, self.trials), said)
         return self._seen[tried]
 
     def _judged(self, tried: Tried) -> tuple[Merit, bool]:
