@@ -11,7 +11,6 @@ from carom.cli import shared
 from carom.cli.again import command_line
 from carom.cli.asked import asking, shown_option
 from carom.errors import InputError
-from carom.folders import claimed
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 
@@ -64,11 +63,9 @@ def bench(
     require_report_extra()
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (
-        claimed(out, "bench", "--out"),
-        shared.resumable(scored, timed),
+        shared.studied(out, "bench", scored, timed) as progress,
         score_journal(scored, resume=resume, retry=retry) as journal,
         timing_journal(timed, resume=resume, retry=retry) as timings,
-        shared.progress_bar() as progress,
     ):
         result = work_precision(
             found,
@@ -110,10 +107,8 @@ def _grow(
     require_report_extra()
     path = out / "growth.jsonl"
     with (
-        claimed(out, "bench", "--out"),
-        shared.resumable(path),
+        shared.studied(out, "bench", path) as progress,
         growth_journal(path, resume=resume, retry=retry) as journal,
-        shared.progress_bar() as progress,
     ):
         found = growth(options, notes=journal, progress=progress, command=command_line())
     page = write_growth(found, out)

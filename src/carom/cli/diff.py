@@ -45,9 +45,6 @@ def diff(
     if old is None or new is None:
         raise InputError("carom diff needs two reports: carom diff OLD NEW")
     from carom.comparator import Grade
-    from carom.folders import write_file
-    from carom.pages.render.html import html
-    from carom.pages.render.markdown import markdown as markdown_of
     from carom.studies.diff.document import diff_document
     from carom.studies.diff.run import diff as compared
 
@@ -55,15 +52,7 @@ def diff(
         if path is not None:
             _require_own(option, path)
     found = compared(old, new, options.match)
-    document = diff_document(found, str(old), str(new))
-    if page is not None:
-        write_file(page, html(document))
-    if markdown == Path("-"):
-        shared.say(markdown_of(document).removesuffix("\n"))
-    else:
-        if markdown is not None:
-            write_file(markdown, markdown_of(document))
-        shared.print_document(document, full=verbose)
+    shared.hand_over(diff_document(found, str(old), str(new)), page, markdown, full=verbose)
     least = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
     if least is not None and any(change.violates(least) for change in found.changes):
         raise typer.Exit(shared.EXIT_VIOLATION)

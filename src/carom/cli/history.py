@@ -58,21 +58,16 @@ def history(
     Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
     `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.
     """
-    from carom.runs.job import UnavailableError
     from carom.studies.history.overlay import kept_releases
 
     (name,) = shared.engines_named([engine]) or [engine]
-    try:
-        with kept_releases(options.kept_mb * 1e6) as kept:
-            if listed:
-                _list(name, options, kept)
-            elif bisect is not None:
-                _bisect(name, bisect, options, kept)
-            else:
-                _run(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
-    except UnavailableError as error:
-        shared.say_error(error)
-        raise typer.Exit(shared.EXIT_UNAVAILABLE) from None
+    with kept_releases(options.kept_mb * 1e6) as kept:
+        if listed:
+            _list(name, options, kept)
+        elif bisect is not None:
+            _bisect(name, bisect, options, kept)
+        else:
+            _run(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
 
 
 def _list(engine: str, options: HistoryOptions, kept: Kept) -> None:
@@ -110,7 +105,6 @@ def _run(
     verbose: bool,
 ) -> None:
     from carom.errors import InputError
-    from carom.folders import claimed
     from carom.pages.files import require_report_extra
     from carom.studies.history import run
     from carom.studies.history.cells import history_journal
@@ -127,10 +121,8 @@ def _run(
         require_report_extra()
         path = out / run.JOURNAL
         with (
-            claimed(out, run.PURPOSE, "--out"),
-            shared.resumable(path),
+            shared.studied(out, run.PURPOSE, path) as progress,
             history_journal(path, resume=resume, retry=retry) as journal,
-            shared.progress_bar() as progress,
         ):
             found = run.history(engine, named, kept, options, notes=journal, progress=progress, command=command)
         page = write_history(found, out)

@@ -26,21 +26,11 @@ def report(
 
     Replays and pictures are not in the records. Examples: `carom report reports/latest`, `carom report before -v`.
     """
-    from carom.folders import write_file
     from carom.pages.records import read_records
-    from carom.pages.render.html import html
-    from carom.pages.render.markdown import markdown as markdown_of
     from carom.studies.cross_check.redrawn import redrawn_document
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None and path.is_file():
             raise InputError(f"{option}: {path} is there already, and is not replaced: name another file")
     document = redrawn_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
-    if page is not None:
-        write_file(page, html(document))
-    if markdown == Path("-"):
-        shared.say(markdown_of(document).removesuffix("\n"))
-        return
-    if markdown is not None:
-        write_file(markdown, markdown_of(document))
-    shared.print_document(document, full=detail)
+    shared.hand_over(document, page, markdown, full=detail)

@@ -98,8 +98,10 @@ def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
         try:
             command(*args, **kwargs)
         except CaromError as error:
+            from carom.runs.job import UnavailableError
+
             say_error(error)
-            raise typer.Exit(EXIT_BAD_INPUT) from None
+            raise typer.Exit(EXIT_UNAVAILABLE if isinstance(error, UnavailableError) else EXIT_BAD_INPUT) from None
         except KeyboardInterrupt as error:
             word, code = _ended(error)
             say(f"carom: {word}; no report was written", apart=True)
@@ -172,6 +174,15 @@ def resumable(journal: Path, *others: Path) -> Iterator[None]:
 
 
 @contextmanager
+def studied(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[Progress]:
+    """Claim the folder that a study writes into, with journals to go on from, and show how far it has come."""
+    from carom.folders import claimed
+
+    with claimed(out, purpose, "--out"), resumable(journal, *others), progress_bar() as progress:
+        yield progress
+
+
+@contextmanager
 def progress_bar() -> Iterator[Progress]:
     """Show how far a long command has come, on a terminal only, with an estimate of what is left."""
     if not sys.stderr.isatty():
@@ -224,6 +235,22 @@ def print_document(document: Document, *, full: bool = False) -> None:
     out = console()
     for item in terminal(document, out.width, full=full):
         out.print(item)
+
+
+def hand_over(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
+    """Write a document as HTML and as Markdown where files are named, and print it; Markdown named - alone."""
+    from carom.folders import write_file
+    from carom.pages.render.html import html
+    from carom.pages.render.markdown import markdown as markdown_of
+
+    if page is not None:
+        write_file(page, html(document))
+    if markdown == Path("-"):
+        say(markdown_of(document).removesuffix("\n"))
+        return
+    if markdown is not None:
+        write_file(markdown, markdown_of(document))
+    print_document(document, full=full)
 
 
 def seconds(text: str) -> float:

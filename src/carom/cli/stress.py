@@ -44,7 +44,6 @@ def stress(
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.
     """
-    from carom.folders import claimed
     from carom.studies.stress import run as campaign
 
     if list_only:
@@ -55,11 +54,7 @@ def stress(
     from carom.studies.stress.document import stress_document, write_stress
 
     require_report_extra()
-    with (
-        claimed(out, campaign.PURPOSE, "--out"),
-        shared.resumable(out / campaign.JOURNAL),
-        shared.progress_bar() as progress,
-    ):
+    with shared.studied(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
         results = campaign.carried_out(
             attacks or [],
             options,

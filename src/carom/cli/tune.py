@@ -40,8 +40,6 @@ def tune(
     Examples: `carom tune pymunk`, `carom tune box2d classics paper --trials 300`, `carom tune pymunk --resume --trials
     300`.
     """
-    from carom.folders import claimed
-    from carom.runs.job import UnavailableError
     from carom.studies.tune import run as search
     from carom.studies.tune.document import set_words, tune_document, write_tune
     from carom.studies.tune.judge import tune_journal
@@ -54,10 +52,8 @@ def tune(
     path = out / search.JOURNAL
     best: list[Found] = []
     with (
-        claimed(out, search.PURPOSE, "--out"),
-        shared.resumable(path),
+        shared.studied(out, search.PURPOSE, path) as progress,
         tune_journal(path, resume=resume, retry=retry) as journal,
-        shared.progress_bar() as progress,
     ):
         try:
             found = search.tune(
@@ -69,9 +65,6 @@ def tune(
                 told=best.append,
                 command=command_line(),
             )
-        except UnavailableError as error:
-            shared.say_error(error)
-            raise typer.Exit(shared.EXIT_UNAVAILABLE) from None
         except KeyboardInterrupt:
             if best:
                 shared.say(f"best so far, in trial {best[-1].trial}: {set_words(best[-1])}", apart=True)
