@@ -28,20 +28,20 @@ def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | 
     return f'<div style="max-width:46em">{picture(draw, title)}</div><pre>{escape(lines)}</pre>'
 
 
-def picture(draw: Callable[[Axes], None], title: str) -> str:
+def picture(draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = SIZE_IN) -> str:
     """Return what is drawn on axes of their own as SVG.
 
     Raises:
         MissingExtraError: The extra `report` is not installed.
     """
     with drawing():
-        figure = new_figure(*SIZE_IN)
+        figure = new_figure(*size_in)
         figure.set_layout_engine("constrained")
         draw(figure.add_subplot())
         return render(figure, title)
 
 
-def axes_of(ax: Axes | None) -> Axes:
+def axes_of(ax: Axes | None, size_in: tuple[float, float] = SIZE_IN) -> Axes:
     """Return the axes to draw on: new ones where none are given.
 
     Raises:
@@ -52,4 +52,4 @@ def axes_of(ax: Axes | None) -> Axes:
         return ax
     from matplotlib import pyplot as plt
 
-    return plt.subplots(figsize=SIZE_IN, layout="constrained")[1]
+    return plt.subplots(figsize=size_in, layout="constrained")[1]

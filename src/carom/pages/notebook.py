@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterator
-from functools import singledispatch
+from functools import partial, singledispatch
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -16,8 +16,9 @@ from carom.limits import MOST_DISCS_DRAWN
 from carom.pages import wording
 from carom.pages.files import require_report_extra
 from carom.pages.grid import Mark, mark_of, mark_of_grade
+from carom.pages.inline import axes_of, picture
 from carom.pages.picture import draw_start, draw_trace, draw_traces
-from carom.pages.svg import INK, SERIES, SURFACE, drawing, new_figure, render
+from carom.pages.svg import INK, SERIES, SURFACE
 from carom.runs.engines import EngineList
 from carom.runs.results import Results
 from carom.scene import Scene
@@ -59,7 +60,8 @@ def html_of(thing: object) -> str | None:
     else:
         below = f'<pre style="color:{INK}">{escape(str(thing))}</pre>'
         if _has_picture(thing):
-            below = f'<div style="max-width:34em">{_picture(thing)}</div>{below}'
+            drawn = picture(partial(_draw, thing), str(thing).partition("\n")[0], _SIZE_IN)
+            below = f'<div style="max-width:34em">{drawn}</div>{below}'
     return f'<div style="background:{SURFACE};color:{INK};padding:.5em;overflow:auto">{below}</div>'
 
 
@@ -70,11 +72,7 @@ def plot(thing: object, axes: Axes | None = None) -> Axes:
         MissingExtraError: The extra `report` is not installed.
         InputError: A number of the trace is NaN or infinite.
     """
-    require_report_extra()
-    if axes is None:
-        from matplotlib import pyplot as plt
-
-        axes = plt.subplots(figsize=_SIZE_IN, layout="constrained")[1]
+    axes = axes_of(axes, _SIZE_IN)
     _draw(thing, axes)
     return axes
 
@@ -168,14 +166,6 @@ def _has_picture(thing: object) -> bool:
     if isinstance(thing, EngineList):
         return False
     return not isinstance(thing, Scene) or len(thing.discs) <= MOST_DISCS_DRAWN
-
-
-def _picture(thing: object) -> str:
-    with drawing():
-        figure = new_figure(*_SIZE_IN)
-        figure.set_layout_engine("constrained")
-        _draw(thing, figure.add_subplot())
-        return render(figure, str(thing).partition("\n")[0])
 
 
 def _score_rows(score: Score) -> Iterator[str]:

@@ -9,12 +9,12 @@ from functools import lru_cache, partial
 from carom.comparator import Score, compare
 from carom.registry import load_adapter
 from carom.runs.desk import Ask, answers
-from carom.runs.job import PIT_METHOD, Job, JobTask, Method, UnsupportedError
+from carom.runs.job import PIT_METHOD, Job, JobTask, Method
 from carom.runs.journal import Entry, Journal, Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.observe import observe_run
 from carom.runs.pool import Pool
-from carom.runs.reference import reference_trace
+from carom.runs.reference import reference_trace, require_reference
 from carom.runs.timing import time_run
 from carom.scene import Scene
 from carom.studies.tune.merit import Judged
@@ -66,9 +66,7 @@ class JudgeTask(JobTask):
         job, tried = self.job, self.job.method.tried
         # Also where the first profile says that it can't: it is compared with settings that say nothing of themselves.
         adapter = load_adapter(job.engine)
-        reference = _reference(job.scene)
-        if not isinstance(reference, Trace):
-            raise UnsupportedError(reference)
+        reference = require_reference(_reference(job.scene))
         observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
         score = compare(reference, observed, sampling=_sampling(job.scene, job.dt_s), horizon=self.horizon_s)
         judged = judged_by(score)
