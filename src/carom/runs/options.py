@@ -76,6 +76,17 @@ def profile_names(
     return option(default or None, name(), what, "--profile", "-p", many=True, stamped=stamped, said=said)
 
 
+def step_lengths(said: str, *, stamped: bool = False) -> Any:
+    """Return the option that takes steps; `said` is the default in words."""
+    what = "Step in seconds, such as 1/240; repeatable."
+    return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
+
+
+def phase_seed(*, stamped: bool = False) -> Any:
+    """Return the option that says where the sequence of phases begins."""
+    return option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed", stamped=stamped)
+
+
 def time_limit(*, stamped: bool = False) -> Any:
     """Declare after what time a run is ended."""
     what = "Seconds after which a run that gives no answer is ended."
@@ -161,15 +172,7 @@ class Options(Limited):
     """
 
     engines: Sequence[str] | None = engine_names(stamped=True)
-    dts: Sequence[float] | None = option(
-        None,
-        step(),
-        "Step in seconds, such as 1/240; repeatable.",
-        "--dt",
-        many=True,
-        stamped=True,
-        said="each scene's own frame, a quarter and a sixteenth of it",
-    )
+    dts: Sequence[float] | None = step_lengths("each scene's own frame, a quarter and a sixteenth of it", stamped=True)
     profiles: Sequence[str] | None = profile_names(
         what="Settings profile, repeatable, or 'all' with every variant.",
         said="'default', 'tuned' and 'located'",
@@ -196,7 +199,7 @@ class Options(Limited):
         "--phases",
         stamped=True,
     )
-    seed: int = option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed", stamped=True)
+    seed: int = phase_seed(stamped=True)
     certified: bool | None = option(
         None,
         flag(),

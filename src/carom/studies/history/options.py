@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.declared import flag, megabytes, name, option, step, whole
+from carom.declared import flag, megabytes, name, option, whole
 from carom.limits import MOST_PHASES
-from carom.runs.options import MOST_SEED, Limited, profile_names
+from carom.runs.options import Limited, phase_seed, profile_names, step_lengths
 
 if TYPE_CHECKING:
     from carom.scene import Scene
@@ -50,21 +50,14 @@ class HistoryOptions(Limited):
         False, flag(), "Run the engine that is installed here, too, after all releases.", "--with-installed"
     )
     profiles: Sequence[str] = profile_names("default", "tuned")
-    dts: Sequence[float] | None = option(
-        None,
-        step(),
-        "Step in seconds, such as 1/240; repeatable.",
-        "--dt",
-        many=True,
-        said="each scene's own frame",
-    )
+    dts: Sequence[float] | None = step_lengths("each scene's own frame")
     phases: int = option(
         FEWEST_PHASES,
         whole(FEWEST_PHASES, MOST_PHASES),
         "At how many sub-step phases to run a cell that changed.",
         "--phases",
     )
-    seed: int = option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed")
+    seed: int = phase_seed()
     kept_mb: float = option(
         2000.0,
         megabytes(),
