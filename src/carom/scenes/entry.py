@@ -16,7 +16,17 @@ from carom.scene import Need, Scene, Wall
 from carom.trace import Trace, Vector, kinetic_energy
 from carom.walls import moved_by
 
-__all__ = ["Builder", "CatalogueScene", "KnownAnswer", "KnownImpact", "Staged", "Tag", "deviation", "listed"]
+__all__ = [
+    "Builder",
+    "CatalogueScene",
+    "KnownAnswer",
+    "KnownImpact",
+    "Staged",
+    "Tag",
+    "deepest_overlap",
+    "deviation",
+    "listed",
+]
 
 
 class Tag(StrEnum):
@@ -195,7 +205,7 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
         if (expected.first, expected.second) != (found["first"], found["second"]):
             return math.inf
-    return max(*_deviations(trace, known, scene), _deepest_overlap(trace, scene), 0.0)
+    return max(*_deviations(trace, known, scene), deepest_overlap(trace, scene) / _extent(scene), 0.0)
 
 
 def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
@@ -245,8 +255,8 @@ def _extent(scene: Scene) -> float:
     return max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
 
 
-def _deepest_overlap(trace: Trace, scene: Scene) -> float:
-    """Deepest overlap of two bodies at the end, in units of the scene's extent; 0 where there is none."""
+def deepest_overlap(trace: Trace, scene: Scene) -> float:
+    """Return the deepest overlap of two bodies at the end, in metres; infinite with a place of NaN."""
     position = np.asarray(trace.final_position_m, dtype=np.float64)
     if not np.all(np.isfinite(position)):
         return math.inf
@@ -265,4 +275,4 @@ def _deepest_overlap(trace: Trace, scene: Scene) -> float:
             gap = [wall.outline.gap(x, y, r) for (x, y), r in zip(position.tolist(), radius.tolist(), strict=True)]
             reach = -np.array(gap)
         deepest = max(deepest, float(np.max(np.where(movable, reach, 0.0))))
-    return deepest / _extent(scene)
+    return deepest

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.runs.job import Status
-from carom.scene import Scene, Wall
+from carom.scene import Scene
+from carom.scenes.entry import deepest_overlap
 from carom.studies.stress.truth import TrueMotion
 from carom.trace import Outcome, Trace, Vector, kinetic_energy
 
@@ -20,7 +21,6 @@ __all__ = [
     "Judgement",
     "Trial",
     "closed_form_judge",
-    "deepest_overlap",
     "energy_judge",
     "pressure_judge",
     "velocity_judge",
@@ -180,7 +180,7 @@ def energy_judge(scene: Scene) -> Judge:
         gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
         if not abs(gained) <= TOLERANCE:
             return Judgement(abs(gained), f"{abs(gained):.2g} of the energy {'gained' if gained > 0 else 'lost'}")
-        overlap = deepest_overlap(trace.final_position_m, scene)
+        overlap = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
         if not overlap <= 1.0:
             return Judgement(abs(gained), f"discs {overlap:.2g} radii inside each other or a wall")
         return Judgement(abs(gained))
@@ -213,22 +213,6 @@ def pressure_judge(scene: Scene, compressibility: float) -> Judge:
         return Judgement(error, note)
 
     return judge
-
-
-def deepest_overlap(position: np.ndarray, scene: Scene) -> float:
-    """Return the deepest overlap of two discs, or of a disc with a wall, in radii of the smallest disc."""
-    radius = np.array([disc.radius_m for disc in scene.discs])
-    deepest = 0.0
-    for i in range(len(radius) - 1):
-        distance = np.hypot(*(position[i + 1 :] - position[i]).T)
-        deepest = float(np.maximum(deepest, np.max(radius[i] + radius[i + 1 :] - distance)))
-    for wall in scene.walls:
-        if isinstance(wall, Wall):
-            into = radius - (position - wall.point_m) @ np.array(wall.normal)
-        else:
-            into = np.array([-wall.outline.gap(x, y, r) for (x, y), r in zip(position, radius, strict=True)])
-        deepest = float(np.maximum(deepest, np.max(into)))
-    return deepest / float(np.min(radius))
 
 
 def _cut_short(trace: Trace) -> Judgement | None:

@@ -15,7 +15,7 @@ from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
 from carom.scene import Chain, Ring, Scene, Wall, save_scene
 from carom.scenes import Complaint, KnownAnswer, Symptom
-from carom.studies.stress.attack import deepest_overlap
+from carom.scenes.entry import deepest_overlap
 from carom.studies.stress.spots import Spot, SpotEnding
 from carom.trace import Outcome, Trace, kinetic_energy
 
@@ -79,7 +79,7 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         invented = len(trace.impacts) - (known.count or 0)
         seen, reason = invented > 0, f"{invented} impact{'' if invented == 1 else 's'} invented"
     elif symptom is Symptom.ESCAPES:
-        depth = deepest_overlap(trace.final_position_m, scene)
+        depth = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
         seen, reason = not depth <= 1.0, f"{depth:.2g} radii inside another body or beyond a wall"
     elif symptom is Symptom.GAINS_ENERGY:
         seen, reason = energy > least, f"{energy:.2g} of the energy gained"
