@@ -124,8 +124,16 @@ def _lines(path: Path) -> Iterator[dict[str, Any]]:
         yield line
 
 
+#: What a line has of a score as it is, under the same name.
+_OF_SCORE = (
+    *("missed", "spurious", "undecided", "total", "against_pit", "own_velocity", "equals_pit", "edits"),
+    *("local_truth", "parted_s", "pit_parted_s", "consistency"),
+)
+
+
 def _line(row: Row) -> RowLine:
     job, score, trace = row.job, row.score, row.trace
+    told: dict[str, Any] = {name: getattr(score, name) if score else None for name in _OF_SCORE}
     return RowLine(
         scene=job.scene.name,
         engine=job.engine,
@@ -138,21 +146,10 @@ def _line(row: Row) -> RowLine:
         grade=row.grade,
         verdicts=tuple(VerdictLine(one.verdict.name.lower(), one.reason) for one in score.findings) if score else (),
         matched=len(score.errors) if score else None,
-        missed=score.missed if score else None,
-        spurious=score.spurious if score else None,
-        undecided=score.undecided if score else None,
-        total=score.total if score else None,
-        against_pit=score.against_pit if score else None,
-        own_velocity=score.own_velocity if score else None,
+        **told,
         price_paid=_paid(score.price_paid) if score else None,
         float_bits=cast("Literal[32, 64]", score.float_bits) if score else None,
-        equals_pit=score.equals_pit if score else None,
-        edits=score.edits if score else None,
         local=_local(score) if score else None,
-        local_truth=score.local_truth if score else None,
-        parted_s=score.parted_s if score else None,
-        pit_parted_s=score.pit_parted_s if score else None,
-        consistency=score.consistency if score else None,
         outcome_taken=_outcome(score) if score else None,
         spread=row.spread,
         counts=trace.counts if trace else None,
