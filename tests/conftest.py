@@ -1,7 +1,8 @@
 """Settings for every test.
 
-Property tests draw the same examples in every run, so that a failure is the code's and not the day's. To search
-further, run with ``HYPOTHESIS_PROFILE=search``: new examples each time, and many more of them.
+Property tests draw the same examples in every run, so that a failure is the code's and not the day's; more of them with
+``HYPOTHESIS_PROFILE=more``, as in `make test-long`. To search further, run with ``HYPOTHESIS_PROFILE=search``: new
+examples each time, and many more.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from carom.errors import MissingExtraError
 from carom.registry import load_adapter, why_unavailable
 
 # Shared machines make deadlines lie: no single example is timed.
-settings.register_profile("carom", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("carom", deadline=None, derandomize=True, max_examples=20)
+settings.register_profile("more", deadline=None, derandomize=True, max_examples=100)
 settings.register_profile("search", deadline=None, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
 

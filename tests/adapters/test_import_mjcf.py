@@ -46,6 +46,7 @@ def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -
     assert scene.wall_restitution == pytest.approx(CORNER.wall_restitution, rel=2**-49)
 
 
+@pytest.mark.long
 def test_a_disc_on_slides_does_not_turn(tmp_path: Path) -> None:
     """Of a body that two slides hold no impact turns anything: its inertia factor is infinite."""
     plain = Scene(

@@ -55,7 +55,8 @@ def _moved(scene: Scene, by_m: float) -> Scene:
     return scene.model_copy(update={"discs": (moved, *scene.discs[1:])})
 
 
-@pytest.mark.parametrize("name", [pytest.param("mujoco", marks=pytest.mark.long), "pybullet"])
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["mujoco", "pybullet"])
 def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: Named, name: str) -> None:
     """A scene after others of its sweep, in what they left, gives the bits that it gives in a process of its own."""
     adapter = named(name)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.adapters.staged import bullet
+from tests.lengths import long_after
 
 import carom
 from carom import Disc, Scene, compare, solve_pic
@@ -39,7 +40,7 @@ def test_continuous_detection_finds_what_is_missed_without_it(named: Named, name
     assert len(missed.missed) == len(reference.impacts)
 
 
-@pytest.mark.parametrize("name", SWEPT)
+@pytest.mark.parametrize("name", long_after(1, SWEPT))
 def test_continuous_detection_does_not_depend_on_the_phase(named: Named, name: str) -> None:
     """Of 24 phases of a hit at 33 radii a step none is missed with continuous detection, and most without."""
     adapter, dt_s = named(name), 1 / 60

@@ -23,6 +23,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 from carom.trace import Outcome
 
 
+@pytest.mark.long
 def test_counts_add_up_over_calls(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A second call goes on with the next gas, and its table holds the impacts of both."""
     state = tmp_path / "campaign.json"

@@ -16,6 +16,7 @@ from tests.campaign.run import checked
 from tests.checker import Report, Stretch, check
 from tests.checker.passes import _lowest
 from tests.drawn import jittered
+from tests.lengths import long_after
 
 from carom import DiscArrays
 from carom.physics.pair_time import pair_time
@@ -170,21 +171,24 @@ class TurnsInFlight(FallingBodies):
 
 @pytest.mark.parametrize(
     ("bodies", "broken"),
-    [
-        (LateOnWalls, "contact"),
-        (NoFloor, "passed"),
-        (StraightToWalls, "passed"),
-        (NoPair, "passed"),
-        (NoFixed, "passed"),
-        (StraightToFixed, "contact"),
-        (OtherGravity, "history"),
-        (KeepsItsVelocity, "history"),
-        (FallsByEuler, "contact"),
-        (FixedFall, "state"),
-        (BouncesTooFast, "law"),
-        (RubsTooLittle, "law"),
-        (TurnsInFlight, "history"),
-    ],
+    long_after(
+        6,
+        [
+            (LateOnWalls, "contact"),
+            (NoFloor, "passed"),
+            (StraightToWalls, "passed"),
+            (NoPair, "passed"),
+            (NoFixed, "passed"),
+            (StraightToFixed, "contact"),
+            (OtherGravity, "history"),
+            (KeepsItsVelocity, "history"),
+            (FallsByEuler, "contact"),
+            (FixedFall, "state"),
+            (BouncesTooFast, "law"),
+            (RubsTooLittle, "law"),
+            (TurnsInFlight, "history"),
+        ],
+    ),
 )
 def test_each_wrong_way_to_fall_is_found(
     bodies: type[FallingBodies], broken: str, monkeypatch: pytest.MonkeyPatch

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.distribution import forget, lay
+from tests.lengths import long_after
 
 import carom
 from carom import Disc, Scene, Wall
@@ -84,7 +85,7 @@ def test_a_third_party_adapter_is_found() -> None:
 
 
 @pytest.mark.usefixtures("installed")
-@pytest.mark.parametrize(("profile", "contact_steps"), [("default", 4), ("tuned", 2)])
+@pytest.mark.parametrize(("profile", "contact_steps"), long_after(1, [("default", 4), ("tuned", 2)]))
 def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_contact_late(
     profile: str, contact_steps: int
 ) -> None:

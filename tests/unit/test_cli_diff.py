@@ -135,9 +135,9 @@ def test_a_row_without_a_field_is_refused_by_its_line(sample: Path, worse: Path)
         ((SAMPLE, SAMPLE, "--engine", "pymunk=bullet"), "has no 'bullet'\nhint: it has "),
     ],
 )
-def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[object, ...], words: str) -> None:
+def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[object, ...], words: str, sample: Path) -> None:
     """Nothing ends in a traceback, and each message says what to give in place."""
-    done = carom_diff(*arguments)
+    done = carom_diff(*(sample if argument is SAMPLE else argument for argument in arguments))
     assert done.exit_code == 2
     assert words in done.output
 

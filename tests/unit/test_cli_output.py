@@ -161,6 +161,7 @@ def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> N
         assert helped.returncode == 0
 
 
+@pytest.mark.long
 def test_the_name_of_a_folder_tells_a_terminal_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a report was written is printed without control characters, whatever its folder is called."""
     monkeypatch.chdir(tmp_path)

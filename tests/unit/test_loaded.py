@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from tests.lengths import long_after
 
 #: No command that answers on a terminal draws, certifies two discs, searches, or drives an engine in its own process.
 NEVER = {"matplotlib", "jinja2", "flint", "distributed", "pandas", "optuna", "pytest", "pymunk", "mujoco", "pybullet"}
@@ -50,7 +51,7 @@ finally:
 """
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", long_after(2, reversed(COMMANDS)))
 def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
     """Of what the table names for a command, its process has imported nothing when it ends."""
     found = tmp_path / "modules.json"

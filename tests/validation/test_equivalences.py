@@ -263,7 +263,7 @@ UNITS = [
 
 def symmetric() -> list[Any]:
     """Return scenes of the catalogue, with gravity and without, and of each kind that is drawn."""
-    marks = [[pytest.mark.long] * (k % 4 > 0) for k in range(len(catalogue()))]
+    marks = [[pytest.mark.long] * (k % 8 > 0) for k in range(len(catalogue()))]
     found = [pytest.param(one.scene, id=one.name, marks=m) for m, one in zip(marks, catalogue().values(), strict=True)]
     for gravity in ((0.0, 0.0), GRAVITY):
         for number in range(4):

@@ -14,6 +14,7 @@ from tests.campaign.gases import draw
 from tests.checker import Report, check, watch
 from tests.drawn import impacts_of, small
 from tests.forms import needs_extension
+from tests.lengths import long_after
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
 from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
 
@@ -59,7 +60,7 @@ def drawn_pair(rng: random.Random) -> DiscArrays:
     )
 
 
-@pytest.mark.parametrize("count", [500, pytest.param(10_000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", long_after(1, [150, 10_000]))
 def test_random_impacts_are_those_of_the_exact_law(count: int) -> None:
     """Every velocity and surface speed after an impact is the exact law's to a few units in the last place."""
     rng = random.Random(count)
@@ -171,26 +172,28 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
             assert lost == 0
 
 
-@pytest.mark.parametrize("first", [0, *(pytest.param(first, marks=pytest.mark.long) for first in range(40, 400, 40))])
+@pytest.mark.parametrize("first", long_after(1, range(0, 400, 20)))
 def test_whole_runs_obey_the_exact_law_impact_by_impact(first: int) -> None:
     """Each impact of PIC is what the exact law makes of the state before it, and that is what the last impact left."""
-    for number in range(first, first + 40):
+    for number in range(first, first + 20):
         scene = small(number, rough=True)
         if scene.arrays.turns:
             assert worst_law_error(solve_pic(scene, max_impacts=min(impacts_of(number), 60))) < ULPS, number
 
 
-def test_falling_runs_obey_the_exact_law_impact_by_impact() -> None:
+@pytest.mark.parametrize("numbers", long_after(1, [range(8), range(8, 30)]))
+def test_falling_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
     """So does each impact under gravity, immovable discs and oblique walls included."""
-    for number in range(30):
+    for number in numbers:
         scene = small(number, rough=True, gravity=(0.25, -1.0))
         if scene.arrays.turns:
             assert worst_law_error(solve_pic(scene, max_impacts=25)) < ULPS, number
 
 
-def test_pit_obeys_the_exact_law_with_full_arms_impact_by_impact() -> None:
+@pytest.mark.parametrize("numbers", long_after(1, [range(8), range(8, 30)]))
+def test_pit_obeys_the_exact_law_with_full_arms_impact_by_impact(numbers: range) -> None:
     """PIT finds its impacts late, overlapped and turned; its friction acts at full radius along the line of centres."""
-    for number in range(30):
+    for number in numbers:
         scene = small(number, rough=True)
         if scene.arrays.turns:
             trace = solve_pit(scene, frame_rate_hz=20.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.drawn import small
+from tests.lengths import long_after
 
 from carom import CertifiedTrace, certify, solve_pic
 from carom.solvers.certified.result import Ending
@@ -21,11 +22,12 @@ def in_one_order(impacts: list[tuple[int, int]], certified: CertifiedTrace) -> l
     return ordered
 
 
+@pytest.mark.parametrize("scenes", long_after(1, [60, 300]))
 @pytest.mark.parametrize("parity", [0, 1], ids=["whole numbers", "anywhere"])
-def test_the_impacts_are_those_that_are_proven(parity: int) -> None:
+def test_the_impacts_are_those_that_are_proven(parity: int, scenes: int) -> None:
     """As far as ball arithmetic decides, PIC has the same impacts in the same order, and no other before the end."""
     proven = 0
-    for number in range(parity, 300, 2):
+    for number in range(parity, scenes, 2):
         scene = small(number, repeated=False)
         certified = certify(scene, max_impacts=IMPACTS)
         found = solve_pic(scene, max_impacts=IMPACTS).impacts[["first", "second"]].tolist()
@@ -38,4 +40,4 @@ def test_the_impacts_are_those_that_are_proven(parity: int) -> None:
             found, truth = found[:before], truth[:before]
         assert in_one_order(found, certified) == in_one_order(truth, certified), f"small({number})"
         proven += len(truth)
-    assert proven > 300
+    assert proven > scenes

@@ -83,7 +83,7 @@ def test_the_right_rate_is_exact(scene: Scene) -> None:
 
 
 @each_scene
-@pytest.mark.parametrize("factor", [0.0, 0.99, 1.01, 2.0])
+@pytest.mark.parametrize("factor", long_after(1, [1.01, 0.0, 0.99, 2.0]))
 def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
     """A run damped by another rate, or not at all, changes velocities where nothing is met, by that much a step."""
     score = judged(scene, OtherwiseDamped(factor))
@@ -124,7 +124,7 @@ def test_random_damped_runs_are_exact_and_sampled(number: int) -> None:
 @pytest.mark.parametrize(
     "name", [*SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in LEVEL if name not in SHORT)]
 )
-@pytest.mark.parametrize("times", [1.0, 5.0])
+@pytest.mark.parametrize("times", long_after(1, [1.0, 5.0]))
 def test_scenes_of_the_catalogue_are_judged_as_well_when_damped(name: str, times: float) -> None:
     """Damped to 1/e or 1/e^5 over its duration, each step of PIC is exact, and PIT pays what PIT pays to 1e-9."""
     plain = all_scenes()[name].scene

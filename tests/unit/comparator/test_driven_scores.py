@@ -27,6 +27,7 @@ def paddle() -> Scene:
     )
 
 
+@pytest.mark.long
 def test_pit_is_graded_as_it_is_on_what_stands() -> None:
     """PIT samples driven scenes, too, and is found to do no worse than itself; what it goes through, it has missed."""
     scenes = [entry.scene for entry in find_scenes(["driven"])]

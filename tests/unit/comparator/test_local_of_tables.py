@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from tests.lengths import long_after
 
 import carom
 from carom.comparator.local import local_errors
@@ -33,7 +34,7 @@ def test_where_an_overlap_began_the_rim_touched(
     assert abs(gap_of(back, feature)) < 1e-15
 
 
-@pytest.mark.parametrize("name", ["end-of-wall", "star", "stadium-rhombus", "box-of-edges"])
+@pytest.mark.parametrize("name", long_after(2, ["box-of-edges", "end-of-wall", "star", "stadium-rhombus"]))
 def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
     """The closed form from its own state before each impact leaves nothing to the method but looking once a step."""
     scene = carom.scene(f"tables/{name}")

@@ -84,6 +84,7 @@ def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> No
     assert (pieces.steps, pieces.until_s) == (whole.steps, whole.until_s)
 
 
+@pytest.mark.long
 def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """In a dense gas a window is open at any boundary; states go as blocks end still, and none is worked out thrice."""
     scene = gas_scene(100, packing=0.5, duration_s=400 / 60)

@@ -143,6 +143,7 @@ def test_one_coefficient_for_all_is_declared_and_held_to(held: Held) -> None:
     assert held(Bouncer(), refused).startswith("skipped")
 
 
+@pytest.mark.long
 def test_a_margin_is_one_promise(held: Held) -> None:
     """A speculative engine fails more than ten cases; its declared margin allows them all, and half of it does not."""
     names = [f"{check}[tuned-{name}]" for check in ("hits", "times", "velocities") for name in CATALOGUE_SCENES[:12]]

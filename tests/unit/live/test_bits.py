@@ -118,29 +118,31 @@ def test_what_is_refused_stands_in_one_list() -> None:
         assert ("refused" in got) == (not ported), scene.name
 
 
-@pytest.mark.parametrize(
-    ("change", "name"),
-    [
-        ({"damping_per_s": 0.5}, "damping"),
-        ({"wall_rolling_resistance": 0.5}, "rolling resistance"),
-        ({"table_deceleration_m_s2": 0.5}, "a table that slows discs down"),
-        ({"walls": [{"points_m": [[-1.0, -3.0], [1.0, -3.0]]}]}, "walls of edges, arcs or circles"),
-        (
-            {"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "restitution": 0.5}]},
-            "walls of their own material",
-        ),
-        ({"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "velocity_m_s": [0.0, 1.0]}]}, "driven walls"),
-        ({"discs": [{"position_m": [0.0, 0.0], "radius_m": 0.5, "mass_kg": "inf", "driven": True}]}, "driven discs"),
-        ({"duration_s": 2.0**201}, "numbers of extreme size"),
-        ({"drag": 0.1}, "drag"),
-    ],
-)
-def test_a_scene_that_is_not_ported_is_refused_by_name(change: dict[str, Any], name: str) -> None:
+#: Changes of a scene, and what is refused of each.
+REFUSALS: list[tuple[dict[str, Any], str]] = [
+    ({"damping_per_s": 0.5}, "damping"),
+    ({"wall_rolling_resistance": 0.5}, "rolling resistance"),
+    ({"table_deceleration_m_s2": 0.5}, "a table that slows discs down"),
+    ({"walls": [{"points_m": [[-1.0, -3.0], [1.0, -3.0]]}]}, "walls of edges, arcs or circles"),
+    (
+        {"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "restitution": 0.5}]},
+        "walls of their own material",
+    ),
+    ({"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "velocity_m_s": [0.0, 1.0]}]}, "driven walls"),
+    ({"discs": [{"position_m": [0.0, 0.0], "radius_m": 0.5, "mass_kg": "inf", "driven": True}]}, "driven discs"),
+    ({"duration_s": 2.0**201}, "numbers of extreme size"),
+    ({"drag": 0.1}, "drag"),
+]
+
+
+def test_a_scene_that_is_not_ported_is_refused_by_name() -> None:
     """What the JavaScript can't do, and a field that it doesn't know, it says by name; it never runs without them."""
-    scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0, **change}
-    line = json.dumps({"scene": scene, "method": "pic"})
-    done = subprocess.run([_node(), HERE / "bits.mjs", SOURCES], input=line, capture_output=True, text=True, check=True)
-    assert json.loads(done.stdout) == {"refused": [name]}
+    scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0}
+    lines = "\n".join(json.dumps({"scene": {**scene, **change}, "method": "pic"}) for change, _ in REFUSALS)
+    done = subprocess.run(
+        [_node(), HERE / "bits.mjs", SOURCES], input=lines, capture_output=True, text=True, check=True
+    )
+    assert [json.loads(line) for line in done.stdout.splitlines()] == [{"refused": [name]} for _, name in REFUSALS]
 
 
 @pytest.mark.parametrize(
@@ -165,8 +167,7 @@ def test_a_change_of_the_formula_is_found(module: str, old: str, new: str, tmp_p
     text = (tmp_path / module).read_text(encoding="utf-8")
     assert old in text
     (tmp_path / module).write_text(text.replace(old, new), encoding="utf-8")
-    jobs = [*_catalogue(), *((_drawn(kind, seed), "pic") for seed in range(4) for kind in KINDS)]
-    assert _unlike(jobs, tmp_path)
+    assert _unlike([(_drawn(kind, seed), "pic") for seed in range(4) for kind in KINDS], tmp_path)
 
 
 def _drawn(kind: str, seed: int) -> carom.Scene:

@@ -11,6 +11,7 @@ from benchmarks.time_of_impact import CLASSES, pairs_of_class
 from flint import arb
 from numpy.typing import NDArray
 from tests.forms import plain_form
+from tests.lengths import long_after
 from tests.unit.physics.exact import exact_time, ulps
 
 from carom import time_of_impact
@@ -89,7 +90,9 @@ def test_numbers_of_all_sizes_in_one_pair_have_the_right_time(least: float, most
 
 
 @pytest.mark.parametrize("name", CLASSES)
-@pytest.mark.parametrize(("length", "speed"), [(500, 0), (-500, 0), (0, 500), (0, -500), (900, 900), (-900, -900)])
+@pytest.mark.parametrize(
+    ("length", "speed"), long_after(2, [(500, 0), (-900, -900), (-500, 0), (0, 500), (0, -500), (900, 900)])
+)
 def test_scaling_by_powers_of_two_changes_no_bit_of_a_time(name: str, length: int, speed: int) -> None:
     """Lengths or speeds times a power of two give times, to the bit, times the one or over the other."""
     columns = pairs_of_class(name, 60, 3)

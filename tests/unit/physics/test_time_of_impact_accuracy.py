@@ -10,6 +10,7 @@ import pytest
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from flint import arb, ctx
 from tests.forms import needs_extension, plain_form
+from tests.lengths import long_after
 from tests.unit.physics.exact import exact_time, ulps
 
 from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
@@ -95,11 +96,12 @@ def ties(kind: str, count: int) -> list[list[float]]:
     return rows
 
 
+@pytest.mark.parametrize("rows", long_after(1, [150, 600]))
 @pytest.mark.parametrize("kind", ["graze", "touching", "sliding"])
-def test_no_rounding_decides_a_tie(kind: str) -> None:
+def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
     """Where b, c or D is exactly 0, or a rounding beside it, the answer is that of rational arithmetic."""
     seen = set()
-    for row in ties(kind, 600):
+    for row in ties(kind, rows):
         b, c, d = signs = sign_of(row)
         seen.add(signs)
         found = pair_time(*row)

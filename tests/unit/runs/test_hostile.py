@@ -313,6 +313,7 @@ def test_a_forked_worker_is_as_a_fresh_one(
     assert forked == fresh
 
 
+@pytest.mark.long
 @LINUX
 @pytest.mark.usefixtures("installed", "forking")
 def test_without_its_template_a_worker_is_fresh(tmp_path: Path) -> None:
@@ -347,11 +348,10 @@ def test_a_killed_parent_takes_all_with_it(
     assert nothing_is_left(tmp_path, noted=1)
 
 
+@pytest.mark.long
 @LINUX
 @pytest.mark.usefixtures("installed", "heard_interrupts")
-@pytest.mark.parametrize(
-    "number", [signal.SIGTERM, *(pytest.param(one, marks=pytest.mark.long) for one in (signal.SIGHUP, signal.SIGQUIT))]
-)
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
 def test_a_signal_ends_a_command_in_good_order(tmp_path: Path, number: signal.Signals) -> None:
     """The exit code is 128 and the signal's number, a sentence names it, and no process or folder is left."""
     with begun(tmp_path, "stops") as process:

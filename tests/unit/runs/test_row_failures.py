@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 
 import carom
@@ -146,10 +147,13 @@ def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
 
 @pytest.mark.parametrize(
     ("act", "words"),
-    [
-        ("raises", r"KeyError: '.*red' \(hostile_\w+.py, line 6\)"),
-        ("raises-in-numpy", r"ValueError: cannot reshape .* \(hostile_\w+.py, line 19\)"),
-    ],
+    long_after(
+        1,
+        [
+            ("raises", r"KeyError: '.*red' \(hostile_\w+.py, line 6\)"),
+            ("raises-in-numpy", r"ValueError: cannot reshape .* \(hostile_\w+.py, line 19\)"),
+        ],
+    ),
 )
 def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act: str, words: str) -> None:
     """Whoever wrote the adapter reads where it failed: in the own file, also where a library raised it."""

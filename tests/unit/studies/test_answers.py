@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from tests.lengths import long_after
 from tests.unit.pages.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 
@@ -46,7 +47,9 @@ def test_the_answer_is_one_screen(document: Document) -> None:
     assert all(any(line.startswith(f"{m.engine} {m.profile} ") for line in lines) for m in rows)
 
 
-@pytest.mark.parametrize(("width", "full"), [(60, False), (120, False), (200, False), (60, True), (120, True)])
+@pytest.mark.parametrize(
+    ("width", "full"), long_after(2, [(60, False), (120, True), (200, False), (60, True), (120, False)])
+)
 def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
     """No line is longer than the terminal, and no name of a method is cut."""
     lines = printed(document, width, full=full)

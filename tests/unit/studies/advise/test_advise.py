@@ -207,6 +207,7 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
         advise(scene, asked(["pit"], DEGREE), InProcess())
 
 
+@pytest.mark.long
 def test_a_scene_is_asked_up_to_its_first_tie() -> None:
     """A disc that comes back from a wall and meets two at once: the bounce is asked for, the tie is not."""
     discs = [disc_at(0, 0, -1, 0), disc_at(3, 0.55), disc_at(3, -0.55)]

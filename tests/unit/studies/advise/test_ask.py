@@ -16,7 +16,7 @@ from carom.studies.advise.picture import ShownAdvice
 @pytest.fixture(scope="module")
 def advice() -> ShownAdvice:
     """Pymunk's steps for two discs."""
-    return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=2, pool=InProcess())
+    return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcess())
 
 
 def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:

@@ -166,6 +166,7 @@ def test_traces_of_two_scenes_are_refused(shown: Replay) -> None:
         carom.replay(shown.reference, carom.solve_pic(other))
 
 
+@pytest.mark.long
 def test_an_engine_is_named_in_place_of_its_run() -> None:
     """A scene by name and an engine by name make a replay of its run at the scene's frame, or at the step asked for."""
     shown = carom.replay("paper/missed", "pit")

@@ -197,6 +197,7 @@ def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
     assert "a horizon is an estimate" in text
 
 
+@pytest.mark.long
 def test_the_price_is_one_number_wherever_it_stands() -> None:
     """The overview's median, the table of prices and the JSON lines leave out the same: scenes without one answer."""
     scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+from tests.lengths import long_after
 from tests.stage import disc_at, staged
 
 from carom import Results, Scene, cross_check
@@ -59,14 +60,17 @@ def test_every_sentence_is_said_by_the_code(sentence: Sentence) -> None:
 
 @pytest.mark.parametrize(
     ("scenes", "engines", "said", "outcome"),
-    [
-        ([MINE], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS}, "velocities off by "),
-        ([HEAD_ON], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS}, " ms late"),
-        ([AT_A_FRAME], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS, Sentence.LUCKY}, "exact"),
-        (find_scenes(["paper/missed"]), ["pit"], {Sentence.REPRODUCES, Sentence.RUNS}, "1 missed of 1 impact."),
-        ([MINE, HEAD_ON], ["pit"], {Sentence.NONE_CLOSE, Sentence.UNPROVEN, Sentence.RUNS}, ""),
-        ([MINE, HEAD_ON], [], {Sentence.MOST_CLOSE, Sentence.UNPROVEN, Sentence.RUNS}, ""),
-    ],
+    long_after(
+        4,
+        [
+            ([MINE], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS}, "velocities off by "),
+            ([HEAD_ON], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS}, " ms late"),
+            ([AT_A_FRAME], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS, Sentence.LUCKY}, "exact"),
+            (find_scenes(["paper/missed"]), ["pit"], {Sentence.REPRODUCES, Sentence.RUNS}, "1 missed of 1 impact."),
+            ([MINE, HEAD_ON], ["pit"], {Sentence.NONE_CLOSE, Sentence.UNPROVEN, Sentence.RUNS}, ""),
+            ([MINE, HEAD_ON], [], {Sentence.MOST_CLOSE, Sentence.UNPROVEN, Sentence.RUNS}, ""),
+        ],
+    ),
 )
 def test_what_is_said_of_a_cross_check_is_in_the_table(
     scenes: Sequence[Scene], engines: Sequence[str], said: set[Sentence], outcome: str

@@ -205,6 +205,7 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
     assert all(f"engine-{k} " in full for k in range(40))
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not SAMPLE.exists(), reason="a source distribution has no reports")
 @pytest.mark.parametrize(
     ("old", "new"),

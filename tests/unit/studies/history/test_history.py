@@ -134,6 +134,7 @@ def test_where_nothing_changed_no_release_is_found(registry: Toys, tmp_path: Pat
     assert registry.installed == ["1.2", "1.3"]
 
 
+@pytest.mark.long
 def test_what_is_not_there_is_refused_by_name(registry: Toys, tmp_path: Path) -> None:
     """An engine of no registry, a profile, a release: nothing is installed before it is refused."""
     kept = Kept(tmp_path / "kept")

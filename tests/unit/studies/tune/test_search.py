@@ -119,6 +119,7 @@ def _point(method: Method) -> dict[str, int]:
     return SPACE.point(method.tried)
 
 
+@pytest.mark.long
 def test_the_same_seed_asks_for_the_same_trials() -> None:
     """A search that goes on by its journal asks what it asked before, which only holds if nothing else decides."""
     assert searched(1)[2].judged == searched(1, again=1)[2].judged

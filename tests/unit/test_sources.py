@@ -1,0 +1,143 @@
+"""What holds of the sources and documents as they are read: names, sizes, words."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import defaultdict
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import carom
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = Path(carom.__file__).parent
+HEADING = "| old word | new word |\n| --- | --- |\n"
+
+#: A screen of lines, and as many arguments as a reader keeps apart; options made from a declaration are one.
+MOST_LINES, MOST_PARAMETERS = 80, 12
+#: What must not be read, and what to write instead.
+INSTEAD = {
+    r"\b(hangs?|hung|hanging) on\b": "depends on",
+    r"\berr(s|ed)?\b(?! ?=)": "is off by, has an error of",
+    r"\bdearest\b": "most expensive",
+    r"\b(hard|full) disc\b|\bdisc that is full\b|\bon the disc (before|when|from)\b": "disk",
+}
+#: The documents are in British English; code has the words of the libraries that it calls.
+AMERICAN = (
+    r"(?i)\b(analyz|behavior|canceled|center|color|favor|fulfill|gray|honor|initializ|labeled|maximiz|minimiz|model(?:ed|ing)\b"
+    r"|neighbor|normaliz|optimiz|organiz|recogniz|serializ|summariz|toward\b|traveled)\w*"
+)
+
+
+@cache
+def trees() -> dict[str, ast.Module]:
+    """Every module of the package, by its path."""
+    return {str(p.relative_to(SOURCE)): ast.parse(p.read_text(encoding="utf-8")) for p in SOURCE.rglob("*.py")}
+
+
+@cache
+def texts() -> dict[Path, str]:
+    """Sources, adapters and documents, by their paths."""
+    files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    for folder, endings in (("src", ("py", "pyx", "pxd", "j2")), ("adapters", ("py",)), ("docs", ("md", "py"))):
+        files += [path for ending in endings for path in (ROOT / folder).rglob(f"*.{ending}")]
+    return {path.relative_to(ROOT): path.read_text(encoding="utf-8") for path in files}
+
+
+def test_no_two_public_classes_have_one_name() -> None:
+    """A class that a reader looks for by its name is found in one module."""
+    found = defaultdict(list)
+    for path, tree in trees().items():
+        for node in tree.body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found[node.name].append(path)
+    assert len(found) > 100
+    assert {name: places for name, places in found.items() if len(places) > 1} == {}
+
+
+def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    asked = function.args
+    named = len(asked.posonlyargs) + len(asked.args) + len(asked.kwonlyargs)
+    return named + (asked.vararg is not None) + (asked.kwarg is not None)
+
+
+@pytest.mark.parametrize("room", ["cli", "studies"])
+def test_functions_are_of_a_size_that_is_read(room: str) -> None:
+    """No function of a room is longer than a screen, or takes more than a dozen arguments."""
+    functions = {
+        f"{path}:{node.lineno} {node.name}": node
+        for path, tree in trees().items()
+        if path.startswith(f"{room}/")
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    }
+    assert len(functions) > 50
+    long = {name for name, node in functions.items() if (node.end_lineno or 0) - node.lineno >= MOST_LINES}
+    many = {name for name, node in functions.items() if parameters(node) > MOST_PARAMETERS}
+    assert (long, many) == (set(), set())
+
+
+def test_a_word_that_misleads_stands_nowhere() -> None:
+    """Whoever searches for the term of the field finds it; what is found is told with which that is."""
+    told = INSTEAD.items()
+    found = [
+        (str(p), hit[0], new) for p, text in texts().items() for old, new in told for hit in re.finditer(old, text)
+    ]
+    assert found == []
+
+
+def test_the_documents_are_in_british_english() -> None:
+    """No American form stands in a document's sentences; code, and the names in it, are left out."""
+    found = []
+    for path, text in texts().items():
+        if path.suffix == ".md":
+            prose = re.sub(r"```.*?```|`[^`]*`|<[^>]*>", "", text, flags=re.DOTALL)
+            found += [(str(path), hit[0]) for hit in re.finditer(AMERICAN, prose)]
+    assert found == []
+
+
+# CONTRIBUTING's table of words ----------------------------------------------------------------------------------------
+
+
+def said(tree: ast.Module) -> str:
+    """The text of a module that is no docstring and no comment, a line a literal."""
+    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    docstrings = {
+        id(node.body[0].value)
+        for node in ast.walk(tree)
+        if isinstance(node, documented) and node.body and isinstance(node.body[0], ast.Expr)
+    }
+    literals = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str))
+    return "\n".join(str(node.value) for node in literals if id(node) not in docstrings)
+
+
+def uses(word: str, text: str) -> list[str]:
+    """The places where a text says a word, with what stands around them."""
+    pattern = r"\b" + r"\s+".join(map(re.escape, word.split())) + r"\b"
+    found = re.finditer(pattern, text, flags=re.IGNORECASE)
+    return [text[max(match.start() - 40, 0) : match.end() + 40] for match in found]
+
+
+def test_a_word_is_found_over_the_end_of_a_line_and_not_in_a_docstring() -> None:
+    """The search sees a word that is broken over two lines, in f-strings too, and leaves docstrings alone."""
+    source = '"""Held against."""\n\nx = f"{1} held\\nagainst PIC"\n'
+    assert len(uses("held against", said(ast.parse(source)))) == 1
+    assert uses("held against", "withheld against it") == []
+
+
+def test_no_message_and_no_page_uses_an_old_word() -> None:
+    """No string of the package, no template and no page that a user reads says it: of documents all but decisions."""
+    rows = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition(HEADING)[2].partition("\n\n")[0]
+    words = [(old.strip(), new.strip()) for _, old, new, _ in (row.split("|") for row in rows.strip().splitlines())]
+    assert len(words) > 10
+    read = {path: said(tree) for path, tree in trees().items()}
+    pages = [ROOT / "README.md", *(path for path in (ROOT / "docs").rglob("*.md") if "decisions" not in path.parts)]
+    pages += (SOURCE / "pages" / "templates").iterdir()
+    read |= {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in pages}
+    found = [
+        (path, f"say {new!r}", use) for path, text in read.items() for old, new in words for use in uses(old, text)
+    ]
+    assert found == []
