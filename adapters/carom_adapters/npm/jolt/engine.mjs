@@ -1,6 +1,6 @@
 // Jolt as WebAssembly: spheres held in a plane, with 32-bit floats.
 import createJolt from "jolt-physics";
-import { Clock, contactOf, isImmovable, reach, serve, wallAt, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
 const Jolt = await createJolt();
 const STEPPING = [
@@ -45,17 +45,21 @@ class JoltWorld {
     this.numbers = new Map(); // by the bodies' addresses
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
     const extent = reach(scene, settings.dt_s);
-    scene.walls.forEach((wall, k) => this.addWall(wall, wallAt(wall, extent), k));
+    scene.walls.forEach((wall, k) => this.addWall(wall, extent, k));
     this.contacts = [];
     // It takes the larger of two restitutions; a listener can give a pair that of the wall.
-    if (scene.walls.length > 0 && scene.wall_restitution < scene.restitution) this.listen();
+    if (scene.walls.some(({ restitution = scene.wall_restitution }) => restitution < scene.restitution)) this.listen();
   }
 
-  addBody(shape, [x, y], movable, number, set) {
+  addBody(shape, [x, y], type, { velocity_m_s }, number, set) {
     const [position, rotation] = [new Jolt.RVec3(x, y, 0), new Jolt.Quat(0, 0, 0, 1)];
-    const [type, layer] = movable ? [Jolt.EMotionType_Dynamic, MOVING] : [Jolt.EMotionType_Static, FIXED];
+    const layer = type === Jolt.EMotionType_Dynamic ? MOVING : FIXED;
     const creation = new Jolt.BodyCreationSettings(shape, position, rotation, type, layer);
     creation.mFriction = 0;
+    if (type !== Jolt.EMotionType_Static) {
+      for (const name of OF_BODIES) creation[name] = this.asked[name];
+      using(new Jolt.Vec3(...velocity_m_s, 0), (velocity) => (creation.mLinearVelocity = velocity));
+    }
     set(creation);
     const bodies = this.system.GetBodyInterface();
     const body = bodies.CreateBody(creation);
@@ -66,12 +70,12 @@ class JoltWorld {
   }
 
   addDisc(disc, i) {
-    const movable = !isImmovable(disc);
-    return this.addBody(new Jolt.SphereShape(disc.radius_m), disc.position_m, movable, i, (creation) => {
+    const held = disc.driven ? Jolt.EMotionType_Kinematic : Jolt.EMotionType_Static;
+    const type = isImmovable(disc) ? held : Jolt.EMotionType_Dynamic;
+    return this.addBody(new Jolt.SphereShape(disc.radius_m), disc.position_m, type, disc, i, (creation) => {
       creation.mRestitution = this.scene.restitution;
-      if (!movable) return;
-      for (const name of OF_BODIES) creation[name] = this.asked[name];
-      using(new Jolt.Vec3(...disc.velocity_m_s, 0), (velocity) => (creation.mLinearVelocity = velocity));
+      if (isImmovable(disc)) return;
+      creation.mEnhancedInternalEdgeRemoval = this.asked.mEnhancedInternalEdgeRemoval;
       creation.mAllowedDOFs = Jolt.EAllowedDOFs_TranslationX | Jolt.EAllowedDOFs_TranslationY;
       creation.mMotionQuality = this.asked.linearCast ? Jolt.EMotionQuality_LinearCast : Jolt.EMotionQuality_Discrete;
       creation.mOverrideMassProperties = Jolt.EOverrideMassProperties_CalculateInertia;
@@ -79,10 +83,44 @@ class JoltWorld {
     });
   }
 
-  addWall({ normal: [nx, ny] }, { point, size }, k) {
+  addWall(wall, extent, k) {
+    const type = isDriven(wall) ? Jolt.EMotionType_Kinematic : Jolt.EMotionType_Static;
+    const [shape, place] = this.shapeOf(wall, extent);
+    const { restitution = this.scene.wall_restitution } = wall;
+    this.addBody(shape, place, type, wall, wallBody(k), (creation) => (creation.mRestitution = restitution));
+  }
+
+  // The shape of a wall, and where its body is.
+  shapeOf(wall, extent) {
+    if (wall.centre_m) return [new Jolt.SphereShape(thicknessOf(this.scene, wall)), wall.centre_m];
+    if (wall.points_m) return [this.capsulesOf(wall), [0, 0]];
+    const { point, size } = wallAt(wall, extent);
+    const [nx, ny] = wall.normal;
+    if (isDriven(wall)) return [this.boxOf(wall.normal, size), point]; // as a plane must stand
     const plane = using(new Jolt.Vec3(nx, ny, 0), (normal) => new Jolt.Plane(normal, 0));
-    const shape = using(plane, (one) => new Jolt.PlaneShape(one, undefined, 2 * size));
-    this.addBody(shape, point, false, wallBody(k), (creation) => (creation.mRestitution = this.scene.wall_restitution));
+    return [using(plane, (one) => new Jolt.PlaneShape(one, undefined, 2 * size)), point];
+  }
+
+  // One compound: by itself, and told to remove inner edges, a disc passes the joints of no other.
+  capsulesOf(wall) {
+    const radius = thicknessOf(this.scene, wall);
+    const parts = barsOf(wall).map(({ middle, half, angle }) => [new Jolt.CapsuleShape(half, radius), middle, angle - Math.PI / 2]);
+    return this.compoundOf(parts);
+  }
+
+  // A box behind its face, which goes through the body's origin.
+  boxOf([nx, ny], size) {
+    const box = using(new Jolt.Vec3(size, size, size), (half) => new Jolt.BoxShape(half, 0));
+    return this.compoundOf([[box, [-nx * size, -ny * size], Math.atan2(ny, nx)]]);
+  }
+
+  compoundOf(parts) {
+    const compound = new Jolt.StaticCompoundShapeSettings();
+    for (const [shape, [x, y], angle] of parts)
+      using(new Jolt.Quat(0, 0, Math.sin(angle / 2), Math.cos(angle / 2)), (turn) =>
+        using(new Jolt.Vec3(x, y, 0), (place) => compound.AddShapeShape(place, turn, shape, 0)),
+      );
+    return compound.Create().Get();
   }
 
   get settings() {
@@ -112,11 +150,12 @@ class JoltWorld {
 
   // It is told of contacts as they are found, at the start of the step or where a cast ends, and not of impulses.
   listen() {
-    const { restitution, wall_restitution } = this.scene;
+    const { restitution, wall_restitution, walls } = this.scene;
+    const ofPair = (body) => (body < 0 ? (walls[wallBody(body)].restitution ?? wall_restitution) : restitution);
     const tell = (first, second, told, settings) => {
       const [a, b] = [this.numbers.get(first), this.numbers.get(second)];
       const normal = Jolt.wrapPointer(told, Jolt.ContactManifold).mWorldSpaceNormal;
-      Jolt.wrapPointer(settings, Jolt.ContactSettings).mCombinedRestitution = a < 0 || b < 0 ? wall_restitution : restitution;
+      Jolt.wrapPointer(settings, Jolt.ContactSettings).mCombinedRestitution = ofPair(Math.min(a, b));
       this.contacts.push(contactOf(a, b, this.clock.now, normal.GetX(), normal.GetY()));
     };
     this.listener = new Jolt.ContactListenerJS();
