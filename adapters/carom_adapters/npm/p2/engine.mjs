@@ -1,6 +1,6 @@
 // p2-es: circles, whose places and velocities are 32-bit numbers.
-import { Body, Broadphase, Circle, ContactMaterial, Material, Plane, World } from "p2-es";
-import { Clock, contactOf, isImmovable, pairOf, serve, wallBody } from "../serve.mjs";
+import { Body, Broadphase, Capsule, Circle, ContactMaterial, Line, Material, Plane, World } from "p2-es";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
 
 const SOLVER = ["iterations", "tolerance"];
 const OF_CONTACTS = ["stiffness", "relaxation", "contactSkinSize"];
@@ -12,8 +12,9 @@ class P2World {
     this.clock = new Clock(settings.dt_s);
     this.world = new World({ gravity: scene.gravity_m_s2, islandSplit: settings.islandSplit });
     for (const name of SOLVER) this.world.solver[name] = settings[name];
-    const [disc, wall] = [new Material(), new Material()];
-    const pairs = [[disc, scene.restitution], [wall, scene.wall_restitution]];
+    const [disc, ...ofWalls] = [new Material(), ...scene.walls.map(() => new Material())];
+    const pairs = [[disc, scene.restitution]];
+    scene.walls.forEach(({ restitution = scene.wall_restitution }, k) => pairs.push([ofWalls[k], restitution]));
     this.materials = pairs.map(([other, restitution]) => {
       const material = new ContactMaterial(disc, other, { friction: 0, restitution });
       for (const name of OF_CONTACTS) material[name] = settings[name];
@@ -22,7 +23,8 @@ class P2World {
     for (const material of this.materials) this.world.addContactMaterial(material);
     this.numbers = new Map();
     this.bodies = scene.discs.map((one, i) => this.addDisc(one, settings, disc, i));
-    scene.walls.forEach((one, k) => this.addWall(one, wall, k));
+    const walls = scene.walls.map((one, k) => this.addWall(one, ofWalls[k], k));
+    this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k])).flat()];
   }
 
   add(body, shape, material, number) {
@@ -36,19 +38,34 @@ class P2World {
   addDisc(disc, settings, material, i) {
     const fixed = isImmovable(disc);
     const body = new Body({
-      mass: fixed ? 0 : disc.mass_kg, // of 0 it is static
+      mass: fixed ? 0 : disc.mass_kg,
       position: disc.position_m,
-      velocity: fixed ? [0, 0] : disc.velocity_m_s,
+      velocity: disc.velocity_m_s,
+      type: disc.driven ? Body.KINEMATIC : fixed ? Body.STATIC : Body.DYNAMIC,
       damping: settings.damping,
       ...Object.fromEntries(OF_BODIES.map((name) => [name, settings[name]])),
     });
     return this.add(body, new Circle({ radius: disc.radius_m }), material, i);
   }
 
-  // A half-plane, whose outside is where the body's y axis points.
-  addWall({ point_m, normal: [nx, ny] }, material, k) {
-    const body = new Body({ position: point_m, angle: Math.atan2(ny, nx) - Math.PI / 2 });
-    return this.add(body, new Plane(), material, wallBody(k));
+  addWall(wall, material, k) {
+    const type = isDriven(wall) ? Body.KINEMATIC : Body.STATIC;
+    return this.partsOf(wall).map(([shape, [x, y], angle]) => {
+      const body = new Body({ type, position: [x, y], angle, velocity: [...velocityOf(wall)], damping: 0 });
+      return this.add(body, shape, material, wallBody(k));
+    });
+  }
+
+  // What a wall is, where, and how it is turned: a half-plane's outside is where y points; of a chain each piece is a line
+  // or a capsule, with a body of its own, since one body bounces once in two steps, whichever shape is met.
+  partsOf(wall) {
+    const { points_m, centre_m, point_m, normal: [nx, ny] = [], half_width_m: halfWidth = 0 } = wall;
+    if (centre_m) return [[new Circle({ radius: thicknessOf(this.scene, wall) }), centre_m, 0]];
+    if (!points_m) return [[new Plane(), point_m, Math.atan2(ny, nx) - Math.PI / 2]];
+    return barsOf(wall).map(({ middle, half, angle }) => {
+      const shape = halfWidth > 0 ? new Capsule({ length: 2 * half, radius: halfWidth }) : new Line({ length: 2 * half });
+      return [shape, middle, angle];
+    });
   }
 
   get settings() {
@@ -76,7 +93,7 @@ class P2World {
     return {
       position_m: this.bodies.map(({ position }) => [...position]),
       velocity_m_s: this.bodies.map(({ velocity }) => [...velocity]),
-      contacts,
+      contacts: summed(contacts),
     };
   }
 
@@ -95,14 +112,14 @@ class P2World {
 
   // Two bodies bounce where the step before had no contact of them, so that contacts are part of a state.
   save() {
-    const states = this.bodies.map(({ position, velocity }) => [...position, ...velocity]);
+    const states = this.moving.map(({ position, velocity }) => [...position, ...velocity]);
     const pairs = this.world.narrowphase.contactEquations.map(({ bodyA, bodyB }) => [bodyA, bodyB].map((body) => body.index));
     return { time: this.clock.now, states, pairs };
   }
 
   restore({ time, states, pairs }) {
     this.clock.restart(time);
-    this.bodies.forEach((body, i) => {
+    this.moving.forEach((body, i) => {
       const [x, y, vx, vy] = states[i];
       [body.position[0], body.position[1], body.velocity[0], body.velocity[1]] = [x, y, vx, vy];
       body.aabbNeedsUpdate = true;
