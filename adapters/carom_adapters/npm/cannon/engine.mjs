@@ -1,6 +1,6 @@
 // cannon-es: spheres held in a plane, with 64-bit numbers.
-import { Body, ContactMaterial, Material, Plane, Sphere, Vec3, World } from "cannon-es";
-import { Clock, contactOf, isImmovable, pairOf, serve, wallBody } from "../serve.mjs";
+import { Body, Box, ContactMaterial, Material, Plane, Quaternion, Sphere, Vec3, World } from "cannon-es";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
 
 const SOLVER = ["iterations", "tolerance"];
 const OF_CONTACTS = ["contactEquationStiffness", "contactEquationRelaxation"];
@@ -13,8 +13,9 @@ class CannonWorld {
     this.world = new World({ gravity: new Vec3(...scene.gravity_m_s2, 0), allowSleep: settings.allowSleep });
     for (const name of SOLVER) this.world.solver[name] = settings[name];
     this.damping = settings.linearDamping;
-    const [disc, wall] = [new Material("disc"), new Material("wall")];
-    const pairs = [[disc, scene.restitution], [wall, scene.wall_restitution]];
+    const [disc, ...ofWalls] = [new Material("disc"), ...scene.walls.map(() => new Material("wall"))];
+    const pairs = [[disc, scene.restitution]];
+    scene.walls.forEach(({ restitution = scene.wall_restitution }, k) => pairs.push([ofWalls[k], restitution]));
     this.materials = pairs.map(([other, restitution]) => {
       const options = Object.fromEntries(OF_CONTACTS.map((name) => [name, settings[name]]));
       return new ContactMaterial(disc, other, { ...options, friction: 0, restitution });
@@ -22,7 +23,8 @@ class CannonWorld {
     for (const material of this.materials) this.world.addContactMaterial(material);
     this.numbers = new Map();
     this.bodies = scene.discs.map((one, i) => this.addDisc(one, disc, i));
-    scene.walls.forEach((one, k) => this.addWall(one, wall, k));
+    const walls = scene.walls.map((one, k) => this.addWall(one, ofWalls[k], k));
+    this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k]))];
   }
 
   add(body, number) {
@@ -34,22 +36,37 @@ class CannonWorld {
   addDisc(disc, material, i) {
     const fixed = isImmovable(disc);
     const body = new Body({
-      mass: fixed ? 0 : disc.mass_kg, // of 0 it is static
+      mass: fixed ? 0 : disc.mass_kg,
+      type: disc.driven ? Body.KINEMATIC : fixed ? Body.STATIC : Body.DYNAMIC,
       material,
       shape: new Sphere(disc.radius_m),
       position: new Vec3(...disc.position_m, 0),
-      velocity: fixed ? new Vec3() : new Vec3(...disc.velocity_m_s, 0),
+      velocity: new Vec3(...disc.velocity_m_s, 0),
       linearDamping: this.damping,
       linearFactor: new Vec3(1, 1, 0),
     });
     return this.add(body, i);
   }
 
-  // A half-space, whose outside is where the body's z axis points.
-  addWall({ point_m, normal }, material, k) {
-    const body = new Body({ mass: 0, material, shape: new Plane(), position: new Vec3(...point_m, 0) });
-    body.quaternion.setFromVectors(new Vec3(0, 0, 1), new Vec3(...normal, 0));
-    this.add(body, wallBody(k));
+  addWall(wall, material, k) {
+    const place = new Vec3(...(wall.point_m ?? wall.centre_m ?? [0, 0]), 0);
+    const type = isDriven(wall) ? Body.KINEMATIC : Body.STATIC;
+    const body = new Body({ mass: 0, type, material, position: place, velocity: new Vec3(...velocityOf(wall), 0) });
+    if (wall.points_m) this.addBars(body, wall);
+    else body.addShape(wall.centre_m ? new Sphere(thicknessOf(this.scene, wall)) : new Plane());
+    // A half-space's outside is where the body's z axis points.
+    if (wall.normal) body.quaternion.setFromVectors(new Vec3(0, 0, 1), new Vec3(...wall.normal, 0));
+    return this.add(body, wallBody(k));
+  }
+
+  // A box for each piece, deeper than a disc, and a ball around each of the wall's points: it has no capsule.
+  addBars(body, wall) {
+    const [radius, depth] = [thicknessOf(this.scene, wall), 2 * Math.max(...this.scene.discs.map((disc) => disc.radius_m))];
+    for (const { middle, half, angle } of barsOf(wall)) {
+      const turn = new Quaternion().setFromAxisAngle(new Vec3(0, 0, 1), angle);
+      body.addShape(new Box(new Vec3(half, radius, depth)), new Vec3(...middle, 0), turn);
+    }
+    for (const point of wall.points_m) body.addShape(new Sphere(radius), new Vec3(...point, 0));
   }
 
   get settings() {
@@ -78,7 +95,7 @@ class CannonWorld {
     return {
       position_m: this.bodies.map(({ position: { x, y } }) => [x, y]),
       velocity_m_s: this.bodies.map(({ velocity: { x, y } }) => [x, y]),
-      contacts,
+      contacts: summed(contacts),
       warning: most > MOST_IMPULSE * (1 - 1e-9) ? `an impulse was cut to ${MOST_IMPULSE} N s` : "",
     };
   }
@@ -96,13 +113,13 @@ class CannonWorld {
   }
 
   save() {
-    const states = this.bodies.map(({ position: p, velocity: v }) => [p.x, p.y, v.x, v.y]);
+    const states = this.moving.map(({ position: p, velocity: v }) => [p.x, p.y, v.x, v.y]);
     return { time: this.clock.now, states };
   }
 
   restore({ time, states }) {
     this.clock.restart(time);
-    this.bodies.forEach((body, i) => {
+    this.moving.forEach((body, i) => {
       const [x, y, vx, vy] = states[i];
       body.position.set(x, y, 0);
       body.velocity.set(vx, vy, 0);
