@@ -15,6 +15,11 @@ ROUNDING_M_S = {
     ("box2d3", "tuned"): 2e-6,
     ("rapier2d", "default"): 2e-6,
     ("rapier2d", "tuned"): 2e-6,
+    ("jolt", "default"): 2e-6,
+    ("jolt", "tuned"): 2e-6,
+    ("p2", "tuned"): 2e-6,
+    ("cannon", "tuned"): 1e-14,
+    ("matter", "tuned"): 1e-13,
 }
 
 
