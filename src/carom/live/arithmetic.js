@@ -85,4 +85,15 @@ export const ldexp = (x, e) => {
   }
   return x * 2 ** e;
 };
+// math.hypot of Python is right to the nearest float or very nearly; that of JavaScript need not be: this one is.
+export const hypot = (x, y) => {
+  if (x === 0 || y === 0) return abs(x) + abs(y);
+  const [a, ar] = twoProd(x, x),
+    [b, br] = twoProd(y, y),
+    [s, sr] = twoSum(a, b),
+    low = sr + (ar + br),
+    h = sqrt(s + low);
+  const [q, qr] = twoProd(h, h);
+  return h + (s - q - qr + low) / (2 * h);
+};
 export { abs, sqrt, max, min, INF };

@@ -1,6 +1,8 @@
-// When a falling disc meets a half-plane or a fixed disc: carom/physics/wall_time_falling.py and pair_time_falling.py.
-import { INF, ldexp, pairProduct, sqrt, twoSum } from "./arithmetic.js";
+// When a falling disc meets a half-plane, a fixed disc, or a feature of a wall: carom/physics/*_falling.py.
+import { INF, abs, ldexp, pairProduct, sqrt, twoSum } from "./arithmetic.js";
 import { discriminantFromGap, exactRoot, quotient } from "./meeting.js";
+import { frac, gcd } from "./rational.js";
+import { across, faceGap, fromPair, fromPoint, isBeforeArc, isBeforeFace, isIn, reachOfArc } from "./touching.js";
 
 export const returnTime = (speed, pull) => quotient([2 * speed[0], 2 * speed[1]], pull);
 export function descentTime(gap, speed, pull) {
@@ -24,50 +26,120 @@ export function descentTime(gap, speed, pull) {
   return quotient([high, low + (speed[1] + (d[0] - sq - sqRest + d[1]) / (2 * root))], pull);
 }
 
-const frac = (x) => {
-  let e = 0;
-  while (x !== Math.floor(x)) {
-    x *= 2;
-    e++;
-  }
-  return [BigInt(x), e];
-}; // n / 2^e
+// Numbers n / 2^e.
 const F = {
   add: ([a, e], [b, f]) => (e >= f ? [a + (b << BigInt(e - f)), e] : [(a << BigInt(f - e)) + b, f]),
   mul: ([a, e], [b, f]) => [a * b, e + f],
   neg: ([a, e]) => [-a, e],
 };
 const sum = (...terms) => terms.reduce(F.add);
-export function encounterTime(disc, fixed, gravity, leaving = null) {
-  const [x, y, ux, uy, radius, fx, fy, fr, ax, ay] = [...disc, ...fixed, ...gravity].map(frac),
-    two = [2n, 0];
-  const px = F.add(x, F.neg(fx)),
-    py = F.add(y, F.neg(fy)),
-    reach = F.add(radius, fr);
-  let gap = sum(F.mul(px, px), F.mul(py, py), F.neg(F.mul(reach, reach)));
-  let opening = F.mul(two, sum(F.mul(px, ux), F.mul(py, uy)));
-  if (leaving !== null) {
-    gap = [0n, 0];
-    opening = F.mul(two, F.mul(reach, frac(leaving)));
-  }
-  if (gap[0] <= 0n) {
-    if (opening[0] < 0n) return 0;
-    gap = [0n, 0];
-  }
-  const [q, qe] = sum(F.mul(ax, ax), F.mul(ay, ay));
-  const powers = [
+const whole = ([high, low]) => F.add(frac(high), frac(low)); // a pair
+const NOTHING = [0n, 0];
+// The squared distance from the origin less that of reach, in powers of time; `leaving` where the two have just touched.
+function squaredGap([px, py], [ux, uy], [ax, ay], reach, leaving) {
+  const two = [2n, 0],
+    [q, qe] = sum(F.mul(ax, ax), F.mul(ay, ay));
+  const [gap, opening] =
+    leaving === null
+      ? [
+          sum(F.mul(px, px), F.mul(py, py), F.neg(F.mul(reach, reach))),
+          F.mul(two, sum(F.mul(px, ux), F.mul(py, uy))),
+        ]
+      : [NOTHING, F.mul(two, F.mul(reach, frac(leaving)))];
+  return [
     gap,
     opening,
     sum(F.mul(ux, ux), F.mul(uy, uy), F.mul(px, ax), F.mul(py, ay)),
     sum(F.mul(ux, ax), F.mul(uy, ay)),
     [q, qe + 2],
   ];
-  while (powers.length && powers[0][0] === 0n) powers.shift();
-  if (!powers.length) return INF;
-  if (powers[0][0] < 0n) return 0;
-  const most = Math.max(...powers.map(([, e]) => e));
-  return firstFallBelowZero(powers.map(([a, e]) => a << BigInt(most - e)));
 }
+// The instants from now on at which a gap closes; 0 where it is closed and does not open.
+function* closings(gap) {
+  const powers = [...gap];
+  while (powers.length && powers[0][0] === 0n) powers.shift();
+  if (!powers.length) return;
+  if (powers[0][0] < 0n && powers.length < gap.length) yield 0;
+  const most = Math.max(...powers.map(([, e]) => e));
+  yield* fallsBelowZero(powers.map(([a, e]) => a << BigInt(most - e)));
+}
+const soonestOf = (times, fits = () => true) => {
+  for (const time of times) if (fits(time)) return time;
+  return INF;
+};
+const closed = (gap) => (gap[0][0] <= 0n ? [NOTHING, ...gap.slice(1)] : gap);
+export function encounterTime(disc, fixed, gravity, leaving = null) {
+  const [x, y, ux, uy, radius, fx, fy, fr, ax, ay] = [...disc, ...fixed, ...gravity].map(frac),
+    place = [F.add(x, F.neg(fx)), F.add(y, F.neg(fy))];
+  return soonestOf(closings(closed(squaredGap(place, [ux, uy], [ax, ay], F.add(radius, fr), leaving))));
+}
+
+// --- features of walls ---
+function gapFrom(disc, centre, reach, gravity, leaving) {
+  const place = [disc.x, disc.y].map((x, k) => F.add(whole(x), F.neg(whole(centre[k]))));
+  return squaredGap(place, [whole(disc.ux), whole(disc.uy)], gravity.map(frac), whole(reach), leaving);
+}
+function vertexFalling(disc, { at, halfWidth }, gravity, leaving) {
+  const centre = at.map((x) => [x, 0]);
+  return soonestOf(closings(closed(gapFrom(disc, centre, twoSum(disc.radius, halfWidth), gravity, leaving))));
+}
+function arcFalling(disc, arc, gravity, leaving) {
+  const reach = reachOfArc(disc, arc);
+  if (!(reach[0] > 0)) return INF;
+  let gap = gapFrom(disc, arc.centre, reach, gravity, leaving);
+  if (arc.inside) gap = gap.map((power, k) => (k === 1 && leaving !== null ? power : F.neg(power)));
+  if (gap[0][0] <= 0n && isBeforeArc(disc, arc)) gap = closed(gap);
+  return soonestOf(closings(gap), (time) => isInSectorAt(time, disc, arc, gravity));
+}
+function isInSectorAt(time, disc, { sector, centre }, gravity) {
+  if (sector === null) return true;
+  const [[px, movedX], [py, movedY]] = [disc.x, disc.y].map((x, k) =>
+    fallen(fromPair(x, centre[k]), [disc.ux, disc.uy][k], gravity[k], time),
+  );
+  return isIn(sector, px, py, movedX, movedY);
+}
+function fallen(x, u, g, time) {
+  const straight = time * u[0],
+    down = 0.5 * g * time * time,
+    [high, low] = twoSum(x[0], straight + down);
+  return [twoSum(high, low + x[1]), abs(straight) + abs(down)];
+}
+function faceFalling(disc, face, gravity, leaving) {
+  const [ex, ey] = face.along,
+    pull = across(ex, ey, [gravity[0], 0], [gravity[1], 0]);
+  if (leaving !== null) {
+    if (!(pull[0] < 0)) return INF;
+    const wait = returnTime(pairProduct([leaving, 0], face.length), pull);
+    return footIsOn(disc, face, wait, gravity) ? wait : INF;
+  }
+  const gap = faceGap(disc, face),
+    speed = across(ex, ey, disc.ux, disc.uy);
+  if (gap[0] <= 0) {
+    if (isBeforeFace(disc, face)) return descentTime(gap, speed, pull);
+    if (!(speed[0] > 0) || !(pull[0] < 0)) return INF;
+    if (!(discriminantFromGap(speed, [2 * gap[0], 2 * gap[1]], pull)[0] > 0)) return INF;
+  }
+  const wait = descentTime(gap, speed, pull);
+  return wait < INF && footIsOn(disc, face, wait, gravity) ? wait : INF;
+}
+function footIsOn(disc, { a, b, along: [[ex], [ey]] }, time, [gx, gy]) {
+  const movedX = time * (disc.ux[0] + 0.5 * gx * time),
+    movedY = time * (disc.uy[0] + 0.5 * gy * time),
+    along = (end) => ex * (fromPoint(disc.x, end[0])[0] + movedX) + ey * (fromPoint(disc.y, end[1])[0] + movedY);
+  return along(a) >= 0 && 0 >= along(b);
+}
+// When a falling disc meets a wall, and which feature of it; it has left the last one at `leaving` along the normal.
+export function firstFeatureFalling(disc, features, gravity, last, leaving) {
+  let least = { time: INF, feature: null, glides: false };
+  for (const feature of features) {
+    const when = { face: faceFalling, vertex: vertexFalling, arc: arcFalling }[feature.kind],
+      time = when(disc, feature, gravity, feature === last ? leaving : null);
+    if (time < least.time) least = { time, feature, glides: false };
+  }
+  return least;
+}
+
+// --- roots of polynomials, exactly ---
 const at = (p, t, scale) => {
   let v = p[p.length - 1],
     shift = 0n;
@@ -82,12 +154,6 @@ const changes = (values) => {
   let n = 0;
   for (let k = 1; k < s.length; k++) n += s[k] !== s[k - 1];
   return n;
-};
-const gcd = (a, b) => {
-  a = a < 0n ? -a : a;
-  b = b < 0n ? -b : b;
-  while (b) [a, b] = [b, a % b];
-  return a;
 };
 const negativeRemainder = (a, b) => {
   let rest = [...a];
@@ -104,10 +170,11 @@ const negativeRemainder = (a, b) => {
     while (rest.length && rest[rest.length - 1] === 0n) rest.pop();
   }
   const common = rest.length ? rest.reduce(gcd) : 1n,
-    whole = common < 0n ? -common : common;
-  return rest.map((c) => -c / whole);
+    most = common < 0n ? -common : common;
+  return rest.map((c) => -c / most);
 };
-export function firstFallBelowZero(polynomial) {
+// The instants after now at which a polynomial, which is not 0 now, turns negative.
+function* fallsBelowZero(polynomial) {
   const p = [...polynomial];
   while (p[p.length - 1] === 0n) p.pop();
   const chain = [p, p.map((c, k) => BigInt(k) * c).slice(1)];
@@ -117,43 +184,30 @@ export function firstFallBelowZero(polynomial) {
     chain.push(rest);
   }
   const sturm = chain.filter((q) => q.length),
-    count = (t, scale) => changes(sturm.map((q) => at(q, t, scale)));
-  const atInfinity = changes(sturm.map((q) => q[q.length - 1]));
+    count = (t, scale) => changes(sturm.map((q) => at(q, t, scale))),
+    atInfinity = changes(sturm.map((q) => q[q.length - 1]));
   let before = changes(sturm.map((q) => q[0])),
     low = 0n,
     high = 1n,
     scale = 0;
-  if (before === atInfinity) return INF;
-  while (count(high, scale) === before || at(p, high, scale) === 0n) high *= 2n;
-  for (;;) {
-    const now = count(high, scale);
-    if (before - now === 1 && at(p, high, scale) < 0n) break;
-    if (before - now <= 1) {
-      if (now === atInfinity) return INF;
-      const width = high - low;
-      low = high;
-      before = now;
-      high = high + (width > 1n ? width : 1n);
-      while (at(p, high, scale) === 0n) high += 1n;
-      continue;
+  while (before !== atInfinity) {
+    while (count(high, scale) === before || at(p, high, scale) === 0n) high *= 2n;
+    let now;
+    while (before - (now = count(high, scale)) > 1) {
+      [low, high, scale] = [2n * low, 2n * high, scale + 1];
+      let middle = (low + high) / 2n;
+      while (at(p, middle, scale) === 0n)
+        [low, high, middle, scale] = [2n * low, 2n * high, 2n * middle + 1n, scale + 1];
+      if (count(middle, scale) === before) low = middle;
+      else high = middle;
     }
-    low *= 2n;
-    high *= 2n;
-    scale++;
-    let middle = (low + high) / 2n;
-    while (at(p, middle, scale) === 0n) {
-      low *= 2n;
-      high *= 2n;
-      middle = 2n * middle + 1n;
-      scale++;
-    }
-    if (count(middle, scale) === before) low = middle;
-    else high = middle;
+    if (at(p, low, scale) > 0n && 0n > at(p, high, scale)) yield bisected(p, low, high, scale);
+    [low, before, high] = [high, now, 2n * high];
   }
+}
+function bisected(p, low, high, scale) {
   while ((high - low) << 55n > high) {
-    low *= 2n;
-    high *= 2n;
-    scale++;
+    [low, high, scale] = [2n * low, 2n * high, scale + 1];
     const middle = (low + high) / 2n;
     if (at(p, middle, scale) < 0n) high = middle;
     else low = middle;

@@ -1,92 +1,112 @@
 // PIC and PIT without gravity: carom/solvers/plain/run.py and carom/solvers/pit.
 import { INF, max, min } from "./arithmetic.js";
 import { Bodies, num, wallBody } from "./bodies.js";
+import { isAfter, later } from "./instants.js";
+import { frac } from "./rational.js";
+import { Squeezes } from "./squeeze.js";
 
 // carom.solvers.plain.run: every two bodies are solved for, and the earliest impact is carried out.
 const EPOCH_IMPACTS = 32;
-export const standstillImpacts = (bodies) => min(100 * bodies ** 2, 10_000_000 + Math.floor(bodies ** 2 / 2));
-export function solvePic(scene, maxImpacts = INF) {
-  const b = new Bodies(scene),
-    n = b.n,
-    K = b.walls.length,
-    width = K + n,
-    end = scene.duration_s;
-  const times = new Float64Array(n * width).fill(INF),
-    impacts = [];
-  let now = 0,
-    reported = 0,
-    atInstant = 0,
-    outcome = "completed";
-  const predict = (disc, skip) => {
-    for (let k = 0; k < K; k++) times[disc * width + K + wallBody(k)] = b.wallImpactTime(disc, k);
-    for (let o = 0; o < n; o++)
-      if (!skip.includes(o)) {
-        const i = min(disc, o),
-          j = max(disc, o);
-        times[i * width + K + j] = b.pairImpactTime(i, j);
-      }
-  };
-  for (let i = 0; i < n; i++)
-    predict(
-      i,
-      Array.from({ length: i + 1 }, (_, k) => k),
-    );
-  for (;;) {
-    let at = 0;
-    for (let k = 1; k < times.length; k++) if (times[k] < times[at]) at = k;
-    const time = times[at],
-      first = Math.floor(at / width),
-      second = (at % width) - K;
-    if (atInstant > standstillImpacts(n + K)) {
-      outcome = "standstill";
-      break;
-    }
-    if (time === INF || max(reported, b.sinceStart(time)) > end) break;
-    if (impacts.length >= maxImpacts) {
-      outcome = "max_impacts";
-      break;
-    }
-    if (time > now) {
-      now = time;
-      atInstant = 0;
-    }
-    reported = max(reported, b.sinceStart(now));
-    atInstant++;
-    let moved = (second >= 0 ? [first, second] : [first]).filter((d) => b.inverseMass[d] > 0);
-    impacts.push({ ...b.collide(first, second, now), time_s: reported });
-    if (impacts.length % (EPOCH_IMPACTS * n) === 0) {
-      b.beginEpoch(now);
-      now = 0;
-      moved = Array.from({ length: n }, (_, k) => k);
-    }
-    moved.forEach((disc, done) => predict(disc, moved.slice(0, done + 1)));
+const standstillImpacts = (bodies) => min(100 * bodies ** 2, 10_000_000 + Math.floor(bodies ** 2 / 2));
+
+export class AllPairs {
+  constructor(scene, bodies = new Bodies(scene), epochImpacts = EPOCH_IMPACTS) {
+    const walls = bodies.planes.length;
+    Object.assign(this, { bodies, walls, epochImpacts, end: scene.duration_s, outcome: null, impacts: [] });
+    this.now = [0, 0]; // of the last impact, since the epoch
+    this.reported = 0; // since the start
+    this.atInstant = 0;
+    this.standstill = standstillImpacts(bodies.n + walls);
+    this.squeezes = bodies.drive.some((drive) => drive) ? new Squeezes(bodies, this.standstill) : null;
+    // Row i holds when disc i meets the last wall, ..., the first, disc 0, ..., the last, each pair once.
+    this.width = walls + bodies.n;
+    this.heads = new Float64Array(bodies.n * this.width).fill(INF);
+    this.rests = new Float64Array(bodies.n * this.width);
   }
-  const until = outcome === "completed" ? end : reported;
-  return {
-    impacts,
-    outcome,
-    end_s: until,
-    positions: b.positionsAt(b.sinceEpoch(until)),
-    velocities: b.velocities(),
-    spins: b.turns ? [...b.spin] : null,
-  };
+  begin() {
+    for (let i = 0; i < this.bodies.n; i++) this.predict(i, (other) => other > i);
+  }
+  predict(disc, asked) {
+    for (let k = 0; k < this.walls; k++) this.expect(disc, wallBody(k));
+    for (let o = 0; o < this.bodies.n; o++)
+      if (o !== disc && asked(o)) this.expect(min(disc, o), max(disc, o));
+  }
+  expect(first, second) {
+    const b = this.bodies;
+    this.keep(first, second, second < 0 ? b.nextWallImpact(first, -1 - second) : b.nextPairImpact(first, second));
+  }
+  keep(first, second, [head, rest]) {
+    const at = first * this.width + this.walls + second;
+    this.heads[at] = head;
+    this.rests[at] = rest;
+  }
+  next() {
+    const { heads, rests } = this;
+    let at = 0;
+    for (let k = 1; k < heads.length; k++)
+      if (heads[k] < heads[at] || (heads[k] === heads[at] && rests[k] < rests[at])) at = k;
+    return [[heads[at], rests[at]], Math.floor(at / this.width), (at % this.width) - this.walls];
+  }
+  sinceStart(t) {
+    return max(this.reported, this.bodies.sinceStart(t));
+  }
+  run(maxImpacts) {
+    this.begin();
+    while (this.outcome === null) {
+      const [instant, first, second] = this.next();
+      if (this.atInstant > this.standstill) this.outcome = "standstill";
+      else if (instant[0] === INF || isAfter([this.sinceStart(instant[0]), instant[1]], [this.end, 0]))
+        this.outcome = "completed";
+      else if (this.impacts.length >= maxImpacts) this.outcome = "max_impacts";
+      else this.carryOut(first, second, instant);
+    }
+    return this.ended(this.outcome === "completed" ? this.end : this.reported);
+  }
+  ended(until) {
+    const { impacts, outcome, bodies } = this;
+    return { impacts, outcome, end_s: until, modes: null, ...bodies.allAt([bodies.sinceEpoch(until), 0]) };
+  }
+  carryOut(first, second, instant) {
+    const b = this.bodies;
+    if (instant[0] > this.now[0]) this.atInstant = 0;
+    this.now = later(this.now, instant);
+    this.reported = this.sinceStart(this.now[0]);
+    let moved = (second >= 0 ? [first, second] : [first]).filter((d) => b.inverseMass[d] > 0);
+    const record = this.collide(first, second, moved);
+    if (record === null) return;
+    this.atInstant++;
+    this.impacts.push({ ...record, time_s: this.reported });
+    this.recorded();
+    if (this.squeezes)
+      for (const disc of moved)
+        if (b.sinceStart(this.squeezes.struck(disc, second < 0 ? -1 - second : null)) <= this.end)
+          this.outcome = "crushed";
+    if (this.outcome !== null) return;
+    if (this.impacts.length % (this.epochImpacts * b.n) === 0) {
+      b.beginEpoch(this.now[0]);
+      this.now = [0, 0];
+      moved = Array.from({ length: b.n }, (_, k) => k);
+    }
+    moved.forEach((disc, done) => this.predict(disc, (other) => !moved.slice(0, done + 1).includes(other)));
+  }
+  recorded() {}
+  collide(first, second) {
+    if (second < 0 && this.bodies.glides(first, -1 - second)) {
+      this.outcome = "glides";
+      return null;
+    }
+    return this.bodies.collide(first, second, this.now[0]);
+  }
 }
+export const solvePic = (scene, maxImpacts = INF) => new AllPairs(scene).run(maxImpacts);
 
 // Looks once a frame: frame k at (k + phase) / rate. Carom's PIT has phase 0.
 export function framesBefore(duration, dt) {
   // carom.scene.steps_to_cover, in whole numbers
-  const ratio = (x) => {
-    let e = 0;
-    while (x !== Math.floor(x)) {
-      x *= 2;
-      e++;
-    }
-    return [BigInt(x), 1n << BigInt(e)];
-  };
-  const [a, bb] = ratio(duration),
-    [c, d] = ratio(dt),
-    whole = a * d,
-    part = bb * c,
+  const [a, e] = frac(duration),
+    [c, f] = frac(dt),
+    whole = a << BigInt(f),
+    part = c << BigInt(e),
     nearest = (2n * whole + part) / (2n * part);
   let off = whole - nearest * part;
   if (off < 0n) off = -off;
@@ -99,7 +119,11 @@ export function solvePit(scene, rate = num(scene.frame_rate_hz, 60), { phase = 0
     frames = phase ? Math.ceil(scene.duration_s * rate - phase) : framesBefore(scene.duration_s, 1 / rate);
   for (let frame = 0; frame < frames; frame++) {
     const t = phase ? (frame + phase) / rate : frame / rate;
-    if (frame > 0 || phase) for (let i = 0; i < n; i++) b.moveTo(i, t);
+    if (frame > 0 || phase)
+      for (let i = 0; i < n; i++) {
+        b.forgetEndedLeg(i, t);
+        b.moveTo(i, t);
+      }
     for (let i = 0; i < n; i++)
       for (let j = i + 1; j < n; j++)
         if (b.pairApproachesAndOverlaps(i, j) && !b.areParting(i, j)) {
@@ -108,19 +132,13 @@ export function solvePit(scene, rate = num(scene.frame_rate_hz, 60), { phase = 0
           b.lastPartner[j] = i;
         }
     for (let i = 0; i < n; i++)
-      for (let k = 0; k < b.walls.length; k++)
+      for (let k = 0; k < b.planes.length; k++)
         if (b.wallApproachesAndOverlaps(i, k) && !b.areParting(i, wallBody(k))) {
+          b.find(i, k);
           impacts.push(b.collideWall(i, k));
           b.lastPartner[i] = wallBody(k);
         }
   }
-  return {
-    impacts,
-    outcome: "completed",
-    end_s: scene.duration_s,
-    frames,
-    positions: b.positionsAt(scene.duration_s),
-    velocities: b.velocities(),
-    spins: b.turns ? [...b.spin] : null,
-  };
+  const end_s = scene.duration_s;
+  return { impacts, outcome: "completed", end_s, frames, modes: null, ...b.allAt([end_s, 0]) };
 }

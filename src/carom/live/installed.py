@@ -11,6 +11,7 @@ from carom.live.linked import PageEngine, page_engine
 from carom.live.packages import PACKAGES
 from carom.program.adapter import ProgramAdapter
 from carom.registry import load_adapter, require_named
+from carom.scene import Need
 
 __all__ = ["DEFAULT_ENGINES", "page_engines"]
 
@@ -33,10 +34,16 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
         engine = page_engine(name, Path(adapter.folder) / "engine.toml")
         if engine is not None:
             has = adapter.capabilities
-            lacks = tuple(
-                name for name, there in (("spin", has.spin), ("friction", has.friction[1] > 0.0)) if not there
-            )
-            found.append(replace(engine, lacks=lacks))
+            needed = {
+                Need.SPIN: has.spin,
+                Need.FRICTION: has.friction[1] > 0.0,
+                Need.SEGMENTS: has.segments,
+                Need.ARCS: has.arcs,
+                Need.WALL_MATERIALS: has.wall_materials,
+                Need.DRIVEN_WALLS: has.driven_walls,
+                Need.DRIVEN_DISCS: has.driven_discs,
+            }
+            found.append(replace(engine, lacks=tuple(need.value for need, there in needed.items() if not there)))
         elif required:
             raise InputError(f"{name} is not installed: {adapter.manifest.install}")
     return found

@@ -34,7 +34,7 @@ class PageEngine:
         script: What the page runs.
         licence: The text of the package's licence, which goes where the package goes.
         wasm: Whether it needs WebAssembly.
-        lacks: Which of spin and friction it does not have.
+        lacks: Which of what a scene of the page may need it does not have.
     """
 
     name: str

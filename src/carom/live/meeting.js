@@ -17,9 +17,9 @@ import {
 } from "./arithmetic.js";
 
 // The bounds of errors, and what is negligible beside them, are those of the Python modules, which say why.
-const ERROR = 2 ** -50,
-  NEGLIGIBLE = 2 ** -900,
-  GRID = 2 ** 28;
+export const ERROR = 2 ** -50;
+export const NEGLIGIBLE = 2 ** -900;
+const GRID = 2 ** 28;
 const approach = (dx, dy, ux, uy) => {
   const x = dx * ux,
     y = dy * uy;
@@ -34,17 +34,18 @@ const discriminant = (dx, dy, ux, uy, reach) => {
   return [largest - cross * cross, 2 * ERROR * ((abs(cross) + ERROR * across) * across + largest) + NEGLIGIBLE];
 };
 export function pairTime(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2) {
-  const dx = x2 - x1,
-    dy = y2 - y1,
-    ux = vx2 - vx1,
-    uy = vy2 - vy1,
-    reach = r1 + r2;
+  const seen = () => [twoDiff(x2, x1), twoDiff(y2, y1), twoDiff(vx2, vx1), twoDiff(vy2, vy1), twoSum(r1, r2)];
+  return soonest(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2, seen);
+}
+// Of two circles whose place, velocity and reach are pairs.
+export const meetingTime = (e) => soonest(...e.map(([high]) => high), () => e);
+function soonest(dx, dy, ux, uy, reach, seen) {
   const [b, bError] = approach(dx, dy, ux, uy);
   if (b > bError) return INF;
   const [d, dError] = discriminant(dx, dy, ux, uy, reach);
   if (d < -dError) return INF;
-  const e = [twoDiff(x2, x1), twoDiff(y2, y1), twoDiff(vx2, vx1), twoDiff(vy2, vy1), twoSum(r1, r2)];
-  const c = dx * dx + dy * dy - reach * reach;
+  const e = seen(),
+    c = dx * dx + dy * dy - reach * reach;
   if (b < 0 && c > 0 && d > 0) {
     const root = refined(c / (sqrt(d) - b), e);
     if (root !== null) return root;
@@ -88,24 +89,29 @@ function refined(near, [x, y, ux, uy, [radius, radiusRest]]) {
   return certain ? near + 0.5 * step * (1 + bend * (0.25 + 0.125 * bend)) : null;
 }
 const scaled = (p, e) => [ldexp(p[0], e), ldexp(p[1], e)];
-const square = (p, sign = 1) => [
+export const square = (p, sign = 1) => [
   [p[0], sign * p[0]],
   [2 * p[0], sign * p[1]],
   [p[1], sign * p[1]],
 ];
-const products = (p, q) => [
+export const products = (p, q) => [
   [p[0], q[0]],
   [p[0], q[1]],
   [p[1], q[0]],
   [p[1], q[1]],
 ];
-const DOUBTFUL_SUM = 2 ** -140,
-  DOUBTFUL_DISCRIMINANT = 2 ** -90;
+const DOUBTFUL_SUM = 2 ** -140;
+export const DOUBTFUL_DISCRIMINANT = 2 ** -90;
 // By how much the square of a distance is beyond that of the reach.
 export function excess(x, y, reach) {
   const c = sumOfProducts([...square(x), ...square(y), ...square(reach, -1)]);
   if (!(abs(c[0]) <= DOUBTFUL_SUM * (reach[0] * reach[0]))) return c;
   return exactSum([...exactProducts(x, x), ...exactProducts(y, y), ...exactProducts(reach, reach, -1)]);
+}
+export function innerProduct(x, y, ux, uy) {
+  const b = sumOfProducts([...products(x, ux), ...products(y, uy)]);
+  if (!(abs(b[0]) <= DOUBTFUL_SUM * (abs(x[0] * ux[0]) + abs(y[0] * uy[0])))) return b;
+  return exactSum([...exactProducts(x, ux), ...exactProducts(y, uy)]);
 }
 export function exactPairTime(e) {
   let [x, y, ux, uy, reach] = e;
@@ -115,35 +121,30 @@ export function exactPairTime(e) {
     pace = exponent(fastest);
   [x, y, reach] = [x, y, reach].map((p) => scaled(p, -length));
   [ux, uy] = [ux, uy].map((p) => scaled(p, -pace));
-  let b = sumOfProducts([...products(x, ux), ...products(y, uy)]);
-  if (abs(b[0]) <= DOUBTFUL_SUM * (abs(x[0] * ux[0]) + abs(y[0] * uy[0])))
-    b = exactSum([...exactProducts(x, ux), ...exactProducts(y, uy)]);
+  const b = innerProduct(x, y, ux, uy);
   if (!(b[0] < 0) && !(b[0] === 0 && x[0] * e[2][0] + y[0] * e[3][0] < 0)) return INF;
   const c = excess(x, y, reach);
   if (c[0] <= 0) return 0;
-  const a = sumOfProducts([...square(ux), ...square(uy)]);
-  const largest = a[0] * (reach[0] * reach[0]),
+  const a = sumOfProducts([...square(ux), ...square(uy)]),
+    largest = a[0] * (reach[0] * reach[0]),
     b2 = b[0] * b[0];
-  let d, terms;
-  if (b2 < largest) {
-    d = discriminantFromGap(b, c, a);
-    terms = b2;
-  } else {
-    const cross = sumOfProducts([...products(x, uy), ...products([-y[0], -y[1]], ux)]);
-    const [sq, rest] = pairProduct(cross, cross),
-      [lg, lgRest] = pairProduct(a, pairProduct(reach, reach));
-    const [high, low] = twoDiff(lg, sq);
-    d = twoSum(high, low + (lgRest - rest));
-    terms = largest;
-  }
-  if (abs(d[0]) <= DOUBTFUL_DISCRIMINANT * terms) {
-    const a2 = [...exactProducts(ux, ux), ...exactProducts(uy, uy)],
-      cr = [...exactProducts(x, uy), ...exactProducts(y, ux, -1)];
-    d = exactSum([...exactProducts(a2, exactProducts(reach, reach)), ...exactProducts(cr, cr, -1)]);
-  }
+  let d = b2 < largest ? discriminantFromGap(b, c, a) : discriminantFromMiss(x, y, ux, uy, reach, a);
+  if (abs(d[0]) <= DOUBTFUL_DISCRIMINANT * (b2 < largest ? b2 : largest)) d = exactDiscriminant(x, y, ux, uy, reach);
   if (!(d[0] > 0)) return INF;
   const root = exactRoot(b, c, d, sqrt(d[0]));
   return exponent(root) + length - pace > 1024 ? INF : ldexp(root, length - pace);
+}
+export function discriminantFromMiss(x, y, ux, uy, reach, a) {
+  const passed = sumOfProducts([...products(x, uy), ...products([-y[0], -y[1]], ux)]),
+    [sq, rest] = pairProduct(passed, passed),
+    [lg, lgRest] = pairProduct(a, pairProduct(reach, reach)),
+    [high, low] = twoDiff(lg, sq);
+  return twoSum(high, low + (lgRest - rest));
+}
+export function exactDiscriminant(x, y, ux, uy, reach) {
+  const a = [...exactProducts(ux, ux), ...exactProducts(uy, uy)],
+    passed = [...exactProducts(x, uy), ...exactProducts(y, ux, -1)];
+  return exactSum([...exactProducts(a, exactProducts(reach, reach)), ...exactProducts(passed, passed, -1)]);
 }
 export function discriminantFromGap(b, c, a) {
   const [sq, rest] = twoProd(b[0], b[0]),

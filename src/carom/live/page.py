@@ -13,7 +13,7 @@ from pathlib import Path
 
 from carom.errors import InputError
 from carom.live.linked import PageEngine
-from carom.scene import Scene, Wall
+from carom.scene import Scene
 from carom.scenes import all_scenes
 
 __all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "beyond_page", "page_html", "page_script", "with_gallery"]
@@ -21,14 +21,27 @@ __all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "beyond_page", "page_h
 SOURCES = Path(__file__).parent
 #: The modules of the page, each after those that it imports.
 MODULES = (
-    *("arithmetic", "meeting", "bodies", "flying", "encounter", "falling", "index", "stage", "scene", "compare"),
+    *("arithmetic", "rational", "meeting", "outline", "features", "touching", "finite", "driving", "bodies"),
+    *(
+        "squeeze",
+        "instants",
+        "flying",
+        "encounter",
+        "contacts",
+        "ambiguity",
+        "falling",
+        "index",
+        "stage",
+        "scene",
+        "compare",
+    ),
     *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
 MOST_DISCS = 10
 #: Scenes of the catalogue that a reader is led to, the first of them being shown.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
-    *("classics/cradle-gaps", "classics/galperin-100", "gravity/falling-pair", "spin/throw-stick"),
+    *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
 )
 _IMPORT = re.compile(r"^import (?:\{[^}]*\} from )?\"\./\w+\.js\";\n", re.MULTILINE)
 _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
@@ -83,15 +96,7 @@ def beyond_page(scene: Scene) -> str:
     """Return what of a scene the page does not show, as a sentence's end; empty where it shows all, numbers aside."""
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
-    if any(not isinstance(wall, Wall) or not wall.restitution is wall.friction is None for wall in scene.walls):
-        return f"the page shows half-planes of one material alone; {scene.name} has other walls"
-    if scene.arrays.driven:
-        return f"the page shows no driven bodies; {scene.name} has some"
-    laws = (
-        ("damping", scene.damping_per_s),
-        ("rolling resistance", scene.wall_rolling_resistance),
-        ("table that slows discs down", scene.table_deceleration_m_s2),
-    )
+    laws = (("damping", scene.damping_per_s), ("table that slows discs down", scene.table_deceleration_m_s2))
     return next((f"the page shows no {law}; {scene.name} has some" for law, value in laws if value), "")
 
 

@@ -2,25 +2,50 @@
 import { head, extent, reachOf } from "./edits.js";
 import { chart, left, line, right, time } from "./layout.js";
 import { drawChart, drawLine } from "./charts.js";
-import { isFixed } from "./scene.js";
+import { isFixed, outlineOf } from "./scene.js";
 import { angleAt, digits, placeAt } from "./stage.js";
 import { state } from "./state.js";
 
 const pulls = () => state.scene.discs.map((d) => (isFixed(d) ? [0, 0] : state.scene.gravity_m_s2));
+// Points of a polyline that shows a finite wall, an arc in this many parts for a whole turn.
+const ARC_PARTS = 96,
+  drawnLines = new WeakMap();
+function linesOf(wall) {
+  if (!drawnLines.has(wall)) drawnLines.set(wall, outlineOf(wall).stretches.flatMap(lineOf));
+  return drawnLines.get(wall);
+}
+function lineOf({ edge: { a, b, bulge }, centre, radius }) {
+  if (centre === null) return [a, b];
+  const whole = a[0] === b[0] && a[1] === b[1],
+    turn = whole ? 2 * Math.PI : 4 * Math.atan(bulge),
+    parts = Math.max(1, Math.ceil((Math.abs(turn) / (2 * Math.PI)) * ARC_PARTS)),
+    from = Math.atan2(a[1] - centre[1], a[0] - centre[0]);
+  const at = (k) => from + (turn * k) / parts,
+    rim = (angle) => [centre[0] + radius * Math.cos(angle), centre[1] + radius * Math.sin(angle)];
+  return [a, ...Array.from({ length: parts - 1 }, (_, k) => rim(at(k + 1))), b];
+}
+const drawnWall = (wall) => ({
+  ...wall,
+  ...(wall.normal ? {} : { line: linesOf(wall), half_width: wall.half_width_m ?? 0 }),
+  velocity: wall.velocity_m_s,
+});
 function bounds() {
   const { discs, walls: ws } = state.scene,
-    places = discs.flatMap((d) => [d.position_m, head(d)]);
+    met = ws.length ? (state.truth?.impacts[0]?.at ?? []) : [], // where a wall is met, which may be far off
+    places = [...discs.flatMap((d) => [d.position_m, head(d)]), ...met];
   const [l, b, r, t] = extent(places),
     size = Math.max(r - l, t - b, 4 * reachOf(discs)),
     m = 0.25 * size;
   const inside = ([x, y]) => [Math.max(l - m, Math.min(r + m, x)), Math.max(b - m, Math.min(t + m, y))];
   const paths = state.truth ? state.truth.tracks.flatMap(([, xs, ys]) => xs.map((x, k) => inside([x, ys[k]]))) : [];
-  const near = ws.flatMap(({ point_m: [px, py], normal: [nx, ny] }) =>
-    discs.map(({ position_m: [x, y] }) => {
+  const near = ws.flatMap((wall) => {
+    if (!wall.normal) return linesOf(wall).map(inside);
+    const [[px, py], [nx, ny]] = [wall.point_m, wall.normal];
+    return discs.map(({ position_m: [x, y] }) => {
       const gap = (x - px) * nx + (y - py) * ny;
       return inside([x - gap * nx, y - gap * ny]);
-    }),
-  );
+    });
+  });
   const whole = extent([...places, ...paths, ...near]),
     edge = 1.15 * reachOf(discs);
   return [whole[0] - edge, whole[1] - edge, whole[2] + edge, whole[3] + edge];
@@ -47,7 +72,7 @@ function drawRun(stage, run) {
     ghost = stage.colour("--ghost");
   const place = (i) => placeAt(run.tracks[i], own[i], now),
     looked = (Math.floor(now * s.frame_rate_hz - s.phase) + s.phase) / s.frame_rate_hz;
-  stage.walls(s.walls);
+  stage.walls(s.walls.map(drawnWall), now);
   s.discs.forEach((d, i) => {
     const hue = stage.hue(s, i);
     if (run !== truth) stage.path(truth.tracks[i], pull[i], ghost, 0, truth.end_s, { width: 1, alpha: 0.5 });

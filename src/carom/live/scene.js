@@ -1,8 +1,10 @@
 // The scene of the page: what may be asked of it, as a link, and as a file that `carom run` takes.
 import { refused } from "./index.js";
+import { Outline } from "./outline.js";
 
-export const MOST_DISCS = 10,
-  MOST_WALLS = 8;
+export const MOST_DISCS = 10;
+const MOST_WALLS = 8,
+  MOST_POINTS = 40; // of a wall
 const LAWS = [
   "restitution",
   "wall_restitution",
@@ -33,6 +35,8 @@ const RANGES = {
   phase: [0, 0.999],
   duration: [1e-3, 60],
   gravity: [-1e3, 1e3],
+  width: [0, 1e3],
+  bulge: [-1e3, 1e3],
   restitution: [0, 1],
   wall_restitution: [0, 1],
   friction: [0, 100],
@@ -52,25 +56,58 @@ const list = (value, what, least, most) => {
   return value;
 };
 
+const vector = (kind, value) => list(value, "coordinates", 2, 2).map((x) => checked(kind, x));
+const whether = (value) => {
+  if (typeof value !== "boolean") throw new RangeError("closed, solid and driven are true or false");
+  return value;
+};
+// What each field of a wall must be, in the order in which a link has them.
+const OF_WALL = {
+  point_m: (v) => vector("position", v),
+  normal: (v) => vector("tangential_restitution", v),
+  points_m: (v) => list(v, "points of a wall", 2, MOST_POINTS).map((point) => vector("position", point)),
+  bulges: (v) => list(v, "bulges of a wall", 0, MOST_POINTS).map((bulge) => checked("bulge", bulge)),
+  closed: whether,
+  solid: whether,
+  centre_m: (v) => vector("position", v),
+  radius_m: (v) => checked("width", v),
+  half_width_m: (v) => checked("width", v),
+  restitution: (v) => checked("wall_restitution", v),
+  friction: (v) => checked("wall_friction", v),
+  velocity_m_s: (v) => vector("speed", v),
+};
+const FIELDS_OF_WALL = Object.keys(OF_WALL);
+function asPageWall(given) {
+  const had = FIELDS_OF_WALL.filter((name) => given[name] !== undefined && given[name] !== null),
+    wall = Object.fromEntries(had.map((name) => [name, OF_WALL[name](given[name])]));
+  const { point_m, normal, points_m, bulges, closed, centre_m, radius_m } = wall;
+  if ([point_m && normal, points_m, centre_m && radius_m !== undefined].filter((kind) => kind).length !== 1)
+    throw new RangeError("a wall has a point and a normal, or points, or a centre and a radius");
+  if (normal && !(Math.abs(Math.hypot(...normal) - 1) < 1e-9))
+    throw new RangeError("the normal of a wall must be of length 1");
+  if (points_m?.some(([x, y], k) => (closed || k) && points_m.at(k - 1)[0] === x && points_m.at(k - 1)[1] === y))
+    throw new RangeError("an edge of a wall must have a length");
+  if (bulges?.length && bulges.length !== points_m?.length - !closed)
+    throw new RangeError("a wall has a bulge for each of its edges, or none");
+  return wall;
+}
 // A scene with every field that the page knows, each checked; rate and phase of the looks are part of it.
 export function asPageScene(given, phase = 0) {
   const names = refused(given);
   if (names.length) throw new RangeError(`the page does not know ${names.join(", ")}`);
   const discs = list(given.discs, "discs", 1, MOST_DISCS).map((d) => ({
-    position_m: list(d.position_m, "coordinates", 2, 2).map((x) => checked("position", x)),
-    velocity_m_s: list(d.velocity_m_s ?? [0, 0], "coordinates", 2, 2).map((x) => checked("speed", x)),
+    position_m: vector("position", d.position_m),
+    velocity_m_s: vector("speed", d.velocity_m_s ?? [0, 0]),
     radius_m: checked("radius", d.radius_m),
     mass_kg: isFixed(d) ? "inf" : checked("mass", d.mass_kg ?? 1),
     spin_rad_s: checked("spin", d.spin_rad_s ?? 0),
     inertia_factor: d.inertia_factor === "inf" ? "inf" : checked("inertia", d.inertia_factor ?? 0.5),
+    ...(d.driven ? { driven: whether(d.driven) } : {}),
   }));
-  if (discs.some((d) => isFixed(d) && [...d.velocity_m_s, d.spin_rad_s].some((x) => x !== 0)))
-    throw new RangeError("an immovable disc does not move");
-  const walls = list(given.walls ?? [], "walls", 0, MOST_WALLS).map(({ point_m, normal }) => {
-    const length = Math.sqrt(list(normal, "coordinates", 2, 2)[0] ** 2 + normal[1] ** 2);
-    if (!(Math.abs(length - 1) < 1e-9)) throw new RangeError("the normal of a wall must be of length 1");
-    return { point_m: list(point_m, "coordinates", 2, 2).map((x) => checked("position", x)), normal: [...normal] };
-  });
+  if (discs.some((d) => isFixed(d) && !d.driven && [...d.velocity_m_s, d.spin_rad_s].some((x) => x !== 0)))
+    throw new RangeError("an immovable disc does not move, unless it is driven");
+  if (discs.some((d) => d.driven && !isFixed(d))) throw new RangeError("a driven disc is one that no impact moves");
+  const walls = list(given.walls ?? [], "walls", 0, MOST_WALLS).map(asPageWall);
   return {
     name: "from-the-page",
     discs,
@@ -85,12 +122,16 @@ export function asPageScene(given, phase = 0) {
 // As Carom's solvers and engines take it: without what is the page's own.
 export const bare = ({ phase, ...scene }) => scene;
 
-// --- a link: "#1=" is the version; numbers as decimals keep every bit ---
-const VERSION = "1=";
+// --- a link: "#2=" is the version; numbers as decimals keep every bit ---
+const VERSION = "2=",
+  BEFORE = "1="; // its walls were half-planes, four numbers each
 export function asLink(s, method) {
   const values = [
-    s.discs.map((d) => [...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor]),
-    s.walls.map((w) => [...w.point_m, ...w.normal]),
+    s.discs.map((d) => [
+      ...[...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor],
+      ...(d.driven ? [true] : []),
+    ]),
+    s.walls.map((w) => FIELDS_OF_WALL.map((name) => w[name] ?? null)),
     LAWS.map((law) => s[law]),
     s.gravity_m_s2,
     s.duration_s,
@@ -103,24 +144,26 @@ export function asLink(s, method) {
   return VERSION + btoa(text).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }
 export function ofLink(text) {
-  if (!text.startsWith(VERSION)) throw new RangeError("it is of a version that this page does not know");
+  const before = text.startsWith(BEFORE);
+  if (!before && !text.startsWith(VERSION)) throw new RangeError("it is of a version that this page does not know");
   if (text.length > 20000) throw new RangeError("it is too long");
   const values = JSON.parse(atob(text.slice(VERSION.length).replaceAll("-", "+").replaceAll("_", "/")), (_, x) =>
     x === "-0" ? -0 : x,
   );
   const [discs, walls, laws, gravity_m_s2, duration_s, frame_rate_hz, phase, method] = list(values, "fields", 8, 8);
   if (typeof method !== "string") throw new RangeError("its method is no name");
+  const wallOf = (row) => {
+    const count = before ? 4 : FIELDS_OF_WALL.length,
+      [px, py, nx, ny] = list(row, "numbers of a wall", count, count);
+    if (before) return { point_m: [px, py], normal: [nx, ny] };
+    return Object.fromEntries(FIELDS_OF_WALL.map((name, k) => [name, row[k]]).filter(([, value]) => value !== null));
+  };
   const scene = {
     discs: list(discs, "discs", 1, MOST_DISCS).map((row) => {
-      const [x, y, vx, vy, radius_m, mass_kg, spin_rad_s, inertia_factor] = list(row, "numbers of a disc", 8, 8);
-      return { position_m: [x, y], velocity_m_s: [vx, vy], radius_m, mass_kg, spin_rad_s, inertia_factor };
+      const [x, y, vx, vy, radius_m, mass_kg, spin_rad_s, inertia_factor, driven = false] = list(row, "numbers of a disc", 8, 9);
+      return { position_m: [x, y], velocity_m_s: [vx, vy], radius_m, mass_kg, spin_rad_s, inertia_factor, driven };
     }),
-    walls: list(walls, "walls", 0, MOST_WALLS).map((row) => {
-      const [px, py, nx, ny] = list(row, "numbers of a wall", 4, 4);
-      for (const n of [nx, ny])
-        if (!inRange("tangential_restitution", n)) throw new RangeError("a normal must be two numbers");
-      return { point_m: [px, py], normal: [nx, ny] };
-    }),
+    walls: list(walls, "walls", 0, MOST_WALLS).map(wallOf),
     ...Object.fromEntries(LAWS.map((law, k) => [law, list(laws, "laws", LAWS.length, LAWS.length)[k]])),
     gravity_m_s2,
     duration_s,
@@ -129,7 +172,15 @@ export function ofLink(text) {
   return { scene: asPageScene(scene, phase), method };
 }
 
-// Every disc where free flight brings it by then: looks at k frames from there are those of the phase.
+// Every disc where free flight brings it by then, and driven walls where they are: looks at k frames from there are those
+// of the phase.
+const drivenOn = ({ velocity_m_s: velocity, ...wall }, by) => {
+  if (!velocity) return wall;
+  const on = (point) => point.map((x, k) => x + velocity[k] * by),
+    placed = Object.entries({ point_m: on, centre_m: on, points_m: (points) => points.map(on) });
+  const there = placed.filter(([name]) => wall[name]).map(([name, to]) => [name, to(wall[name])]);
+  return { ...wall, ...Object.fromEntries(there), velocity_m_s: velocity };
+};
 export function advanced(s, by) {
   const discs = s.discs.map((d) => {
     const pull = isFixed(d) ? [0, 0] : s.gravity_m_s2;
@@ -139,34 +190,33 @@ export function advanced(s, by) {
       velocity_m_s: d.velocity_m_s.map((v, k) => v + pull[k] * by),
     };
   });
-  return { ...s, duration_s: s.duration_s - by, discs };
+  return { ...s, duration_s: s.duration_s - by, discs, walls: s.walls.map((wall) => drivenOn(wall, by)) };
 }
 
 const decimal = (x) =>
-  x === "inf"
-    ? "inf"
-    : Object.is(x, -0)
+  x === "inf" || typeof x === "boolean"
+    ? String(x)
+    : Array.isArray(x)
+      ? `[${x.map(decimal).join(", ")}]`
+      : Object.is(x, -0)
       ? "-0.0"
       : Number.isInteger(x) && Math.abs(x) < 1e15
         ? x.toFixed(1)
         : String(x);
-const row = (name, value) =>
-  `${name} = ${Array.isArray(value) ? `[${value.map(decimal).join(", ")}]` : decimal(value)}\n`;
+const row = (name, value) => `${name} = ${decimal(value)}\n`;
 export function asToml(s) {
   const start = s.phase ? advanced(s, s.phase / s.frame_rate_hz) : s;
   const said = s.phase
     ? `description = "Taken forward by ${s.phase} of a frame: the looks at whole frames are those of the page."\n`
     : "";
   const fields = ["gravity_m_s2", "duration_s", "frame_rate_hz", ...LAWS];
-  const discs = start.discs.map(
-    (d) =>
-      "\n[[discs]]\n" +
-      Object.keys(d)
-        .map((name) => row(name, d[name]))
-        .join(""),
-  );
-  const walls = start.walls.map((w) => "\n[[walls]]\n" + row("point_m", w.point_m) + row("normal", w.normal));
-  return `name = "${s.name}"\n${said}${fields.map((name) => row(name, start[name])).join("")}${discs.join("")}${walls.join("")}`;
+  const table = (head, names, one) => head + names.map((name) => row(name, one[name])).join("");
+  return [
+    `name = "${s.name}"\n${said}`,
+    table("", fields, start),
+    ...start.discs.map((d) => table("\n[[discs]]\n", Object.keys(d), d)),
+    ...start.walls.map((w) => table("\n[[walls]]\n", Object.keys(w), w)),
+  ].join("");
 }
 
 // Why a scene is no start, or nothing: bodies that overlap have no past.
@@ -175,9 +225,20 @@ export function problemOf(s) {
     for (const [i, e] of s.discs.slice(0, j).entries())
       if (Math.hypot(d.position_m[0] - e.position_m[0], d.position_m[1] - e.position_m[1]) < d.radius_m + e.radius_m)
         return `discs ${i} and ${j} overlap`;
-    for (const [k, { point_m: p, normal: n }] of s.walls.entries())
-      if ((d.position_m[0] - p[0]) * n[0] + (d.position_m[1] - p[1]) * n[1] < d.radius_m)
-        return `disc ${j} is in wall ${k}`;
+    for (const [k, wall] of s.walls.entries()) if (isInWall(d, wall)) return `disc ${j} is in wall ${k}`;
   }
   return "";
+}
+function isInWall({ position_m: [x, y], radius_m }, wall) {
+  const { point_m: p, normal: n } = wall;
+  if (n) return (x - p[0]) * n[0] + (y - p[1]) * n[1] < radius_m;
+  const outline = outlineOf(wall),
+    { at } = outline.nearest(x, y);
+  return Math.hypot(x - at[0], y - at[1]) < outline.halfWidth + radius_m || (wall.solid && outline.encloses(x, y));
+}
+// Walls are replaced, never changed: each is made out once.
+const outlines = new WeakMap();
+export function outlineOf(wall) {
+  if (!outlines.has(wall)) outlines.set(wall, new Outline(wall));
+  return outlines.get(wall);
 }

@@ -33,9 +33,15 @@ export function runOf(method, s, truth) {
       "an engine begins after the phase, and the first impact lies before that: a smaller phase, please",
     );
   const { label, lacks, profiles } = installed.find((one) => one.name === name);
+  const chains = s.walls.filter((w) => w.points_m);
   const needs = {
-    spin: s.discs.some((d) => d.spin_rad_s !== 0),
-    friction: s.friction > 0 || (s.wall_friction > 0 && s.walls.length > 0),
+    "spinning discs": s.discs.some((d) => d.spin_rad_s !== 0),
+    friction: s.friction > 0 || s.walls.some((w) => (w.friction ?? s.wall_friction) > 0),
+    "walls of straight edges": chains.some((w) => !(w.bulges?.length && w.bulges.every((bulge) => bulge !== 0))),
+    "walls of arcs or circles": s.walls.some((w) => w.centre_m) || chains.some((w) => w.bulges?.some((bulge) => bulge !== 0)),
+    "walls of their own restitution or friction": s.walls.some((w) => w.restitution !== undefined || w.friction !== undefined),
+    "driven walls": s.walls.some((w) => w.velocity_m_s?.some((v) => v !== 0)),
+    "driven discs": s.discs.some((d) => d.driven),
   };
   for (const need of lacks) if (needs[need]) throw new RangeError(`${label} has no ${need} here, and the scene has`);
   return drive(state.World, profiles[profile], s, s.phase);

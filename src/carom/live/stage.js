@@ -1,5 +1,6 @@
 // What the page and a replay share: where a disc is at an instant, and how discs, walls, paths and marks are drawn.
-// A track is [times, xs, ys] of one disc, metres and seconds: between two of them it flies freely under its pull.
+// A track is [times, xs, ys] of one disc, metres and seconds: between two of them it flies freely under its pull, or where
+// there is a fourth list under the pull of that flight, as in contact that lasts.
 // Colours are CSS variables: --s0 to --s7 of discs, --wall, --ghost (the exact run), --wrong, --surface, --ink.
 export const make = (name, attributes = {}, ...children) => {
   const e = document.createElement(name);
@@ -21,15 +22,16 @@ const flightAt = (times, t) => {
   }
   return a;
 };
-export const placeAt = ([times, xs, ys], pull, time) => {
+export const placeAt = ([times, xs, ys, pulls], pull, time) => {
   const t = Math.min(Math.max(time, times[0]), times.at(-1)),
     k = flightAt(times, t),
     n = Math.min(k + 1, times.length - 1),
     b = times[k],
     e = times[n];
   const part = e > b ? (t - b) / (e - b) : 0,
-    bulge = 0.5 * (t - b) * (t - e);
-  return [xs[k] * (1 - part) + xs[n] * part + bulge * pull[0], ys[k] * (1 - part) + ys[n] * part + bulge * pull[1]];
+    bulge = 0.5 * (t - b) * (t - e),
+    [gx, gy] = pulls ? pulls[k] : pull;
+  return [xs[k] * (1 - part) + xs[n] * part + bulge * gx, ys[k] * (1 - part) + ys[n] * part + bulge * gy];
 };
 export const angleAt = ([times, angles], t) => {
   const k = Math.min(flightAt(times, t), times.length - 2),
@@ -42,38 +44,58 @@ export const spinAt = ([times, angles], t) => {
     d = times[k + 1] - times[k];
   return d > 0 ? (angles[k + 1] - angles[k]) / d : 0;
 };
-// Tracks of a run by its impacts: discs fly freely between them.
 // How far a wall has moved, which is driven on legs: when each begins, how far it has moved by then, its velocity.
 export const movedAt = ({ legs = [[0, 0, 0, 0, 0]] }, time) => {
   const [begin, x, y, u, v] = legs.findLast(([since]) => since <= time) ?? legs[0];
   return [x + u * (time - begin), y + v * (time - begin)];
 };
-export const tracksOf = (scene, run) => {
-  const tracks = scene.discs.map((d) => [[0], [d.position_m[0]], [d.position_m[1]]]);
-  const add = (i, t, [x, y]) => {
-    tracks[i][0].push(t);
-    tracks[i][1].push(x);
-    tracks[i][2].push(y);
-  };
-  for (const r of run.impacts) {
-    add(r.first, r.time_s, r.at[0]);
-    if (r.second >= 0) add(r.second, r.time_s, r.at[1]);
+// The impacts of a run, and where contact begins, changes or ends, in their order.
+const eventsOf = ({ impacts, modes }) => {
+  const events = [];
+  let k = 0;
+  for (const mode of modes ?? []) {
+    while (k < mode.impacts) events.push(impacts[k++]);
+    events.push(mode);
   }
-  run.positions.forEach((p, i) => add(i, run.end_s, p));
-  return tracks;
+  return [...events, ...impacts.slice(k)];
 };
+// Tracks of a run: discs fly freely between its events, in contact with a pull of their own.
+export const tracksOf = (scene, run) => {
+  const free = scene.discs.map((d) => (d.mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]))),
+    now = [...free],
+    tracks = scene.discs.map((d, i) => [[0], [d.position_m[0]], [d.position_m[1]], [free[i]]]);
+  const add = (i, t, [x, y]) => [t, x, y, now[i]].forEach((value, k) => tracks[i][k].push(value));
+  for (const event of eventsOf(run))
+    if (event.acceleration) {
+      now[event.disc] = event.acceleration;
+      add(event.disc, event.time_s, event.at);
+    } else {
+      add(event.first, event.time_s, event.at[0]);
+      if (event.second >= 0) add(event.second, event.time_s, event.at[1]);
+    }
+  run.positions.forEach((p, i) => add(i, run.end_s, p));
+  return run.modes ? tracks : tracks.map((track) => track.slice(0, 3));
+};
+const PIECES_OF_A_SLIDE = 12; // in which a spin that changes evenly is drawn
 // The times and angles of each disc of a run in which discs spin.
 export const anglesOf = (scene, run) => {
-  const turned = scene.discs.map((d) => ({ times: [0], angles: [0], spin: d.spin_rad_s ?? 0 }));
-  const add = (one, t, spin) => {
-    one.angles.push(one.angles.at(-1) + one.spin * (t - one.times.at(-1)));
-    one.times.push(t);
-    one.spin = spin;
+  const turned = scene.discs.map((d) => ({ times: [0], angles: [0], spin: d.spin_rad_s ?? 0, rate: 0 }));
+  const add = (one, t, spin, rate = one.rate) => {
+    const since = one.times.at(-1),
+      angle = one.angles.at(-1),
+      pieces = one.rate ? PIECES_OF_A_SLIDE : 1;
+    for (let k = 1; k <= pieces; k++) {
+      const passed = ((t - since) * k) / pieces;
+      one.angles.push(angle + (one.spin + 0.5 * one.rate * passed) * passed);
+      one.times.push(since + passed);
+    }
+    Object.assign(one, { spin, rate });
   };
-  for (const r of run.impacts)
-    if (r.spins) {
-      add(turned[r.first], r.time_s, r.spins[2]);
-      if (r.second >= 0) add(turned[r.second], r.time_s, r.spins[3]);
+  for (const event of eventsOf(run))
+    if (event.acceleration) add(turned[event.disc], event.time_s, event.spin, event.spin_rate);
+    else if (event.spins) {
+      add(turned[event.first], event.time_s, event.spins[2]);
+      if (event.second >= 0) add(turned[event.second], event.time_s, event.spins[3]);
     }
   for (const one of turned) add(one, Math.max(run.end_s, one.times.at(-1)), one.spin);
   return turned.map(({ times, angles }) => [times, angles]);
@@ -183,7 +205,7 @@ export class Stage {
     pen.setLineDash(dash.map((d) => d * dense));
     pen.beginPath();
     pen.moveTo(...this.at(placeAt(track, pull, from)));
-    const curved = pull[0] || pull[1],
+    const curved = track[3] || pull[0] || pull[1],
       last = flightAt(times, to);
     for (let k = flightAt(times, from); k <= last; k++) {
       const b = Math.max(from, times[k]),

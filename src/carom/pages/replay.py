@@ -54,7 +54,7 @@ UNKNOWN = "not told apart: its own state before is not known"
 Json = dict[str, Any]
 
 #: Discs of a scene that the page of `carom play` shows.
-_FEWEST_THROWN, _MOST_THROWN = 2, 10
+_MOST_THROWN = 10
 
 #: A pair that passes through within this many steps of an impact has missed that one.
 _NEAR_STEPS = 2.0
@@ -260,11 +260,8 @@ def _of_scene(scene: Scene) -> Json:
 
 def _thrown(scene: Scene) -> str:
     """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
-    plain = all(isinstance(wall, Wall) and wall.restitution is wall.friction is None for wall in scene.walls)
-    slowed = scene.damping_per_s or scene.wall_rolling_resistance or scene.table_deceleration_m_s2
-    plain = plain and not (slowed or scene.arrays.driven)
-    few = _FEWEST_THROWN <= len(scene.discs) <= _MOST_THROWN
-    return "carom play scene.toml" if plain and few else ""
+    slowed = scene.damping_per_s or scene.table_deceleration_m_s2
+    return "" if len(scene.discs) > _MOST_THROWN or slowed else "carom play scene.toml"
 
 
 def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:

@@ -15,13 +15,19 @@ for await (const line of createInterface({ input: process.stdin })) {
   }
   const run = method === "pic" ? pic(scene, most) : pit(scene);
   const rows = run.impacts.map((impact) => [impact.time_s, impact.normal, impact.before, impact.after].flat(3));
+  const modes = (run.modes ?? []).map((mode) => [
+    [mode.impacts, mode.disc, mode.wall, mode.before, mode.after],
+    bits([mode.time_s, mode.at, mode.velocity, mode.acceleration, mode.spin, mode.spin_rate].flat()),
+  ]);
   console.log(
     JSON.stringify({
       outcome: run.outcome,
       bodies: run.impacts.map(({ first, second }) => [first, second]),
+      edges: run.impacts.map(({ edge }) => edge),
       floats: rows.map(bits),
       spins: run.spins === null ? null : run.impacts.map((impact) => bits(impact.spins)),
-      final: bits([run.positions, run.velocities].flat(2)),
+      modes,
+      final: bits([run.positions, run.velocities, run.spins ?? []].flat(2)),
     }),
   );
 }

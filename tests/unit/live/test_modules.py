@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import re
+import shutil
+import subprocess
 from itertools import pairwise
+from pathlib import Path
+
+import pytest
 
 from carom.live import page
 
@@ -30,6 +35,15 @@ def test_each_module_imports_what_there_is_from_a_module_before_it() -> None:
         listed_names = set().union(*(_names(listed) for _, listed in _EXPORT.findall(text)))
         constants = set(re.findall(r"(?:^|,\n  )(\w+) =", "\n".join(_CONSTANTS.findall(text)), re.MULTILINE))
         exported[module] = single | listed_names | constants
+
+
+def test_no_two_modules_give_one_name_to_different_things(tmp_path: Path) -> None:
+    """The modules are one script in the page, in which a name that is declared twice is an error."""
+    script = tmp_path / "page.mjs"
+    script.write_text(page.page_script(), encoding="utf-8")
+    node = shutil.which("node") or pytest.skip("there is no node here to read the script")
+    done = subprocess.run([node, "--check", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_every_module_is_in_the_page() -> None:

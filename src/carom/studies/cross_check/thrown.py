@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from urllib.parse import quote
 
-from carom.live.page import MOST_DISCS, beyond_page, page_html, with_gallery
+from carom.live.page import beyond_page, page_html, with_gallery
 from carom.scene import Scene
 
 __all__ = ["THROWN", "drag_link", "thrown_page"]
@@ -13,13 +13,10 @@ __all__ = ["THROWN", "drag_link", "thrown_page"]
 #: The page's file in the folder of a report.
 THROWN = "play.html"
 
-_FEWEST_DISCS = 2
-
 
 def drag_link(scene: Scene) -> str:
     """Return where a scene's discs can be thrown, from a report in the same folder; empty where they can't."""
-    few = _FEWEST_DISCS <= len(scene.discs) <= MOST_DISCS
-    return f"{THROWN}#{quote(scene.name, safe='')}" if few and not beyond_page(scene) else ""
+    return "" if beyond_page(scene) else f"{THROWN}#{quote(scene.name, safe='')}"
 
 
 def thrown_page(scenes: Iterable[Scene]) -> str:
