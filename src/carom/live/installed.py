@@ -42,6 +42,9 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
                 Need.WALL_MATERIALS: has.wall_materials,
                 Need.DRIVEN_WALLS: has.driven_walls,
                 Need.DRIVEN_DISCS: has.driven_discs,
+                Need.LEGS: has.legs,
+                Need.BELTS: has.belts,
+                Need.ROLLING_RESISTANCE: has.rolling_resistance,
             }
             found.append(replace(engine, lacks=tuple(need.value for need, there in needed.items() if not there)))
         elif required:

@@ -63,6 +63,7 @@ export const gravity = make("input", {
   id: "gravity",
   onchange: () => {
     state.scene.gravity_m_s2 = gravity.checked ? [0, -G] : [0, 0];
+    if (!gravity.checked) state.scene.wall_rolling_resistance = 0; // nothing presses discs to walls
     changed();
   },
 });

@@ -1,4 +1,5 @@
 // Both pictures: the discs now, their paths, the exact run as a grey ghost, the last look, what was missed.
+import { legsOf } from "./driving.js";
 import { head, extent, reachOf } from "./edits.js";
 import { chart, left, line, right, time } from "./layout.js";
 import { drawChart, drawLine } from "./charts.js";
@@ -27,7 +28,7 @@ function lineOf({ edge: { a, b, bulge }, centre, radius }) {
 const drawnWall = (wall) => ({
   ...wall,
   ...(wall.normal ? {} : { line: linesOf(wall), half_width: wall.half_width_m ?? 0 }),
-  velocity: wall.velocity_m_s,
+  legs: legsOf(wall).map(({ begin, moved, velocity }) => [begin, ...moved, ...velocity]),
 });
 function bounds() {
   const { discs, walls: ws } = state.scene,

@@ -1,9 +1,11 @@
 // The scene of the page: what may be asked of it, as a link, and as a file that `carom run` takes.
+import { legsFrom, legsOf, movedOn } from "./driving.js";
 import { refused } from "./index.js";
 import { Outline } from "./outline.js";
 
 export const MOST_DISCS = 10;
 const MOST_WALLS = 8,
+  MOST_LEGS = 20,
   MOST_POINTS = 40; // of a wall
 const LAWS = [
   "restitution",
@@ -12,6 +14,7 @@ const LAWS = [
   "wall_friction",
   "tangential_restitution",
   "wall_tangential_restitution",
+  "wall_rolling_resistance",
 ];
 const DEFAULTS = {
   restitution: 1,
@@ -20,6 +23,7 @@ const DEFAULTS = {
   wall_friction: 0,
   tangential_restitution: 0,
   wall_tangential_restitution: 0,
+  wall_rolling_resistance: 0,
 };
 export const isFixed = (disc) => disc.mass_kg === "inf";
 
@@ -43,6 +47,7 @@ const RANGES = {
   wall_friction: [0, 100],
   tangential_restitution: [-1, 1],
   wall_tangential_restitution: [-1, 1],
+  wall_rolling_resistance: [0, 100],
 };
 export const inRange = (what, x) => typeof x === "number" && x >= RANGES[what][0] && x <= RANGES[what][1];
 const checked = (what, x) => {
@@ -61,6 +66,15 @@ const whether = (value) => {
   if (typeof value !== "boolean") throw new RangeError("closed, solid and driven are true or false");
   return value;
 };
+function path(legs) {
+  const checkedLegs = list(legs, "legs of a path", 1, MOST_LEGS).map(({ from_s, velocity_m_s }) => ({
+    from_s: from_s === 0 ? 0 : checked("duration", from_s),
+    velocity_m_s: vector("speed", velocity_m_s),
+  }));
+  if (checkedLegs.some(({ from_s }, k) => (k ? !(from_s > checkedLegs[k - 1].from_s) : from_s !== 0)))
+    throw new RangeError("the first leg of a path begins at 0, each of the others after the one before it");
+  return checkedLegs;
+}
 // What each field of a wall must be, in the order in which a link has them.
 const OF_WALL = {
   point_m: (v) => vector("position", v),
@@ -75,10 +89,12 @@ const OF_WALL = {
   restitution: (v) => checked("wall_restitution", v),
   friction: (v) => checked("wall_friction", v),
   velocity_m_s: (v) => vector("speed", v),
+  surface_speed_m_s: (v) => checked("speed", v),
+  legs: path,
 };
 const FIELDS_OF_WALL = Object.keys(OF_WALL);
 function asPageWall(given) {
-  const had = FIELDS_OF_WALL.filter((name) => given[name] !== undefined && given[name] !== null),
+  const had = FIELDS_OF_WALL.filter((name) => !["undefined", "null", "[]"].includes(String(JSON.stringify(given[name])))),
     wall = Object.fromEntries(had.map((name) => [name, OF_WALL[name](given[name])]));
   const { point_m, normal, points_m, bulges, closed, centre_m, radius_m } = wall;
   if ([point_m && normal, points_m, centre_m && radius_m !== undefined].filter((kind) => kind).length !== 1)
@@ -103,10 +119,11 @@ export function asPageScene(given, phase = 0) {
     spin_rad_s: checked("spin", d.spin_rad_s ?? 0),
     inertia_factor: d.inertia_factor === "inf" ? "inf" : checked("inertia", d.inertia_factor ?? 0.5),
     ...(d.driven ? { driven: whether(d.driven) } : {}),
+    ...(d.legs?.length ? { legs: path(d.legs) } : {}),
   }));
   if (discs.some((d) => isFixed(d) && !d.driven && [...d.velocity_m_s, d.spin_rad_s].some((x) => x !== 0)))
     throw new RangeError("an immovable disc does not move, unless it is driven");
-  if (discs.some((d) => d.driven && !isFixed(d))) throw new RangeError("a driven disc is one that no impact moves");
+  if (discs.some((d) => (d.driven && !isFixed(d)) || (d.legs && !d.driven))) throw new RangeError("a driven disc is one that no impact moves");
   const walls = list(given.walls ?? [], "walls", 0, MOST_WALLS).map(asPageWall);
   return {
     name: "from-the-page",
@@ -129,7 +146,7 @@ export function asLink(s, method) {
   const values = [
     s.discs.map((d) => [
       ...[...d.position_m, ...d.velocity_m_s, d.radius_m, d.mass_kg, d.spin_rad_s, d.inertia_factor],
-      ...(d.driven ? [true] : []),
+      ...(d.driven ? [d.legs ?? true] : []), // its path, or that it is driven
     ]),
     s.walls.map((w) => FIELDS_OF_WALL.map((name) => w[name] ?? null)),
     LAWS.map((law) => s[law]),
@@ -160,11 +177,17 @@ export function ofLink(text) {
   };
   const scene = {
     discs: list(discs, "discs", 1, MOST_DISCS).map((row) => {
-      const [x, y, vx, vy, radius_m, mass_kg, spin_rad_s, inertia_factor, driven = false] = list(row, "numbers of a disc", 8, 9);
-      return { position_m: [x, y], velocity_m_s: [vx, vy], radius_m, mass_kg, spin_rad_s, inertia_factor, driven };
+      const [x, y, vx, vy, radius_m, mass_kg, spin_rad_s, inertia_factor, drive = false] = list(
+        row,
+        "numbers of a disc",
+        8,
+        9,
+      );
+      const disc = { position_m: [x, y], velocity_m_s: [vx, vy], radius_m, mass_kg, spin_rad_s, inertia_factor };
+      return drive === true || drive === false ? { ...disc, driven: drive } : { ...disc, driven: true, legs: drive };
     }),
     walls: list(walls, "walls", 0, MOST_WALLS).map(wallOf),
-    ...Object.fromEntries(LAWS.map((law, k) => [law, list(laws, "laws", LAWS.length, LAWS.length)[k]])),
+    ...Object.fromEntries(LAWS.map((law, k) => [law, list(laws, "laws", 6, LAWS.length)[k]])),
     gravity_m_s2,
     duration_s,
     frame_rate_hz,
@@ -174,23 +197,29 @@ export function ofLink(text) {
 
 // Every disc where free flight brings it by then, and driven walls where they are: looks at k frames from there are those
 // of the phase.
-const drivenOn = ({ velocity_m_s: velocity, ...wall }, by) => {
-  if (!velocity) return wall;
-  const on = (point) => point.map((x, k) => x + velocity[k] * by),
+const legsAfter = (legs, by) =>
+  legsFrom(legs, by).map(({ begin, velocity }, k) => ({ from_s: k ? begin - by : 0, velocity_m_s: velocity }));
+function wallOn(wall, by) {
+  const legs = legsOf(wall),
+    moved = movedOn(legsFrom(legs, by)[0], by),
+    on = (point) => point.map((x, k) => x + moved[k]),
     placed = Object.entries({ point_m: on, centre_m: on, points_m: (points) => points.map(on) });
   const there = placed.filter(([name]) => wall[name]).map(([name, to]) => [name, to(wall[name])]);
-  return { ...wall, ...Object.fromEntries(there), velocity_m_s: velocity };
-};
+  return { ...wall, ...Object.fromEntries(there), ...(wall.legs ? { legs: legsAfter(legs, by) } : {}) };
+}
 export function advanced(s, by) {
   const discs = s.discs.map((d) => {
-    const pull = isFixed(d) ? [0, 0] : s.gravity_m_s2;
+    const pull = isFixed(d) ? [0, 0] : s.gravity_m_s2,
+      legs = d.legs ? legsOf(d) : null,
+      moved = legs && movedOn(legsFrom(legs, by)[0], by);
+    if (legs) return { ...d, position_m: d.position_m.map((x, k) => x + moved[k]), legs: legsAfter(legs, by) };
     return {
       ...d,
       position_m: d.position_m.map((x, k) => x + d.velocity_m_s[k] * by + 0.5 * pull[k] * by * by),
       velocity_m_s: d.velocity_m_s.map((v, k) => v + pull[k] * by),
     };
   });
-  return { ...s, duration_s: s.duration_s - by, discs, walls: s.walls.map((wall) => drivenOn(wall, by)) };
+  return { ...s, duration_s: s.duration_s - by, discs, walls: s.walls.map((wall) => wallOn(wall, by)) };
 }
 
 const decimal = (x) =>
@@ -198,6 +227,8 @@ const decimal = (x) =>
     ? String(x)
     : Array.isArray(x)
       ? `[${x.map(decimal).join(", ")}]`
+      : typeof x === "object"
+        ? `{ ${Object.entries(x).map(([name, value]) => `${name} = ${decimal(value)}`).join(", ")} }`
       : Object.is(x, -0)
       ? "-0.0"
       : Number.isInteger(x) && Math.abs(x) < 1e15

@@ -1,5 +1,6 @@
 // The exact run, the run of the method that is chosen, and what comparing them gives.
 import { compare } from "./compare.js";
+import { isDriven, legsOf } from "./driving.js";
 import { drive, installed, load } from "./engines.js";
 import { pic, pit } from "./index.js";
 import { methods, problem } from "./layout.js";
@@ -40,7 +41,10 @@ export function runOf(method, s, truth) {
     "walls of straight edges": chains.some((w) => !(w.bulges?.length && w.bulges.every((bulge) => bulge !== 0))),
     "walls of arcs or circles": s.walls.some((w) => w.centre_m) || chains.some((w) => w.bulges?.some((bulge) => bulge !== 0)),
     "walls of their own restitution or friction": s.walls.some((w) => w.restitution !== undefined || w.friction !== undefined),
-    "driven walls": s.walls.some((w) => w.velocity_m_s?.some((v) => v !== 0)),
+    "driven walls": s.walls.some((w) => isDriven(legsOf(w))),
+    "driven bodies whose velocity changes": [...s.discs, ...s.walls].some((body) => body.legs?.length > 1),
+    "walls whose surface runs": s.walls.some((w) => w.surface_speed_m_s),
+    "rolling resistance": s.wall_rolling_resistance > 0,
     "driven discs": s.discs.some((d) => d.driven),
   };
   for (const need of lacks) if (needs[need]) throw new RangeError(`${label} has no ${need} here, and the scene has`);

@@ -209,7 +209,7 @@ def _table(seed: int) -> carom.Scene | None:
         walls, discs = list(scene.walls), list(scene.discs)
         if seed % 4 > 1:
             k, way = rnd.randrange(len(walls)), (rnd.choice((0.25, -0.5)), rnd.uniform(-0.5, 0.5))
-            path = {"legs": _legs(rnd)} if rnd.random() < 0.5 else {"velocity_m_s": way}
+            path: dict[str, Any] = {"legs": _legs(rnd)} if rnd.random() < 0.5 else {"velocity_m_s": way}
             walls[k] = walls[k].model_copy(update={**path, "surface_speed_m_s": rnd.choice((0.0, -0.75))})
             still = {"driven": True, "mass_kg": math.inf}
             path = {"legs": _legs(rnd), "velocity_m_s": (0.0, 0.0)} if rnd.random() < 0.5 else {}

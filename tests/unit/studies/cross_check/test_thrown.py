@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged
 
 import carom
 from carom import Scene
@@ -27,17 +27,21 @@ def test_a_link_names_the_scene_as_an_address_can() -> None:
 @pytest.mark.parametrize(
     "scene",
     [
-        staged("one", disc_at(0, 0), duration_s=1.0),
         staged("many", *(disc_at(2 * k, 0) for k in range(11)), duration_s=1.0),
         PAIR.model_copy(update={"damping_per_s": 0.5}),
-        all_scenes()["tables/box-of-edges"].scene,
     ],
-    ids=["one disc", "eleven discs", "damping", "edges"],
+    ids=["eleven discs", "damping"],
 )
 def test_a_scene_that_the_page_does_not_show_has_no_link(scene: Scene) -> None:
-    """One disc alone, too many, damping, and walls of edges: no link, and no page of these alone."""
+    """Too many discs, and damping: no link, and no page of these alone."""
     assert drag_link(scene) == ""
     assert thrown_page([scene]) == ""
+
+
+@pytest.mark.parametrize("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
+def test_a_scene_of_one_disc_and_any_wall_has_a_link(name: str) -> None:
+    """Edges, driven walls and contact that lasts are no reason to have none."""
+    assert drag_link(all_scenes()[name].scene)
 
 
 def test_the_page_has_the_scenes_of_the_report_first() -> None:
@@ -46,9 +50,7 @@ def test_the_page_has_the_scenes_of_the_report_first() -> None:
     assert 0 < page.index('"mine/a pair & more"') < page.index('"classics/bullet"')
 
 
-@pytest.mark.parametrize(
-    ("scene", "linked"), [(PAIR, True), (staged("one", disc_at(0, 1), wall_at(0, 0, 0, 1), duration_s=1.0), False)]
-)
+@pytest.mark.parametrize(("scene", "linked"), [(PAIR, True), (PAIR.model_copy(update={"damping_per_s": 0.5}), False)])
 def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """Beside `index.html`, and the replay's data has the link; elsewhere neither."""
     results = carom.cross_check([scene], ["pit"], dts=[1 / 24], timing=False, pool=InProcess())
