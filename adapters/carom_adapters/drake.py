@@ -137,9 +137,10 @@ class DrakeWorld:
     def settings(self) -> Mapping[str, Setting]:
         """The settings, read back from Drake; the stiffness is what it gives a body that was told none."""
         integrator = self._simulator.get_integrator()
-        shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties
+        shipped = self._drake.geometry.SceneGraphConfig().default_proximity_properties.point_stiffness
         return {
-            "point_stiffness": shipped.point_stiffness,
+            # Releases up to 1.35 ship none, and a plant finds one for its gravity and masses.
+            **({} if shipped is None else {"point_stiffness": shipped}),
             "integration_scheme": _scheme(integrator),
             **self._asked,
             "target_accuracy": integrator.get_target_accuracy(),
@@ -207,7 +208,12 @@ def _tuned(dt_s: float) -> dict[str, Setting]:
 adapter = EngineAdapter(
     name="drake",
     engine=Engine(
-        "Drake", module="pydrake", distribution="drake", install="pip install 'carom[drake]'", newest_tried="1.51"
+        "Drake",
+        module="pydrake",
+        distribution="drake",
+        install="pip install 'carom[drake]'",
+        oldest="1.31",  # those before end the process beside NumPy 2
+        newest_tried="1.51",
     ),
     capabilities=CAPABILITIES,
     knobs={

@@ -84,6 +84,12 @@ ENTRIES = (
         "leaves the box without one. Bare, over 32 phases (`tests/engines/test_engine_releases.py`). `tuned` asks for split impulses, which "
         "came with 6.20.",
     ),
+    Entry(
+        "drake",
+        "1.31.0,1.35.0,1.37.0,1.40.0,1.48.0,1.51.1",
+        "Not one bit has moved, but that a body is given a stiffness of its own, 1e6 N/m, from 1.37 on at the latest, which is `default`; `tuned` "
+        "asks for one. Releases before 1.31 end the process beside NumPy 2, and are not run.",
+    ),
     Entry("pybullet", ">=3.2.6", "3.2.6 was built for NumPy 1 and fails beside NumPy 2, so that there is no history."),
     Entry(
         "matter",
