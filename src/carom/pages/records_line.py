@@ -60,6 +60,9 @@ __all__ = [
 #: Of the parts of a score, what is of spins: it is written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 
+#: Of a timing, what files of an earlier Carom do not have; it is not written where there is none.
+_LATER = frozenset({"ends"})
+
 #: A step that a run can have.
 Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
 
@@ -167,6 +170,8 @@ def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
     """Return a line as strict JSON, without its end; `spins` says whether what is of spins is written."""
     parts = ("total", "against_pit", "consistency")
     leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
+    if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
+        leave_out["timing"] = set(_LATER)
     kind: Any = type(line)  # mypy holds that a class whose objects have no hash has none
     return _JSON(_form(kind).dump_python(line, mode="json", exclude=leave_out or None))
 
@@ -237,7 +242,7 @@ class _Described(GenerateJsonSchema):
         return self.generate_inner(schema["schema"])
 
     def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ARG002 - pydantic's signature
-        return field["name"] not in OF_SPINS
+        return field["name"] not in OF_SPINS | _LATER
 
 
 #: What follows from the fields of a class and is written with them; it is not read.

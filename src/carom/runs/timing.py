@@ -15,6 +15,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+import numpy as np
+
 from carom.adapter import Adapter, TimedWorld, World
 from carom.registry import load_adapter
 from carom.runs.door import slip
@@ -44,12 +46,15 @@ class Timing:
         advance_s: Seconds to take all steps, nothing observed.
         runs: How many runs the medians are of.
         call_s: Seconds of a call of no steps, where that was asked for; NaN where the adapter does not take one.
+        ends: In how many final states the runs ended that differ in a bit: 1 where the engine repeats. None from a file
+            that was written before they were counted.
     """
 
     prepare_s: float
     advance_s: float
     runs: int
     call_s: float = math.nan
+    ends: int | None = None
 
 
 @dataclass(frozen=True)
@@ -100,6 +105,7 @@ def time_run(
     prepared: list[float] = []
     called: list[float] = []
     advanced: list[float] = []
+    ends: set[bytes] = set()
     with _no_collection():
         while not advanced or (len(advanced) < runs and sum(prepared) + sum(advanced) < enough_s):
             started = time.perf_counter()
@@ -115,12 +121,19 @@ def time_run(
                     world.advance(steps)
                 passed_s = time.perf_counter() - started
                 advanced.append(_shown(world, own_s) if isinstance(world, TimedWorld) else passed_s)
+                ends.add(_end(world))
             finally:
                 world.close()
     call_s = math.nan if any(map(math.isnan, called)) else statistics.median(called)
     if not (zero or statistics.median(advanced) > 0.0):  # no ratio, and no sum of visits, can be made of it
         raise UnsupportedError(_TOO_SHORT.format(steps=steps, runs=len(advanced)))
-    return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s)
+    return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s, len(ends))
+
+
+def _end(world: World) -> bytes:
+    """Return the bits of the state that a world is in."""
+    seen = world.observe()
+    return b"".join(np.ascontiguousarray(one).tobytes() for one in (seen.position_m, seen.velocity_m_s))
 
 
 def _shown(world: TimedWorld, before_s: float) -> float:

@@ -73,7 +73,8 @@ SPREAD_NOTE = (
 RUN_TIME_NOTE = (
     "Seconds for all steps of a scene over PIT's for the same scene and step: a ratio of two things timed in one run. "
     "Carom's PIT does not look at frames at which nothing can touch; below 1 is faster than it. Median over scenes, at "
-    "each scene's coarsest step."
+    "each scene's coarsest step. The same bits again: in how many of the scenes that were timed all timed runs, each in "
+    "a fresh world of one process, ended with the same positions and velocities."
 )
 SETTINGS_NOTE = (
     "Read back from the engine where it can be read, at the coarsest step of the first scene that the engine ran."
@@ -214,6 +215,12 @@ class _RunTimes(NamedTuple):
 
     column: GridColumn
     ratios: list[float]
+    ends: list[int]
+
+    @property
+    def repeats(self) -> str:
+        """In how many scenes all timed runs ended in the same bits."""
+        return f"{self.ends.count(1)} of {len(self.ends)}" if self.ends else "-"
 
     @property
     def median(self) -> float:
@@ -224,7 +231,14 @@ class _RunTimes(NamedTuple):
 def run_time_section(grid: Grid) -> Section:
     """Return the run times that were measured, at each scene's coarsest step."""
     rows = {column: [cell.row for cell in grid.cells(column) if cell.row] for column in grid.columns.values()}
-    every = [_RunTimes(c, [row.time_ratio for row in own if row.time_ratio is not None]) for c, own in rows.items()]
+    every = [
+        _RunTimes(
+            column,
+            [row.time_ratio for row in own if row.time_ratio is not None],
+            [row.timing.ends for row in own if row.timing is not None and row.timing.ends is not None],
+        )
+        for column, own in rows.items()
+    ]
     found = [times for times in every if times.ratios]
     slowest = max((times.median for times in found), default=1.0)
     columns = (
@@ -235,6 +249,7 @@ def run_time_section(grid: Grid) -> Section:
             lambda times: f"{wording.ratio(min(times.ratios))} to {wording.ratio(max(times.ratios))}",
         ),
         Column("scenes", lambda times: str(len(times.ratios)), number=True),
+        Column("the same bits again", lambda times: times.repeats, number=True),
     )
     return Section("Run time", _with_note(RUN_TIME_NOTE, Table(columns, found, css="times", only=ON_PAPER)))
 

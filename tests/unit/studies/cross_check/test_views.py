@@ -323,6 +323,19 @@ def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> Non
     }
 
 
+def test_the_run_times_say_who_came_to_the_same_bits(results: Results) -> None:
+    """Of a method all of whose timed runs ended alike in two of three scenes it is told so; of an old file, nothing."""
+    ends = iter((1, 1, 2))
+
+    def counted(row: Row) -> Row:
+        here = row.job.engine == "toy" and row.job.refinement == 0 and row.timing
+        return replace(row, timing=replace(here, ends=next(ends))) if here else row
+
+    grid = build_grid(replace(results, rows=tuple(map(counted, results.rows))))
+    told = {row[0].text: row[4].text for row in rows_of(run_time_section(grid))}
+    assert (told["toy tuned"], told["PIT tuned"]) == ("2 of 3", "-")
+
+
 def test_verdict_table_shows_every_cell(results: Results, nasty: str) -> None:
     """The terminal's table has a line for each scene, a column for each engine, and the legend of what it shows."""
     text = said(results)
