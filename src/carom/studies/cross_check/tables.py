@@ -73,7 +73,7 @@ SPREAD_NOTE = (
 RUN_TIME_NOTE = (
     "Seconds for all steps of a scene over PIT's for the same scene and step: a ratio of two things timed in one run. "
     "Carom's PIT does not look at frames at which nothing can touch; below 1 is faster than it. Median over scenes, at "
-    "each scene's coarsest step. The same bits again: in how many of the scenes that were timed all timed runs, each in "
+    "each scene's coarsest step. The same bits again: in how many of the scenes that were timed all runs, each in "
     "a fresh world of one process, ended with the same positions and velocities."
 )
 SETTINGS_NOTE = (
