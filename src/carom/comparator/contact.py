@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -21,18 +21,16 @@ from carom.comparator.grades import Grade
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
+from carom.comparator.touches import LAST, Ends, Kept, ends, kept, touches
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
-from carom.trace import Outcome, Trace, free_flights
+from carom.trace import Outcome, Trace, free_flights, wall_index
 from carom.windows import States
 
 __all__ = ["ContactErrors", "ContactScore", "contact_score", "in_contact", "motion_at", "without_contacts"]
 
 Array = NDArray[np.float64]
-
-#: States at the end that tell how fast a disc is there: a jitter goes to and fro from one to the next.
-_LAST = 8
 
 
 class ContactErrors(NamedTuple):
@@ -54,10 +52,16 @@ class ContactScore:
         own: The run's errors.
         pit: Those of PIT at the same step; None for a run without steps.
         allowed: What sampling and an integrator's step explain.
+        beyond_m: What is left of the places' error without ``dt / 2`` times what a velocity has changed by since the
+            first look: so much an integrator is off by that moves a disc a step at one speed.
         momentum_m_s: Largest error of the angular momentum about the wall, over mass and radius: friction, whatever it
             is, has no part in it. NaN where a disc meets others, or several walls.
         rest_m_s: How fast discs still are on average at the end that rest there; NaN where none does.
         frozen: Whether a disc stands still at the end that moves there.
+        kept: How discs are kept on their walls.
+        late: How late bounces and slips end.
+        late_allowed: How late, or early, sampling lets them end. By hops that no step shows a method is early by
+            ``dt / (1 - e)`` at most; and looks are some steps apart.
         grade: The grade of the stretch.
     """
 
@@ -67,10 +71,19 @@ class ContactScore:
     own: ContactErrors
     pit: ContactErrors | None
     allowed: ContactErrors
+    beyond_m: float
     momentum_m_s: float
     rest_m_s: float
     frozen: bool
+    kept: Kept
+    late: Ends
+    late_allowed: Ends
     grade: Grade
+
+    @property
+    def ends_in_time(self) -> bool:
+        """Whether bounces and slips end when they should, as far as sampling tells."""
+        return not any(abs(late) > most for late, most in zip(self.late, self.late_allowed, strict=True))
 
 
 def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactScore | None:
@@ -82,40 +95,73 @@ def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactS
     end_s = min([reference.end_time_s, *(np.nextafter(tie, -math.inf) for tie in ties)])
     inside = (looks.time_s >= begin_s) & (looks.time_s <= end_s)
     struck_s = reference.impacts["time_s"][reference.impacts["time_s"] > begin_s]
-    for (
-        time_s
-    ) in struck_s.tolist():  # whether a state is before or after an impact is a matter of rounding, or lateness
+    for time_s in struck_s.tolist():  # whether a state is before or after one is a matter of rounding, or lateness
         inside &= np.abs(looks.time_s - time_s - 0.5 * observed.dt_s) > observed.dt_s
     if not inside.any():
         return None
-    times = looks.time_s[inside]
-    truth, seen = motion_at(reference, times), _only(looks, inside)
+    until = looks.time_s <= end_s
+    whole, seen_whole = motion_at(reference, looks.time_s[until]), _only(looks, until)
+    truth, seen = _only(whole, inside[until]), _only(looks, inside)
     own, dt_s = _errors(reference, truth, seen), observed.dt_s
-    pit, allowed = None, ContactErrors(0.0, 0.0, 0.0)
-    if dt_s:
-        pit = _errors(reference, truth, _states_of_pit(reference.scene, dt_s, tuple(times.tolist())))
-        allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
+    pit, allowed, late_allowed = None, ContactErrors(0.0, 0.0, 0.0), Ends(0.0, 0.0)
     slow = RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
+    held = kept(reference, truth, seen, dt_s)
     rest_m_s, frozen = _at_the_end(truth, seen, slow)
-    wrong = not all(math.isfinite(error) for error in own) or rest_m_s > slow or frozen
+    fast = 0.0
+    if dt_s:
+        hopping = _states_of_pit(reference.scene, dt_s, tuple(whole.time_s.tolist()))
+        of_pit = _only(hopping, inside[until])
+        pit = _errors(reference, truth, of_pit)
+        allowed = _allowed(reference.scene, truth, dt_s, pit, len(struck_s))
+        late_allowed = _late_allowed(reference, ends(reference, whole, hopping, dt_s, end_s), looks.time_s, dt_s)
+        # PIT never rests: it hops the higher the more its wall gives back.
+        fast = float(
+            np.fmax.reduce([slow, _at_the_end(truth, of_pit, slow)[0], kept(reference, truth, of_pit, dt_s).hop_m_s])
+        )
+    moves = rest_m_s > fast or held.hop_m_s > fast
+    wrong = moves or frozen or not all(math.isfinite(error) for error in own)
     rounding = THRESHOLDS.rounding_of(observed.float_bits)
     place = THRESHOLDS.place_rounding_of(observed.float_bits, scales.time_s / dt_s if dt_s else 0.0) * scales.reach_m
     if dt_s:  # no more than a hundredth of a step's way; what never moves is not rounded step by step
         way = dt_s * float(np.max(np.hypot(*np.moveaxis(truth.velocity_m_s, 2, 0))))
         place = min(place, THRESHOLDS.close * way if way else rounding * scales.reach_m)
     exact = ContactErrors(place, rounding * scales.speed_m_s, rounding * scales.rim_m_s)
-    return ContactScore(
+    score = ContactScore(
         begin_s=begin_s,
         end_s=end_s,
-        looks=len(times),
+        looks=len(truth.time_s),
         own=own,
         pit=pit,
         allowed=allowed,
+        beyond_m=_beyond_an_integrator(truth, seen, dt_s),
         momentum_m_s=_momentum_error(reference, seen),
         rest_m_s=rest_m_s,
         frozen=frozen,
+        kept=held,
+        late=ends(reference, whole, seen_whole, dt_s, end_s),
+        late_allowed=late_allowed,
         grade=Grade.WRONG if wrong else _grade(own, exact, allowed),
     )
+    in_time = score.ends_in_time or not dt_s
+    return score if in_time else replace(score, grade=max(score.grade, Grade.INACCURATE, key=list(Grade).index))
+
+
+def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
+    """Return how late or early sampling lets bounces and slips end, beside PIT's own.
+
+    A hop that counts by a rounding lasts as many steps as it takes to rise and fall again; looks are some steps apart.
+    """
+    materials = reference.scene.arrays.materials
+    lost = max((dt_s / (1.0 - materials[wall_index(t.wall)].restitution) for t in touches(reference)), default=0.0)
+    apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
+    return Ends(apart_s + float(np.fmax(lost, abs(pit.bounces_s))), apart_s + float(np.fmax(lost, abs(pit.slips_s))))
+
+
+def _beyond_an_integrator(truth: States, seen: States, dt_s: float) -> float:
+    """Return what is left of the places' error without half a step of an integrator's, of the better sign."""
+    half = 0.5 * dt_s * (truth.velocity_m_s - truth.velocity_m_s[0])
+    off = seen.position_m - truth.position_m
+    return min(float(np.max(np.hypot(*np.moveaxis(off - sign * half, 2, 0)))) for sign in (1.0, -1.0))
 
 
 def _allowed(scene: Scene, truth: States, dt_s: float, pit: ContactErrors, impacts: int) -> ContactErrors:
@@ -222,11 +268,11 @@ def _states_of_pit(scene: Scene, dt_s: float, times_s: tuple[float, ...]) -> Sta
 
 def _at_the_end(truth: States, seen: States, slow: float) -> tuple[float, bool]:
     """Return how fast discs are on average at the end that rest there, and whether one stands still that moves."""
-    true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-_LAST:], 2, 0)) for s in (truth, seen))
+    true_speed, speed = (np.hypot(*np.moveaxis(s.velocity_m_s[-LAST:], 2, 0)) for s in (truth, seen))
     rests = (true_speed == 0.0).all(axis=0)
     moves = (true_speed > 2.0 * slow).all(axis=0)
     mean = speed.mean(axis=0)
-    rest = float(mean[rests].max()) if rests.any() and len(speed) == _LAST else math.nan
+    rest = float(mean[rests].max()) if rests.any() and len(speed) == LAST else math.nan
     frozen = bool(np.any(mean[moves] <= THRESHOLDS.close * true_speed[:, moves].mean(axis=0)))
     return rest, frozen
 
@@ -268,8 +314,19 @@ def in_contact(score: ContactScore) -> str:
 
     pit = f"; PIT by {told(score.pit)}" if score.pit is not None else ""
     wrong = "; stands still where it moves" if score.frozen else ""
-    if score.rest_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
-        wrong = f"; still at {score.rest_m_s:.3g} m/s on average where it rests"
+    if score.beyond_m < 0.5 * score.own.place_m:
+        wrong += f"; all but {score.beyond_m:.3g} m is half a step of an integrator's, v dt / 2"
+    place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
+    if abs(score.kept.gap_m) > place:
+        wrong += f"; held {abs(score.kept.gap_m):.3g} m {'off' if score.kept.gap_m > 0.0 else 'inside'} its wall"
+    if score.rest_m_s > speed:
+        wrong += f"; still at {score.rest_m_s:.3g} m/s on average where it rests"
+    if score.kept.hop_m_s > speed:
+        part = f", taking off in {100.0 * score.kept.take_offs:.2g} % of the states" if score.kept.take_offs else ""
+        wrong += f"; hops at {score.kept.hop_m_s:.3g} m/s in contact{part}"
+    for what, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
+        if abs(late_s) > most_s:
+            wrong += f"; its {what} end {abs(late_s):.3g} s {'late' if late_s > 0.0 else 'early'}"
     if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
         wrong += f"; angular momentum about the wall, which no friction changes, by {score.momentum_m_s:.3g} m/s"
     return f"from {score.begin_s:.6g} s on by up to {told(score.own)}{wrong}{pit}"

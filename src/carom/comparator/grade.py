@@ -22,11 +22,15 @@ __all__ = ["equals_pit", "grade", "grade_of_trajectory"]
 def grade(evidence: Evidence) -> Grade:
     """Grade a comparison: by impacts, and where discs slide, roll and rest by what they do there; the worse decides.
 
-    Where nothing is there to be graded by impacts, what discs do in contact decides alone.
+    Where nothing is there to be graded by impacts, what discs do in contact decides alone. Where trajectories parted
+    before, it tells nothing, unless one disc on one wall is in contact in the end, whatever its bounces were.
     """
     free, contact = _grade_of_flight(evidence), evidence.contact
-    if contact is None or free in {Grade.PARTED, Grade.PARTED_INACCURATE}:
+    if contact is None:
         return free
+    if free in {Grade.PARTED, Grade.PARTED_INACCURATE}:
+        alone = len(evidence.reference.scene.discs) == len(evidence.reference.scene.walls) == 1
+        return contact.grade if alone and contact.grade is Grade.WRONG else free
     if free is Grade.UNGRADED or not evidence.reach.impacts:
         return contact.grade if evidence.convention is None else free
     return max(free, contact.grade, key=list(Grade).index)

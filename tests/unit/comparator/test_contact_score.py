@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.lengths import long_after
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -120,6 +121,119 @@ def test_a_spin_that_damping_eats_shows_in_the_angular_momentum() -> None:
     assert score.contact is not None
     assert score.contact.momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
     assert any("angular momentum about the wall" in finding.reason for finding in score.findings)
+
+
+def reasons(score: Score) -> str:
+    """Return what is said of contact."""
+    return "".join(finding.reason for finding in score.findings if finding.verdict is Verdict.CONTACT)
+
+
+def moved(looks: States, where: NDArray[np.bool_], place: float = 0.0, speed: float | None = None) -> States:
+    """Return states on a floor, some of them higher up by a length, or at another speed off the floor."""
+    position, velocity = looks.position_m.copy(), looks.velocity_m_s.copy()
+    position[where, :, 1] += place
+    if speed is not None:
+        velocity[where, :, 1] = speed
+    return replace(looks, position_m=position, velocity_m_s=velocity)
+
+
+@pytest.mark.parametrize(("steps", "grade"), [(1.0, Grade.SAMPLED), (3.0, Grade.WRONG)])
+def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade) -> None:
+    """At the fall of three steps, off and into its floor, it never rests; of one step, PIT is no better."""
+
+    def hopping(looks: States) -> States:
+        shake = steps * 10.0 / 60.0 * (-1.0) ** np.arange(len(looks))
+        up = np.array([0.0, 1.0]) * np.where(looks.time_s > 1.4, shake, 0.0)[:, None]
+        return replace(looks, velocity_m_s=looks.velocity_m_s + up[:, None, :])
+
+    trace, _ = judged("contact/drop", "pic")
+    assert trace.looks is not None
+    changed = replace(trace, looks=hopping(trace.looks))
+    score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
+    assert score.contact is not None
+    assert score.contact.grade is grade
+    assert score.contact.kept.hop_m_s == pytest.approx(steps / 6.0)
+    assert score.contact.kept.take_offs == pytest.approx(0.5, abs=0.05)
+    assert "hops at" in reasons(score)
+
+
+@pytest.mark.parametrize(
+    ("off", "said"), [(0.005, "held 0.005 m off its wall"), (-0.005, "held 0.005 m inside its wall")]
+)
+def test_a_disc_that_is_held_off_its_wall_is_said_to_be(off: float, said: str) -> None:
+    """By a skin of 5 mm, or in an overlap as deep."""
+    score = doctored(lambda looks: moved(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll")
+    assert score.contact is not None
+    assert score.contact.kept.gap_m == pytest.approx(off)
+    assert score.contact.kept.overlap_m == pytest.approx(-off)
+    assert said in reasons(score)
+
+
+@pytest.mark.parametrize(("until_s", "in_time"), [(0.5, False), (1.25, True)])
+def test_bounces_that_end_early_are_told_beyond_what_sampling_loses(until_s: float, in_time: bool) -> None:
+    """Of bounces that end at 1.342 s, those of the last tenth are no step's; all after the first are."""
+
+    def dead(looks: States) -> States:
+        return moved(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0)
+
+    score = doctored(dead, "contact/drop")
+    assert score.contact is not None
+    assert score.contact.ends_in_time is in_time
+    assert (score.contact.grade is Grade.EXACT) is in_time
+    assert ("its bounces end" in reasons(score)) is not in_time
+
+
+def test_a_slip_that_ends_late_is_told() -> None:
+    """A disc that should roll from 1/2 s on still slips at 1 s."""
+
+    def slipping(looks: States) -> States:
+        assert looks.spin_rad_s is not None
+        late = (looks.time_s > 0.4) & (looks.time_s < 1.0)
+        return replace(looks, spin_rad_s=np.where(late[:, None], 0.0, looks.spin_rad_s))
+
+    score = doctored(slipping, "contact/slide-to-roll")
+    assert score.contact is not None
+    assert score.contact.late.slips_s == pytest.approx(0.5, abs=0.1)
+    assert "its slips end" in reasons(score)
+
+
+def test_the_half_step_of_an_integrator_is_named_and_no_fault() -> None:
+    """One that moves a disc a step at its new speed ends ``v dt / 2`` short, of 2.9 m/s that it is first seen at."""
+
+    def integrated(looks: States) -> States:
+        slower = looks.velocity_m_s - looks.velocity_m_s[0]
+        return replace(looks, position_m=looks.position_m + 0.5 / 60.0 * slower)
+
+    score = doctored(integrated, "contact/stops")
+    assert score.contact is not None
+    assert score.contact.own.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
+    assert score.contact.beyond_m < 1e-12
+    assert score.contact.grade is Grade.SAMPLED
+    assert "half a step of an integrator's" in reasons(score)
+
+
+def test_a_block_that_creeps_is_told() -> None:
+    """By a centimetre a second, where friction holds it."""
+
+    def creeping(looks: States) -> States:
+        return replace(looks, velocity_m_s=looks.velocity_m_s + np.array([0.008, -0.006]))
+
+    assert "still at 0.01 m/s on average where it rests" in reasons(doctored(creeping, "contact/holds"))
+
+
+@pytest.mark.parametrize("restitution", [0.2, 0.8, pytest.param(0.95, marks=pytest.mark.long)])
+def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
+    """Whatever its floor gives back, though it hops for ever, and the higher the more."""
+    for height in (1.0, 1.013, 1.026):
+        scene = CONTACT["contact/drop"]
+        disc = scene.discs[0].model_copy(update={"position_m": (0.0, 0.5 + height), "velocity_m_s": (0.0, 0.0)})
+        lasts = math.sqrt(height / 5.0) * (1.0 + restitution) / (1.0 - restitution) + 2.0
+        scene = scene.model_copy(update={"discs": (disc,), "wall_restitution": restitution, "duration_s": lasts})
+        trace = observe_run(load_adapter("pit"), scene, "tuned", 1 / 60)
+        score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=60.0))
+        assert score.contact is not None
+        assert score.contact.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+        assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 
 def test_a_state_that_is_no_number_is_wrong() -> None:
