@@ -81,6 +81,25 @@ def test_a_wedge_with_losses_collapses_below_its_restitution(degrees: int) -> No
     assert max(above) < 40
 
 
+@pytest.mark.parametrize("parts", [2, 3, 4, 5, 6])
+def test_a_corner_of_half_a_turn_over_n_is_left_alike_whichever_side_comes_first(parts: int) -> None:
+    """A disc that comes to both sides at once goes back, or for odd n is mirrored in the normal of the bisector."""
+    angle, radius = math.pi / parts, 0.25
+    apex, middle = radius * complex(1.0 / math.tan(angle / 2.0), 1.0), cmath.exp(0.5j * angle)
+    for part in (0.1, 0.3, 0.5, 0.8):
+        velocity = -2.0 * cmath.exp(1j * part * angle)
+        disc = Disc(position_m=_pair(apex - velocity), velocity_m_s=_pair(velocity), radius_m=radius)
+        trace = solve_pic(Scene(name="corner", discs=[disc], walls=[wedge(math.degrees(angle), 64.0)], duration_s=2.0))
+        along = (velocity * middle.conjugate()).real
+        after = -velocity if parts % 2 == 0 else velocity - 2.0 * along * middle
+        assert len(trace.impacts) == parts
+        assert np.allclose(trace.final_velocity_m_s, [_pair(after)], rtol=0.0, atol=1e-14)
+
+
+def _pair(z: complex) -> tuple[float, float]:
+    return z.real, z.imag
+
+
 def test_a_box_is_unfolded_to_its_366th_impact() -> None:
     """After 1,000 s in a box of 5 x 3 m, place and number of impacts are those of rational numbers."""
     draw = np.random.default_rng(2410)

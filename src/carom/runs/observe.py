@@ -221,9 +221,11 @@ class _Run:
         states, spins = self.collector.states, self.collector.spins
         if missing < 0.0:  # the last step reaches beyond the end
             later = (impacts["time_s"] > self.scene.duration_s) | (effective > self.scene.duration_s)
-            state = self._without(impacts[later])
+            after = impacts[later]
             impacts, effective, states = impacts[~later], effective[~later], states[~later]
             spins = None if spins is None else spins[~later]
+            turned_s = np.where(np.isfinite(effective), effective, impacts["time_s"])
+            state = self._without(after, impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
@@ -251,21 +253,44 @@ class _Run:
             looks=_states(self.looks) if self.looks else None,
         )
 
-    def _without(self, later: NDArray[np.void]) -> Observation:
-        """Return the last state as it would be without some impacts, which came after the scene's end."""
+    def _without(
+        self,
+        later: NDArray[np.void],
+        kept: NDArray[np.void],
+        kept_s: NDArray[np.float64],
+        spins: NDArray[np.void] | None,
+    ) -> Observation:
+        """Return the last state as it would be without some impacts, which came after the scene's end.
+
+        Others of the last step came before it: the disc flies from where the last of them has turned it.
+        """
         bodies = np.concatenate([later["first"], later["second"]])
-        discs = np.unique(bodies[bodies >= 0])
         begun_s, before = self.earlier
-        lasted = self.taken * self.dt_s - begun_s
-        flown, kept = self.damping.undamped(lasted), self.damping.kept(lasted)
+        end_s = self.taken * self.dt_s
         position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
-        velocity[discs] = before.velocity_m_s[discs] * kept + self.gravity[discs] * lasted
-        position[discs] = before.position_m[discs] + before.velocity_m_s[discs] * flown
-        position[discs] += self.gravity[discs] * (lasted * lasted / 2)
         spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()
-        if spin is not None and before.spin_rad_s is not None:
-            spin[discs] = before.spin_rad_s[discs] * kept
+        for disc in np.unique(bodies[bodies >= 0]).tolist():
+            place, speed, since_s = before.position_m[disc], before.velocity_m_s[disc], begun_s
+            turning = None if before.spin_rad_s is None else before.spin_rad_s[disc]
+            for row in np.flatnonzero(
+                (kept_s > begun_s) & ((kept["first"] == disc) | (kept["second"] == disc))
+            ).tolist():
+                side = "first" if kept["first"][row] == disc else "second"
+                place, _ = self._flown(disc, place, speed, float(kept_s[row]) - since_s)
+                speed, since_s = kept[f"velocity_{side}_after"][row], float(kept_s[row])
+                turning = turning if spins is None else spins[f"{side}_after"][row]
+            position[disc], velocity[disc] = self._flown(disc, place, speed, end_s - since_s)
+            if spin is not None and turning is not None:
+                spin[disc] = turning * self.damping.kept(end_s - since_s)
         return replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
+
+    def _flown(
+        self, disc: int, place: NDArray[np.float64], speed: NDArray[np.float64], seconds: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return place and velocity of a disc after some seconds of free flight."""
+        pull = self.gravity[disc]
+        moved = speed * self.damping.undamped(seconds) + pull * (seconds * seconds / 2)
+        return place + moved, speed * self.damping.kept(seconds) + pull * seconds
 
 
 def _states(looks: Sequence[tuple[float, Observation]]) -> States:

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 from carom.scene import Chain, Disc, Wall
 from carom.scenes.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
-from carom.scenes.entry import KnownImpact, Staged, listed
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, listed
 from carom.scenes.walled import bounces_in_a_box
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
@@ -172,3 +172,80 @@ def _lift() -> Staged:
         duration_s=duration,
     )
     return answered(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
+
+
+@listed("driven")
+def _start_at_a_touch() -> Staged:
+    """A wall that stands at a disc, and touches it, starts: it strikes the disc at that very instant."""
+    legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
+    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
+    scene = scene_of([disc(0.25 + 0j, 0j, 0.25)], walls=[wall], duration_s=2.0)
+    return answered(scene, [impact(0.75, 0, -1, 3 + 0j)], f"{_LAW}: 2 V, when the wall starts")
+
+
+@listed("driven")
+def _paddle_to_and_fro() -> Staged:
+    """A paddle comes, stands and goes back while a disc bounces between it and a wall: three speeds are handed over."""
+    radius, length, duration = Fraction(1, 4), Fraction(4), Fraction(6)
+    legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
+    place, speed, time, impacts = Fraction(1), Fraction(-3), Fraction(0), list[KnownImpact]()
+    for (begin, drive), end in zip(legs, [*(start for start, _ in legs[1:]), duration], strict=True):
+        place, time = place + speed * (begin - time), begin
+        while True:
+            gap = length - radius - place
+            wall = (place - radius) / -speed if speed < 0 else None
+            paddle = gap / (speed - drive) if speed > drive else None
+            wait, body = min((w, k) for w, k in ((wall, -1), (paddle, -2)) if w is not None)
+            if time + wait >= end:
+                break
+            length += drive * wait
+            place, time = place + speed * wait, time + wait
+            speed = -speed if body == -1 else 2 * drive - speed
+            impacts.append(impact(float(time), 0, body, complex(float(speed))))
+        length += drive * (end - time)
+        place, time = place + speed * (end - time), end
+    walls = [
+        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        Wall(
+            point_m=(4.0, 0.0),
+            normal=(-1.0, 0.0),
+            legs=[{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs],
+        ),
+    ]
+    scene = scene_of([disc(1 + 0j, -3 + 0j, 0.25)], walls=walls, duration_s=float(duration))
+    end_state = complex(float(place)), complex(float(speed))
+    return answered(scene, impacts, f"{_LAW}, leg by leg; the times by rational recurrence", final=[end_state])
+
+
+@listed("driven")
+def _fast_cup() -> Staged:
+    """A cup flies past at 20 m/s with a ball at rest in it: it drives the ball before it, and never lets it out."""
+    radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
+    cup = Chain(
+        points_m=((0.0, 2.0), (0.0, -1.0), (width, -1.0), (width, 2.0)), velocity_m_s=(drive, 0.0), half_width_m=0.0
+    )
+    scene = scene_of([disc(complex(place, 0.0), 0j, radius)], walls=[cup], duration_s=0.4)
+    time, impacts, speed = (place - radius) / drive, list[KnownImpact](), 2.0 * drive
+    while time < scene.duration_s:
+        impacts.append(impact(time, 0, -1, complex(speed)))
+        time, speed = time + (width - 2.0 * radius) / drive, 2.0 * drive - speed
+    return answered(scene, impacts, "Galileo: as in a cup at rest, in which the ball comes at -V")
+
+
+@listed("driven")
+def _conveyor() -> Staged:
+    """A ball that is dropped on a belt leaves against its way, turning: friction takes all of the slip."""
+    radius, down, belt, time, k = 0.25, 2.0, 1.5, 0.5, 0.5
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=belt)
+    scene = scene_of(
+        [disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)],
+        walls=[floor],
+        wall_friction=1.0,
+        duration_s=2 * time,
+    )
+    change = belt / (1.0 + 1.0 / k)  # of the slip, that of the belt
+    after, spin = (-change, down), -change / k / radius
+    hit = KnownImpact(time, 0, -1, after, spin_first_after=spin)
+    place = (-change * time, radius + down * time)
+    source = "Coulomb: the slip, which is the belt's speed, ends; of it 1/(1 + 1/k) goes into the velocity"
+    return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), (place,), final_spin_rad_s=(spin,)))

@@ -145,3 +145,88 @@ def _avian_594() -> Staged:
 def _avian_200() -> Staged:
     """An elastic ball that spins is dropped on a smooth floor: a spin that rubs on nothing changes nothing."""
     return _dropped(height_m=1.0, duration_s=5.0, spin_rad_s=10.0)
+
+
+@complained(
+    about="matter.js",
+    thread="https://github.com/liabru/matter-js/issues/256",
+    reported="With restitution 1 and no friction of any kind energy is lost at each bounce, and balls stick to walls.",
+    symptom=Symptom.LOSES_ENERGY,
+    made="Ball, ground and fall are those of a page in the thread, 100 pixels to a metre; the pull is the engine's.",
+)
+def _matter_256() -> Staged:
+    """A ball of 80 cm falls 3 m to the ground, without friction and with restitution 1."""
+    return _dropped(height_m=3.0, radius_m=0.8, gravity_m_s2=10.0, duration_s=12.0)
+
+
+@complained(
+    about="Planck",
+    thread="https://github.com/piqnt/planck.js/issues/223",
+    reported="A small ball of restitution 1 bounces higher and higher.",
+    symptom=Symptom.GAINS_ENERGY,
+    made="Radius, pull, step and the height of the fall are those of the script in the thread.",
+)
+def _planck_223() -> Staged:
+    """A ball of 6.6 cm falls two metres and a half on a box."""
+    height = 6.133333333333334 - 0.266 - (3.3333333333333335 + 0.066)
+    return _dropped(height_m=height, radius_m=0.066, gravity_m_s2=9.0, duration_s=10.0)
+
+
+@complained(
+    about="PhysX",
+    thread="https://github.com/NVIDIAGameWorks/PhysX/issues/351",
+    reported="The last bounces of a ball are missing: below a threshold, 2 m/s as shipped, it does not bounce at all.",
+    at_least=0.25,
+    made=f"The restitution is the mean of the thread's 1 and 1/2. {_OURS}",
+)
+def _physx_351() -> Staged:
+    """A ball bounces five times on the ground, three times of these at less than 2 m/s."""
+    return _dropped(height_m=0.5, restitution=0.75, radius_m=0.25, duration_s=1.75)
+
+
+@complained(
+    about="Jolt Physics",
+    thread="https://github.com/godot-jolt/godot-jolt/issues/374",
+    reported="The smaller a ball, the stranger it bounces: small ones gain height or do not bounce.",
+    made=_OURS,
+)
+def _godot_jolt_374() -> Staged:
+    """An elastic ball of 2 cm is dropped from a metre."""
+    return _dropped(height_m=1.0, radius_m=0.02, duration_s=4.0)
+
+
+@complained(
+    about="Physijs",
+    thread="https://github.com/chandlerprall/Physijs/issues/195",
+    reported="A ball of restitution 1 bounces higher than it fell.",
+    symptom=Symptom.GAINS_ENERGY,
+    made="Radius and height are the thread's; the pull is ours.",
+)
+def _physijs_195() -> Staged:
+    """A ball with a radius of 3 m, whose centre is 30 m above the ground, is dropped."""
+    return _dropped(height_m=27.0, radius_m=3.0, duration_s=15.0)
+
+
+@complained(
+    about="physicshub",
+    thread="https://github.com/physicshub/physicshub.github.io/pull/303",
+    reported="Balls lost energy on each bounce even with restitution 1: the pull was set to zero before the bounce "
+    "could take account of it.",
+    symptom=Symptom.LOSES_ENERGY,
+    made=_OURS,
+)
+def _physicshub_303() -> Staged:
+    """An elastic ball is dropped from 2 m."""
+    return _dropped(height_m=2.0, radius_m=0.25, duration_s=6.0)
+
+
+@complained(
+    about="pymunk",
+    thread="https://github.com/viblo/pymunk/issues/11",
+    reported="An elasticity changed nothing: all impacts were inelastic until a number of elastic iterations was set.",
+    at_least=0.25,
+    made=_OURS,
+)
+def _pymunk_11() -> Staged:
+    """A ball of restitution 4/5 is dropped from a metre."""
+    return _dropped(height_m=1.0, radius_m=0.1, restitution=0.8, duration_s=1.5)

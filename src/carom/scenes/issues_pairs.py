@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from carom.scenes.closed_forms import after_impact, answered, disc, impact, scene_of, struck_row
+from carom.scenes.closed_forms import after_impact, answered, disc, impact, meeting, scene_of, struck_row
 from carom.scenes.complaint import Symptom, complained
 from carom.scenes.entry import KnownAnswer, Staged
 
@@ -234,3 +234,103 @@ def _dynamo_57() -> Staged:
     )
     convention = "The two outer discs arrive at one instant; the limit, all at rest, does not depend on the order"
     return Staged(scene, KnownAnswer(source, final_velocity_m_s=((0.0, 0.0),) * 3, convention=convention))
+
+
+@complained(
+    about="matter.js",
+    thread="https://github.com/liabru/matter-js/issues/361",
+    reported="Even with restitution 1 a slow circle does not pass all of its momentum on: both go on the same way.",
+    at_least=0.1,
+    made="The thread has no scene; all sizes are ours.",
+)
+def _matter_361() -> Staged:
+    """A slow disc strikes an equal one at rest, head-on."""
+    return _head_on(speeds=(0.5, 0.0), radius_m=(0.2, 0.2), gap_m=0.3, duration_s=1.5, rate_hz=60.0)
+
+
+@complained(
+    about="cannon.js",
+    thread="https://github.com/schteppe/cannon.js/issues/359",
+    reported="Colliding spheres lose energy although their contact has restitution 1 and no friction.",
+    symptom=Symptom.LOSES_ENERGY,
+    made="The thread gives neither places nor speeds; all sizes are ours.",
+)
+def _cannon_359() -> Staged:
+    """Two balls fly at each other off centre, without friction, and lose nothing."""
+    return meeting((3 + 0j, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
+
+
+@complained(
+    about="pymunk",
+    thread="https://github.com/viblo/pymunk/issues/13",
+    reported="No elastic collisions: they need a number of elastic iterations, which could not be set from Python.",
+    at_least=0.25,
+    made="The thread has no scene; all sizes are ours.",
+)
+def _pymunk_13() -> Staged:
+    """A light and a heavy disc meet head-on, elastically."""
+    return _head_on(
+        speeds=(2.0, -1.0), radius_m=(0.25, 0.5), mass_kg=(1.0, 4.0), gap_m=1.53, duration_s=1.25, rate_hz=60.0
+    )
+
+
+@complained(
+    about="Defold",
+    thread="https://github.com/defold/defold/issues/3775",
+    reported="A body that is no faster than 1 m/s sticks to what it meets, and both move on as one.",
+    at_least=0.25,
+    made="Speeds up to 1 m/s are the thread's; the sizes are ours.",
+)
+def _defold_3775() -> Staged:
+    """A disc at 0.9 m/s meets one at rest."""
+    return _head_on(speeds=(0.9, 0.0), radius_m=(0.25, 0.25), gap_m=0.45, duration_s=1.25, rate_hz=60.0)
+
+
+@complained(
+    about="Newton",
+    thread="https://github.com/newton-physics/newton/issues/1131",
+    reported="One of the solvers had no restitution at all for rigid bodies that collide; it is asked for.",
+    at_least=0.25,
+    made="The thread has no scene; all sizes are ours.",
+)
+def _newton_1131() -> Staged:
+    """Two balls meet head-on with restitution 1/2."""
+    return _head_on(speeds=(2.0, -2.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.5, duration_s=0.5, rate_hz=60.0)
+
+
+@complained(
+    about="Newton",
+    thread="https://github.com/newton-physics/newton/pull/4103",
+    reported="Restitution read velocities of the wrong instant; impacts with restitution 0 rebounded, and bodies that "
+    "were separating were held.",
+    at_least=0.1,
+    made="The thread has no scene; all sizes are ours.",
+)
+def _newton_4103() -> Staged:
+    """A ball runs into one that moves away more slowly, with restitution 0: both go on at one speed."""
+    return _head_on(speeds=(3.0, 1.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.0, duration_s=1.0, rate_hz=60.0)
+
+
+@complained(
+    about="vrc8ball",
+    thread="https://github.com/Terri00/vrc8ball/issues/52",
+    reported="A ball that is hit hard passes through the one it was aimed at, and on the break balls merge.",
+    symptom=Symptom.MISSES,
+    made="Balls are of the usual size; speed and distance are ours.",
+)
+def _vrc8ball_52() -> Staged:
+    """A cue ball at 10 m/s meets a ball a metre away."""
+    return _head_on(speeds=(10.0, 0.0), radius_m=(0.03, 0.03), gap_m=1.01, duration_s=0.25, rate_hz=60.0)
+
+
+@complained(
+    about="vrc8ball",
+    thread="https://github.com/Terri00/vrc8ball/issues/85",
+    reported="Hit at high speed and off centre, the object ball is missed, or goes as if it had been hit nearer to the "
+    "centre, or on the other side.",
+    at_least=0.1,
+    made="Balls are of the usual size; speed and offset are ours.",
+)
+def _vrc8ball_85() -> Staged:
+    """A fast cue ball strikes an object ball at nine tenths of the contact distance off centre."""
+    return meeting((8 + 0j, 0j), (0.03, 0.03), offset=0.9, time_s=0.103, duration_s=0.25)

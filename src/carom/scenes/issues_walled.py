@@ -194,3 +194,150 @@ def _pooltool_154() -> Staged:
     known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
     source = "The first impact by the quadratic of the straight path; thereafter the energy stays, and nothing overlaps"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
+
+
+def _in_a_box(
+    *, start: complex, velocity: complex, radius: float, width: float, height: float, duration: float
+) -> Staged:
+    """Stage a disc in an elastic box, `start` in its lower left corner's frame."""
+    scene = scene_of(discs=[disc(start, velocity, radius)], walls=box_walls(width, height), duration_s=duration)
+    inner = start - complex(radius, radius)
+    impacts = bounces_in_a_box(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
+    return answered(scene, impacts, "Unfolding: one straight line through a lattice of boxes")
+
+
+@complained(
+    about="matter.js",
+    thread="https://github.com/liabru/matter-js/issues/626",
+    reported="One particle in a container, with restitution 1 and no friction, becomes slower at each wall.",
+    symptom=Symptom.LOSES_ENERGY,
+    made="The thread has no sizes; all are ours.",
+)
+def _matter_626() -> Staged:
+    """A particle in a box that loses nothing."""
+    return _in_a_box(start=1.3 + 0.9j, velocity=2.3 + 1.7j, radius=0.1, width=4.0, height=3.0, duration=10.0)
+
+
+@complained(
+    about="Planck",
+    thread="https://github.com/piqnt/planck.js/issues/217",
+    reported="A ball of full restitution that moves slowly and diagonally, as in pong, does not bounce off walls, and "
+    "sticks to them.",
+    at_least=0.25,
+    made="The thread gives no numbers; all are ours, below Planck's threshold of 1 m/s.",
+)
+def _planck_217() -> Staged:
+    """A ball goes slowly and diagonally through a box."""
+    return _in_a_box(start=0.9 + 0.7j, velocity=0.6 + 0.45j, radius=0.125, width=2.0, height=1.5, duration=8.0)
+
+
+@complained(
+    about="GDevelop",
+    thread="https://github.com/4ian/GDevelop/issues/1219",
+    reported="Slow balls stop bouncing off walls and glide along them.",
+    at_least=0.25,
+    made="The thread gives no numbers; all are ours.",
+)
+def _gdevelop_1219() -> Staged:
+    """A ball comes to a wall at 0.4 m/s, and along it at 0.7 m/s."""
+    return _wall_on_the_right(radius_m=0.25, velocity=0.4 + 0.7j, gap_m=0.31, duration_s=2.0, rate_hz=60.0)
+
+
+@complained(
+    about="Construct 3",
+    thread="https://github.com/Scirra/Construct-bugs/issues/3900",
+    reported="At 50 pixels a second and below a ball does not bounce any more; at 51 it does.",
+    at_least=0.25,
+    made="The speed is the thread's, at the engine's 50 pixels to a metre; the sizes are ours.",
+)
+def _construct_3900() -> Staged:
+    """A ball comes to a wall at 1 m/s."""
+    return _wall_on_the_right(radius_m=0.5, velocity=1 + 0j, gap_m=0.51, duration_s=1.25, rate_hz=60.0)
+
+
+@complained(
+    about="Bullet",
+    thread="https://github.com/bulletphysics/bullet3/issues/2483",
+    reported="A fast ball passes through a wall; with continuous detection it bounces, and loses a part of its speed, "
+    "which depends on where it began.",
+    at_least=0.1,
+    made="The thread gives restitution 1 and no pull; speed and sizes are ours.",
+)
+def _bullet3_2483() -> Staged:
+    """A ball meets a wall at many times its size a step, elastically."""
+    return _wall_on_the_right(radius_m=0.1, velocity=100 + 0j, gap_m=5.13, duration_s=0.1, rate_hz=60.0)
+
+
+@complained(
+    about="dyn4j",
+    thread="https://github.com/dyn4j/dyn4j/issues/87",
+    reported="A billiard ball between two walls gets stuck in one of them.",
+    symptom=Symptom.ESCAPES,
+    made="Ball, walls, place and speed are the thread's, and the restitution of the ball; the second ball is left out.",
+)
+def _dyn4j_87() -> Staged:
+    """A billiard ball goes to and fro between two walls, and loses a tenth of its speed at each."""
+    radius, speed, left, right, restitution = 0.028575, 2.0, -0.4, 1.9, 0.9
+    place, time, impacts, duration = -0.3, 0.0, list[KnownImpact](), 4.0
+    while (time := time + ((right - radius - place) if speed > 0 else (place - left - radius)) / abs(speed)) < duration:
+        place, wall = (right - radius, -2) if speed > 0 else (left + radius, -1)
+        speed *= -restitution
+        impacts.append(impact(time, 0, wall, complex(speed, 0)))
+    walls = [Wall(point_m=(left, 0.0), normal=(1.0, 0.0)), Wall(point_m=(right, 0.0), normal=(-1.0, 0.0))]
+    scene = scene_of(
+        discs=[disc(-0.3 + 0j, 2 + 0j, radius)], walls=walls, wall_restitution=restitution, duration_s=duration
+    )
+    return answered(scene, impacts, f"{_MIRROR}: the ways between them over speeds that fall by a factor")
+
+
+@complained(
+    about="Aether.Physics2D",
+    thread="https://github.com/tainicom/Aether.Physics2D/issues/106",
+    reported="A cue ball of restitution 1 does not bounce off what it meets.",
+    at_least=0.25,
+    made="Mass and restitution are the thread's; the sizes are ours.",
+)
+def _aether_106() -> Staged:
+    """A cue ball meets a cushion at an angle."""
+    return _wall_on_the_right(radius_m=0.03, velocity=1.5 + 0.8j, gap_m=0.77, duration_s=1.0, rate_hz=60.0)
+
+
+@complained(
+    about="p2.js",
+    thread="https://github.com/schteppe/p2.js/issues/156",
+    reported="A pool ball that meets a cushion at 45 degrees leaves at 40, and after a few bounces moves straight to "
+    "and fro; without friction and turning it was right.",
+    at_least=0.05,
+    made="The angle is the thread's; the sizes are ours, and there is no friction.",
+)
+def _p2_156() -> Staged:
+    """A ball meets a cushion at 45 degrees."""
+    return _wall_on_the_right(radius_m=0.03, velocity=1.25 + 1.25j, gap_m=0.63, duration_s=1.0, rate_hz=60.0)
+
+
+@complained(
+    about="GAMA",
+    thread="https://github.com/gama-platform/gama/issues/556",
+    reported="With restitution 1 everywhere balls lose speed, most where one meets a wall and a ball almost at once.",
+    symptom=Symptom.LOSES_ENERGY,
+    made="The thread has no numbers; all are ours.",
+)
+def _gama_556() -> Staged:
+    """A ball bounces off a wall, and a hair later meets the one that follows it."""
+    radius, wall, gap, slit, speed = 0.25, 2.0, 0.5, 0.01, 2.0
+    first = wall - radius - gap
+    second = first - 2 * radius - slit
+    scene = scene_of(
+        discs=[disc(complex(first, 0), complex(speed, 0), radius), disc(complex(second, 0), complex(speed, 0), radius)],
+        walls=[Wall(point_m=(wall, 0.0), normal=(-1.0, 0.0))],
+        duration_s=0.75,
+    )
+    at_wall = gap / speed
+    met = at_wall + slit / (2 * speed)  # they close at twice the speed
+    back = met + slit / (2 * speed)  # the first goes back by half of the slit
+    impacts = [
+        impact(at_wall, 0, -1, complex(-speed, 0)),
+        impact(met, 0, 1, complex(speed, 0), complex(-speed, 0)),
+        impact(back, 0, -1, complex(-speed, 0)),
+    ]
+    return answered(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")

@@ -124,6 +124,21 @@ def _wedge_of_sixty() -> Staged:
 
 
 @listed("tables")
+def _corner_of_forty_five() -> Staged:
+    """A disc meets both sides of a corner of 45 degrees at one instant: four impacts, and back the way that it came."""
+    radius, velocity, time = 0.25, 1.5 * cmath.exp(-0.9j * math.pi), 0.75
+    apex = radius * complex(1.0 + math.sqrt(2.0), 1.0)
+    walls = [_line(8, 0, 8 + 8j)]
+    scene = scene_of([disc(apex - velocity * time, velocity, radius)], walls=walls, duration_s=2 * time)
+    source = (
+        "Reflections in two lines at an angle of pi/n make a group of 2 n: for even n a disc in the apex goes back, "
+        "in whatever order its sides are met"
+    )
+    end = (vector(apex - velocity * time),)
+    return Staged(scene, KnownAnswer(source, count=4, final_velocity_m_s=(vector(-velocity),), final_position_m=end))
+
+
+@listed("tables")
 def _wedge_of_twelve() -> Staged:
     """A disc is thrown into a corner of 12 degrees, and comes out after as many impacts as half turns have of them."""
     return _wedge(12.0, 5 + 0.4j, -2 + 0.2j)

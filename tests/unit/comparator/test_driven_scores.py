@@ -36,9 +36,19 @@ def test_pit_is_graded_as_it_is_on_what_stands() -> None:
         for row in carom.cross_check(scenes, ["pit"], dts=[1 / 60], timing=False, pool=InProcess()).rows
     }
     assert grades.pop("driven/swatter") is Grade.WRONG
+    assert grades.pop("driven/fast-cup") is Grade.WRONG
     assert grades.pop("driven/piston") is Grade.PARTED
-    assert len(grades) == 7
-    assert set(grades.values()) == {Grade.SAMPLED}
+    assert len(grades) == 10
+    assert set(grades.values()) == {Grade.SAMPLED, Grade.EXACT}
+    found = {name for name, grade in grades.items() if grade is Grade.EXACT}
+    assert found == {"driven/start-at-a-touch", "driven/conveyor"}  # at a look, and on a flat floor
+
+
+def test_pic_is_exact_where_its_last_step_reaches_beyond_the_end() -> None:
+    """Impacts on either side of the scene's end in one step: the state at the end is that after the earlier ones."""
+    scenes = [entry.scene for entry in find_scenes(["driven/piston", "driven/paddle-to-and-fro"])]
+    rows = carom.cross_check(scenes, ["pic"], dts=[1 / 60, 1 / 11], profiles=["tuned"], timing=False, pool=InProcess())
+    assert {row.grade for row in rows.rows} == {Grade.EXACT}
 
 
 def test_a_paddle_that_is_taken_to_stand_is_found() -> None:
@@ -69,6 +79,29 @@ def test_energy_is_measured_by_what_the_paddle_gives() -> None:
     slower = replace(truth, method="slower", final_velocity_m_s=np.array([(1.0, 0.0)]))
     assert truth.final_velocity_m_s.tolist() == [[2.0, 0.0]]
     assert math.isclose(compare(truth, slower).total.energy, -1.5 / 2.0)  # of 2 kg m/s at 1 m/s
+
+
+@pytest.mark.parametrize(("begins", "late"), [(1.0, 0.0), (0.5, -0.5 / 0.3)])
+@pytest.mark.parametrize("edge", [False, True])
+def test_each_step_knows_on_which_leg_a_wall_is(begins: float, late: float, edge: bool) -> None:
+    """A wall that starts at 1 s, within a step, strikes a disc that it touches: what turns it sooner is early."""
+    legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 1.0, "velocity_m_s": (1.5, 0.0)})
+    wall = (
+        Chain(points_m=((0.0, -1.0), (0.0, 1.0)), legs=legs)
+        if edge
+        else Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
+    )
+    disc = Disc(position_m=(0.5, 0.0), radius_m=0.5)
+    scene = Scene(name="starts", discs=[disc], walls=[wall], duration_s=2.0)
+    watch = StepWatch(scene, 0.3, 64)
+    for step in range(1, 7):
+        time_s = step * 0.3
+        place, speed = (0.5 + 3.0 * (time_s - begins), 3.0) if time_s > begins else (0.5, 0.0)
+        watch.add(time_s, np.array([(place, 0.0)]), np.array([(speed, 0.0)]), np.zeros(1))
+    told = watch.finish()
+    (window,) = told.windows
+    assert (window["due"], window["missed"], window["velocity"]) == (1, 0, 0.0)
+    assert math.isclose(float(window["late_steps"]), late, abs_tol=1e-12)
 
 
 @pytest.mark.parametrize(("after", "off"), [((4.0, 0.0), 0.0), ((2.0, 0.0), 2.0)])

@@ -334,7 +334,8 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
     if grip.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # the run's own
         closed = was[0] * normal[0] + was[1] * normal[1]
-        judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
+        if closed != 0.0:  # as it is of a disc that turned for nothing, before a driven wall came to it
+            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
 
 
 def _turn_s(window: _Window, pair: Pair) -> float:

@@ -66,7 +66,7 @@ class AllPairsRun:
         self._standstill = standstill_impacts(len(self.bodies) + len(self.bodies.walls))
         driven = start.arrays.wall_drives is not None
         self._squeezes = Squeezes(self.bodies, self._standstill) if driven else None
-        self._duration_s = start.duration_s
+        self._last_s = start.duration_s  # up to when impacts are asked for, at the least
         self._patience = Patience()
         self._last_impact_s = [-math.inf] * len(self.bodies)
         self._impacts_per_disc = [0] * len(self.bodies)
@@ -94,6 +94,7 @@ class AllPairsRun:
             InputError: `time_s` is NaN, or `max_impacts` no number of impacts.
         """
         require_goal(time_s, max_impacts)
+        self._last_s = max(self._last_s, time_s)
         outcome = self._ended
         while outcome is None:
             instant, first, second = self._next_impact()
@@ -196,10 +197,10 @@ class AllPairsRun:
         return record, self.bodies.resolution_s(record)
 
     def _look_for_crushing(self, squeezes: Squeezes, moved: list[int], second: int) -> None:
-        """End the run where a disc that has just been struck is crushed before the scene ends."""
+        """End the run where a disc that has just been struck is crushed before what is asked for ends."""
         for disc in moved:
             crush = squeezes.struck(disc, wall_index(second) if second < 0 else None)
-            if crush is None or (time_s := self.bodies.since_start(crush.time_s)) > self._duration_s:
+            if crush is None or (time_s := self.bodies.since_start(crush.time_s)) > self._last_s:
                 continue
             self._ended = Outcome.CRUSHED
             one, other = (body_name(wall_body(k)) for k in crush.walls)
