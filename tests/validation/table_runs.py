@@ -38,7 +38,7 @@ AT_ONCE = arb(10) ** -60
 #: normal of a circle, where a coordinate of the centre is subtracted; and one for the rounding of that centre.
 ROUNDINGS_OF_PLACE = 6
 #: Roundings of a velocity in an impact: a normal's component, two products and a sum along it, one times 1 + e, a
-#: product and a difference.
+#: product and a difference. Where a line is driven, all are of what is seen from there, whose speed is added.
 ROUNDINGS_OF_VELOCITY = 8
 UNIT = 2.0**-53
 #: Of the radius: where the bound of its place has passed this part of it, a run of floats is compared no further.
@@ -313,12 +313,17 @@ class Walk:
         growth = np.stack(by_start, axis=1)
         flight = float(wait.mid())
         sizes = abs(_floats(begin)) + abs(_floats(end))
-        speed = float(np.hypot(*sizes[3:]))
+        speed = float(np.hypot(*sizes[3:])) + max(
+            (np.hypot(*v) for _, v in self.table.lines[side.line].legs), default=0.0
+        )
         far = _largest(self.table.lines[side.line], float(sizes[0]))
         place = ROUNDINGS_OF_PLACE * UNIT * (sizes[1:3] + speed * flight + far)
         direct = np.array([2 * UNIT * sizes[0], 0.0, 0.0, *[ROUNDINGS_OF_VELOCITY * UNIT * speed] * 2])
         self.grown = [growth @ columns for columns in self.grown]
         self.grown.append(np.concatenate([np.stack(by_place, axis=1) * place, np.diag(direct)], axis=1))
+        if self.table.lines[side.line].legs:
+            # The disc's place is rounded as the line sees it, where a leg begins: the instant depends on that, too.
+            self.grown.append(growth[:, 1:3] * place)
         self.state = State(*(value.mid() for value in end))  # some 170 digits: what balls would lose is dropped
         return Met(side.line, end, self.bound())
 
