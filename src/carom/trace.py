@@ -244,6 +244,7 @@ class Outcome(Enum):
     CRUSHED = "a disc is crushed between two walls that close on it, after infinitely many impacts"
     PRESSED = "two discs stay in touch, pressed together: contact of discs is not solved"
     CORNER = "a disc is held by two walls at once: contact in a corner is not solved"
+    EDGE = "a disc comes to the end of a straight edge too slowly to fly off: how it turns about the end is not solved"
     WARNED = "the method's own warning says that its state is not to be trusted"
     NON_FINITE = "the state is no longer finite"
     STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
@@ -251,7 +252,7 @@ class Outcome(Enum):
     @property
     def in_contact(self) -> bool:
         """Whether the run ended where contact begins that lasts, which a method that simulates it goes on with."""
-        return self in {Outcome.AT_REST, Outcome.GLIDES, Outcome.PRESSED, Outcome.CORNER}
+        return self in {Outcome.AT_REST, Outcome.GLIDES, Outcome.PRESSED, Outcome.CORNER, Outcome.EDGE}
 
     @property
     def of_disc(self) -> str:
@@ -263,6 +264,7 @@ _OF_DISC = {
     Outcome.GLIDES: "glides along a wall",
     Outcome.PRESSED: "stays in touch with another",
     Outcome.CORNER: "is held by two walls",
+    Outcome.EDGE: "comes over the end of a wall",
 }
 
 _OF_MODE = {

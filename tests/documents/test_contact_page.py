@@ -9,11 +9,11 @@ import pytest
 from docs.figures import contact
 
 from carom.scene import Scene
-from carom.scenes import find_scenes
+from carom.scenes import scene_named
 
 ROWS: list[dict[str, Any]] = json.loads(contact.FIGURES.read_text(encoding="utf-8"))
 KNOWN = {(row["engine"], row["profile"]): row["scenes"] for row in ROWS}
-SCENES = [entry.scene for entry in find_scenes(["contact"]) if any(entry.scene.gravity_m_s2)]
+SCENES = [scene_named(name) for name in contact.scenes_started()]
 
 
 def test_the_tables_are_those_of_the_figures() -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carom.scene import Disc, Wall
+from carom.scene import Chain, Disc, Wall
 from carom.scenes.closed_forms import scene_of
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, listed
 from carom.trace import Vector, wall_body
@@ -155,6 +155,7 @@ def _damped_slide() -> Staged:
 # On a wall that gravity presses a disc to -----------------------------------------------------------------------------
 
 _RADIUS_M, _G = 0.5, 10.0
+_FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 _ROLLING = (
     "Rolling resistance, up to c P R against the spin: u' = -c g/(1 + k); Ai et al., Powder Technol. 206 (2011) 269, A"
 )
@@ -354,3 +355,82 @@ def _struck() -> Staged:
         final_spin_rad_s=(-2.0, -4.0),
     )
     return Staged(scene, known)
+
+
+@listed("contact")
+def _edge() -> Staged:
+    """A disc rolls over the end of an edge at 3 m/s, and flies off at once: its weight bends its path too little."""
+    speed, end, duration = 3.0, 1.0, 1.0
+    flown = duration - end / speed
+    scene = scene_of(
+        discs=[Disc(position_m=(0.0, _RADIUS_M), velocity_m_s=(speed, 0.0), radius_m=_RADIUS_M, spin_rad_s=-6.0)],
+        walls=[Chain(points_m=((-5.0, 0.0), (end, 0.0)))],
+        gravity_m_s2=(0.0, -_G),
+        wall_friction=0.5,
+        wall_restitution=0.0,
+        duration_s=duration,
+    )
+    known = KnownAnswer(
+        "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is so wide",
+        (),
+        0,
+        ((speed, -_G * flown),),
+        ((speed * duration, _RADIUS_M - _G * flown * flown / 2),),
+        final_spin_rad_s=(-6.0,),
+    )
+    return Staged(scene, known)
+
+
+@listed("contact")
+def _pressed() -> Staged:
+    """A disc falls onto one that lies on the floor: whether it leaves depends on the order of impacts."""
+    scene = scene_of(
+        discs=[Disc(position_m=(0.0, 0.5), radius_m=0.5), Disc(position_m=(0.0, 1.7), radius_m=0.5)],
+        walls=[_FLOOR],
+        gravity_m_s2=(0.0, -_G),
+        restitution=0.5,
+        wall_restitution=0.0,
+        duration_s=1.0,
+    )
+    known = KnownAnswer(
+        "Newton's law of restitution, one impact after the other",
+        (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0))),
+        convention=(
+            "One after the other each round leaves a quarter of 2 m/s, and both end at rest; all at once, as engines "
+            "solve them, the upper disc leaves at 1 m/s. Impacts are taken one after the other"
+        ),
+    )
+    return Staged(scene, known)
+
+
+def _in_a_corner(
+    spin: float, source: str, place_m: float, speed: float, after: float | None, duration: float
+) -> Staged:
+    scene = scene_of(
+        discs=[Disc(position_m=(0.5, 0.5), radius_m=0.5, spin_rad_s=spin)],
+        walls=[_FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+        gravity_m_s2=(0.0, -_G),
+        wall_friction=0.25,
+        wall_restitution=0.0,
+        duration_s=duration,
+    )
+    spins = None if after is None else (after,)
+    return Staged(scene, KnownAnswer(source, (), 0, ((speed, 0.0),), ((place_m, 0.5),), final_spin_rad_s=spins))
+
+
+@listed("contact")
+def _corner() -> Staged:
+    """A disc that spins between floor and wall, driven into the corner, stays there: which contact is not solved."""
+    source = (
+        "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin down, to 0 after 17/10 s and "
+        "17 rad, while the centre stays"
+    )
+    return _in_a_corner(20.0, source, 0.5, 0.0, None, 3.0)
+
+
+@listed("contact")
+def _out_of_a_corner() -> Staged:
+    """Turning the other way it drives itself out of the corner, and rolls from 4/3 s on."""
+    slides, speed = 4 / 3, 10 / 3
+    way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
+    return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed, 3.0)

@@ -22,7 +22,12 @@ from carom.scenes import find_scenes
 from carom.trace import SPIN_DTYPE
 from carom.windows import States
 
-CONTACT = {entry.name: entry.scene for entry in find_scenes(["contact"]) if any(entry.scene.gravity_m_s2)}
+#: But those two in which contact ends the run by name.
+CONTACT = {
+    entry.name: entry.scene
+    for entry in find_scenes(["contact"])
+    if any(entry.scene.gravity_m_s2) and entry.name not in {"contact/pressed", "contact/corner"}
+}
 
 
 def judged(name: str, engine: str, dt_s: float = 1 / 60) -> tuple[Trace, Score]:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.stage import disc_at, staged, wall_at
 
-from carom import Mode, Outcome, Scene, solve_pic, solve_pic_framewise
+from carom import Chain, Mode, Outcome, Scene, solve_pic, solve_pic_framewise
 from carom.pages.tracks import reference_tracks, turnings
 from carom.runs.wire import CarriedTrace, Codec
 from carom.solvers.falling.bodies import FallingBodies
@@ -179,3 +179,61 @@ def test_a_bound_of_when_two_meet_changes_nothing(monkeypatch: pytest.MonkeyPatc
     assert len(bounded.impacts) > 100
     assert bounded.modes is not None
     assert bounded == dataclasses.replace(solved, counts=bounded.counts)
+
+
+def over_an_edge(speed: float, *points: tuple[float, float], **fields: float) -> Trace:
+    """Run a disc that rolls along a line of edges from (0, 0) on."""
+    disc = disc_at(0.0, 0.5, speed, spin_rad_s=-2.0 * speed)
+    laws = {"wall_friction": 0.5, "wall_restitution": 0.0, "duration_s": 1.0, **DOWN, **fields}
+    return solve_pic(Scene(name="edge", discs=[disc], walls=[Chain(points_m=((-5.0, 0.0), *points))], **laws))
+
+
+@pytest.mark.parametrize(("speed", "flies"), [(3.0, True), (math.sqrt(5.0), True), (2.2, False)])
+def test_a_disc_flies_off_an_edge_where_its_weight_holds_it_to_no_circle(speed: float, flies: bool) -> None:
+    """From u^2 = P R on, here 5; slower, the run ends by name at that instant, at the end of the edge."""
+    trace = over_an_edge(speed, (1.0, 0.0))
+    if flies:
+        assert trace.outcome is Outcome.COMPLETED
+        assert modes_of(trace) == [Mode.ROLL, Mode.FLIGHT]
+        assert trace.final_position_m[0] == pytest.approx((speed, 0.5 - 5.0 * (1.0 - 1.0 / speed) ** 2), abs=1e-15)
+    else:
+        assert trace.outcome is Outcome.EDGE
+        assert trace.end_time_s == pytest.approx(1.0 / speed)
+        assert trace.final_position_m[0].tolist() == [1.0, 0.5]
+        assert "end of a straight edge of wall 0" in trace.notes[0]
+
+
+def test_an_edge_in_pieces_is_one() -> None:
+    """A disc rolls over joints at which the wall goes straight on as if there were none."""
+    whole, pieces = over_an_edge(3.0, (1.0, 0.0)), over_an_edge(3.0, (-2.0, 0.0), (0.25, 0.0), (1.0, 0.0))
+    assert pieces.final_position_m.tobytes() == whole.final_position_m.tobytes()
+    assert pieces.modes is not None
+    assert whole.modes is not None
+    assert pieces.modes.tobytes() == whole.modes.tobytes()
+
+
+def test_a_disc_in_contact_meets_what_rises_from_the_same_wall() -> None:
+    """Where the line turns up the disc strikes the slope as it strikes any wall, and goes on up it."""
+    trace = over_an_edge(3.0, (1.0, 0.0), (4.0, 3.0))
+    assert len(trace.impacts) == 1
+    foot = 1.0 - 0.5 * math.tan(math.pi / 8)  # the rim touches both there
+    assert trace.impacts["time_s"][0] == pytest.approx(foot / 3.0)
+    assert modes_of(trace)[:3] == [Mode.ROLL, Mode.FLIGHT, Mode.ROLL]
+
+
+def test_a_disc_that_flies_over_a_bend_lands_below_it() -> None:
+    """Rolling onto a slope that falls off it flies at first, and lands where the parabola meets the slope."""
+    trace = over_an_edge(3.0, (1.0, 0.0), (9.0, -6.0), wall_friction=0.0)
+    (impact,) = trace.impacts
+    # Rims are R off the slope: with (4, -3)/5 along it and (3, 4)/5 its normal, from the joint on.
+    g, u, n = 10.0, 3.0, (0.6, 0.8)
+    lasts = (u * n[0] + math.sqrt((u * n[0]) ** 2 - 2.0 * g * n[1] * 0.5 * (1.0 - n[1]))) / (g * n[1])
+    assert impact["time_s"] == pytest.approx(1 / 3 + lasts)
+
+
+def test_a_slow_disc_on_a_hill_s_edge_turns_back_before_it() -> None:
+    """Whether a mode ends before the edge is reached is for the clock: one that stops short stays."""
+    trace = over_an_edge(1.0, (0.3, 0.0), wall_rolling_resistance=0.5, duration_s=3.0)
+    assert trace.outcome is Outcome.COMPLETED
+    assert modes_of(trace) == [Mode.ROLL, Mode.REST]
+    assert trace.final_position_m[0, 0] == pytest.approx(1.5 / (2 * 0.5 * 10.0))

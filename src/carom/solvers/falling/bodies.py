@@ -15,13 +15,14 @@ from carom.physics.wall_time import wall_gap, wall_speed
 from carom.physics.wall_time_falling import descent_time, return_time
 from carom.solvers.impact.resolution import gap_resolution, size_of
 from carom.solvers.plain.bodies import Bodies
-from carom.solvers.plain.finite_walls import bend_of, gap_of, gap_resolution_m
+from carom.solvers.plain.finite_walls import Hit, bend_of, gap_of, gap_resolution_m
 from carom.solvers.plain.instants import NEVER, START, Instant, after, between
-from carom.trace import wall_body
+from carom.trace import NO_EDGE, wall_body
 
 if TYPE_CHECKING:
     from carom.driving import Leg
     from carom.physics.double_double import Pair
+    from carom.physics.features import Feature, Vertex
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
@@ -50,6 +51,8 @@ class FallingBodies(Bodies):
         self.instant = [START] * len(self)
         # Speed along the normal after the last impact.
         self.leaving = [0.0] * len(self)
+        # What of the wall that it is in contact with, or has left over an end, a disc does not meet on its path.
+        self.never_met: list[tuple[Feature, ...]] = [()] * len(self)
         # Whether friction has taken all of the slip at the last bounce on a wall.
         self.gripped = [False] * len(self)
 
@@ -189,9 +192,10 @@ class FallingBodies(Bodies):
             gap = wall_gap(x, y, self.radius[i], *wall)
             return descent_time(gap, wall_speed(vx, vy, *wall[2:]), self._pull(i, k))
         disc, last = Mover.at((x, y), (vx, vy), self.radius[i]), self.last_feature(i, k) if left else None
-        wait, part = first_feature_falling(
-            disc, self._finite(k).features, self.acceleration[i], last, self.leaving[i] if left else 0.0
-        )
+        never = self.never_met[i]
+        features = [part for part in self._finite(k).features if part.feature not in never]
+        leaving = self.leaving[i] if left else 0.0
+        wait, part = first_feature_falling(disc, features, self.acceleration[i], last, leaving)
         if part is not None:
             self._expected[i, k] = (part, False)
         return wait
@@ -223,7 +227,7 @@ class FallingBodies(Bodies):
         qx, qy, nx, ny = wall
         _, _, vx, vy = self.seen_from(i, k)
         approach = self.leaving[i] if again else -float(wall_speed(vx, vy, nx, ny)[0])
-        return approach, float(self._pull(i, k)[0]), self._resolution_m(i, qx, qy, 0.0)
+        return approach, float(self._pull(i, k)[0]), self.resolution_m(i, qx, qy, 0.0)
 
     def _contact_with_finite(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
         disc, feature = self.mover(i, k), self._expected[i, k][0].feature
@@ -236,7 +240,7 @@ class FallingBodies(Bodies):
         pull = ax * nx + ay * ny + across * across * bend_of(feature, disc)
         return approach, pull, gap_resolution_m(disc, feature)
 
-    def _resolution_m(self, i: int, x: float, y: float, radius: float) -> float:
+    def resolution_m(self, i: int, x: float, y: float, radius: float) -> float:
         """Return how well the gap between disc `i` and a body is known, metres."""
         return gap_resolution(size_of(self.x[i], self.y[i], self.radius[i]) + size_of(x, y, radius))
 
@@ -249,7 +253,7 @@ class FallingBodies(Bodies):
         opening = (dx * ux + dy * uy) / distance
         across = (dx * uy - dy * ux) / distance
         pull = (dx * ax + dy * ay) / distance + across * across / distance
-        return -opening, pull, self._resolution_m(i, self.x[j], self.y[j], self.radius[j])
+        return -opening, pull, self.resolution_m(i, self.x[j], self.y[j], self.radius[j])
 
     def leave_fixed(self, i: int, fixed: int) -> None:
         """Set disc `i`, which has just hit an immovable one, on its rim."""
@@ -305,6 +309,17 @@ class FallingBodies(Bodies):
         self.vx[i] -= by.friction * ny
         self.vy[i] += by.friction * nx
         self.spin[i] = 0.0 if by.rim else self.spin[i] - (by.friction + by.rolling) * y / self.radius[i]
+
+    def touch_vertex(self, i: int, k: int, vertex: Vertex) -> None:
+        """Note that disc `i` leaves a vertex of wall `k`, along which its rim moves: the gap and its rate are 0."""
+        self.last_partner[i], self.leaving[i] = wall_body(k), 0.0
+        self.last_hit[i] = Hit(vertex, self.normal_to(i, vertex), NO_EDGE)
+
+    def normal_to(self, i: int, vertex: Vertex) -> tuple[float, float]:
+        """Return the unit vector from a vertex to the centre of disc `i`."""
+        dx, dy = self.x[i] - vertex.at[0], self.y[i] - vertex.at[1]
+        distance = math.hypot(dx, dy)
+        return dx / distance, dy / distance
 
     def leave_wall(self, i: int, k: int, speed: float) -> None:
         """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""

@@ -11,7 +11,8 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.contact_law import Press, held, left_of_slip, rates, zero_after
-from carom.physics.wall_time import wall_gap, wall_speed
+from carom.physics.wall_time import wall_speed
+from carom.solvers.falling.grounds import grounds_of
 from carom.solvers.plain.instants import NEVER, Instant, after
 from carom.trace import Mode, ModeRecord, wall_body
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from carom.solvers.falling.bodies import FallingBodies
+    from carom.solvers.falling.grounds import Ground
 
 __all__ = ["Contacts"]
 
@@ -34,38 +36,36 @@ class Contacts:
     """The modes of all discs of a run.
 
     Attributes:
-        walls: The wall that each disc is in contact with; None for none.
+        grounds: What each disc is in contact with; None for nothing.
         modes: How each moves.
-        ends: When each mode ends by itself, as a slip does that friction takes.
+        ends: When each mode ends by itself: as a slip does that friction takes, or where the wall ends.
     """
 
     def __init__(self, bodies: FallingBodies) -> None:
-        self.walls: list[int | None] = [None] * len(bodies)
+        self.grounds: list[Ground | None] = [None] * len(bodies)
         self.modes = [Mode.FLIGHT] * len(bodies)
         self.ends: list[Instant] = [NEVER] * len(bodies)
         self._zero = [_Zero(slip=True, rim=False)] * len(bodies)
+        self._over = [NEVER] * len(bodies)  # when each comes to the end of its face
         self._bodies = bodies
 
     def begin(self) -> Iterator[tuple[int, ModeRecord]]:
-        """Begin the contact of each disc that lies on a half-plane, as far as its numbers tell."""
+        """Begin the contact of each disc that lies on a half-plane or a face, as far as its numbers tell."""
         bodies = self._bodies
         for i in range(len(bodies)):
-            for k, wall in enumerate(bodies.walls):
-                if bodies.inverse_mass[i] == 0.0 or not isinstance(wall, tuple) or self.walls[i] is not None:
-                    continue
-                if bodies.is_driven(k):
-                    continue
-                approach, pull, gap_m = bodies.contact_with_wall(i, k, again=False)
-                gap = float(wall_gap(bodies.x[i], bodies.y[i], bodies.radius[i], *wall)[0])
-                if pull < 0.0 and gap <= gap_m and approach * approach <= -2.0 * pull * gap_m:
-                    yield i, self.land(i, k, approach)
+            for ground in grounds_of(bodies, i) if bodies.inverse_mass[i] > 0.0 else ():
+                pull, gap_m = -self._press(i, ground).normal_m_s2, self._gap_resolution_m(i, ground)
+                approach = self._approach(i, ground)
+                touches = ground.gap_of(bodies, i) <= gap_m
+                if self.grounds[i] is None and touches and pull < 0.0 and approach * approach <= -2.0 * pull * gap_m:
+                    yield i, self.land(i, ground, approach)
 
-    def land(self, i: int, k: int, approach: float) -> ModeRecord:
-        """Begin the contact of disc `i`, brought there, with half-plane `k`: nothing is left of its bounces."""
+    def land(self, i: int, ground: Ground, approach: float) -> ModeRecord:
+        """Begin the contact of disc `i`, brought there: nothing is left of its bounces."""
         bodies = self._bodies
-        slip, rim, restitution = self._slip(i, k), self._rim(i), bodies.restitution_of_wall(k)
-        press = self._press(i, k)
-        gripped = bodies.gripped[i] and bodies.last_partner[i] == wall_body(k)
+        slip, rim, restitution = self._slip(i, ground), self._rim(i), bodies.restitution_of_wall(ground.wall)
+        press = self._press(i, ground)
+        gripped = bodies.gripped[i] and bodies.last_partner[i] == wall_body(ground.wall)
         if press.rolling_resistance and approach > 0.0 and restitution < 1.0:
             slip, rim = _left_of_both(press, 0.0 if gripped else slip, rim, approach, restitution)
         elif gripped:
@@ -73,16 +73,19 @@ class Contacts:
         elif approach > 0.0 and restitution < 1.0:
             slip = left_of_slip(press, slip, approach, restitution)
         bodies.last_partner[i] = None
-        return self._settle(i, k, slip, rim)
+        return self._settle(i, ground, slip, rim)
 
-    def end_mode(self, i: int) -> ModeRecord:
-        """Let disc `i`, brought there, go on after the end of its mode: its slip, or its spin, is 0, or both are."""
-        k = self.walls[i]
-        if k is None:
-            raise TypeError(f"disc {i} is in contact with no wall")
-        self._bodies.last_partner[i] = None  # a path of its own: what it has met before it may meet again
+    def end_mode(self, i: int) -> ModeRecord | None:
+        """Let disc `i`, brought there, go on after the end of its mode: its slip, or its spin, is 0, or both are.
+
+        None where it has come to the end of its face, and does not fly off: how it goes on from there is not solved.
+        """
+        bodies, ground = self._bodies, self._ground(i)
+        bodies.last_partner[i] = None  # a path of its own: what it has met before it may meet again
+        if self._over[i] <= bodies.instant[i]:
+            return self._leave_at_end(i, ground)
         zero = self._zero[i]
-        return self._settle(i, k, 0.0 if zero.slip else self._slip(i, k), 0.0 if zero.rim else self._rim(i))
+        return self._settle(i, ground, 0.0 if zero.slip else self._slip(i, ground), 0.0 if zero.rim else self._rim(i))
 
     def after_impact(self, i: int) -> ModeRecord | None:
         """Let disc `i`, struck just now, go on where it is in contact: it stays so, or leaves its wall.
@@ -92,52 +95,75 @@ class Contacts:
         It stays where its speed along the normal makes a hop that is lower than the gap is known to. One that is driven
         into its wall is not in contact either: it is in flight, and meets the wall at once.
         """
-        bodies, k = self._bodies, self.walls[i]
-        if k is None:
+        bodies, ground = self._bodies, self.grounds[i]
+        bodies.never_met[i] = ()
+        if ground is None:
             return None
-        wall = bodies.walls[k]
-        approach, _, gap_m = bodies.contact_with_wall(i, k, again=False)
-        if approach * approach <= 2.0 * self._press(i, k).normal_m_s2 * gap_m:
+        approach, gap_m = self._approach(i, ground), self._gap_resolution_m(i, ground)
+        if approach * approach <= 2.0 * self._press(i, ground).normal_m_s2 * gap_m:
             moved = (self.modes[i], bodies.acceleration[i], bodies.spin_rate[i])
-            settled = self._settle(i, k, self._slip(i, k), self._rim(i))
+            settled = self._settle(i, ground, self._slip(i, ground), self._rim(i))
             return None if moved == (self.modes[i], bodies.acceleration[i], bodies.spin_rate[i]) else settled
-        before, self.walls[i] = self.modes[i], None
+        self._set_on(i, ground)
+        return self._take_off(i, ground)
+
+    def _leave_at_end(self, i: int, ground: Ground) -> ModeRecord | None:
+        bodies, vertex = self._bodies, ground.set_at_end(self._bodies, i)
+        if vertex is None or not ground.flies_over(bodies, i, vertex):
+            return None
+        record = self._take_off(i, ground)
+        # Its rim is on the vertex, and moves along it; the face it never comes back to on this path.
+        bodies.touch_vertex(i, ground.wall, vertex)
+        bodies.never_met[i] = tuple(one for one in ground.never_met if one != vertex)
+        return record
+
+    def _take_off(self, i: int, ground: Ground) -> ModeRecord:
+        bodies, before = self._bodies, self.modes[i]
+        self.grounds[i] = None
         self.modes[i], self.ends[i] = Mode.FLIGHT, NEVER
         bodies.acceleration[i], bodies.spin_rate[i] = bodies.gravity, 0.0
-        self._set_on(i, wall)
-        return self._record(i, k, before)
+        return self._record(i, ground.wall, before)
 
-    def _press(self, i: int, k: int) -> Press:
-        bodies = self._bodies
-        nx, ny = bodies.normal(i, k)
-        friction, gravity = bodies.contact_of_wall(k).friction, bodies.gravity
+    def _ground(self, i: int) -> Ground:
+        ground = self.grounds[i]
+        if ground is None:
+            raise TypeError(f"disc {i} is in contact with no wall")
+        return ground
+
+    def _press(self, i: int, ground: Ground) -> Press:
+        bodies, (nx, ny) = self._bodies, ground.normal
+        friction, gravity = bodies.contact_of_wall(ground.wall).friction, bodies.gravity
         along = float(wall_speed(*gravity, ny, -nx)[0])
         normal, ratio = -float(wall_speed(*gravity, nx, ny)[0]), bodies.inverse_inertia_ratio[i]
         return Press(normal, along, friction, ratio, bodies.rolling_resistance if ratio else 0.0)
 
-    def _slip(self, i: int, k: int) -> float:
-        bodies = self._bodies
-        nx, ny = bodies.normal(i, k)
+    def _approach(self, i: int, ground: Ground) -> float:
+        return -float(wall_speed(self._bodies.vx[i], self._bodies.vy[i], *ground.normal)[0])
+
+    def _gap_resolution_m(self, i: int, ground: Ground) -> float:
+        qx, qy, _, _ = ground.plane
+        return self._bodies.resolution_m(i, qx, qy, 0.0)
+
+    def _slip(self, i: int, ground: Ground) -> float:
+        bodies, (nx, ny) = self._bodies, ground.normal
         return bodies.vx[i] * ny - bodies.vy[i] * nx + bodies.radius[i] * bodies.spin[i]
 
     def _rim(self, i: int) -> float:
         return self._bodies.radius[i] * self._bodies.spin[i]
 
-    def _set_on(self, i: int, wall: object) -> None:
-        """Take off what rounding has made of the gap of disc `i` to a half-plane."""
-        bodies = self._bodies
-        if not isinstance(wall, tuple):
-            raise TypeError("contact is solved on half-planes alone")
-        gap = float(wall_gap(bodies.x[i], bodies.y[i], bodies.radius[i], *wall)[0])
-        bodies.x[i] -= gap * wall[2]
-        bodies.y[i] -= gap * wall[3]
+    def _set_on(self, i: int, ground: Ground) -> None:
+        """Take off what rounding has made of the gap of disc `i` to its ground."""
+        bodies, (nx, ny) = self._bodies, ground.normal
+        gap = ground.gap_of(bodies, i)
+        bodies.x[i] -= gap * nx
+        bodies.y[i] -= gap * ny
 
-    def _settle(self, i: int, k: int, slip: float, rim: float) -> ModeRecord:
-        """Let disc `i` move on in contact with half-plane `k`, with a slip and a speed of its rim."""
+    def _settle(self, i: int, ground: Ground, slip: float, rim: float) -> ModeRecord:
+        """Let disc `i` move on in contact, with a slip and a speed of its rim."""
         bodies, before = self._bodies, self.modes[i]
-        nx, ny = bodies.normal(i, k)
-        self._set_on(i, bodies.walls[k])
-        press, speed = self._press(i, k), bodies.vx[i] * ny - bodies.vy[i] * nx
+        nx, ny = ground.normal
+        self._set_on(i, ground)
+        press, speed = self._press(i, ground), bodies.vx[i] * ny - bodies.vy[i] * nx
         resists = press.rolling_resistance > 0.0
         if resists and slip == 0.0:  # of two numbers that the law makes one
             speed = speed if rim else 0.0
@@ -151,13 +177,19 @@ class Contacts:
         bodies.vx[i], bodies.vy[i] = speed * ny, 0.0 - speed * nx
         bodies.acceleration[i] = (along * ny, 0.0 - along * nx)
         bodies.spin_rate[i] = turns / bodies.radius[i]
-        self.walls[i] = k
+        bodies.never_met[i] = ground.never_met
+        self.grounds[i] = ground
         self.modes[i] = _mode(speed, along, holds=holds, rim_holds=rim_holds)
         # Of one that rolls both pass 0 at once, and that changes nothing without rolling resistance.
         waits = (zero_after(slip, along + turns), zero_after(rim, turns) if resists else math.inf)
         self._zero[i] = _Zero(*(wait == min(waits) or (holds and resists) for wait in waits))
-        self.ends[i] = after(bodies.instant[i], min(waits))
-        return self._record(i, k, before)
+        zero, self._over[i] = (
+            after(bodies.instant[i], wait) for wait in (min(waits), ground.ends_after(bodies, i, speed, along))
+        )
+        self.ends[i] = min(zero, self._over[i])
+        if zero <= self._over[i]:
+            self._over[i] = NEVER
+        return self._record(i, ground.wall, before)
 
     def _record(self, i: int, k: int, before: Mode) -> ModeRecord:
         bodies = self._bodies

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.contacts import Contacts
+from carom.solvers.falling.grounds import ground_of
 from carom.solvers.options import ALWAYS
 from carom.solvers.plain.instants import NEVER
 from carom.solvers.plain.run import AllPairsRun
@@ -27,9 +28,9 @@ __all__ = ["BallisticRun"]
 class BallisticRun(AllPairsRun):
     """A PIC run under gravity: `carom.solvers.run.Run`.
 
-    It goes on where gravity presses a disc to a half-plane: the disc slides, rolls or rests there, see `contacts`. It
-    ends before its time, by name, at any other contact that lasts: see `carom.trace.Outcome` and `notes`. The arguments
-    are those of `AllPairsRun`, except for the contact time of the TC model.
+    It goes on where gravity presses a disc to a half-plane or a straight edge: the disc slides, rolls or rests there,
+    see `contacts`. It ends before its time, by name, at any other contact that lasts: see `carom.trace.Outcome` and
+    `notes`. The arguments are those of `AllPairsRun`, except for the contact time of the TC model.
     """
 
     bodies: FallingBodies
@@ -95,7 +96,18 @@ class BallisticRun(AllPairsRun):
         self._now = max(self._now, instant)
         self._reported_s = self._since_start(self._now[0])
         self.bodies.bring_to(first, self._now)
-        self._go_on(first, self.contacts.end_mode(first))
+        mode = self.contacts.end_mode(first)
+        if mode is None:
+            self._end_at_edge(first)
+        else:
+            self._go_on(first, mode)
+
+    def _end_at_edge(self, disc: int) -> None:
+        """End the run where a disc comes over the end of a straight edge, too slowly to fly off."""
+        ground = self.contacts.grounds[disc]
+        where = "" if ground is None else f" of {body_name(wall_body(ground.wall))}"
+        self._ended = Outcome.EDGE
+        self.notes = (f"disc {disc} comes to the end of a straight edge{where} and does not fly off",)
 
     def _go_on(self, disc: int, mode: ModeRecord) -> None:
         """Keep how a disc moves from now on, and predict what it meets."""
@@ -112,7 +124,8 @@ class BallisticRun(AllPairsRun):
         A disc and the wall that it is in contact with have none.
         """
         self._bounded.discard((first, second))
-        if second < 0 and self.contacts.walls[first] == wall_index(second):
+        ground = self.contacts.grounds[first] if second < 0 else None
+        if ground is not None and ground.face is None and ground.wall == wall_index(second):
             self._instants[:, first, len(self.bodies.walls) + second] = NEVER
             return
         earliest = None if second < 0 else self.bodies.earliest_of_pair(first, second)
@@ -155,12 +168,13 @@ class BallisticRun(AllPairsRun):
         bodies.bring_to(i, self._now)
         approach, pull, gap_m = bodies.contact_with_wall(i, k, again)
         if self._is_at_rest(approach, pull, gap_m, last):
-            solved = isinstance(bodies.walls[k], tuple) and not bodies.is_driven(k)
-            if self.contacts.walls[i] is not None or not solved:
+            part = bodies.expected(i, k)
+            ground = ground_of(bodies, k, None if part is None else part.feature)
+            if self.contacts.grounds[i] is not None or ground is None:
                 bodies.leave_wall(i, k, 0.0)
                 self._end_in_contact(i, wall_body(k), approach)
             else:
-                self._go_on(i, self.contacts.land(i, k, approach))
+                self._go_on(i, self.contacts.land(i, ground, approach))
             return None
         record = bodies.bounce(i, k, approach)
         # Where a disc comes back to the wall that it has left, its time does not depend on a rounded gap.
@@ -178,15 +192,15 @@ class BallisticRun(AllPairsRun):
         return last[0] == self._now[0] if last is not None else approach * approach <= -2.0 * pull * gap_m
 
     def _end_in_contact(self, i: int, other: int, approach: float) -> None:
-        """End the run where disc `i` stays in touch with something else than one half-plane."""
+        """End the run where disc `i` stays in touch with something else than one straight wall."""
         bodies = self.bodies
         restitution = bodies.restitution if other >= 0 else bodies.restitution_of_wall(wall_index(other))
         infinitely_many = approach > 0.0 and 0.0 < restitution < 1.0
         why = ", after infinitely many impacts" if infinitely_many else ""
         if other >= 0 and bodies.inverse_mass[other] > 0.0:
             self._ended, what = Outcome.PRESSED, "stays in touch with"
-        elif (held := self.contacts.walls[i]) is not None:
-            self._ended, what = Outcome.CORNER, f"is held by {body_name(wall_body(held))} and"
+        elif (held := self.contacts.grounds[i]) is not None:
+            self._ended, what = Outcome.CORNER, f"is held by {body_name(wall_body(held.wall))} and"
         else:
             self._ended, what = Outcome.AT_REST, "comes to rest on" if infinitely_many else "rests on"
         self.notes = (f"disc {i} {what} {body_name(other)}{why}",)
