@@ -1,4 +1,4 @@
-"""Attacks with a disc and a finite wall: speed against its thinness, its end, its seams, its width, its corner."""
+"""Attacks with a disc and a finite wall: speed against its thinness, its end, seams, width, corner, and its legs."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from carom.scene import Chain, Disc, Scene, Wall
 from carom.studies.stress.attack import Attack, Trial, closed_form_judge, velocity_judge
 from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_AFTER, STEPS_BEFORE
 from carom.studies.stress.truth import true_motion
+from carom.walls import Leg, drive_of
 
 __all__ = ["wall_attacks"]
 
@@ -137,6 +138,27 @@ def _corner(value: float, phase: float) -> Trial:
     return Trial(scene, velocity_judge(true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene))
 
 
+def _legs(value: float, phase: float) -> Trial:
+    """Stage a wall that comes to and fro, three steps on and one back, and strikes a disc at rest on its last leg.
+
+    Half of the last leg leads beyond where the wall has been before.
+    """
+    legs, until_s = int(value), _until(phase)
+    lasts = until_s / (legs - 0.5)
+    speeds = [_SPEED_M_S * (3.0 if (legs - k) % 2 else -1.0) for k in range(legs)]
+    path = tuple(Leg(from_s=k * lasts, velocity_m_s=(speed, 0.0)) for k, speed in enumerate(speeds))
+    moved, _ = drive_of(path, (0.0, 0.0)).moved_at(until_s)
+    scene = _scene(
+        "legs",
+        f"A wall that turns {legs - 1} times strikes a disc at rest.",
+        phase,
+        complex(_RADIUS_M + moved),
+        0j,
+        Chain(**{**dict(_line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M)), "legs": path}),
+    )
+    return _once(scene, complex(2.0 * speeds[-1]))
+
+
 def _attack(
     name: str,
     axis: str,
@@ -178,6 +200,14 @@ def wall_attacks() -> list[Attack]:
             whole=True,
         ),
         _attack("wall-width", "half width of a wall, metres", (0.1, 1e-12), _wide, _HEAD_ON, last=0.0),
+        _attack(
+            "legs",
+            "legs of a driven wall's path",
+            (1.0, 1000.0),
+            _legs,
+            "Newton's law as seen from the wall on its last leg: a disc at rest gets twice the wall's velocity",
+            whole=True,
+        ),
         _attack(
             "corner",
             "degrees of a corner",
