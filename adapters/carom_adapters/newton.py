@@ -30,8 +30,8 @@ from carom_adapters.newton_code import code
 
 __all__ = ["adapter"]
 
-#: Arguments of the solver, as it keeps them; ``gap`` is of each shape, and ``speculative_contact_gap_max``, which is off
-#: where it is not asked for, of the collision. What a profile leaves out stays as it is shipped.
+#: Arguments of the solver, as it keeps them; ``gap`` is of each shape, and ``speculative_contact_gap_max`` of the
+#: collision, off where it is not asked for. What a profile leaves out stays as it is shipped.
 OF_THE_SOLVER = (
     "iterations",
     "rigid_contact_relaxation",
