@@ -37,12 +37,18 @@ ROOMS = {
     ),
     "falling": Room(
         (f"{_S}/falling/*.py",),
-        (f"{_V}/test_equivalences.py", f"{_V}/test_gravity.py", f"{_U}/test_falling.py", f"{_U}/test_run.py"),
+        (
+            *(f"{_V}/test_equivalences.py", f"{_V}/test_gravity.py", f"{_V}/test_contact.py"),
+            *(f"{_U}/test_falling.py", f"{_U}/test_contacts.py", f"{_U}/test_run.py"),
+        ),
     ),
     "pit": Room((f"{_S}/pit/*.p[yx]*",), (f"{_U}/pit", f"{_U}/test_run.py", f"{_V}/test_equivalences.py")),
     "certified": Room(
         (f"{_S}/certified/*.p[yx]*",),
-        (f"{_U}/certified", f"{_V}/test_certified_known_answers.py", f"{_V}/test_certified_friction.py"),
+        (
+            *(f"{_U}/certified", f"{_V}/test_certified_known_answers.py", f"{_V}/test_certified_friction.py"),
+            f"{_V}/test_certified_tables.py",
+        ),
     ),
     "comparator": Room(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),
     "runs": Room(

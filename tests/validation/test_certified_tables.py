@@ -106,6 +106,8 @@ def test_a_disc_on_the_very_seam_of_face_and_vertex_or_arc_has_one_certain_answe
     assert certified.ending is Ending.COMPLETED
     (row,) = certified.trace.impacts
     assert (row["time_s"], row["velocity_first_after"].tolist()) == (0.5, [0.0, 1.0])
+    assert row["normal"].tolist() == [0.0, -1.0]
+    assert certified.radii["normal"].max() < 1e-15
     tangent = certify(table((0, 1), STADIUM, place=(2, 0)))
     assert tangent.trace.impacts["time_s"].tolist() == [1.5, 4.5, 7.5]
     assert tangent.trace.final_position_m.tolist() == [[2.0, -1.0]]
@@ -186,3 +188,11 @@ def test_under_gravity_a_finite_wall_is_refused_by_name() -> None:
     certified = certify(table((0, 0), floor, gravity_m_s2=(0.0, -3.0), duration_s=1.5))
     assert certified.trace.impacts["time_s"].tolist() == [1.0]  # h = 1.5 m
     assert certified.trace.impacts["velocity_first_after"].tolist() == [[0.0, 1.5]]
+
+
+def test_each_impact_on_a_wall_of_several_edges_has_the_normal_of_its_own() -> None:
+    """A disc that meets three sides of one square is told each side's normal, which points into the wall."""
+    square = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], closed=True)
+    certified = certify(table((1.0, -2.0), square, duration_s=2.5))
+    assert certified.trace.impacts["time_s"].tolist() == [0.75, 1.5, 2.25]
+    assert certified.trace.impacts["normal"].tolist() == [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]
