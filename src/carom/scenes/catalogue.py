@@ -18,6 +18,7 @@ from carom.scenes import (
     in_line,
     issues_falling,
     issues_pairs,
+    issues_rolling,
     issues_rough,
     issues_seams,
     issues_thin,
@@ -38,7 +39,7 @@ _TAG_PREFIX = "tag:"
 #: What runs by default, and what is asked for by name, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
 _ON_REQUEST = (
-    *(issues_pairs, issues_walled, issues_falling, issues_rough, issues_seams, issues_thin),
+    *(issues_pairs, issues_walled, issues_falling, issues_rough, issues_rolling, issues_seams, issues_thin),
     *(spin, tables, driven, contact, engines),
 )
 

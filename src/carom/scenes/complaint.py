@@ -19,6 +19,7 @@ class Symptom(StrEnum):
     WRONG_VELOCITY = "a velocity after an impact is wrong"
     GAINS_ENERGY = "energy is gained"
     LOSES_ENERGY = "energy is lost"
+    NEVER_RESTS = "a body moves that should have come to rest"
     ESCAPES = "a body ends inside another or beyond a wall"
     NOT_FINITE = "the state is no longer a number"
     NEVER_ENDS = "the run does not come to its end"

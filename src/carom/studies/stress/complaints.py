@@ -85,7 +85,7 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         seen, reason = energy > least, f"{energy:.2g} of the energy gained"
     elif symptom is Symptom.LOSES_ENERGY:
         seen, reason = energy < -least, f"{-energy:.2g} of the energy lost"
-    elif symptom is Symptom.WRONG_VELOCITY:
+    elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
         seen, reason = velocity > least, f"velocities off by {velocity:.2g} of the scene's speed"
     if seen:
         return True, figure, reason
