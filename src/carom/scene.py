@@ -319,7 +319,7 @@ class Scene(Drawn, Model):
             Need.IMMOVABLE: any(disc.immovable and not disc.driven for disc in self.discs),
             Need.DRIVEN_DISCS: any(disc.driven for disc in self.discs),
             Need.DRIVEN_WALLS: any(wall.driven for wall in self.walls),
-            Need.LEGS: any(len(body.legs) > 1 for body in (*self.discs, *self.walls)),
+            Need.LEGS: any(body.legs for body in (*self.discs, *self.walls)),
             Need.BELTS: start.belts_m_s is not None,
             Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),

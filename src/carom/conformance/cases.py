@@ -60,6 +60,8 @@ _OF_ADAPTER = {
     "wall-materials": walls.materials_as_declared,
     "driven-walls": walls.paddles_as_declared,
     "driven-discs": walls.mallets_as_declared,
+    "legs": walls.legs_as_declared,
+    "belts": walls.belts_as_declared,
     "immovable-discs-alone": capability.posts_stand_still,
     "gravity": capability.falls_as_declared,
     "damping": capability.slows_as_declared,

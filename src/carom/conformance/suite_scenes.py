@@ -23,6 +23,7 @@ __all__ = [
     "alone",
     "approach",
     "at_a_circle",
+    "belt",
     "bounce_and_pair",
     "bullet",
     "crowd",
@@ -37,6 +38,7 @@ __all__ = [
     "posts",
     "rubbing",
     "rubbing_crowd",
+    "starting_paddle",
     "two_walls",
     "walled_box",
 ]
@@ -213,6 +215,30 @@ def at_a_circle(restitution: float) -> Scene:
         discs=[Disc(position_m=(4.51, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
         walls=[Ring(centre_m=(0, 0), radius_m=2.5)],
         wall_restitution=restitution,
+        duration_s=0.6,
+    )
+
+
+def starting_paddle(restitution: float) -> Scene:
+    """A half-plane that starts at 0.25 s at 1 m/s, before a disc at 3 m/s meets it: that leaves at 1 + 4 e."""
+    legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
+    return Scene(
+        name=f"conformance-legs-{restitution:g}",
+        discs=[Disc(position_m=(2.01, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
+        walls=[Wall(point_m=(0, 0), normal=(1, 0), legs=legs)],
+        wall_restitution=restitution,
+        duration_s=0.8,
+    )
+
+
+def belt(friction: float, restitution: float) -> Scene:
+    """A half-plane whose surface runs at 9 m/s, on which a disc that meets it at 3 m/s slips all the while."""
+    return Scene(
+        name=f"conformance-belt-{friction:g}-{restitution:g}",
+        discs=[Disc(position_m=(1.51, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
+        walls=[Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)],
+        wall_restitution=restitution,
+        wall_friction=friction,
         duration_s=0.6,
     )
 

@@ -5,12 +5,23 @@ from __future__ import annotations
 from carom.adapter.checks import COMBINE_RULES
 from carom.conformance.checks.common import declared, end_with_velocities, supported
 from carom.conformance.subject import Subject
-from carom.conformance.suite_scenes import at_a_circle, either_side, in_and_out, mallet, paddle, two_walls
+from carom.conformance.suite_scenes import (
+    at_a_circle,
+    belt,
+    either_side,
+    in_and_out,
+    mallet,
+    paddle,
+    starting_paddle,
+    two_walls,
+)
 from carom.conformance.violation import NotApplicable
 
 __all__ = [
+    "belts_as_declared",
     "circles_as_declared",
     "edges_as_declared",
+    "legs_as_declared",
     "mallets_as_declared",
     "materials_as_declared",
     "paddles_as_declared",
@@ -55,6 +66,21 @@ def mallets_as_declared(subject: Subject) -> None:
     e = declared(subject, "driven_discs").restitution[1]
     setup = supported(subject, mallet(e))
     end_with_velocities(subject, setup, [(1.0, 0.0), (1 + 4 * e, 0.0)], "a driven disc")
+
+
+def legs_as_declared(subject: Subject) -> None:
+    """A wall that stands at first, and then moves, strikes a disc at the velocity that it has then."""
+    e = declared(subject, "legs").restitution[1]
+    setup = supported(subject, starting_paddle(e))
+    end_with_velocities(subject, setup, [(1 + 4 * e, 0.0)], "a wall that starts")
+
+
+def belts_as_declared(subject: Subject) -> None:
+    """A disc that slips on a belt is pushed along it by f (1 + e) times the speed at which it came."""
+    can = declared(subject, "belts")
+    e, friction = can.restitution[1], min(0.25, can.friction[1])
+    setup = supported(subject, belt(friction, e))
+    end_with_velocities(subject, setup, [(3 * e, 3 * (1 + e) * friction)], "a belt")
 
 
 def materials_as_declared(subject: Subject) -> None:
