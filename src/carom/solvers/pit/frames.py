@@ -64,7 +64,8 @@ class PlainFrameLoop:
         if self.frames > 0:
             moved_s = self._moved_s()
             for i in range(n):
-                bodies.forget_ended_leg(i, moved_s)
+                if bodies.has_legs:
+                    bodies.forget_ended_leg(i, moved_s)
                 bodies.move_to(i, moved_s)
         for i in range(n):
             for j in range(i + 1, n):

@@ -93,6 +93,8 @@ class Bodies:
         self.driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
         self._driven_from = {i: (self.x[i], self.y[i]) for i in self.driven}
         self._paths = (tuple(self.drive), dict(self.driven))
+        #: Whether a driven body goes on to another leg.
+        self.has_legs = any(len(path.legs) > 1 for path in (*self.drive, *self.driven.values()) if path is not None)
         self.gravity = (0.0, 0.0)
         self.materials = start.wall_materials
         self.restitution = start.restitution
@@ -138,7 +140,7 @@ class Bodies:
 
     def forget_ended_leg(self, i: int, time_s: float) -> None:
         """Let disc `i` meet a driven body again that it has met last, where that is on another leg by then."""
-        partner = self.last_partner[i]
+        partner = self.last_partner[i] if self.has_legs else None
         if partner is not None and self.legs_ahead(partner, self.time[i])[0].end_s <= time_s:
             self.last_partner[i] = None
 
