@@ -88,20 +88,6 @@ def _rapier_974() -> Staged:
 
 
 @complained(
-    about="PhysX",
-    thread="https://github.com/NVIDIAGameWorks/PhysX/issues/351",
-    reported="One bounce takes all that is left of a ball's energy: below 2 m/s restitution is ignored, as shipped.",
-    symptom=Symptom.LOSES_ENERGY,
-    at_least=0.05,
-    made="The restitution is the mean of the thread's two; the height is ours, and the run ends at the fourth apex.",
-)
-def _physx_351() -> Staged:
-    """A ball of restitution 3/4 is dropped from 1 m, and comes down at 1.9 m/s the fourth time."""
-    down, e = math.sqrt(2.0 / 9.81), 0.75
-    return _dropped(height_m=1.0, restitution=e, duration_s=down * (1 + 2 * (e + e**2 + e**3) + e**4))
-
-
-@complained(
     about="Box2D",
     thread="https://github.com/erincatto/box2d/issues/76",
     reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than before.",
