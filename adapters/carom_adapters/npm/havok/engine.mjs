@@ -3,7 +3,7 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
 import createHavok from "@babylonjs/havok";
-import { Clock, contactOf, isImmovable, reach, serve, wallAt, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
 // It would fetch its own file, which node does not do.
 const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
@@ -32,7 +32,7 @@ class HavokWorld {
     this.shapes = [];
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
     const extent = reach(scene, settings.dt_s);
-    this.walls = scene.walls.map((wall, k) => this.addWall(wall, wallAt(wall, extent), k));
+    this.walls = scene.walls.flatMap((wall, k) => this.addWall(wall, extent, k));
   }
 
   // A point or a velocity in its units, and back.
@@ -61,7 +61,8 @@ class HavokWorld {
   addDisc(disc, i) {
     const movable = !isImmovable(disc);
     const shape = value(HK.HP_Shape_CreateSphere([0, 0, 0], disc.radius_m * this.scale));
-    const type = movable ? HK.MotionType.DYNAMIC : HK.MotionType.STATIC;
+    const held = disc.driven ? HK.MotionType.KINEMATIC : HK.MotionType.STATIC;
+    const type = movable ? HK.MotionType.DYNAMIC : held;
     const set = (body) => {
       if (!movable) return;
       const [centre, , inertia, axes] = value(HK.HP_Shape_BuildMassProperties(shape));
@@ -70,17 +71,34 @@ class HavokWorld {
       if (!this.asked.canSleep) HK.HP_Body_SetActivationControl(body, HK.ActivationControl.ALWAYS_ACTIVE);
     };
     const body = this.addBody(shape, this.scene.restitution, GEOMETRIC_MEAN, type, disc.position_m, [0, 0, 0, 1], i, set);
-    if (movable) HK.HP_Body_SetLinearVelocity(body, this.at(disc.velocity_m_s));
+    if (movable || disc.driven) HK.HP_Body_SetLinearVelocity(body, this.at(disc.velocity_m_s));
     return body;
   }
 
-  // It has no half-plane: a box as deep as it is long, whose face goes through the body's origin.
-  addWall({ normal: [nx, ny] }, { point, size }, k) {
-    const [half, { restitution, wall_restitution }] = [size * this.scale, this.scene];
-    const shape = value(HK.HP_Shape_CreateBox([-half, 0, 0], [0, 0, 0, 1], [2 * half, 2 * half, 2 * half]));
-    const turn = [0, 0, Math.sin(Math.atan2(ny, nx) / 2), Math.cos(Math.atan2(ny, nx) / 2)];
-    const combine = wall_restitution < restitution ? MINIMUM : MAXIMUM; // one that comes before a disc's own
-    return this.addBody(shape, wall_restitution, combine, HK.MotionType.STATIC, point, turn, wallBody(k));
+  addWall(wall, extent, k) {
+    const { restitution = this.scene.wall_restitution } = wall;
+    const combine = restitution < this.scene.restitution ? MINIMUM : MAXIMUM; // one that comes before a disc's own
+    const type = isDriven(wall) ? HK.MotionType.KINEMATIC : HK.MotionType.STATIC;
+    return this.shapesOf(wall, extent).map(([shape, place, angle]) => {
+      const turn = [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
+      const body = this.addBody(value(shape), restitution, combine, type, place, turn, wallBody(k));
+      if (isDriven(wall)) HK.HP_Body_SetLinearVelocity(body, this.at(velocityOf(wall)));
+      return body;
+    });
+  }
+
+  // It has no half-plane: a box as deep as it is long, whose face goes through the body's origin. A capsule for each piece.
+  shapesOf(wall, extent) {
+    if (wall.normal) {
+      const { point, size } = wallAt(wall, extent);
+      const [half, [nx, ny]] = [size * this.scale, wall.normal];
+      const box = HK.HP_Shape_CreateBox([-half, 0, 0], [0, 0, 0, 1], [2 * half, 2 * half, 2 * half]);
+      return [[box, point, Math.atan2(ny, nx)]];
+    }
+    const radius = thicknessOf(this.scene, wall) * this.scale;
+    if (wall.centre_m) return [[HK.HP_Shape_CreateSphere([0, 0, 0], radius), wall.centre_m, 0]];
+    const capsule = (half) => HK.HP_Shape_CreateCapsule([-half * this.scale, 0, 0], [half * this.scale, 0, 0], radius);
+    return barsOf(wall).map(({ middle, half, angle }) => [capsule(half), middle, angle]);
   }
 
   get settings() {
@@ -97,7 +115,7 @@ class HavokWorld {
 
   observe() {
     const velocity_m_s = this.bodies.map((body, i) =>
-      isImmovable(this.scene.discs[i]) ? [0, 0] : this.from(value(HK.HP_Body_GetLinearVelocity(body))),
+      isImmovable(this.scene.discs[i]) ? this.scene.discs[i].velocity_m_s : this.from(value(HK.HP_Body_GetLinearVelocity(body))),
     );
     const most = this.asked.maxLinearVelocity;
     const fastest = Math.max(...velocity_m_s.map((v) => Math.hypot(...v)));
