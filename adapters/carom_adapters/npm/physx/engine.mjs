@@ -1,7 +1,7 @@
 // PhysX 5 as WebAssembly, fabmax's build: spheres held in a plane, with 32-bit floats.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { Clock, contactOf, isImmovable, serve, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, reach, serve, summed, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
 // The build is for browsers, and refuses to start where it sees node; what it prints is not for standard output.
 const library = createRequire(import.meta.url).resolve("physx-js-webidl");
@@ -38,6 +38,7 @@ class PhysxWorld {
     this.clock = new Clock(settings.dt_s);
     this.told = [];
     this.numbers = new Map(); // by the bodies' addresses
+    this.driven = []; // bodies with where they began, how they are turned, and their velocities
     this.makeScene();
     const material = (restitution, combine) => {
       const made = physics.createMaterial(0, 0, restitution);
@@ -45,11 +46,14 @@ class PhysxWorld {
       return made;
     };
     // Of two ways to combine the later one of average, least, product and most is taken: a wall's.
-    const { restitution, wall_restitution } = scene;
-    const [disc, wall] = [material(restitution, Combine.eAVERAGE), material(wall_restitution, wall_restitution < restitution ? Combine.eMIN : Combine.eMAX)];
-    this.materials = [disc, wall];
+    const disc = material(scene.restitution, Combine.eAVERAGE);
+    const ofWalls = scene.walls.map(({ restitution = scene.wall_restitution }) =>
+      material(restitution, restitution < scene.restitution ? Combine.eMIN : Combine.eMAX),
+    );
+    this.materials = [disc, ...ofWalls];
     this.bodies = scene.discs.map((one, i) => this.addDisc(one, disc, i));
-    this.walls = scene.walls.map((one, k) => this.addWall(one, wall, k));
+    const extent = reach(scene, settings.dt_s);
+    this.walls = scene.walls.flatMap((one, k) => this.addWall(one, extent, ofWalls[k], k));
   }
 
   makeScene() {
@@ -96,7 +100,7 @@ class PhysxWorld {
   addDisc(disc, material, i) {
     const { linearDamping, positionIterations, velocityIterations, maxDepenetrationVelocity, canSleep, ccd } = this.asked;
     const sphere = new Px.PxSphereGeometry(disc.radius_m);
-    if (isImmovable(disc)) return this.add("createRigidStatic", disc.position_m, 0, sphere, material, i);
+    if (isImmovable(disc)) return this.addHeld(disc.driven ? velocityOf(disc) : null, disc.position_m, 0, sphere, material, i);
     return this.add("createRigidDynamic", disc.position_m, 0, sphere, material, i, (body) => {
       Px.PxRigidBodyExt.prototype.setMassAndUpdateInertia(body, disc.mass_kg);
       body.setLinearDamping(linearDamping);
@@ -109,9 +113,40 @@ class PhysxWorld {
     });
   }
 
-  // A half-space, whose outside is where the body's x axis points.
-  addWall({ point_m, normal: [nx, ny] }, material, k) {
-    return this.add("createRigidStatic", point_m, Math.atan2(ny, nx), new Px.PxPlaneGeometry(), material, wallBody(k));
+  // A body that stands, or one that is driven: PhysX is told where it is to be at a step's end, and makes a velocity of that.
+  addHeld(velocity, place, angle, geometry, material, number) {
+    if (!velocity) return this.add("createRigidStatic", place, angle, geometry, material, number);
+    const body = this.add("createRigidDynamic", place, angle, geometry, material, number, (one) =>
+      one.setRigidBodyFlag(Px.PxRigidBodyFlagEnum.eKINEMATIC, true),
+    );
+    this.driven.push({ body, place, angle, velocity });
+    return body;
+  }
+
+  aim({ body, place: [x, y], angle, velocity: [vx, vy] }, time) {
+    const [to, turn] = [new Px.PxVec3(x + vx * time, y + vy * time, 0), new Px.PxQuat(0, 0, Math.sin(angle / 2), Math.cos(angle / 2))];
+    using(new Px.PxTransform(to, turn), (pose) => body.setKinematicTarget(pose));
+    for (const object of [to, turn]) Px.destroy(object);
+  }
+
+  addWall(wall, extent, material, k) {
+    const velocity = isDriven(wall) ? velocityOf(wall) : null;
+    return this.shapesOf(wall, extent).map(([geometry, place, angle]) =>
+      this.addHeld(velocity, place, angle, geometry, material, wallBody(k)),
+    );
+  }
+
+  // Of a half-space the outside is where the body's x axis points, and it must stand: a box is as deep as a disc can get.
+  shapesOf(wall, extent) {
+    if (wall.normal) {
+      const [[nx, ny], { point, size }] = [wall.normal, wallAt(wall, extent)];
+      const angle = Math.atan2(ny, nx);
+      if (!isDriven(wall)) return [[new Px.PxPlaneGeometry(), wall.point_m, angle]];
+      return [[new Px.PxBoxGeometry(size, size, size), [point[0] - nx * size, point[1] - ny * size], angle]];
+    }
+    const radius = thicknessOf(this.scene, wall);
+    if (wall.centre_m) return [[new Px.PxSphereGeometry(radius), wall.centre_m, 0]];
+    return barsOf(wall).map(({ middle, half, angle }) => [new Px.PxCapsuleGeometry(radius, half), middle, angle]);
   }
 
   get settings() {
@@ -124,6 +159,7 @@ class PhysxWorld {
 
   step() {
     this.told.length = 0;
+    for (const one of this.driven) this.aim(one, this.clock.now + this.clock.dt);
     this.physx.simulate(this.clock.dt);
     this.physx.fetchResults(true);
     this.clock.steps++;
@@ -148,11 +184,11 @@ class PhysxWorld {
         return [p.x, p.y];
       }),
       velocity_m_s: this.bodies.map((body, i) => {
-        if (isImmovable(this.scene.discs[i])) return [0, 0];
+        if (isImmovable(this.scene.discs[i])) return this.scene.discs[i].velocity_m_s;
         const { x, y } = body.getLinearVelocity();
         return [x, y];
       }),
-      contacts: this.told,
+      contacts: summed(this.told),
     };
   }
 
