@@ -45,17 +45,31 @@ WAYS = (
     Way("Box2D v3", "box2d3-wasm", "segments", "segments"),
     Way("Box2D v3", "box2d3-wasm", "chain", "one chain, with a ghost point at each end"),
     Way("cannon-es", "cannon-es", "boxes", "boxes", HALF_M),
+    Way("DART", "dartpy", "boxes", "boxes", HALF_M),
+    Way("DART", "dartpy", "capsules", "capsules", HALF_M),
+    Way("Drake", "drake", "boxes", "boxes", HALF_M),
+    Way("Drake", "drake", "capsules", "capsules", HALF_M),
+    Way("Havok", "@babylonjs/havok", "boxes", "boxes", HALF_M),
+    Way("Havok", "@babylonjs/havok", "capsules", "capsules", HALF_M),
     Way("Jolt", "jolt-physics", "boxes", "boxes", HALF_M),
     Way("Jolt", "jolt-physics", "boxes, cast", "boxes, the disc `LinearCast`", HALF_M),
     Way("Jolt", "jolt-physics", "compound, removal", "one compound, `mEnhancedInternalEdgeRemoval`", HALF_M),
     Way("matter.js", "matter-js", "rectangles", "rectangles", HALF_M),
     Way("MuJoCo", "mujoco", "boxes", "boxes", HALF_M),
     Way("MuJoCo", "mujoco", "capsules", "capsules", HALF_M),
+    Way("ODE", "panda3d", "boxes", "boxes", HALF_M),
+    Way("ODE", "panda3d", "capsules", "capsules", HALF_M),
     Way("p2-es", "p2-es", "boxes", "boxes", HALF_M),
     Way("p2-es", "p2-es", "boxes, swept", "boxes, `ccdSpeedThreshold` 0", HALF_M),
+    Way("p2-es", "p2-es", "lines", "lines"),
+    Way("p2-es", "p2-es", "capsules", "capsules", HALF_M),
+    Way("PhysX", "physx-js-webidl", "boxes", "boxes", HALF_M),
+    Way("PhysX", "physx-js-webidl", "capsules", "capsules", HALF_M),
+    Way("PhysX", "physx-js-webidl", "capsules, CCD", "capsules, `eENABLE_CCD`", HALF_M),
     Way("Planck", "planck", "edges", "edges"),
     Way("Planck", "planck", "chain", "one chain"),
     Way("PyBullet", "pybullet", "boxes", "boxes", HALF_M),
+    Way("PyBullet", "pybullet", "capsules", "capsules", HALF_M),
     Way("PyBullet", "pybullet", "swept", "boxes, `ccdSweptSphereRadius` r/2", HALF_M),
     Way("PyBullet", "pybullet", "swept, maximal", "boxes, the same and `useMaximalCoordinates`", HALF_M),
     Way("pymunk", "pymunk", "segments", "`Segment`"),
@@ -63,8 +77,20 @@ WAYS = (
     Way("Rapier 2D", "@dimforge/rapier2d-compat", "segments", "segments"),
     Way("Rapier 2D", "@dimforge/rapier2d-compat", "polyline", "one polyline"),
     Way("Rapier 2D", "@dimforge/rapier2d-compat", "boxes", "boxes", HALF_M),
+    Way("Rapier", "rapier3d", "boxes", "boxes", HALF_M),
+    Way("Rapier", "rapier3d", "capsules", "capsules", HALF_M),
 )
-FROM_PYTHON = ("Box2D", "mujoco", "pybullet", "pymunk")
+#: Distributions for Python, and the module of each.
+FROM_PYTHON = {
+    "Box2D": "Box2D",
+    "dartpy": "dartpy",
+    "drake": "pydrake",
+    "mujoco": "mujoco",
+    "panda3d": "panda3d",
+    "pybullet": "pybullet",
+    "pymunk": "pymunk",
+    "rapier3d": "rapier3d",
+}
 
 #: The thin wall: starts, the disc's radius, its steps a second, and how many reaches it moves in a step.
 STARTS, THIN_RADIUS_M, THIN_HZ = 32, 0.1, 60
@@ -119,7 +145,7 @@ def command_of(way: Way) -> tuple[list[str], Path]:
 def version_of(way: Way) -> str | None:
     """Return the version that is installed, or None."""
     if way.package in FROM_PYTHON:
-        return importlib.metadata.version(way.package) if importlib.util.find_spec(way.package) else None
+        return importlib.metadata.version(way.package) if importlib.util.find_spec(FROM_PYTHON[way.package]) else None
     manifest = NPM / "node_modules" / way.package / "package.json"
     return str(json.loads(manifest.read_text(encoding="utf-8"))["version"]) if manifest.exists() else None
 
@@ -136,7 +162,7 @@ def flown(way: Way, flights: list[Flight]) -> list[End]:
     )
     if done.returncode:
         raise RuntimeError(f"{way.engine}, {way.words}: {done.stderr.strip()[-500:]}")
-    ends: list[End] = json.loads(done.stdout[done.stdout.index("[") :])
+    ends: list[End] = json.loads(done.stdout[done.stdout.rindex("[[") :])
     if len(ends) != len(flights) or not all(
         len(end) == 4 and all(value is not None and math.isfinite(value) for value in end) for end in ends
     ):

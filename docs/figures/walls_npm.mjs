@@ -2,6 +2,8 @@
 // the engine's own calls. Arguments: package and way; standard input: flights as JSON; standard output: where each ends.
 // All is as shipped except restitution 1, no friction, no damping and no sleep.
 import { readFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import { pathToFileURL } from "node:url";
 
 const [name, way] = process.argv.slice(-2);
 const pairs = (points) => points.slice(1).map((b, k) => [points[k], b]);
@@ -179,13 +181,17 @@ const ENGINES = {
     };
   },
   async "p2-es"() {
-    const { Body, Box, Circle, World } = await import("p2-es");
+    const { Body, Box, Capsule, Circle, Line, World } = await import("p2-es");
     return ({ dt_s, steps, position_m, velocity_m_s, radius_m, points_m, half_width_m }) => {
       const world = new World({ gravity: [0, 0] });
       [world.defaultContactMaterial.friction, world.defaultContactMaterial.restitution] = [0, 1];
+      const shapeOf = {
+        lines: (half) => new Line({ length: 2 * half }),
+        capsules: (half) => new Capsule({ length: 2 * half, radius: half_width_m }),
+      }[way] ?? ((half) => new Box({ width: 2 * half, height: 2 * half_width_m }));
       for (const { x, y, half, angle } of boxes(points_m)) {
         const wall = new Body({ position: [x, y], angle });
-        wall.addShape(new Box({ width: 2 * half, height: 2 * half_width_m }));
+        wall.addShape(shapeOf(half));
         world.addBody(wall);
       }
       const swept = way.includes("swept") ? { ccdSpeedThreshold: 0 } : {}; // swept above this speed; as shipped never
@@ -194,6 +200,101 @@ const ENGINES = {
       world.addBody(disc);
       for (let k = 0; k < steps; k++) world.step(dt_s);
       return [...disc.position, ...disc.velocity];
+    };
+  },
+  async "@babylonjs/havok"() {
+    const { default: createHavok } = await import("@babylonjs/havok");
+    const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
+    const HK = await createHavok({ wasmBinary: readFileSync(new URL("../esm/HavokPhysics.wasm", library)) });
+    return ({ dt_s, steps, position_m, velocity_m_s, radius_m, points_m, half_width_m }) => {
+      const [, world] = HK.HP_World_Create();
+      HK.HP_World_SetGravity(world, [0, 0, 0]);
+      const add = ([, shape], [x, y], angle, type) => {
+        const [, body] = HK.HP_Body_Create();
+        const { MAXIMUM, MINIMUM } = HK.MaterialCombine;
+        HK.HP_Shape_SetMaterial(shape, [0, 0, 1, MINIMUM, MAXIMUM]);
+        HK.HP_Body_SetShape(body, shape);
+        HK.HP_Body_SetMotionType(body, type);
+        HK.HP_Body_SetQTransform(body, [[x, y, 0], [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)]]);
+        return [body, shape];
+      };
+      for (const { x, y, half, angle } of boxes(points_m)) {
+        const [facing, size] = [[0, 0, 0, 1], [2 * half, 2 * half_width_m, 2 * DEPTH]];
+        const box = () => HK.HP_Shape_CreateBox([0, 0, 0], facing, size);
+        const shape = way === "capsules" ? HK.HP_Shape_CreateCapsule([-half, 0, 0], [half, 0, 0], half_width_m) : box();
+        HK.HP_World_AddBody(world, add(shape, [x, y], angle, HK.MotionType.STATIC)[0], false);
+      }
+      const [disc, ball] = add(HK.HP_Shape_CreateSphere([0, 0, 0], radius_m), position_m, 0, HK.MotionType.DYNAMIC);
+      const [, [centre, , inertia, axes]] = HK.HP_Shape_BuildMassProperties(ball);
+      HK.HP_Body_SetMassProperties(disc, [centre, MASS, inertia, axes]);
+      HK.HP_Body_SetLinearDamping(disc, 0);
+      HK.HP_Body_SetActivationControl(disc, HK.ActivationControl.ALWAYS_ACTIVE);
+      HK.HP_World_AddBody(world, disc, false);
+      HK.HP_Body_SetLinearVelocity(disc, [...velocity_m_s, 0]);
+      for (let k = 0; k < steps; k++) HK.HP_World_Step(world, dt_s);
+      const [[, [place]], [, velocity]] = [HK.HP_Body_GetQTransform(disc), HK.HP_Body_GetLinearVelocity(disc)];
+      HK.HP_World_Release(world);
+      return [place[0], place[1], velocity[0], velocity[1]];
+    };
+  },
+  async "physx-js-webidl"() {
+    // The build is for browsers, and refuses to start where it sees node.
+    const library = createRequire(import.meta.url).resolve("physx-js-webidl");
+    const { versions } = process;
+    Object.defineProperty(process, "versions", { value: { ...versions, node: undefined } });
+    [globalThis.window, globalThis.document] = [globalThis, { currentScript: null }];
+    const { default: create } = await import(library);
+    const Px = await create({ wasmBinary: readFileSync(library.replace(/\.mjs$/, ".wasm")), print: console.error, printErr: console.error });
+    Object.defineProperty(process, "versions", { value: versions });
+    const top = Px.PxTopLevelFunctions.prototype;
+    const foundation = top.CreateFoundation(Px.PHYSICS_VERSION, new Px.PxDefaultAllocator(), new Px.PxDefaultErrorCallback());
+    const scale = new Px.PxTolerancesScale();
+    const physics = top.CreatePhysics(Px.PHYSICS_VERSION, foundation, scale);
+    const dispatcher = top.DefaultCpuDispatcherCreate(0);
+    const material = physics.createMaterial(0, 0, 1);
+    const swept = way.includes("CCD");
+    const { PxPairFlagEnum: Pair, PxRigidDynamicLockFlagEnum: Lock, PxRigidBodyFlagEnum: Flag } = Px;
+    const filter = new Px.PassThroughFilterShaderImpl();
+    filter.filterShader = () => {
+      filter.outputPairFlags = Pair.eCONTACT_DEFAULT | (swept ? Pair.eDETECT_CCD_CONTACT : 0);
+      return 0;
+    };
+    return ({ dt_s, steps, position_m, velocity_m_s, radius_m, points_m, half_width_m }) => {
+      const described = new Px.PxSceneDesc(scale);
+      described.gravity = new Px.PxVec3(0, 0, 0);
+      described.cpuDispatcher = dispatcher;
+      if (swept) described.flags.raise(Px.PxSceneFlagEnum.eENABLE_CCD);
+      top.setupPassThroughFilterShader(described, filter);
+      const scene = physics.createScene(described);
+      const add = (kind, geometry, x, y, angle, set = () => {}) => {
+        const turn = new Px.PxQuat(0, 0, Math.sin(angle / 2), Math.cos(angle / 2));
+        const body = physics[kind](new Px.PxTransform(new Px.PxVec3(x, y, 0), turn));
+        const shape = physics.createShape(geometry, material, true, new Px.PxShapeFlags(Px.PxShapeFlagEnum.eSIMULATION_SHAPE));
+        shape.setSimulationFilterData(new Px.PxFilterData(1, 1, 0, 0));
+        body.attachShape(shape);
+        set(body);
+        scene.addActor(body);
+        return body;
+      };
+      const geometry = (half) =>
+        way.startsWith("capsules") ? new Px.PxCapsuleGeometry(half_width_m, half) : new Px.PxBoxGeometry(half, half_width_m, DEPTH);
+      for (const { x, y, half, angle } of boxes(points_m)) add("createRigidStatic", geometry(half), x, y, angle);
+      const disc = add("createRigidDynamic", new Px.PxSphereGeometry(radius_m), ...position_m, 0, (body) => {
+        Px.PxRigidBodyExt.prototype.setMassAndUpdateInertia(body, MASS);
+        [body.setLinearDamping(0), body.setAngularDamping(0), body.setSleepThreshold(0)];
+        for (const flag of [Lock.eLOCK_LINEAR_Z, Lock.eLOCK_ANGULAR_X, Lock.eLOCK_ANGULAR_Y, Lock.eLOCK_ANGULAR_Z])
+          body.setRigidDynamicLockFlag(flag, true);
+        if (swept) body.setRigidBodyFlag(Flag.eENABLE_CCD, true);
+        body.setLinearVelocity(new Px.PxVec3(...velocity_m_s, 0));
+      });
+      for (let k = 0; k < steps; k++) {
+        scene.simulate(dt_s);
+        scene.fetchResults(true);
+      }
+      const [{ p }, v] = [disc.getGlobalPose(), disc.getLinearVelocity()];
+      const end = [p.x, p.y, v.x, v.y];
+      scene.release();
+      return end;
     };
   },
   async "cannon-es"() {

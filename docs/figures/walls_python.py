@@ -90,7 +90,7 @@ def mujoco(way: str, flight: Flight) -> End:
 
 
 def pybullet(way: str, flight: Flight) -> End:
-    """Boxes; or boxes, with a swept sphere in the disc, which may be in maximal coordinates."""
+    """Boxes or capsules; or boxes, with a swept sphere in the disc, which may be in maximal coordinates."""
     import pybullet as p
 
     client = p.connect(p.DIRECT)
@@ -106,7 +106,12 @@ def pybullet(way: str, flight: Flight) -> End:
 
     for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
         size = [math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"], 1]
-        shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=size, physicsClientId=client)
+        if way == "capsules":  # along x: as made, they lie along z
+            lying = p.getQuaternionFromEuler([0, math.pi / 2, 0])
+            of = {"radius": size[1], "height": 2 * size[0], "collisionFrameOrientation": lying}
+            shape = p.createCollisionShape(p.GEOM_CAPSULE, **of, physicsClientId=client)
+        else:
+            shape = p.createCollisionShape(p.GEOM_BOX, halfExtents=size, physicsClientId=client)
         add(shape, 0.0, [(ax + bx) / 2, (ay + by) / 2], math.atan2(by - ay, bx - ax))
     sphere = p.createCollisionShape(p.GEOM_SPHERE, radius=flight["radius_m"], physicsClientId=client)
     swept = {"ccdSweptSphereRadius": flight["radius_m"] / 2} if "swept" in way else {}
@@ -120,11 +125,171 @@ def pybullet(way: str, flight: Flight) -> End:
     return [x, y, vx, vy]
 
 
+def dart(way: str, flight: Flight) -> End:
+    """Boxes or capsules."""
+    import dartpy
+    import numpy as np
+
+    world = dartpy.simulation.World()
+    world.setGravity([0, 0, 0])
+    world.setTimeStep(flight["dt_s"])
+
+    def add(body: Any, shape: Any) -> None:
+        node = body.createShapeNode(shape)
+        node.createCollisionAspect()
+        node.createDynamicsAspect()
+        node.getDynamicsAspect().setRestitutionCoeff(1.0)
+        node.getDynamicsAspect().setFrictionCoeff(0.0)
+
+    for k, ((ax, ay), (bx, by)) in enumerate(pairwise(flight["points_m"])):
+        length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
+        # A capsule lies along z, and so does a box here.
+        shapes = dartpy.dynamics
+        shape = shapes.CapsuleShape(half, length) if way == "capsules" else shapes.BoxShape([2 * half, 2, length])
+        skeleton = dartpy.dynamics.Skeleton(f"piece {k}")
+        joint, body = skeleton.createWeldJointAndBodyNodePair()
+        pose = np.eye(4)
+        x, y = (bx - ax) / length, (by - ay) / length
+        pose[:3, :3] = np.column_stack([(-y, x, 0), (0, 0, 1), (x, y, 0)])
+        pose[:2, 3] = (ax + bx) / 2, (ay + by) / 2
+        placed = dartpy.math.Isometry3()
+        placed.set_rotation(pose[:3, :3])
+        placed.set_translation(pose[:3, 3])
+        joint.setTransformFromParentBodyNode(placed)
+        add(body, shape)
+        skeleton.setMobile(False)
+        world.addSkeleton(skeleton)
+    disc = dartpy.dynamics.Skeleton("disc")
+    _, body = disc.createTranslationalJoint2DAndBodyNodePair()
+    add(body, dartpy.dynamics.SphereShape(flight["radius_m"]))
+    body.setMass(MASS_KG)
+    world.addSkeleton(disc)
+    disc.setPositions(flight["position_m"])
+    disc.setVelocities(flight["velocity_m_s"])
+    for _ in range(flight["steps"]):
+        world.step()
+    return [*map(float, disc.getPositions()), *map(float, disc.getVelocities())]
+
+
+def drake(way: str, flight: Flight) -> End:
+    """Boxes or capsules, in a continuous plant: a discrete one has no bounce."""
+    import logging
+
+    from pydrake import geometry
+    from pydrake import math as poses
+    from pydrake.multibody import plant as plants
+    from pydrake.multibody import tree
+    from pydrake.systems import analysis, framework
+
+    logging.getLogger("drake").setLevel(logging.ERROR)
+    builder = framework.DiagramBuilder()
+    plant, _ = plants.AddMultibodyPlant(plants.MultibodyPlantConfig(time_step=0.0), builder)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+
+    def add(body: Any, pose: Any, shape: Any) -> None:
+        properties = geometry.ProximityProperties()
+        geometry.AddContactMaterial(dissipation=0.0, friction=plants.CoulombFriction(0.0, 0.0), properties=properties)
+        plant.RegisterCollisionGeometry(body, pose, shape, f"shape {plant.num_collision_geometries()}", properties)
+
+    for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
+        length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
+        shape = geometry.Capsule(half, length) if way == "capsules" else geometry.Box(2 * half, 2, length)
+        facing = poses.RotationMatrix.MakeFromOneVector([(bx - ax) / length, (by - ay) / length, 0.0], 2)
+        if way != "capsules":  # its width is to lie in the plane, across the piece
+            x, y = (bx - ax) / length, (by - ay) / length
+            facing = poses.RotationMatrix([[-y, 0.0, x], [x, 0.0, y], [0.0, 1.0, 0.0]])
+        add(plant.world_body(), poses.RigidTransform(facing, [(ax + bx) / 2, (ay + by) / 2, 0.0]), shape)
+    radius = flight["radius_m"]
+    body = plant.AddRigidBody("disc", tree.SpatialInertia.SolidSphereWithMass(MASS_KG, radius))
+    add(body, poses.RigidTransform(), geometry.Sphere(radius))
+    frames = plant.world_body().body_frame(), body.body_frame()
+    joint = plant.AddJoint(tree.PlanarJoint("plane", *frames, damping=[0, 0, 0]))
+    plant.Finalize()
+    simulator = analysis.Simulator(builder.Build())
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    joint.set_translation(context, flight["position_m"])
+    joint.set_translational_velocity(context, flight["velocity_m_s"])
+    simulator.Initialize()
+    simulator.AdvanceTo(flight["steps"] * flight["dt_s"])
+    return [*joint.get_translation(context).tolist(), *joint.get_translational_velocity(context).tolist()]
+
+
+def ode(way: str, flight: Flight) -> End:
+    """Boxes or capsules, in Panda3D's build."""
+    from panda3d import core, ode
+
+    world, space, group = ode.OdeWorld(), ode.OdeHashSpace(), ode.OdeJointGroup()
+    world.setGravity(0, 0, 0)
+    for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
+        length, half = math.hypot(bx - ax, by - ay), flight["half_width_m"]
+        capsule = way == "capsules"  # which lies along z, as a box does here
+        piece = (
+            ode.OdeCappedCylinderGeom(space, half, length) if capsule else ode.OdeBoxGeom(space, 2 * half, 2, length)
+        )
+        x, y = (bx - ax) / length, (by - ay) / length
+        # Its columns are where x, y and z come to lie.
+        piece.setRotation(core.LMatrix3f(-y, 0, x, x, 0, y, 0, 1, 0))
+        piece.setPosition((ax + bx) / 2, (ay + by) / 2, 0)
+    ball, body, mass = ode.OdeSphereGeom(space, flight["radius_m"]), ode.OdeBody(world), ode.OdeMass()
+    mass.setSphereTotal(MASS_KG, flight["radius_m"])
+    body.setMass(mass)
+    ball.setBody(body)
+    body.setPosition(*flight["position_m"], 0)
+    body.setLinearVel(*flight["velocity_m_s"], 0)
+    surface = ode.OdeSurfaceParameters()
+    surface.setMode(ode.OdeSurfaceParameters.MFContactBounce)
+    surface.setBounce(1.0)
+
+    def near(_: Any, first: Any, second: Any) -> None:
+        if not first.hasBody() and not second.hasBody():
+            return
+        found = ode.OdeUtil.collide(first, second, 1)
+        for k in range(found.getNumContacts()):
+            contact = ode.OdeContact()
+            contact.setGeom(found.getContactGeom(k))
+            contact.setSurface(surface)
+            ode.OdeContactJoint(world, group, contact).attach(first.getBody(), second.getBody())
+
+    for _ in range(flight["steps"]):
+        group.empty()
+        space.collide("", near)
+        world.step(flight["dt_s"])
+    return [*list(body.getPosition())[:2], *list(body.getLinearVel())[:2]]
+
+
+def rapier3d(way: str, flight: Flight) -> End:
+    """Boxes or capsules."""
+    import rapier3d
+
+    world = rapier3d.PhysicsWorld(gravity=(0.0, 0.0, 0.0))
+    world.integration_parameters.dt = flight["dt_s"]
+    for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
+        half, thick = math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"]
+        turned = math.atan2(by - ay, bx - ax)
+        fixed = rapier3d.RigidBody.fixed().translation(((ax + bx) / 2, (ay + by) / 2, 0.0)).rotation((0.0, 0.0, turned))
+        piece = rapier3d.Collider.cuboid(half, thick, 1.0)
+        if way == "capsules":
+            piece = rapier3d.Collider.capsule_x(half, thick)
+        world.add_collider(piece.friction(0.0).restitution(1.0), world.add_body(fixed))
+    disc = rapier3d.RigidBody.dynamic().translation((*flight["position_m"], 0.0)).linvel((*flight["velocity_m_s"], 0.0))
+    disc = disc.can_sleep(False).enabled_rotations((False, False, False)).enabled_translations((True, True, False))
+    handle = world.add_body(disc)
+    world.add_collider(rapier3d.Collider.ball(flight["radius_m"]).friction(0.0).restitution(1.0).mass(MASS_KG), handle)
+    for _ in range(flight["steps"]):
+        world.step()
+    body = world.rigid_bodies[handle]
+    return [*map(float, body.translation.to_tuple()[:2]), *map(float, body.linvel.to_tuple()[:2])]
+
+
 ENGINES: dict[str, Callable[[str, Flight], End]] = {
     "Box2D": box2d,
+    "dartpy": dart,
+    "drake": drake,
     "mujoco": mujoco,
+    "panda3d": ode,
     "pybullet": pybullet,
     "pymunk": pymunk,
+    "rapier3d": rapier3d,
 }
 
 if __name__ == "__main__":

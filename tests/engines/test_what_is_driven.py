@@ -17,6 +17,9 @@ ROUNDING_M_S = {
     ("rapier2d", "tuned"): 2e-6,
     ("jolt", "default"): 2e-6,
     ("jolt", "tuned"): 2e-6,
+    ("physx", "default"): 2e-6,
+    ("physx", "tuned"): 2e-6,
+    ("havok", "tuned"): 2e-2,  # a bounce loses 9.81 m/s^2 times the step, in units of 1/16 m
     ("p2", "tuned"): 2e-6,
     ("cannon", "tuned"): 1e-14,
     ("matter", "tuned"): 1e-13,
