@@ -544,3 +544,41 @@ def test_a_disc_that_friction_or_a_third_body_may_free_is_not_called_crushed() -
     beside = disc_at((1.0, 0.505), (0.0, 0.0), 0.25)
     crowded = staged(squeezed, beside, walls=[fixed, closing], duration_s=5.0)
     assert solve_pic(crowded, max_impacts=500).outcome is not Outcome.CRUSHED
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_seen_from_a_moving_frame_legs_do_the_same(seed: int) -> None:
+    """A scene of bodies on legs, driven along as a whole, has its impacts at the same times; half of them fall.
+
+    One disc begins without a speed along gravity under a ceiling that is a line, which has another side.
+    """
+    rng = random.Random(f"galileo {seed}")
+
+    def legs(drive: Vector) -> dict[str, Any]:
+        begins = [0.0, *sorted(rng.uniform(0.0, 4.0) for _ in range(4))]
+        return on_legs(*((t, (rng.uniform(-0.5, 0.5) + drive[0], rng.uniform(-0.5, 0.5) + drive[1])) for t in begins))
+
+    def scene(drive: Vector) -> Scene:
+        rng.seed(f"galileo {seed}")
+        u, v = drive
+        return staged(
+            disc_at((0.0, rng.uniform(-2.0, 2.0)), (rng.uniform(2.0, 4.0) + u, 1.0 + v), 0.3),
+            disc_at((0.0, 3.0), (rng.uniform(-4.0, -2.0) + u, v), 0.3),
+            Disc(position_m=(0.0, -3.2), radius_m=0.4, mass_kg=math.inf, driven=True, **legs(drive)),
+            walls=[
+                Chain(points_m=[(-5, -4), (5, -4), (5, 4), (-5, 4)], closed=True, velocity_m_s=drive),
+                Chain(points_m=[(-2.5, -1), (-2.5, 1)], half_width_m=0.1, **legs(drive)),
+                Ring(centre_m=(2.5, 0.0), radius_m=0.4, **legs(drive)),
+            ],
+            gravity_m_s2=(0.0, -1.0) if seed % 2 else (0.0, 0.0),
+            wall_friction=0.2,
+            duration_s=5.0,
+        )
+
+    rest, moving = solve_pic(scene((0.0, 0.0)), max_impacts=6), solve_pic(scene((3.0, -2.0)), max_impacts=6)
+    assert len(rest.impacts) > 3
+    assert rest.impacts[["first", "second"]].tolist() == moving.impacts[["first", "second"]].tolist()
+    assert np.allclose(rest.impacts["time_s"], moving.impacts["time_s"], rtol=0.0, atol=1e-9)
+    assert np.allclose(
+        rest.impacts["velocity_first_after"] + (3.0, -2.0), moving.impacts["velocity_first_after"], rtol=0.0, atol=1e-8
+    )

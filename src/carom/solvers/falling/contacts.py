@@ -56,7 +56,8 @@ class Contacts:
             for ground in grounds_of(bodies, i) if bodies.inverse_mass[i] > 0.0 else ():
                 pull, gap_m = -self._press(i, ground).normal_m_s2, self._gap_resolution_m(i, ground)
                 approach = self._approach(i, ground)
-                touches = ground.gap_of(bodies, i) <= gap_m
+                # A disc on the other side of a face is behind it by more than its own diameter.
+                touches = -bodies.radius[i] < ground.gap_of(bodies, i) <= gap_m
                 if self.grounds[i] is None and touches and pull < 0.0 and approach * approach <= -2.0 * pull * gap_m:
                     yield i, self.land(i, ground, approach)
 
