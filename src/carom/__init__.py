@@ -103,7 +103,7 @@ def _view(name: str) -> Callable[..., Any]:
 
         return summary
     if name == "to_pandas":
-        from carom.pages.frames import to_pandas
+        from carom.pages.data_frames import to_pandas
 
         return to_pandas
     from carom.pages import notebook

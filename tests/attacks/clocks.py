@@ -19,8 +19,8 @@ from tests.unit.runs.test_clocks import SCENE, Adapter
 from carom.registry import load_adapter
 from carom.runs.job import Method
 from carom.runs.pool import InProcess
-from carom.studies.bench import rounds
-from carom.studies.bench.rounds import TimeScene
+from carom.studies.bench import timing_pass
+from carom.studies.bench.timing_pass import TimeScene
 
 #: A timing pass takes a second or two, on a machine with ten times more to do than it has cores some ten.
 LONGEST_S = 60.0
@@ -58,7 +58,7 @@ def _lost(draw: Random) -> str:
         return Adapter(*shown) if name == "clocked" else load_adapter(name)
 
     try:
-        with within(LONGEST_S), mock.patch.object(rounds, "load_adapter", found):
+        with within(LONGEST_S), mock.patch.object(timing_pass, "load_adapter", found):
             answer = TimeScene(SCENE, asked, rounds=3).answer(InProcess())
     except HangError:
         return f"no end after {LONGEST_S:g} s, of a clock that shows {shown[:8]}"

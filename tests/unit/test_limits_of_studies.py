@@ -24,8 +24,8 @@ from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise
 from carom.studies.bench.growth import growth, growth_journal
 from carom.studies.bench.options import BenchPlan, GrowthOptions
-from carom.studies.bench.rounds import timing_journal
 from carom.studies.bench.run import work_precision
+from carom.studies.bench.timing_pass import timing_journal
 from carom.studies.cross_check.observed import observed_journal
 from carom.studies.cross_check.run import execute
 from carom.studies.stress.run import stress

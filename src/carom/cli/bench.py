@@ -54,8 +54,8 @@ def bench(
     from carom.pages.files import require_report_extra
     from carom.runs.scoring import score_journal
     from carom.studies.bench.document import bench_document, write_bench
-    from carom.studies.bench.rounds import timing_journal
     from carom.studies.bench.run import work_precision
+    from carom.studies.bench.timing_pass import timing_journal
 
     if not scenes:
         raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")

@@ -15,9 +15,9 @@ from carom.comparator.convention import ConventionMatch, match_outcome
 from carom.comparator.evidence import Evidence
 from carom.comparator.findings import findings, lucky_phase
 from carom.comparator.finite import not_finite
+from carom.comparator.friction_branch import WrongBranches, wrong_branches
 from carom.comparator.grade import equals_pit, grade, grade_of_trajectory
 from carom.comparator.grades import Grade
-from carom.comparator.grip import WrongBranches, wrong_branches
 from carom.comparator.horizon import before_tie, reach_of
 from carom.comparator.local import LocalErrors, local_errors
 from carom.comparator.local_truth.reports import reports_and_states, shown_by_states
@@ -27,9 +27,9 @@ from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, largest, scales_of
 from carom.comparator.settling import before_rest
-from carom.comparator.sound import require_sound
 from carom.comparator.step_findings import has_left
 from carom.comparator.thresholds import THRESHOLDS
+from carom.comparator.validate_trace import require_sound
 from carom.comparator.verdict import Finding, Verdict
 from carom.display import Shown
 from carom.errors import InputError

@@ -13,8 +13,8 @@ from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency
 from carom.comparator.contact import ContactScore
 from carom.comparator.convention import ConventionMatch
+from carom.comparator.friction_branch import WrongBranches
 from carom.comparator.grades import Grade
-from carom.comparator.grip import WrongBranches
 from carom.comparator.local import LocalErrors
 from carom.comparator.local_truth.reports import ReportsAndStates
 from carom.comparator.local_truth.score import LocalScore

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from carom.adapter import CodedAdapter, unsupported_reason
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import load_adapter
-from carom.runs.door import plain_text
 from carom.runs.engines import described
 from carom.runs.job import AdapterTask, Status, Tried, UnsupportedError
 from carom.runs.observe import capabilities_of, profile_settings
 from carom.runs.pool import LocalPool, Pool
 from carom.runs.raised import raised
 from carom.runs.step_code import changed_lines, step_lines
+from carom.runs.validate import plain_text
 from carom.scene import Disc, Scene, Wall
 
 __all__ = ["code_of", "example_scene", "step_code_of", "tried_code_of"]

@@ -127,7 +127,7 @@ class ImpactCollector:
         self.spins: NDArray[np.void] | None = None
 
     def add(self, time_s: float, now: Observation) -> None:
-        """Take in the state and contacts, as `carom.runs.door` lets them in, of the step that ended at `time_s`."""
+        """Take in the state and contacts, as `carom.runs.validate` lets them in, of the step that ended at `time_s`."""
         before = self._last
         active: dict[_Pair, Contact] = {}
         struck: set[int] = set()

@@ -25,11 +25,11 @@ from carom.registry import (
     version_of,
     why_unavailable,
 )
-from carom.runs.door import plain_text, sound_adapter
 from carom.runs.job import PIT_METHOD, AdapterTask, Answer, Job, Method, Status, Tried
 from carom.runs.observe import profile_settings
 from carom.runs.pool import Asker, LocalPool, Pool
 from carom.runs.raised import raised
+from carom.runs.validate import plain_text, sound_adapter
 from carom.trace import Setting
 
 __all__ = [

@@ -9,10 +9,10 @@ from carom.adapter import Imported, ReadingAdapter
 from carom.arguments import number
 from carom.errors import AdapterError, InputError, SceneError
 from carom.registry import load_adapter, why_unavailable
-from carom.runs.door import plain_text
 from carom.runs.job import AdapterTask, Status, UnavailableError
 from carom.runs.planck_dump import scene_of_dump
 from carom.runs.pool import LocalPool
+from carom.runs.validate import plain_text
 from carom.scene import Scene
 from carom.walls import with_lengths, with_speeds
 

@@ -15,11 +15,11 @@ from carom.damping import Damping
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import has_part, load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
-from carom.runs.door import Door, plain_counts, plain_settings, plain_text, slip
-from carom.runs.early_end import FreeFlight
+from carom.runs.free_flight import FreeFlight
 from carom.runs.job import Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
 from carom.runs.raised import raised
+from carom.runs.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
 from carom.text import named_hints
@@ -99,7 +99,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
     plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
         told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
-        raise slip(f"{told}, got {plain.get('dt_s', 'none')}")
+        raise adapter_error(f"{told}, got {plain.get('dt_s', 'none')}")
     return {**plain, **dict(tried)}
 
 
@@ -137,7 +137,7 @@ def observe_run(
     missing = [part for part in ("settings", "advance", "observe", "close") if not has_part(world, part)]
     if missing:
         lacks = f"a {type(world).__name__} has no {', '.join(missing)}"
-        raise slip(f"prepare() must return a world; {lacks}")
+        raise adapter_error(f"prepare() must return a world; {lacks}")
     try:
         used = plain_settings(world.settings, "of a world")
         world.observe()  # some engines begin to note their contacts when they are first looked at
@@ -173,7 +173,7 @@ class _Run:
         )
         self.collector = ImpactCollector(scene, self.state, float_bits)
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
-        self.door, self.seen_s = Door(scene, dt_s, float_bits), 0.0
+        self.validator, self.seen_s = Validator(scene, dt_s, float_bits), 0.0
         self.earlier = (0.0, self.state)
         self.gravity, self.damping = gravity_of(scene), Damping(scene.damping_per_s)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
@@ -187,13 +187,13 @@ class _Run:
         """Take steps to the end, or to where nothing but free flight is left."""
         for step in range(1, self.steps + 1):
             for time_s in _pieces(world, cutter, step, self.dt_s):
-                now = self.door.state(world.observe())
+                now = self.validator.state(world.observe())
                 self.outcome, self.notes = _health(now)
                 if self.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
                     return
                 if self.seen_s <= self.scene.duration_s:
                     self.earlier = (self.seen_s, self.state)
-                self.state = self.door.contacts(now, self.seen_s, time_s)
+                self.state = self.validator.contacts(now, self.seen_s, time_s)
                 self.collector.add(time_s, self.state)
                 if self.watch is not None:
                     self.watch.add(time_s, self.state.position_m, self.state.velocity_m_s, self.state.spin_rad_s)

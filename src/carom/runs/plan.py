@@ -18,7 +18,7 @@ from carom.runs.job import Answer, Job, Status, Tried
 from carom.runs.observe import Observe, capabilities_of
 from carom.runs.options import Options
 from carom.runs.pool import Asker, Pool
-from carom.runs.tried import tried_by
+from carom.runs.settings_override import tried_by
 from carom.scene import Scene
 from carom.scenes import CatalogueScene, KnownAnswer, find_scenes
 from carom.text import named_hints

@@ -19,10 +19,10 @@ import numpy as np
 
 from carom.adapter import Adapter, TimedWorld, World
 from carom.registry import load_adapter
-from carom.runs.door import slip
 from carom.runs.job import JobTask, Tried, UnsupportedError
 from carom.runs.locate import Cutter
 from carom.runs.observe import profile_settings
+from carom.runs.validate import adapter_error
 from carom.scene import Scene
 
 __all__ = ["TIMING_RUNS", "Measure", "Timing", "time_run"]
@@ -141,7 +141,9 @@ def _shown(world: TimedWorld, before_s: float) -> float:
     found = world.seconds
     numbers = isinstance(before_s, int | float) and isinstance(found, int | float)
     if not (numbers and -sys.float_info.max <= before_s <= found <= sys.float_info.max):
-        raise slip(f"seconds of a world must be a finite number that never falls, got {found!r} after {before_s!r}")
+        raise adapter_error(
+            f"seconds of a world must be a finite number that never falls, got {found!r} after {before_s!r}"
+        )
     return float(found) - before_s
 
 

@@ -16,8 +16,8 @@ from carom.runs.job import Method, UnsupportedError
 from carom.runs.pool import InProcess
 from carom.runs.timing import time_run
 from carom.scenes import all_scenes
-from carom.studies.bench import rounds
-from carom.studies.bench.rounds import TimeScene
+from carom.studies.bench import timing_pass
+from carom.studies.bench.timing_pass import TimeScene
 
 DT_S = 1 / 60
 
@@ -87,7 +87,7 @@ def test_a_clock_that_begins_at_no_number_is_refused_by_value(begun: Any) -> Non
 def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
     """In a timing pass an engine with such a clock is not timed, with the reason; PIT beside it is."""
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
-    monkeypatch.setattr(rounds, "load_adapter", found)
+    monkeypatch.setattr(timing_pass, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
     timing = TimeScene(SCENE, tuple(asked), rounds=3).answer(InProcess()).value
     assert timing is not None

@@ -26,7 +26,7 @@ from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.noise import Noise, Spread
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
-from carom.studies.bench.rounds import CellTiming
+from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
 from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
 

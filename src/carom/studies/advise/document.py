@@ -27,7 +27,7 @@ from carom.pages.document import (
     Text,
 )
 from carom.pages.files import require_report_extra
-from carom.pages.made import making
+from carom.pages.provenance import making
 from carom.pages.render.html import html
 from carom.registry import asked_as
 from carom.runs.job import Method

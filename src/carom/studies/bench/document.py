@@ -24,7 +24,7 @@ from carom.pages.document import (
     Text,
 )
 from carom.pages.files import as_json, fields_of, require_report_extra
-from carom.pages.made import making, stamp_lines
+from carom.pages.provenance import making, stamp_lines
 from carom.pages.render.html import html
 from carom.pages.svg import alone
 from carom.studies.bench.axes import Diagram

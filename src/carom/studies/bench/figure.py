@@ -15,8 +15,8 @@ from carom.pages.svg import MUTED, SERIES, aim, drawing, finish, framed, line_st
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.noise import Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
-from carom.studies.bench.rounds import CellTiming
 from carom.studies.bench.tables import is_floor, point_anchor, point_name
+from carom.studies.bench.timing_pass import CellTiming
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ from carom.folders import write_files
 from carom.pages import wording
 from carom.pages.document import IN_FULL, PAGE, Cell, Column, Document, Figure, Figures, Headline, Lines, Section, Table
 from carom.pages.files import as_json, require_report_extra
-from carom.pages.made import making, stamp_lines
+from carom.pages.provenance import making, stamp_lines
 from carom.pages.render.html import html
 from carom.pages.svg import aim, alone, drawing, finish, framed, line_style, plain_number, png, render
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint

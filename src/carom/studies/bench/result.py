@@ -14,7 +14,7 @@ from carom.scene import Scene
 from carom.studies.bench.convergence import ConvergenceOrder
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.rounds import At, CellTiming
+from carom.studies.bench.timing_pass import At, CellTiming
 
 __all__ = ["Bench", "Curve", "Point", "SceneBench", "cheapest", "pareto_front", "run_s"]
 

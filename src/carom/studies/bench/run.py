@@ -22,7 +22,7 @@ from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.plan import jobs_of
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
-from carom.studies.bench.rounds import At, SceneTiming, TimeScene, TimingKey, timing_key
+from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, timing_key
 
 __all__ = ["work_precision"]
 

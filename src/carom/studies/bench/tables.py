@@ -19,7 +19,7 @@ from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.noise import Spread
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, run_s
-from carom.studies.bench.rounds import CellTiming
+from carom.studies.bench.timing_pass import CellTiming
 
 __all__ = [
     "METHOD",

@@ -14,7 +14,7 @@ from carom.pages import wording
 from carom.pages.document import Document, Headline
 from carom.pages.files import packed
 from carom.pages.grid import Grid, Mark, build_grid
-from carom.pages.made import making
+from carom.pages.provenance import making
 from carom.pages.replay import replay_data
 from carom.runs.job import Status
 from carom.runs.options import default_dts

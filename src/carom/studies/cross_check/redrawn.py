@@ -15,7 +15,7 @@ from carom.comparator import Errors
 from carom.pages import wording
 from carom.pages.document import IN_FULL, ON_PAPER, PAGE, Cell, Column, Document, Headline, Lines, Section, Table, Text
 from carom.pages.grid import Mark, mark_read
-from carom.pages.made import making
+from carom.pages.provenance import making
 from carom.pages.records_line import RowLine, Summary
 from carom.runs.job import Method
 from carom.studies.cross_check.tables import mark_cell

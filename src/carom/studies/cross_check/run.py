@@ -28,8 +28,8 @@ from carom.runs.pool import Pool
 from carom.runs.raised import raised
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
 from carom.runs.results import Results, Row
+from carom.runs.settings_override import tried_by
 from carom.runs.timing import Measure, Timing
-from carom.runs.tried import tried_by
 from carom.scene import Scene, as_scene
 from carom.scenes import CatalogueScene, deviation
 from carom.studies.cross_check.observed import DRAWN, TraceOf

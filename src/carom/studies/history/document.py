@@ -14,7 +14,7 @@ from carom.folders import write_files
 from carom.pages import wording
 from carom.pages.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
 from carom.pages.grid import mark_of_grade
-from carom.pages.made import making
+from carom.pages.provenance import making
 from carom.pages.render.markdown import markdown
 from carom.pages.svg import alone, drawing, finish, framed, line_style, render
 from carom.studies.history.cells import CellChange, Moved

@@ -30,7 +30,7 @@ from carom.pages.document import (
     Text,
 )
 from carom.pages.files import as_json
-from carom.pages.made import making
+from carom.pages.provenance import making
 from carom.pages.render.html import html
 from carom.pages.render.markdown import markdown
 from carom.registry import asked_as

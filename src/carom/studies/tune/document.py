@@ -16,7 +16,7 @@ from carom.folders import write_files
 from carom.pages import wording
 from carom.pages.document import IN_FULL, Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
 from carom.pages.grid import mark_of_grade
-from carom.pages.made import making
+from carom.pages.provenance import making
 from carom.pages.render.markdown import markdown
 from carom.registry import asked_as
 from carom.runs.job import Method

@@ -30,9 +30,9 @@ from carom.studies.bench.growth import GrowthPoint, growth, same_method
 from carom.studies.bench.noise import NoiseProbe, Spread
 from carom.studies.bench.options import BenchPlan, GrowthOptions, step_series
 from carom.studies.bench.result import Bench, Point, cheapest, pareto_front
-from carom.studies.bench.rounds import CellTiming, TimeScene, timing_journal
 from carom.studies.bench.run import work_precision
 from carom.studies.bench.series import geometric_steps
+from carom.studies.bench.timing_pass import CellTiming, TimeScene, timing_journal
 
 SCENE = tomli_w.dumps(
     staged("mine & yours", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5).model_dump()

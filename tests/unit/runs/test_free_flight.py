@@ -16,7 +16,7 @@ from tests.stage import disc_at, staged
 from carom import Scene, Wall, solve_pic, time_of_impact
 from carom.adapter import Observation
 from carom.registry import load_adapter
-from carom.runs.early_end import FreeFlight, near_after
+from carom.runs.free_flight import FreeFlight, near_after
 from carom.runs.observe import observe_run
 from carom.scenes import find_scenes
 

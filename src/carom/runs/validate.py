@@ -1,8 +1,8 @@
-"""The door: whatever an adapter hands over is held to what it may be, before anything is made of it.
+"""Whatever an adapter hands over is held to what it may be, before anything is made of it.
 
-A slip of an adapter is an `AdapterError` that names the field and the value, so that it never reads as a fault of its
-engine. A state that is not finite is the engine's own, and passes. What nobody could score, a wall that moves say, or a
-number whose square is none, comes no further than this.
+A mistake of an adapter is an `AdapterError` that names the field and the value, so that it never reads as a fault of
+its engine. A state that is not finite is the engine's own, and passes. What nobody could score, a wall that moves say,
+or a number whose square is none, comes no further than this.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from carom.limits import LARGEST, beyond
 from carom.scene import Scene
 from carom.trace import Setting, wall_index
 
-__all__ = ["Door", "plain_counts", "plain_settings", "plain_text", "slip", "sound_adapter"]
+__all__ = ["Validator", "adapter_error", "plain_counts", "plain_settings", "plain_text", "sound_adapter"]
 
 Kind = TypeVar("Kind")
 
@@ -39,8 +39,8 @@ MOST_ENTRIES = 1000
 MOST_WHOLE = 2**64
 
 
-def slip(message: str, section: str = FIELDS) -> AdapterError:
-    """Return what to raise of a slip of an adapter's author, with where to read on."""
+def adapter_error(message: str, section: str = FIELDS) -> AdapterError:
+    """Return what to raise of a mistake of an adapter's author, with where to read on."""
     return AdapterError(f"{message}; see docs/adapters.md#{section}")
 
 
@@ -51,14 +51,14 @@ def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
         AdapterError: It is no text, too long, or can't be written; `what` says which.
     """
     if not isinstance(value, str):
-        raise slip(f"{what} must be a text, got {_shown(value)}")
+        raise adapter_error(f"{what} must be a text, got {_shown(value)}")
     text = str.__str__(value)
     if len(text) > most:
-        raise slip(f"{what} must have at most {most} characters, got {len(text)}")
+        raise adapter_error(f"{what} must have at most {most} characters, got {len(text)}")
     try:
         text.encode()
     except UnicodeEncodeError:
-        raise slip(f"{what} must be Unicode text, got {text!a}") from None
+        raise adapter_error(f"{what} must be Unicode text, got {text!a}") from None
     return text
 
 
@@ -76,9 +76,9 @@ def plain_settings(settings: object, of: str) -> dict[str, Setting]:
 
 def _entries(found: object, what: str) -> Iterable[tuple[object, object]]:
     if not isinstance(found, Mapping):
-        raise slip(f"{what} must be a mapping, got {_shown(found)}")
+        raise adapter_error(f"{what} must be a mapping, got {_shown(found)}")
     if len(found) > MOST_ENTRIES:
-        raise slip(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
+        raise adapter_error(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
     return found.items()
 
 
@@ -92,7 +92,7 @@ def _plain(name: object, value: object, of: str) -> Setting:
         return _whole(value, f"setting {name!r} {of}")
     if isinstance(value, str):
         return plain_text(value, f"setting {name!r} {of}")
-    raise slip(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}")
+    raise adapter_error(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}")
 
 
 def plain_counts(counts: object) -> dict[str, int]:
@@ -127,19 +127,23 @@ def sound_adapter(adapter: Adapter) -> Declared:
     plain_text(engine.name, "engine.name")
     for field, release in (("oldest", engine.oldest), ("newest_tried", engine.newest_tried)):
         if plain_text(release, f"engine.{field}") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", release):
-            raise slip(f"engine.{field} must be numbers with dots between them, got {_shown(release)}", DECLARED)
+            raise adapter_error(
+                f"engine.{field} must be numbers with dots between them, got {_shown(release)}", DECLARED
+            )
     profiles: object = adapter.profiles
     if not isinstance(profiles, Mapping) or not profiles:
-        raise slip(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)
+        raise adapter_error(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)
     for name, profile in _entries(profiles, "profiles"):
         where = f"profiles[{plain_text(name, 'the name of a profile')!r}]"
         if not isinstance(profile, Profile):
-            raise slip(f"{where} must be a Profile, got {_shown(profile)}", DECLARED)
+            raise adapter_error(f"{where} must be a Profile, got {_shown(profile)}", DECLARED)
         plain_text(profile.description, f"{where}.description")
         if not callable(profile.settings) or not isinstance(profile.located, bool):
-            raise slip(f"{where} must have settings that can be called, and a located that is True or False", DECLARED)
+            raise adapter_error(
+                f"{where} must have settings that can be called, and a located that is True or False", DECLARED
+            )
         if not isinstance(profile.changed, Mapping):
-            raise slip(
+            raise adapter_error(
                 f"{where}.changed must be a mapping of names to reasons, got {_shown(profile.changed)}", DECLARED
             )
         for changed, reason in _entries(profile.changed, f"{where}.changed"):
@@ -168,31 +172,31 @@ def _able(found: object, where: str) -> Capabilities:
             isinstance(value, tuple) and not value[0] <= value[1]
         ):
             kind = "a least and a greatest" if isinstance(value, tuple) else "a number"
-            raise slip(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
+            raise adapter_error(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
     if able.float_bits not in MANTISSA_BITS:
         narrow = able.float_bits < min(MANTISSA_BITS)
         advice = "; declare 32 for narrower floats: to the rounding of these they are held" if narrow else ""
-        raise slip(
+        raise adapter_error(
             f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}{advice}", DECLARED
         )
     for name in ("restitution_combine", "friction_combine"):
         if getattr(able, name) not in COMBINE_RULES:
             rules = ", ".join(COMBINE_RULES)
-            raise slip(f"{where}.{name} must be one of {rules}, got {getattr(able, name)!r}", DECLARED)
+            raise adapter_error(f"{where}.{name} must be one of {rules}, got {getattr(able, name)!r}", DECLARED)
     return able
 
 
 def _held(found: object, kind: type[Kind], where: str) -> Kind:
     """Return a dataclass of the seam with each field of the type that it declares."""
     if not isinstance(found, kind):
-        raise slip(f"{where} must be {kind.__name__}(...), got {_shown(found)}", DECLARED)
+        raise adapter_error(f"{where} must be {kind.__name__}(...), got {_shown(found)}", DECLARED)
     hints, values = get_type_hints(kind), {}
     for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # the seam's are dataclasses
         value = _python(getattr(found, name))
         try:
             values[name] = TypeAdapter(hints[name]).validate_python(value, strict=True)
         except ValidationError as error:
-            raise slip(f"{where}.{name}: {error.errors()[0]['msg']}, got {_shown(value)}", DECLARED) from None
+            raise adapter_error(f"{where}.{name}: {error.errors()[0]['msg']}, got {_shown(value)}", DECLARED) from None
     return kind(**values)
 
 
@@ -203,7 +207,7 @@ def _python(value: object) -> object:
     return tuple(value) if isinstance(value, list) else value
 
 
-class Door:
+class Validator:
     """Lets in what a world of one run observes.
 
     Args:
@@ -228,14 +232,16 @@ class Door:
             AdapterError: A field is not what it must be.
         """
         if not isinstance(found, Observation):
-            raise slip(f"observe() must return an Observation, got {_shown(found)}")
+            raise adapter_error(f"observe() must return an Observation, got {_shown(found)}")
         spins = (
             None
             if found.spin_rad_s is None
             else _array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
         )
         if spins is None and self._needs_spins:
-            raise slip(f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none")
+            raise adapter_error(
+                f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none"
+            )
         return Observation(
             _array(found.position_m, "position_m of an Observation", (self._discs, 2)),
             _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2)),
@@ -252,7 +258,7 @@ class Door:
         """
         found: object = state.contacts
         if not isinstance(found, Iterable):
-            raise slip(f"contacts of an observation must be a tuple, got {_shown(found)}")
+            raise adapter_error(f"contacts of an observation must be a tuple, got {_shown(found)}")
         return replace(state, contacts=tuple(self._contact(contact, begin_s, end_s) for contact in found))
 
     def _wall_numbers(self) -> str:
@@ -262,10 +268,10 @@ class Door:
 
     def _contact(self, found: object, begin_s: float, end_s: float) -> Contact:
         if not isinstance(found, Contact):
-            raise slip(f"a contact must be a Contact, got {_shown(found)}")
+            raise adapter_error(f"a contact must be a Contact, got {_shown(found)}")
         first, second = _whole(found.first, "first of a contact"), _whole(found.second, "second of a contact")
         if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
-            raise slip(
+            raise adapter_error(
                 f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
                 f"disc of a higher number{self._wall_numbers()}"
             )
@@ -274,21 +280,23 @@ class Door:
         # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{begin_s:.9g} to {end_s:.9g} s"
-            raise slip(f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}")
+            raise adapter_error(f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}")
         x, y = _numbers(found.normal, f"normal {of}", 2)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
-            raise slip(f"normal {of} must have the length 1, got {x:g}, {y:g}")
+            raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
         told: dict[str, Any] = {
             name: None if (value := getattr(found, name)) is None else _numbers((value,), f"{name} {of}", 1)[0]
             for name in ("impulse_n_s", "tangential_impulse_n_s")
         }
         acts = found.velocities is not None or any(told.values())
         if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
-            raise slip(f"a contact is of bodies {first} and {second}, neither of which can move: they never collide")
+            raise adapter_error(
+                f"a contact is of bodies {first} and {second}, neither of which can move: they never collide"
+            )
         if found.velocities is None:
             return Contact(first, second, time_s, (x, y), **told)
         if self._needs_spins and found.spins_rad_s is None:
-            raise slip(
+            raise adapter_error(
                 f"a contact of bodies {first} and {second} tells velocities and no spins_rad_s, in a scene whose discs "
                 "turn"
             )
@@ -311,27 +319,27 @@ class Door:
                         if not any(due)
                         else f"{drive[0]:g}, {drive[1]:g} before and after for a wall that is driven so"
                     )
-                    raise slip(f"{name} {of} must be {does}, got {shown}")
+                    raise adapter_error(f"{name} {of} must be {does}, got {shown}")
             velocities = (velocities[0], drive, velocities[2], drive)
         return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
 
 
 def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
-        raise slip(f"{name} must be an array of floats, got {_shown(found)}")
+        raise adapter_error(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
-        raise slip(f"{name} must have the shape {shape}, got {found.shape}")
+        raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
     array = np.array(found, dtype=np.float64)
     far = np.isfinite(array) & (np.abs(array) > LARGEST)
     if far.any():
-        raise slip(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")
+        raise adapter_error(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")
     return array
 
 
 def _items(found: object, what: str, count: int) -> tuple[object, ...]:
     items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
     if len(items) != count:
-        raise slip(f"{what} must be {count} of them, got {_shown(found)}")
+        raise adapter_error(f"{what} must be {count} of them, got {_shown(found)}")
     return items
 
 
@@ -342,11 +350,11 @@ def _numbers(found: object, what: str, count: int) -> list[float]:
     except (TypeError, ValueError, OverflowError):
         numbers = []
     if len(numbers) != count:
-        raise slip(f"{what} must be numbers, got {_shown(found)}")
+        raise adapter_error(f"{what} must be numbers, got {_shown(found)}")
     if not all(map(math.isfinite, numbers)):
-        raise slip(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+        raise adapter_error(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
     if any(abs(number) > LARGEST for number in numbers):
-        raise slip(f"{what} {beyond(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}")
+        raise adapter_error(f"{what} {beyond(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}")
     return numbers
 
 
@@ -354,10 +362,10 @@ def _whole(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
     try:
         number = operator.index(value)  # type: ignore[arg-type] # anything else raises
     except TypeError:
-        raise slip(f"{what} must be a whole number, got {_shown(value)}") from None
+        raise adapter_error(f"{what} must be a whole number, got {_shown(value)}") from None
     if not least <= number <= MOST_WHOLE:
         limits = f"from {least} to 2**64" if least >= 0 else "at most 2**64 in magnitude"
-        raise slip(f"{what} must be {limits}, got {_shown(number)}")
+        raise adapter_error(f"{what} must be {limits}, got {_shown(number)}")
     return number
 
 

@@ -13,7 +13,7 @@ import pytest
 from carom import Disc, Scene, Wall
 from carom.adapter import AdapterError, Contact, Observation
 from carom.limits import LARGEST
-from carom.runs.door import MOST_CHARACTERS, Door, plain_counts, plain_settings
+from carom.runs.validate import MOST_CHARACTERS, Validator, plain_counts, plain_settings
 
 DT = 0.1
 ALONG_X = (1.0, 0.0)
@@ -32,9 +32,9 @@ def scene(friction: float = 0.0) -> Scene:
 
 def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fields: Any) -> Observation:
     """Let in what was observed in the second step."""
-    door = Door(scene(friction), DT, float_bits)
+    validator = Validator(scene(friction), DT, float_bits)
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
-    return door.contacts(door.state(Observation(**found)), DT, 2 * DT)
+    return validator.contacts(validator.state(Observation(**found)), DT, 2 * DT)
 
 
 def test_what_is_sound_comes_in_as_it_is() -> None:
@@ -100,9 +100,9 @@ def test_every_number_of_a_contact_must_be_one(field: str, place: int, value: An
 
 def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
     """A swapped contact of a scene without walls is not told that a wall would do, but where to read on."""
-    door = Door(scene().model_copy(update={"walls": ()}), DT, 64)
+    validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
     with pytest.raises(AdapterError, match=r"has no walls\); see docs/adapters.md#field-by-field"):
-        door.contacts(Observation(STATE, STATE, (Contact(1, 0, 0.1, ALONG_X),)), DT, 2 * DT)
+        validator.contacts(Observation(STATE, STATE, (Contact(1, 0, 0.1, ALONG_X),)), DT, 2 * DT)
 
 
 @pytest.mark.parametrize(
@@ -170,10 +170,10 @@ def test_a_finite_number_of_a_contact_has_a_square(field: str) -> None:
 def test_two_bodies_that_can_not_move_never_collide(second: int) -> None:
     """A contact that says what happened between two immovable bodies is a slip; one that says nothing passes."""
     fixed = [Disc(position_m=(x, 0), radius_m=0.1, mass_kg=math.inf) for x in (0, 1)]
-    door = Door(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
+    validator = Validator(scene().model_copy(update={"discs": tuple(fixed)}), DT, 64)
 
     def enter_one(contact: Contact) -> None:
-        door.contacts(Observation(STATE, STATE, (contact,)), DT, 2 * DT)
+        validator.contacts(Observation(STATE, STATE, (contact,)), DT, 2 * DT)
 
     enter_one(Contact(0, second, DT, ALONG_X))
     enter_one(Contact(0, second, DT, ALONG_X, 0.0))

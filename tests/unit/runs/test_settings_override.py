@@ -20,7 +20,7 @@ from carom.runs.keys import job_key
 from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
-from carom.runs.tried import tried_by
+from carom.runs.settings_override import tried_by
 from carom.studies.cross_check.document import cross_check_document
 from carom.studies.cross_check.observed import DRAWN, observed_journal
 from carom.studies.cross_check.run import execute
