@@ -11,12 +11,12 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import NamedTuple
 
-__all__ = ["Drive", "Leg"]
+__all__ = ["Course", "Drive"]
 
 Vector = tuple[float, float]
 
 
-class Leg(NamedTuple):
+class Course(NamedTuple):
     """A stretch of a driven body's path.
 
     Attributes:
@@ -44,7 +44,7 @@ class Drive(NamedTuple):
         legs: Its legs, the first of which begins at 0.
     """
 
-    legs: tuple[Leg, ...]
+    legs: tuple[Course, ...]
 
     @classmethod
     def along(cls, legs: Iterable[tuple[float, Vector]]) -> Drive:
@@ -56,7 +56,7 @@ class Drive(NamedTuple):
         ends = [*[begin_s for begin_s, _ in given[1:]], math.inf]
         path, x, y = [], Fraction(0), Fraction(0)
         for (begin_s, (u, v)), end_s in zip(given, ends, strict=True):
-            path.append(Leg(begin_s, end_s, (float(x), float(y)), (u, v)))
+            path.append(Course(begin_s, end_s, (float(x), float(y)), (u, v)))
             if end_s < math.inf:
                 lasts = Fraction(end_s) - Fraction(begin_s)
                 x, y = x + lasts * Fraction(u), y + lasts * Fraction(v)
@@ -72,11 +72,11 @@ class Drive(NamedTuple):
         """Its greatest speed, metres a second."""
         return max(math.hypot(*leg.velocity) for leg in self.legs)
 
-    def leg_at(self, time_s: float) -> Leg:
+    def leg_at(self, time_s: float) -> Course:
         """Return the leg that it is on at a time since the start; before the start, the first."""
         return self.legs[self._number(time_s)]
 
-    def legs_from(self, time_s: float) -> tuple[Leg, ...]:
+    def legs_from(self, time_s: float) -> tuple[Course, ...]:
         """Return the leg that it is on at a time since the start, and those after it."""
         return self.legs[self._number(time_s) :]
 

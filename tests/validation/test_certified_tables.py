@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 
 import numpy as np
@@ -32,10 +33,10 @@ def table(
 
 
 def drawn_tables(first: int, count: int) -> Iterator[Table]:
-    """Yield tables without gravity, under which finite walls are not certified."""
-    found = (draw(number) for number in range(first, first + 3 * count))
-    flat = [one[1] for one in found if one is not None and one[1].gravity == (0.0, 0.0)]
-    yield from flat[:count]
+    """Yield tables without gravity and at rest: finite walls are certified on no others."""
+    drawn = (found[1] for found in map(draw, itertools.count(first)) if found is not None)
+    at_rest = (table for table in drawn if table.gravity == (0.0, 0.0) and not any(line.legs for line in table.lines))
+    yield from itertools.islice(at_rest, count)
 
 
 def contradictions(table: Table, impacts: int) -> list[int]:

@@ -21,7 +21,7 @@ from carom.comparator.grades import Grade
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
-from carom.comparator.touches import LAST, Ends, Kept, ends, kept, touches
+from carom.comparator.touches import LAST, ContactQuality, Ends, ends, kept, touches
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
@@ -75,7 +75,7 @@ class ContactScore:
     momentum_m_s: float
     rest_m_s: float
     frozen: bool
-    kept: Kept
+    kept: ContactQuality
     late: Ends
     late_allowed: Ends
     grade: Grade

@@ -12,7 +12,7 @@ from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.trace import Mode, Trace, wall_index
 from carom.windows import States
 
-__all__ = ["Ends", "Kept", "ends", "kept", "touches"]
+__all__ = ["ContactQuality", "Ends", "ends", "kept", "touches"]
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 LAST = 8
 
 
-class Touch(NamedTuple):
+class ContactInterval(NamedTuple):
     """A disc in contact with one half-plane: the wall's body number and normal, and from when to when."""
 
     disc: int
@@ -30,7 +30,7 @@ class Touch(NamedTuple):
     end_s: float
 
 
-class Kept(NamedTuple):
+class ContactQuality(NamedTuple):
     """How a run keeps discs on their walls; NaN where none was seen there.
 
     Attributes:
@@ -58,9 +58,9 @@ class Ends(NamedTuple):
     slips_s: float
 
 
-def touches(reference: Trace) -> list[Touch]:
+def touches(reference: Trace) -> list[ContactInterval]:
     """Return where discs of the reference are in contact with half-planes."""
-    walls, found = reference.scene.arrays.walls, list[Touch]()
+    walls, found = reference.scene.arrays.walls, list[ContactInterval]()
     if reference.modes is None:
         return found
     begun: dict[int, tuple[int, float]] = {}
@@ -72,11 +72,11 @@ def touches(reference: Trace) -> list[Touch]:
         elif disc in begun:
             of, begin_s = begun.pop(disc)
             if isinstance(face := walls[wall_index(of)], tuple):
-                found.append(Touch(disc, of, face[2:], begin_s, time_s))
+                found.append(ContactInterval(disc, of, face[2:], begin_s, time_s))
     return found
 
 
-def kept(reference: Trace, truth: States, seen: States, dt_s: float) -> Kept:
+def kept(reference: Trace, truth: States, seen: States, dt_s: float) -> ContactQuality:
     """Return how a run keeps discs on their walls, where the reference's states at the same instants are in contact."""
     slow = 0.5 * math.hypot(*reference.scene.gravity_m_s2) * dt_s
     gaps, depths, hops, left = [math.nan], [math.nan], [math.nan], [math.nan]
@@ -92,7 +92,7 @@ def kept(reference: Trace, truth: States, seen: States, dt_s: float) -> Kept:
             gaps.append(float(np.mean(gap[-LAST:])))
             hops.append(math.sqrt(float(np.mean(speed[-LAST:] ** 2))))
     farthest = max(gaps, key=lambda gap: -1.0 if math.isnan(gap) else abs(gap))
-    return Kept(farthest, *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
+    return ContactQuality(farthest, *(float(np.fmax.reduce(of)) for of in (depths, hops, left)))
 
 
 def ends(reference: Trace, truth: States, seen: States, dt_s: float, until_s: float) -> Ends:

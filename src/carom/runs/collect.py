@@ -17,7 +17,7 @@ from carom.adapter import Contact, Observation
 from carom.comparator.finite import turned
 from carom.damping import Damping
 from carom.disc_arrays import STANDS
-from carom.driving import Leg
+from carom.driving import Course
 from carom.scene import Scene
 from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
 
@@ -331,7 +331,7 @@ def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
     return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
 
 
-def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Leg) -> float:
+def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Course) -> float:
     """Instant at which a pair that rests from then on comes, on its free path, to where it rests.
 
     Held by gravity, it does not fly on as `_effective_time` has it: along the normal its distance goes on at the speed
@@ -359,7 +359,7 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
 
 
 def _effective_time(
-    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping, leg: Leg
+    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping, leg: Course
 ) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
@@ -384,7 +384,7 @@ def _effective_time(
 
 
 def _relative(
-    pair: _Pair, state: Observation, time_s: float, leg: Leg
+    pair: _Pair, state: Observation, time_s: float, leg: Course
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return place and velocity of the second body as seen from the first; a wall moves on a leg from the origin."""
     first, second = pair

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from carom.damping import Damping
 from carom.disc_arrays import HalfPlane
-from carom.driving import Drive, Leg
+from carom.driving import Course, Drive
 from carom.physics.contact_law import rub
 from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
@@ -116,7 +116,7 @@ class Law:
         """Return the velocity of a wall at a time since the run's start; one that comes to rounding has come."""
         return self.wall_drives[wall].velocity_at(time_s * _TOUCH)
 
-    def later_legs(self, pair: Pair, time_s: float) -> tuple[Leg, ...]:
+    def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
         """Return the legs that a driven body of a pair has yet to begin, where its velocity changes."""
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]
         drives += [self.wall_drives[body - self.n] for body in pair if body >= self.n]

@@ -20,7 +20,7 @@ from carom.solvers.plain.instants import NEVER, START, Instant, after, between
 from carom.trace import NO_EDGE, wall_body
 
 if TYPE_CHECKING:
-    from carom.driving import Leg
+    from carom.driving import Course
     from carom.physics.double_double import Pair
     from carom.physics.features import Feature, Vertex
     from carom.solvers.run import Start
@@ -182,7 +182,7 @@ class FallingBodies(Bodies):
                 return met
         return NEVER
 
-    def _wait_for_wall(self, i: int, k: int, leg: Leg, begin_s: float, *, just_left: bool) -> float:
+    def _wait_for_wall(self, i: int, k: int, leg: Course, begin_s: float, *, just_left: bool) -> float:
         wall, left = self.walls[k], just_left and self.last_partner[i] == wall_body(k)
         if isinstance(wall, tuple) and left:
             pull = self._pull(i, k)

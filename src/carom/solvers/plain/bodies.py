@@ -31,7 +31,7 @@ from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.driving import Leg
+    from carom.driving import Course
     from carom.physics.features import Feature
     from carom.physics.wall_features import WallFeature
     from carom.solvers.run import Start
@@ -171,7 +171,7 @@ class Bodies:
             return self.x[i], self.y[i], 0.0, 0.0
         return self._driven_on(i, self.driven[i].leg_at(time_s), time_s)
 
-    def _driven_on(self, i: int, leg: Leg, time_s: float) -> tuple[float, float, float, float]:
+    def _driven_on(self, i: int, leg: Course, time_s: float) -> tuple[float, float, float, float]:
         (x, y), (moved_x, moved_y) = self._driven_from[i], leg.moved_at(time_s)
         return x + moved_x, y + moved_y, *leg.velocity
 
@@ -181,7 +181,7 @@ class Bodies:
             return self.x[i], self.y[i], self.vx[i], self.vy[i]
         return self._seen_on(i, drive.leg_at(self.time[i]), self.time[i])
 
-    def _seen_on(self, i: int, leg: Leg, time_s: float) -> tuple[float, float, float, float]:
+    def _seen_on(self, i: int, leg: Course, time_s: float) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i` at a time as seen from a wall on a leg of its path."""
         x, y, vx, vy = self.state_at(i, (time_s, 0.0))
         (moved_x, moved_y), (u, v) = leg.moved_at(time_s), leg.velocity
@@ -195,7 +195,7 @@ class Bodies:
         """Return the velocity of wall `k` at a time since the epoch."""
         return (0.0, 0.0) if (drive := self.drive[k]) is None else drive.velocity_at(time_s)
 
-    def legs_ahead(self, body: int, time_s: float) -> tuple[Leg, ...]:
+    def legs_ahead(self, body: int, time_s: float) -> tuple[Course, ...]:
         """Return the legs of a body's path, since the epoch, from the one on which it is at a time on.
 
         A body (a wall is negative) that is not driven has one leg. The last has no end.
@@ -236,7 +236,7 @@ class Bodies:
                 return at, 0.0
         return NEVER
 
-    def _wait_for_wall(self, i: int, k: int, leg: Leg, begin_s: float, *, just_left: bool) -> float:
+    def _wait_for_wall(self, i: int, k: int, leg: Course, begin_s: float, *, just_left: bool) -> float:
         """Return the seconds until disc `i` meets wall `k`, which goes on from `begin_s` as it does on a leg.
 
         What the disc has met last of it counts on the leg on which it did.
