@@ -46,6 +46,7 @@ __all__ = [
     "velocities",
     "wall_body",
     "wall_index",
+    "work_of_driven",
 ]
 
 #: A setting of a method, as a report shows it.
@@ -465,3 +466,29 @@ def kinetic_energy(
     arrays = scene.arrays
     inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
     return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))
+
+
+def work_of_driven(trace: Trace) -> NDArray[np.float64]:
+    """Return what each impact's driven body does to the disc, joules, shape ``(m,)``; 0 where none is driven.
+
+    It is the impulse on the disc times the velocity of the driven surface, which a belt, or the spin of a driven disc,
+    is part of. With what the impacts lose it makes up the change of the kinetic energy.
+    """
+    start, impacts = trace.scene.arrays, trace.impacts
+    work = np.zeros(len(impacts))
+    if not start.driven:
+        return work
+    for side, (disc, other) in enumerate((("first", "second"), ("second", "first"))):
+        bodies, normal = impacts[disc], impacts["normal"] * (1.0, -1.0)[1 - side]
+        fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
+        at = (bodies >= 0) & start.movable[np.maximum(bodies, 0)] & fixed
+        mass = np.where(at, start.mass_kg[np.maximum(bodies, 0)], 0.0)
+        runs = rim_speeds(trace, "before")[1 - side]
+        if start.belts_m_s is not None:
+            belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
+            runs = np.where(impacts[other] < 0, belts, runs)
+        # The surface runs to the left of the normal from the driven body to the disc.
+        surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
+        work += mass * np.sum(np.where(at[:, None], change * surface, 0.0), axis=1)
+    return work

@@ -14,7 +14,7 @@ from mpmath import mp, mpf
 from carom import Chain, Disc, Outcome, Ring, Scene, Trace, Wall, solve_pic, solve_pit
 from carom.scenes import deviation, find_scenes
 from carom.scenes.entry import CatalogueScene
-from carom.trace import kinetic_energy
+from carom.trace import kinetic_energy, work_of_driven
 
 DRIVEN = find_scenes(["driven"])
 Vector = tuple[float, float]
@@ -517,8 +517,9 @@ def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses() -> No
     assert trace.spins is not None
     assert {int(second) for second in trace.impacts["second"]} == {-1, -2, 1}
     disc, energy = scene.discs[0], kinetic_energy(scene, scene.arrays.velocity_m_s, scene.arrays.spins)
+    work = work_of_driven(trace)
     mass, radius, ease = disc.mass_kg, disc.radius_m, 1.0 + 1.0 / disc.inertia_factor
-    for row, spins in zip(trace.impacts, trace.spins, strict=True):
+    for row, spins, done in zip(trace.impacts, trace.spins, work, strict=True):
         nx, ny = -row["normal"]  # from the other body to the disc
         runs = 1.25 if row["second"] == -1 else 0.5 * 4.0 if row["second"] == 1 else 0.0
         surface = row["velocity_second_before"] + runs * np.array([-ny, nx])
@@ -527,7 +528,8 @@ def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses() -> No
         slip = float((row["velocity_first_before"] - surface) @ (ny, -nx)) + radius * spins["first_before"]
         rub = -float(push @ (ny, -nx))
         e = scene.restitution if row["second"] == 1 else scene.wall_restitution
-        energy += float(push @ surface) - (1 - e * e) * closing**2 * mass / 2 - rub * (slip - rub * ease / (2 * mass))
+        assert math.isclose(done, float(push @ surface), rel_tol=1e-13, abs_tol=1e-14)
+        energy += done - (1 - e * e) * closing**2 * mass / 2 - rub * (slip - rub * ease / (2 * mass))
     assert math.isclose(energy, kinetic_energy(scene, trace.final_velocity_m_s, trace.final_spin_rad_s), rel_tol=1e-13)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.scene import Scene
-from carom.trace import Trace, kinetic_energy, rim_speeds, velocities
+from carom.trace import Trace, kinetic_energy, rim_speeds, velocities, work_of_driven
 
 __all__ = ["OwnScales", "Scales", "largest", "own_scales_of", "scales_of"]
 
@@ -56,42 +56,11 @@ def scales_of(scene: Scene, reference: Trace) -> Scales:
         rim_m_s=max(speed, float(np.max(np.abs(rims)))) or 1.0,
         time_s=scene.duration_s,
         energy_j=max(
-            kinetic_energy(scene, start.velocity_m_s, start.spins if start.turns else None), _work_of_driven(reference)
+            kinetic_energy(scene, start.velocity_m_s, start.spins if start.turns else None),
+            float(np.sum(np.abs(work_of_driven(reference)))),
         ),
         reach_m=farthest + speed * scene.duration_s,
     )
-
-
-def _work_of_driven(reference: Trace) -> float:
-    """Return the work of all impulses of driven bodies on discs, given and taken, joules: impulse times velocity."""
-    start, impacts = reference.scene.arrays, reference.impacts
-    if not start.driven:
-        return 0.0
-    work = 0.0
-    for disc, other in (("first", "second"), ("second", "first")):
-        bodies = impacts[disc]
-        mass = np.where(bodies >= 0, start.mass_kg[np.maximum(bodies, 0)], math.inf)
-        change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
-        moved, drive = np.isfinite(mass), impacts[f"velocity_{other}_before"] + _running(reference, other)
-        fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
-        at = moved & fixed
-        work += float(np.sum(np.abs(mass[at] * np.sum(change[at] * drive[at], axis=1))))
-    return work
-
-
-def _running(reference: Trace, side: str) -> NDArray[np.float64]:
-    """Return how fast the surfaces of bodies of one side of impacts run at the contact, besides: belts, and spins."""
-    start, impacts = reference.scene.arrays, reference.impacts
-    speed = np.zeros(len(impacts))
-    if start.turns:
-        rims = rim_speeds(reference, "before")[0 if side == "first" else 1]
-        speed = np.where(impacts[side] >= 0, rims, 0.0)
-    if start.belts_m_s is not None and side == "second":
-        speed += np.where(impacts[side] < 0, np.array(start.belts_m_s)[np.maximum(-1 - impacts[side], 0)], 0.0)
-    # To the left of the normal from this side's body to the other.
-    x, y = impacts["normal"].T * (1.0 if side == "first" else -1.0)
-    running: NDArray[np.float64] = speed[:, None] * np.stack([-y, x], axis=1)
-    return running
 
 
 @dataclass(frozen=True)
