@@ -15,6 +15,8 @@ MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 IMPACTS ?= 1e6
 # For campaign-tables: tables in all; their counts add up in reports/campaign-tables.json.
 TABLES ?= 1000
+# For campaign-contact: scenes in all.
+SCENES ?= 10000
 # For mutants: faults in all; what was tried stands in reports/mutants.jsonl and is not tried again.
 FAULTS ?= 200
 # For campaign: how long; counts add up in reports/attacks.
@@ -31,7 +33,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables mutants arm bench check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm bench check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -53,6 +55,7 @@ help:
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make campaign-tables TABLES=20000: compare PIC on random tables of finite walls with brute force of 600 bits"
+	@echo "make campaign-contact   SCENES=10000: compare PIC of discs in contact with small steps that know no modes"
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
@@ -145,6 +148,9 @@ walls: $(BUILT)
 
 campaign-pic: $(BUILT)
 	$(BIN)/python -m tests.campaign --impacts $(IMPACTS) --jobs $(JOBS) --state reports/campaign-pic.json
+
+campaign-contact: $(BUILT)
+	$(BIN)/python -m tests.campaign.contact --scenes $(SCENES)
 
 campaign-tables: $(BUILT)
 	$(BIN)/python -m tests.campaign.tables --tables $(TABLES) --state reports/campaign-tables.json

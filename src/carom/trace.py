@@ -414,18 +414,25 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
     drives = {i: disc.drive for i, disc in enumerate(discs) if disc.legs}
     pull = [np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2) for disc in discs]
     since, damping = [0.0] * len(discs), Damping(trace.scene.damping_per_s)
+    table = trace.scene.table_deceleration_m_s2
 
     def flight_of(disc: int, impact: int, end_s: float) -> Flight:
         return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
 
     def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
-        """Yield the flights of a disc up to a time: of a driven one, a flight on each leg of its path."""
+        """Yield the flights of a disc up to a time: of a driven one, one a leg; on a table, one to its stop."""
         for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
             if leg.begin_s >= end_s:
                 break
             yield flight_of(disc, impact, leg.begin_s)
             place[disc], velocity[disc] = np.array(discs[disc].position_m) + leg.moved, np.array(leg.velocity)
             since[disc] = leg.begin_s
+        if table and (speed := math.hypot(*velocity[disc])):
+            pull[disc] = -table / speed * velocity[disc]
+            if (stops_s := since[disc] + speed / table) < end_s:
+                yield flight_of(disc, impact, stops_s)
+                place[disc] = place[disc] + 0.5 * speed / table * velocity[disc]
+                velocity[disc], pull[disc], since[disc] = np.zeros(2), np.zeros(2), stops_s
         yield flight_of(disc, impact, end_s)
 
     def modes_before(impacts: int) -> Iterator[Flight]:

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.campaign import contact
+from tests.checker.small_steps import stepped
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 
@@ -24,36 +26,6 @@ CONTACT = [entry for entry in find_scenes(["contact"]) if entry.scene.gravity_m_
 def test_every_scene_of_contact_has_its_known_answer(entry: object) -> None:
     """Places, velocities and spins at the end are those of the closed form, to 1e-14 of the scene's own sizes."""
     assert deviation(solve_pic(entry.scene), entry.known, entry.scene) < 1e-14  # type: ignore[attr-defined]
-
-
-def clipped(x: float, most: float) -> float:
-    return max(-most, min(most, x))
-
-
-def stepped(scene: Scene, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Moreau's time stepping: fall, then impact and friction as impulses; it knows no modes. Of the first order."""
-    h, (gx, gy) = scene.duration_s / steps, scene.gravity_m_s2
-    x, v = (np.array([getattr(d, name) for d in scene.discs]).T.copy() for name in ("position_m", "velocity_m_s"))
-    w = np.array([d.spin_rad_s for d in scene.discs])
-    radius = scene.arrays.radius_m
-    ratio = 1.0 / scene.arrays.inertia
-    slow = 40.0 * h * math.hypot(gx, gy)
-    for _ in range(steps):
-        v += h * np.array([[gx], [gy]])
-        x += h * v
-        for i in range(len(w)):
-            for qx, qy, nx, ny in scene.arrays.half_planes():
-                gap = (x[0, i] - qx) * nx + (x[1, i] - qy) * ny - radius[i]
-                into = -(v[0, i] * nx + v[1, i] * ny)
-                if gap > 0.0 or into <= 0.0:
-                    continue
-                pressed = (1.0 + (scene.wall_restitution if into > slow else 0.0)) * into
-                slip = v[0, i] * ny - v[1, i] * nx + radius[i] * w[i]
-                rubs = clipped(slip / (1.0 + ratio[i]), scene.wall_friction * pressed)
-                v[:, i] += pressed * np.array([nx, ny]) - rubs * np.array([ny, -nx])
-                w[i] -= rubs * ratio[i] / radius[i]
-                x[:, i] -= gap * np.array([nx, ny])
-    return x.T, v.T, w
 
 
 def drawn(seed: int) -> Scene:
@@ -75,6 +47,7 @@ def drawn(seed: int) -> Scene:
         walls=[wall_at(0.0, 0.0, nx, ny)],
         wall_restitution=rng.choice([0.0, 0.3, 0.6]),
         wall_friction=rng.choice([0.0, 0.1, 0.3, 0.8]),
+        wall_rolling_resistance=rng.choice([0.0, 0.0, 0.05, 0.4]),
         gravity_m_s2=(0.0, -G),
         duration_s=2.0,
     )
@@ -82,7 +55,7 @@ def drawn(seed: int) -> Scene:
 
 def apart(scene: Scene, steps: int, trace: Trace) -> float:
     """Return how far small steps end from PIC: places and velocities, rims included."""
-    place, velocity, spin = stepped(scene, steps)
+    place, velocity, spin = map(np.array, stepped(scene, steps, scene.duration_s))
     told = np.zeros(len(spin)) if trace.final_spin_rad_s is None else trace.final_spin_rad_s
     return max(
         float(np.abs(place - trace.final_position_m).max()),
@@ -111,6 +84,23 @@ def test_small_steps_that_know_no_modes_come_to_the_same_end() -> None:
 def test_small_steps_come_to_the_same_end_from_many_starts(first: int) -> None:
     """Of 400, with four times as many steps, likewise."""
     assert list(converges(range(first, first + 50), 2000)) == []
+
+
+def test_one_to_three_discs_agree_with_small_steps() -> None:
+    """Of five scenes of the campaign, with edges, slopes and rolling resistance, none is contradicted."""
+    assert [
+        said for seed in range(5) if (said := contact.judged(contact.drawn(seed))) not in {"agrees", "too short"}
+    ] == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(0, 1000, 100))
+def test_a_thousand_scenes_agree_with_small_steps(first: int) -> None:
+    """Of 1,000 none is contradicted, and none gains energy."""
+    seeds = range(first, first + 100)
+    assert [
+        said for seed in seeds if (said := contact.judged(contact.drawn(seed))) not in {"agrees", "too short"}
+    ] == []
 
 
 def bounced(u: mpf, q: mpf, w: mpf, a: mpf, p: mpf, mu: mpf, e: mpf, k: mpf) -> tuple[mpf, mpf, mpf, mpf]:

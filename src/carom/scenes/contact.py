@@ -434,3 +434,38 @@ def _out_of_a_corner() -> Staged:
     slides, speed = 4 / 3, 10 / 3
     way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
     return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed, 3.0)
+
+
+# On a table -----------------------------------------------------------------------------------------------------------
+
+
+@listed("contact")
+def _table_stop() -> Staged:
+    """A disc on a table that slows it down by 4/10 m/s2 stops after 5/2 s, and 5/4 m along its way."""
+    scene = scene_of(
+        discs=[Disc(position_m=(0.0, 0.0), velocity_m_s=(0.8, 0.6), radius_m=0.25)],
+        table_deceleration_m_s2=0.4,
+        duration_s=4.0,
+    )
+    return Staged(scene, KnownAnswer("Galileo: v^2/(2 a)", (), 0, ((0.0, 0.0),), ((1.0, 0.75),)))
+
+
+@listed("contact")
+def _table_pair() -> Staged:
+    """A disc slides 3/2 m to an equal one at rest, hands over what it has left, and that one stops 1/2 m further on."""
+    scene = scene_of(
+        discs=[
+            Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.0), radius_m=0.25),
+            Disc(position_m=(2.0, 0.0), radius_m=0.25),
+        ],
+        table_deceleration_m_s2=1.0,
+        duration_s=3.0,
+    )
+    known = KnownAnswer(
+        "Galileo: of v^2 each way s takes 2 a s; equal elastic discs swap velocities",
+        (KnownImpact(1.0, 0, 1, (0.0, 0.0), (1.0, 0.0)),),
+        1,
+        ((0.0, 0.0), (0.0, 0.0)),
+        ((1.5, 0.0), (2.5, 0.0)),
+    )
+    return Staged(scene, known)

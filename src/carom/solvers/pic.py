@@ -51,6 +51,11 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
     def undamped(start: Start, options: RunOptions) -> Run:
         asked = asdict(options)
+        if start.table_deceleration_m_s2:
+            from carom.solvers.falling.table import TableRun
+
+            del asked["contact_duration_s"]
+            return TableRun(start, **asked)
         if start.gravity_m_s2 != (0.0, 0.0):
             from carom.solvers.falling.run import BallisticRun
 

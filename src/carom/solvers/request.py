@@ -47,7 +47,12 @@ class Request(NamedTuple):
             InputError: An argument is outside its range, or not there under gravity or with damping; it is named.
         """
         options = RunOptions.of(record, window_s, contact_duration_s)
-        bends = "gravity" if scene.gravity_m_s2 != (0.0, 0.0) else "damping" if scene.damping_per_s else ""
+        laws = {
+            "gravity": scene.gravity_m_s2 != (0.0, 0.0),
+            "damping": scene.damping_per_s,
+            "a table that slows discs down": scene.table_deceleration_m_s2,
+        }
+        bends = next((law for law, acts in laws.items() if acts), "")
         if options.contact_duration_s and bends:
             raise InputError(f"contact_duration_s must be 0 in a scene with {bends}, got {options.contact_duration_s}")
         return cls(

@@ -96,20 +96,19 @@ class BallisticRun(AllPairsRun):
         self._now = max(self._now, instant)
         self._reported_s = self._since_start(self._now[0])
         self.bodies.bring_to(first, self._now)
-        mode = self.contacts.end_mode(first)
-        if mode is None:
-            self._end_at_edge(first)
-        else:
-            self._go_on(first, mode)
+        self._after_mode(first, self.contacts.end_mode(first))
 
-    def _end_at_edge(self, disc: int) -> None:
-        """End the run where a disc comes over the end of a straight edge, too slowly to fly off."""
+    def _after_mode(self, disc: int, mode: ModeRecord | None) -> None:
+        """Go on after a mode, or end the run where a disc comes over the end of an edge, too slowly to fly off."""
+        if mode is not None:
+            self._go_on(disc, mode)
+            return
         ground = self.contacts.grounds[disc]
         where = "" if ground is None else f" of {body_name(wall_body(ground.wall))}"
         self._ended = Outcome.EDGE
         self.notes = (f"disc {disc} comes to the end of a straight edge{where} and does not fly off",)
 
-    def _go_on(self, disc: int, mode: ModeRecord) -> None:
+    def _go_on(self, disc: int, mode: ModeRecord | None) -> None:
         """Keep how a disc moves from now on, and predict what it meets."""
         self._keep_mode(mode)
         self._predict(disc, (other for other in range(len(self.bodies)) if other != disc))

@@ -15,7 +15,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from carom.solvers.impact_log import ImpactLog
-from carom.solvers.plain.bodies import Bodies, require_supported
+from carom.solvers.plain.bodies import Bodies
 from carom.trace import wall_body
 
 if TYPE_CHECKING:
@@ -99,7 +99,9 @@ class PlainFrameLoop:
 
 def _bodies(start: Start) -> Bodies:
     if start.table_deceleration_m_s2:
-        require_supported(start, "PIT")
+        from carom.solvers.falling.table import TableBodies
+
+        return TableBodies(start)
     if start.gravity_m_s2 == (0.0, 0.0):
         return Bodies(start)
     from carom.solvers.falling.bodies import FallingBodies

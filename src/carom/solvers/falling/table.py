@@ -1,0 +1,126 @@
+"""Discs on a table that slows each down by one deceleration, against its motion, until it stops: seen from above.
+
+Paths are parabolas, straight ones, so that what is solved of discs that fall is solved of these: two of them meet by a
+quartic, from one stop to the next.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from carom.solvers.falling.bodies import FallingBodies
+from carom.solvers.falling.contacts import Contacts
+from carom.solvers.falling.run import BallisticRun
+from carom.solvers.impact_log import gliding_note
+from carom.solvers.plain.bodies import Bodies
+from carom.solvers.plain.instants import NEVER, Instant, after, between
+from carom.trace import Outcome, wall_index
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from carom.solvers.run import Start
+    from carom.trace import ImpactRecord, ModeRecord
+
+__all__ = ["TableBodies", "TableRun"]
+
+
+class TableBodies(FallingBodies):
+    """Positions and velocities on a table.
+
+    Attributes:
+        stops: When each disc stops; never, if it does not move.
+    """
+
+    def __init__(self, start: Start) -> None:
+        super().__init__(start)
+        self.stops: list[Instant] = [NEVER] * len(self)
+        self._deceleration = start.table_deceleration_m_s2
+        for i in range(len(self)):
+            self._slow(i)
+
+    def _slow(self, i: int) -> None:
+        """Let the table act on disc `i`, which has a new velocity."""
+        speed = math.hypot(self.vx[i], self.vy[i])
+        if self.inverse_mass[i] == 0.0 or speed == 0.0:
+            self.acceleration[i], self.stops[i] = (0.0, 0.0), NEVER
+            return
+        rate = -self._deceleration / speed
+        self.acceleration[i] = (rate * self.vx[i], rate * self.vy[i])
+        self.stops[i] = after(self.instant[i], speed / self._deceleration)
+
+    def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
+        """Position and velocity of disc `i` at an instant, on its present parabola or where that has ended."""
+        if instant < self.stops[i]:
+            return super().state_at(i, instant)
+        # At its middle speed to where it stops, so that no difference of two large ways is left.
+        lasts = between(self.instant[i], self.stops[i])
+        return self.x[i] + 0.5 * lasts * self.vx[i], self.y[i] + 0.5 * lasts * self.vy[i], 0.0, 0.0
+
+    def bring_to(self, i: int, instant: Instant) -> None:
+        """Bring disc `i` to an instant along its parabola."""
+        has_stopped = instant >= self.stops[i]
+        super().bring_to(i, instant)
+        if has_stopped:
+            self._slow(i)
+
+    def are_parting(self, first: int, second: int) -> bool:
+        """As without a table of a disc and a wall; two discs, slowed down in other directions, may meet again."""
+        return second < 0 and Bodies.are_parting(self, first, second)
+
+    def collide_pair(self, i: int, j: int, *, elastic: bool = False) -> ImpactRecord:
+        """Give discs `i` and `j` their velocities after the impact: see `Bodies.collide_pair`."""
+        record = super().collide_pair(i, j, elastic=elastic)
+        self._slow(i)
+        self._slow(j)
+        return record
+
+    def collide_wall(self, i: int, k: int, *, elastic: bool = False) -> ImpactRecord:
+        """Give disc `i` its velocity after its impact on wall `k`: see `Bodies.collide_wall`."""
+        record = super().collide_wall(i, k, elastic=elastic)
+        self._slow(i)
+        return record
+
+    def bounce(self, i: int, k: int, approach: float) -> ImpactRecord:
+        """Give disc `i` its velocity after its impact on wall `k`: see `FallingBodies.bounce`."""
+        record = super().bounce(i, k, approach)
+        self._slow(i)
+        return record
+
+
+class _Stops(Contacts):
+    """When the discs of a table stop: on none of its walls they stay."""
+
+    def __init__(self, bodies: TableBodies) -> None:
+        super().__init__(bodies)
+        self.ends = bodies.stops
+
+    def begin(self) -> Iterator[tuple[int, ModeRecord]]:
+        """Nothing begins in contact."""
+        return iter(())
+
+    def end_mode(self, i: int) -> None:
+        """Let disc `i` lie where it has stopped: on a path of its own, so that what it has met may meet it again."""
+        self._bodies.last_partner[i] = None
+
+    def after_impact(self, i: int) -> None:
+        """Nothing but velocities, on which the bodies go on."""
+
+
+class TableRun(BallisticRun):
+    """A PIC run on a table: `carom.solvers.run.Run`. The arguments are those of `BallisticRun`."""
+
+    def _bodies_of(self, start: Start) -> FallingBodies:
+        bodies = TableBodies(start)
+        self.contacts = _Stops(bodies)
+        return bodies
+
+    def _after_mode(self, disc: int, mode: ModeRecord | None) -> None:
+        self._go_on(disc, mode)
+
+    def _end_in_contact(self, i: int, other: int, approach: float) -> None:
+        super()._end_in_contact(i, other, approach)
+        if other < 0:
+            self._ended = Outcome.GLIDES
+            self.notes = (gliding_note(i, wall_index(other), self._reported_s),)

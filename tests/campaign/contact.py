@@ -1,0 +1,120 @@
+"""`make campaign-contact`: PIC of discs in contact against small steps that know no modes, and no energy gained.
+
+One to three discs are thrown on floors, slopes, edges that end, and between walls, with friction, rolling resistance
+and any restitution. Each run is compared up to its end, or to just before the first impact without a unique answer, or
+the end by name: places have to agree to the order of small steps, g h T, where these are refined up to 64 times, or
+come nearer by half at least each time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import math
+import random
+import sys
+from collections import Counter
+
+from tests.checker.small_steps import stepped
+
+from carom import Chain, Disc, Scene, Wall, solve_pic
+from carom.trace import kinetic_energy
+
+G = 10.0
+#: At first, and how often their number is multiplied by four at most where the ends are not near enough before.
+STEPS, REFINED = 400, 3
+
+
+def drawn(seed: int) -> Scene:
+    """Return a scene of one to three discs on a floor, a slope or edges, now and then begun in contact."""
+    rng = random.Random(seed)
+    walls: list[Wall | Chain] = []
+    if rng.random() < 0.3:
+        end, rise = rng.uniform(2.9, 4.0), rng.uniform(-1.0, 1.0)
+        walls.append(Chain(points_m=((-6.0, 0.0), (end, 0.0), (end + 2.0, rise))[: rng.choice((2, 3))]))
+    else:
+        walls.append(Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)))
+    walls += [Wall(point_m=(-3.0, 0.0), normal=(0.6, 0.8))] * rng.choice((0, 1))
+    walls += [Wall(point_m=(7.0, 0.0), normal=(-1.0, 0.0))] * rng.choice((0, 1))
+    discs = [
+        Disc(
+            position_m=(-1.2 + 1.7 * i, rng.choice((0.5, rng.uniform(0.5, 2.0)))),
+            velocity_m_s=(rng.uniform(-4, 4), 0.0),
+            radius_m=0.5,
+            spin_rad_s=rng.choice((0.0, rng.uniform(-6, 6))),
+            inertia_factor=rng.choice((0.4, 0.5, 1.0)),
+        )
+        for i in range(rng.choice((1, 1, 2, 3)))
+    ]
+    return Scene(
+        name=f"contact {seed}",
+        discs=discs,
+        walls=walls,
+        restitution=rng.choice((0.5, 0.9, 1.0)),
+        wall_restitution=rng.choice((0.0, 0.3, 0.6)),
+        wall_friction=rng.choice((0.0, 0.1, 0.4, 0.8)),
+        wall_rolling_resistance=rng.choice((0.0, 0.02, 0.2, 0.6)),
+        gravity_m_s2=(0.0, -G),
+        duration_s=rng.uniform(0.5, 2.5),
+    )
+
+
+def judged(scene: Scene) -> str:
+    """Return what has come of a scene: a word where nothing is wrong, a sentence where something is."""
+    trace = solve_pic(scene, max_impacts=2000)
+    until_s = trace.end_time_s
+    if trace.ambiguous or until_s < scene.duration_s:
+        first = min([until_s, *(float(trace.impacts["time_s"][row]) for row in trace.ambiguous)])
+        until_s = 0.98 * first
+        if until_s < 0.02:
+            return "too short"
+        trace = solve_pic(scene, until_s=until_s)
+    if broken := _energy_gained(scene, until_s):
+        return broken
+    offs: list[float] = []
+    for power in range(REFINED + 1):
+        steps = STEPS * 4**power
+        places = stepped(scene, steps, until_s).places
+        offs.append(max(math.dist(a, b) for a, b in zip(places, trace.final_position_m.tolist(), strict=True)))
+        if not math.isfinite(offs[-1]):
+            return f"{scene.name}: off by {offs}"
+        # A fall by such steps is off by half of g h T; bounces, friction and impacts in a step get as much again.
+        if power and offs[-1] < G * until_s * until_s / steps:
+            return "agrees"
+    if all(finer <= 0.5 * coarser for coarser, finer in itertools.pairwise(offs)):
+        return "agrees"
+    return f"{scene.name}: small steps are off by {', '.join(f'{off:.2g}' for off in offs)} m at {until_s} s"
+
+
+def _energy_gained(scene: Scene, until_s: float) -> str:
+    energy = math.inf
+    for part in (0.0, 0.25, 0.5, 0.75, 1.0):
+        trace = solve_pic(scene, until_s=part * until_s)
+        height = trace.final_position_m[:, 1]
+        now = kinetic_energy(scene, trace.final_velocity_m_s, trace.final_spin_rad_s) + G * float(height.sum())
+        if not now <= energy + 1e-11 * max(1.0, abs(now)):
+            return f"{scene.name}: energy grows from {energy} to {now} J by {trace.end_time_s} s"
+        energy = now
+    return ""
+
+
+def main() -> int:
+    """Run the campaign; 1 where a scene is contradicted."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenes", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0)
+    asked = parser.parse_args()
+    counts: Counter[str] = Counter()
+    for seed in range(asked.first, asked.first + asked.scenes):
+        said = judged(drawn(seed))
+        counts[said if said in {"agrees", "too short"} else "contradicted"] += 1
+        if said not in {"agrees", "too short"}:
+            print(said, flush=True)
+        if (seed + 1 - asked.first) % 500 == 0:
+            print(dict(counts), flush=True)
+    print(dict(counts))
+    return int(counts["contradicted"] > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

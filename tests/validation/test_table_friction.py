@@ -1,0 +1,142 @@
+"""Discs on a table that slows them down: times against bisection, and what must hold of all runs."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, wall_at
+
+from carom import Disc, Outcome, Scene, SceneError, solve_pic, solve_pit
+from carom.solvers.pic import pic_run
+from carom.trace import free_flights, kinetic_energy
+
+A = 2.0
+
+
+def place_of(disc: Disc, time: float) -> tuple[float, float]:
+    """Return where a disc is that meets nothing: by its way, from its middle speed."""
+    speed = math.hypot(*disc.velocity_m_s)
+    lasts = min(time, speed / A) if speed else 0.0
+    share = lasts - 0.5 * A * lasts * lasts / speed if speed else 0.0
+    return disc.position_m[0] + share * disc.velocity_m_s[0], disc.position_m[1] + share * disc.velocity_m_s[1]
+
+
+def gap_of(one: Disc, other: Disc) -> Callable[[float], float]:
+    def gap(time: float) -> float:
+        return math.dist(place_of(one, time), place_of(other, time)) - one.radius_m - other.radius_m
+
+    return gap
+
+
+def test_two_discs_meet_when_bisection_says() -> None:
+    """Of 60 random pairs, the second at rest or not, those meet that come together, to 4e-15 s."""
+    rng, met = random.Random(3), 0
+    for _ in range(60):
+        one = disc_at(rng.uniform(-2, 2), rng.uniform(-2, 2), rng.uniform(-4, 4), rng.uniform(-4, 4))
+        moves = rng.choice((0.0, 1.0))
+        other = disc_at(
+            rng.uniform(-2, 2), rng.uniform(-2, 2), moves * rng.uniform(-4, 4), moves * rng.uniform(-4, 4), r=0.8
+        )
+        gap = gap_of(one, other)
+        if gap(0.0) <= 0.0:
+            continue
+        scene = Scene(name="pair", discs=[one, other], table_deceleration_m_s2=A, duration_s=3.0)
+        times = solve_pic(scene, max_impacts=1).impacts["time_s"]
+        grid = next((k for k in range(1500) if gap(0.002 * (k + 1)) < 0.0), None)
+        assert (grid is None) == (len(times) == 0)
+        if grid is not None:
+            low, high = 0.002 * grid, 0.002 * (grid + 1)
+            for _ in range(60):
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if gap(middle) > 0.0 else (low, middle)
+            assert times[0] == pytest.approx(high, abs=4e-15)
+            met += 1
+    assert met > 5
+
+
+def carrom(seed: int) -> Scene:
+    rng = random.Random(seed)
+    discs = [disc_at(1.5 * i, 1.5 * j, rng.uniform(-5, 5), rng.uniform(-5, 5)) for i in range(3) for j in range(2)]
+    walls = [
+        wall_at(-1.0, 0.0, 1.0, 0.0),
+        wall_at(4.5, 0.0, -1.0, 0.0),
+        wall_at(0.0, -1.0, 0.0, 1.0),
+        wall_at(0.0, 3.0, 0.0, -1.0),
+    ]
+    laws = {"restitution": rng.choice((0.5, 0.9, 1.0)), "wall_restitution": rng.choice((0.4, 0.8))}
+    return Scene(name=f"carrom {seed}", discs=discs, walls=walls, table_deceleration_m_s2=A, duration_s=4.0, **laws)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_table_takes_a_m_per_metre_and_all_comes_to_rest(seed: int) -> None:
+    """Energy falls by what impacts take and by m a times the ways; at the end nothing moves."""
+    scene = carrom(seed)
+    trace = solve_pic(scene)
+    assert trace.outcome is Outcome.COMPLETED
+    assert not trace.final_velocity_m_s.any()
+    ways = sum(float(np.linalg.norm(flight.at(flight.end_s) - flight.position_m)) for flight in free_flights(trace))
+    lost = 0.0
+    for impact in trace.impacts:
+        for side, sign in (("before", 1.0), ("after", -1.0)):
+            moving = [impact[f"velocity_first_{side}"]] + [impact[f"velocity_second_{side}"]] * int(
+                impact["second"] >= 0
+            )
+            lost += sign * sum(0.5 * float(v @ v) for v in moving)
+    begun = kinetic_energy(scene, scene.arrays.velocity_m_s)
+    assert begun == pytest.approx(lost + A * ways, rel=1e-12)
+
+
+def test_in_how_many_pieces_a_run_is_taken_changes_no_bit() -> None:
+    """Stopping on the way, before and after stops, leaves the end as it is."""
+    scene = carrom(1)
+    whole, run = solve_pic(scene), pic_run(scene)
+    for piece in range(1, 8):
+        run.advance_to(4.0 * piece / 7)
+    assert run.positions().tobytes() == whole.final_position_m.tobytes()
+    assert run.log.array().tobytes() == whole.impacts.tobytes()
+
+
+def test_pit_comes_to_pic_with_the_frames() -> None:
+    """Sixty times as many frames bring the end of a first impact nearer."""
+    scene = Scene(
+        name="pair",
+        discs=[disc_at(0.0, 0.0, 4.0, 0.3), disc_at(2.0, 0.4)],
+        table_deceleration_m_s2=A,
+        duration_s=3.0,
+    )
+    exact = solve_pic(scene).final_position_m
+    coarse, fine = (
+        float(np.abs(solve_pit(scene, frame_rate_hz=rate).final_position_m - exact).max()) for rate in (100.0, 6000.0)
+    )
+    assert fine < 0.1 * coarse
+
+
+@pytest.mark.parametrize(
+    ("fields", "named"),
+    [
+        ({"gravity_m_s2": (0.0, -1.0)}, "gravity"),
+        ({"damping_per_s": 0.1}, "damping"),
+        ({"friction": 0.1, "discs": [disc_at(0.0, 0.0), disc_at(2.0, 0.0)]}, "friction or spin"),
+        ({"discs": [disc_at(0.0, 0.0, spin_rad_s=1.0)]}, "friction or spin"),
+    ],
+)
+def test_what_a_table_changes_in_no_closed_form_is_refused(fields: dict[str, object], named: str) -> None:
+    """By the field's name, and with what it does not go together."""
+    asked = {"name": "t", "discs": [disc_at(0.0, 0.0)], "table_deceleration_m_s2": 1.0, "duration_s": 1.0} | fields
+    with pytest.raises(SceneError, match=rf"table_deceleration_m_s2: must be 0 in a scene with {named}"):
+        Scene(**asked)
+
+
+@pytest.mark.parametrize(
+    ("fields", "why"),
+    [({"gravity_m_s2": (0.0, 0.0)}, "without gravity"), ({"wall_tangential_restitution": 0.5}, "with wall_tangential")],
+)
+def test_rolling_resistance_is_refused_where_it_is_not_solved(fields: dict[str, object], why: str) -> None:
+    """Without gravity nothing presses, and what friction gives back it would take."""
+    asked = {"name": "t", "discs": [disc_at(0.0, 0.0)], "gravity_m_s2": (0.0, -1.0), "duration_s": 1.0} | fields
+    with pytest.raises(SceneError, match=rf"wall_rolling_resistance: must be 0 in a scene {why}"):
+        Scene(wall_rolling_resistance=0.1, **asked)
