@@ -78,6 +78,7 @@ SCENES = {
     "damped box": all_scenes()["contact/damped-box"].scene,
     "seams": along_a_floor(10, 11 / 16, half_width_m=0.01),
     "edges": EDGES,
+    "rolling": all_scenes()["contact/rolling-resistance-on-a-slope"].scene,
 }
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
 
 from carom import Disc
-from carom.adapter import Adapter, Observation, Setting
+from carom.adapter import Adapter, AdapterError, Observation, Setting
 
 Named = Callable[[str], Adapter]
 Finish = Callable[..., Observation]
@@ -149,3 +149,25 @@ def test_what_friction_holds_creeps_in_mujoco(
         disc = Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M, inertia_factor=math.inf)
         end = finish(named(name), on_a_floor(disc, 2.5, fall=fall, friction=0.3), 1 / 240, profile)
         assert least <= abs(end.position_m[0, 0]) / 2.5 <= most
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_pybullet_s_rolling_resistance_is_that_of_the_law(named: Named, finish: Finish, profile: str) -> None:
+    """By hand ``v - c g t / (1 + k)``, from eight speeds and with as many coefficients; where it stops, it stays."""
+    for speed, resists in zip(np.linspace(1.5, 3.0, STARTS), np.linspace(0.01, 0.2, STARTS), strict=True):
+        disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
+        scene = on_a_floor(disc, 1.0, friction=0.5).model_copy(update={"wall_rolling_resistance": float(resists)})
+        end = finish(named("pybullet"), scene, 1 / 240, profile)
+        assert end.velocity_m_s[0, 0] == pytest.approx(speed - resists * G / 1.5, abs=2e-4)
+        slow = scene.model_copy(update={"duration_s": 1.5 * speed / (resists * G) + 1.0})
+        assert abs(finish(named("pybullet"), slow, 1 / 240, profile).velocity_m_s[0, 0]) < 2e-4
+
+
+def test_pybullet_refuses_rolling_resistance_on_discs_of_two_radii(named: Named) -> None:
+    """A wall of its has one torque for all."""
+    discs = [Disc(position_m=(3.0 * k, 0.5 + 0.1 * k), radius_m=0.5 + 0.1 * k) for k in range(2)]
+    scene = on_a_floor(discs[0], 1.0, friction=0.5)
+    scene = scene.model_copy(update={"discs": tuple(discs), "wall_rolling_resistance": 0.1})
+    with pytest.raises(AdapterError, match=r"radii from 0\.5 to 0\.6 m"):
+        named("pybullet").prepare(scene, named("pybullet").profiles["tuned"].settings(1 / 60))

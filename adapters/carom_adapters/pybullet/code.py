@@ -8,9 +8,12 @@ from carom.adapter import Chain, Ring, Scene, Setting, Wall, is_fast
 from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
 from carom_adapters.pieces import cut_chain, factored_walls, thickness_of
 from carom_adapters.pybullet.limits import WORLD_SETTINGS
-from carom_adapters.pybullet.world import capsule_of, dynamics_of, moments_of, require_usable
+from carom_adapters.pybullet.world import capsule_of, dynamics_of, moments_of, require_usable, resistance_of
 
 __all__ = ["code"]
+
+#: Bullet takes each body's times the other's friction, in metres: discs have none.
+ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
 
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -35,13 +38,14 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
                 given["swept_radius"] = ccd_fraction * disc.radius_m
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     for wall, material in zip(scene.walls, of_walls, strict=True):
-        lines += _lines_of_wall(scene, wall, material)
+        lines += _lines_of_wall(scene, wall, material, resistance_of(scene, friction))
     if turns and maximal:
         lines.append(
             "pybullet.stepSimulation()  # a changed inertia counts from the next step on: all are at rest in this one"
         )
     if scene.gravity_m_s2 != (0.0, 0.0):
         lines.append(f"pybullet.setGravity({scene.gravity_m_s2[0]!r}, {scene.gravity_m_s2[1]!r}, 0.0)")
+    resists = scene.wall_rolling_resistance > 0.0
     shape = "CYLINDER" if settings.get("shape", "sphere") == "cylinder" else "SPHERE"
     state = "*place(body), *pybullet.getBaseVelocity(body)[0][:2], pybullet.getBaseVelocity(body)[1][2]"
     end = PYTHON_END.format(step="pybullet.stepSimulation()", state=state)
@@ -77,9 +81,9 @@ def add_disc(position, radius, mass=0.0, velocity=(0.0, 0.0), spin=0.0, inertia=
         starts.append((body, position, (0, 0, 0, 1), velocity, spin))
 
 
-def add_wall(shape, place, restitution, friction, turn=(0, 0, 0, 1), velocity=None):
+def add_wall(shape, place, restitution, friction, turn=(0, 0, 0, 1), velocity=None{", rolling=0.0" * resists}):
     body = add(0.0, shape, place, restitution, friction, turn, velocity is not None)
-    if velocity is not None:
+{ROLLING * resists}    if velocity is not None:
         starts.append((body, place, turn, velocity, 0.0))
 
 
@@ -94,10 +98,11 @@ for body, position, turn, velocity, spin in starts:
 {end}"""
 
 
-def _lines_of_wall(scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float]) -> list[str]:
+def _lines_of_wall(scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float], rolling: float) -> list[str]:
     """Return a line for each body that a wall is."""
     driven = f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
     own = f"restitution={material[0]!r}, friction={material[1]!r}"
+    own += f", rolling={rolling!r}" if rolling else ""
 
     def line(kind: str, shape: dict[str, object], place: tuple[float, float], turn: str = "") -> str:
         made = f"pybullet.createCollisionShape(pybullet.GEOM_{kind}, {arguments(shape)})"

@@ -80,6 +80,7 @@ CAPABILITIES = Capabilities(
     driven_discs=True,
     gravity=True,
     damping=True,
+    rolling_resistance=True,
     restitution=(0.0, 1.0),
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,

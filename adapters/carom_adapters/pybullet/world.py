@@ -41,7 +41,7 @@ from carom_adapters.pybullet.limits import (
     WORLD_SETTINGS,
 )
 
-__all__ = ["PybulletWorld", "capsule_of", "dynamics_of", "moments_of", "require_usable"]
+__all__ = ["PybulletWorld", "capsule_of", "dynamics_of", "moments_of", "require_usable", "resistance_of"]
 
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
@@ -72,6 +72,11 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
                 raise AdapterError(
                     f"PyBullet: {name}[{i}] is driven at {body.velocity_m_s}, and it clamps that to {most}"
                 )
+    if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
+        raise AdapterError(
+            f"PyBullet: wall_rolling_resistance is a torque by radius, and a wall of Bullet's has one for all discs; "
+            f"there are radii from {min(radii):g} to {max(radii):g} m"
+        )
     for i, disc in enumerate(scene.discs):
         if disc.driven and disc.spin_rad_s and any(disc.velocity_m_s):
             raise AdapterError(
@@ -113,6 +118,18 @@ def dynamics_of(scene: Scene, settings: Mapping[str, Setting]) -> dict[str, Sett
         rate = -math.expm1(-scene.damping_per_s) if maximal else scene.damping_per_s
         dynamics |= {"linearDamping": rate, "angularDamping": rate}
     return dynamics
+
+
+def resistance_of(scene: Scene, disc_friction: float) -> float:
+    """Return the rolling friction of a wall, so that the torque on a disc is at most c R times the push.
+
+    Bullet takes each body's times the other's friction, in metres, and adds the two; discs have none.
+    """
+    if not scene.wall_rolling_resistance:
+        return 0.0
+    return (
+        scene.wall_rolling_resistance * max(disc.radius_m for disc in scene.discs if not disc.immovable) / disc_friction
+    )
 
 
 def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
@@ -221,6 +238,8 @@ class PybulletWorld:
         for k, (wall, material) in enumerate(zip(scene.walls, of_walls, strict=True)):
             for shape, place, turn in self._shapes_of(scene, wall):
                 body = self._add(shape, 0.0, place, *material, turn, driven=wall.driven)
+                if resists := resistance_of(scene, disc_friction):
+                    bullet.changeDynamics(body, -1, rollingFriction=resists, physicsClientId=client)
                 self._number[body] = wall_body(k)
                 if wall.driven:
                     self._driven.append((body, wall.velocity_m_s, 0.0))
