@@ -77,7 +77,7 @@ report: $(VENV)/built-for-reports
 test: $(VENV)/built-for-tests
 	$(BIN)/python -m pytest --ignore tests/browser -n auto --dist worksteal
 
-# By file: the tests of one file share what was built for them. Those by Hypothesis draw five times as many examples.
+# By file: the tests of one file share what was built for them. Those by Hypothesis draw more examples.
 test-long: $(BUILT)
 	$(BIN)/python -m pytest -m long -n auto --dist loadfile
 	HYPOTHESIS_PROFILE=more $(BIN)/python -m pytest -m "hypothesis and not long and not browser and not engines" -n auto --dist loadfile
