@@ -35,15 +35,18 @@ def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
 
 @each_width
 @pytest.mark.parametrize("q", [0.9, 3.0, 20.0])
-@pytest.mark.parametrize("name", ["jolt", "p2", "physx"])
+@pytest.mark.parametrize(
+    ("name", "profile"),
+    [("jolt", "swept"), ("p2", "swept"), ("physx", "swept"), ("rapier", "default"), ("rapier", "tuned")],
+)
 def test_what_is_swept_passes_no_thin_wall(
-    name: str, q: float, half_width_m: float, named: Named, finish: Finish
+    name: str, profile: str, q: float, half_width_m: float, named: Named, finish: Finish
 ) -> None:
     """With a sweep of its own a disc comes back at each of 16 starts, its velocity reversed to 32 bits."""
     for phase in PHASES:
         scene = at_a_thin_wall(q, phase, half_width_m=half_width_m)
         speed = scene.discs[0].velocity_m_s[0]
-        seen = finish(named(name), scene, 1 / 60, "swept")
+        seen = finish(named(name), scene, 1 / 60, profile)
         np.testing.assert_allclose(seen.velocity_m_s[0], (-speed, 0.0), atol=1e-6 * speed)
 
 

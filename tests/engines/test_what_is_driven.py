@@ -1,4 +1,4 @@
-"""Paddles and mallets in the engines of node: a disc leaves them at twice their velocity less its own."""
+"""What is driven in engines beyond the four of the extras: a disc leaves it at twice its velocity less its own."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ ROUNDING_M_S = {
     ("box2d3", "tuned"): 2e-6,
     ("rapier2d", "default"): 2e-6,
     ("rapier2d", "tuned"): 2e-6,
+    ("rapier", "default"): 2e-6,
+    ("rapier", "tuned"): 2e-6,
     ("jolt", "default"): 2e-6,
     ("jolt", "tuned"): 2e-6,
     ("physx", "default"): 2e-6,

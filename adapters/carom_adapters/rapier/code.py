@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.adapter import AdapterError, Scene, Setting, require_sound, require_supported
+from carom.adapter import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
 from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
+from carom_adapters.pieces import cut_chain, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
 __all__ = ["code"]
@@ -23,9 +24,15 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         raise AdapterError("Rapier: steps that are taken in two parts (first_part) are Carom's, and can't be pasted")
     lines = []
     for disc in scene.discs:
-        given = {} if disc.immovable else {"mass": disc.mass_kg, "velocity": disc.velocity_m_s}
+        given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
+        if disc.driven or not disc.immovable:
+            given["velocity"] = disc.velocity_m_s
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
-    lines += [f"add_wall({wall.point_m!r}, {wall.normal!r})" for wall in scene.half_planes()]
+    for wall, material in zip(scene.walls, scene.arrays.materials, strict=True):
+        wins = "MIN" if material.restitution < scene.restitution else "MAX"
+        moves = f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
+        told = f"{material.restitution!r}, {wins!r}{moves}"
+        lines += [f"add_wall(rapier3d.Collider.{shape}, {told})" for shape in _shapes_of(scene, wall)]
     soft = "".join(
         f"softness = parameters.{of}  # a copy\nsoftness.natural_frequency = {settings[name]!r}\n"
         f"parameters.{of} = softness\n"
@@ -37,7 +44,6 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         swept = f"    body = body.soft_ccd_prediction({settings['soft_ccd_prediction']!r})  # continuous detection\n"
     state = "*body.translation.to_tuple()[:2], *body.linvel.to_tuple()[:2], 0.0"
     end = PYTHON_END.format(step="world.step()", state=state)
-    wins = "MIN" if scene.wall_restitution < scene.restitution else "MAX"
     bodies = "\n".join(lines)
     return f"""{comment(heading)}
 import rapier3d
@@ -49,9 +55,15 @@ parameters.dt = dt
 {assignments("parameters", settings, PARAMETERS)}{soft}handles = []
 
 
-def add_disc(position, radius, mass=None, velocity=(0.0, 0.0)):  # a ball that stays in the plane and does not turn
-    body = rapier3d.RigidBody.fixed() if mass is None else rapier3d.RigidBody.dynamic()
-    body = body.translation((*position, 0.0)).linvel((*velocity, 0.0))
+def held(velocity):  # a body that no impact moves: it stands, or moves by itself
+    if velocity is None:
+        return rapier3d.RigidBody.fixed()
+    return rapier3d.RigidBody.kinematic_velocity_based().linvel((*velocity, 0.0))
+
+
+def add_disc(position, radius, mass=None, velocity=None):  # a ball that stays in the plane and does not turn
+    body = held(velocity) if mass is None else rapier3d.RigidBody.dynamic().linvel((*velocity, 0.0))
+    body = body.translation((*position, 0.0))
     body = body.can_sleep({bool(settings["can_sleep"])}).enabled_rotations((False, False, False))
     body = body.enabled_translations((True, True, False))
 {swept}    ball = rapier3d.Collider.ball(radius).restitution({scene.restitution!r}).friction(0.0)
@@ -59,13 +71,24 @@ def add_disc(position, radius, mass=None, velocity=(0.0, 0.0)):  # a ball that s
     world.add_collider(ball if mass is None else ball.mass(mass), handles[-1])
 
 
-def add_wall(point, normal):
-    body = world.add_body(rapier3d.RigidBody.fixed().translation((*point, 0.0)))
-    half = rapier3d.Collider.halfspace((*normal, 0.0)).friction(0.0).restitution({scene.wall_restitution!r})
+def add_wall(shape, restitution, wins, velocity=None):
     # As shipped two coefficients are averaged; another rule wins over that.
-    world.add_collider(half.restitution_combine_rule(rapier3d.CoefficientCombineRule.{wins}), body)
+    shape = shape.friction(0.0).restitution(restitution)
+    shape = shape.restitution_combine_rule(getattr(rapier3d.CoefficientCombineRule, wins))
+    world.add_collider(shape, world.add_body(held(velocity)))
 
 
 {bodies}
 discs = [world.rigid_bodies[handle] for handle in handles]
 {end}"""
+
+
+def _shapes_of(scene: Scene, wall: Wall | Chain | Ring) -> list[str]:
+    """Return the calls that make the colliders of a wall."""
+    if isinstance(wall, Wall):
+        return [f"halfspace({(*wall.normal, 0.0)!r}).translation({(*wall.point_m, 0.0)!r})"]
+    radius = thickness_of(scene, wall)
+    if isinstance(wall, Ring):
+        return [f"ball({radius!r}).translation({(*wall.centre_m, 0.0)!r})"]
+    ends = ((*a, 0.0, *b, 0.0) for a, b in cut_chain(wall))
+    return [f"capsule_from_endpoints({one[:3]!r}, {one[3:]!r}, {radius!r})" for one in ends]

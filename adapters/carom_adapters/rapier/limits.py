@@ -45,6 +45,11 @@ SMALLEST_MASS_KG = 1e-15
 LARGEST_MASS_KG = 1e15
 
 CAPABILITIES = Capabilities(
+    segments=True,
+    posts=True,
+    wall_materials=True,
+    driven_walls=True,
+    driven_discs=True,
     gravity=True,
     restitution=(0.0, 1.0),
     restitution_combine="pair",

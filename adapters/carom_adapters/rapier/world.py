@@ -9,17 +9,21 @@ from typing import Any
 import numpy as np
 
 from carom.adapter import (
+    Chain,
     Contact,
     Observation,
+    Ring,
     Scene,
     Setting,
     StepClock,
+    Wall,
     oriented_contact,
     pair_of,
     require_sound,
     require_supported,
     wall_body,
 )
+from carom_adapters.pieces import cut_chain, pieced, summed, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
 __all__ = ["RapierCuttableWorld", "RapierWorld"]
@@ -61,7 +65,7 @@ class RapierWorld:
                 setattr(parameters, of, softness)
         handles, number = [], {}
         for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, states, strict=True)):
-            body = rapier.RigidBody.fixed() if disc.immovable else rapier.RigidBody.dynamic()
+            body = self._held(disc.driven) if disc.immovable else rapier.RigidBody.dynamic()
             body = body.translation((*position, 0.0)).linvel((*velocity, 0.0))
             body = body.can_sleep(bool(asked["can_sleep"])).enabled_rotations((False, False, False))
             body = body.enabled_translations((True, True, False))
@@ -74,13 +78,29 @@ class RapierWorld:
         # As shipped two coefficients are averaged, and a rule other than that wins: discs have their own among
         # themselves, and a wall has its own, whichever of the two is larger.
         rule = rapier.CoefficientCombineRule
-        wins = rule.MIN if scene.wall_restitution < scene.restitution else rule.MAX
-        for k, wall in enumerate(scene.half_planes()):
-            fixed = world.add_body(rapier.RigidBody.fixed().translation((*wall.point_m, 0.0)))
-            half = rapier.Collider.halfspace((*wall.normal, 0.0)).friction(0.0)
-            half = half.restitution(scene.wall_restitution).restitution_combine_rule(wins)
-            number[world.add_collider(half, fixed)] = wall_body(k)
+        for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
+            (x, y), (vx, vy) = wall.point_m if isinstance(wall, Wall) else (0.0, 0.0), wall.velocity_m_s
+            x, y = x + vx * self._clock.now_s, y + vy * self._clock.now_s
+            body = world.add_body(self._held(wall.driven).translation((x, y, 0.0)).linvel((vx, vy, 0.0)))
+            wins = rule.MIN if material.restitution < scene.restitution else rule.MAX
+            for shape in self._shapes_of(wall):
+                made = shape.friction(0.0).restitution(material.restitution).restitution_combine_rule(wins)
+                number[world.add_collider(made, body)] = wall_body(k)
         return world, handles, number
+
+    def _held(self, driven: bool) -> Any:
+        """Return a body that no impact moves: it stands, or moves by itself."""
+        return self._rapier.RigidBody.kinematic_velocity_based() if driven else self._rapier.RigidBody.fixed()
+
+    def _shapes_of(self, wall: Wall | Chain | Ring) -> list[Any]:
+        """Return what a wall is: a half-space around its body, or where the scene has it, a ball, or capsules."""
+        collider = self._rapier.Collider
+        if isinstance(wall, Wall):
+            return [collider.halfspace((*wall.normal, 0.0))]
+        radius = thickness_of(self._scene, wall)
+        if isinstance(wall, Ring):
+            return [collider.ball(radius).translation((*wall.centre_m, 0.0))]
+        return [collider.capsule_from_endpoints((*a, 0.0), (*b, 0.0), radius) for a, b in cut_chain(wall)]
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -126,7 +146,7 @@ class RapierWorld:
                 length = math.hypot(nx, ny)  # a unit vector to 32 bits only
                 a, b = self._number[pair.collider1], self._number[pair.collider2]
                 found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse))
-        return found
+        return list(summed(found, pieced(self._scene)))
 
     def _warning(self, velocity: Any) -> str:
         # Made so fast by an impact, it is too late to refuse.
