@@ -138,6 +138,7 @@ async function jolt() {
     ...pick(first.GetPhysicsSystem().GetPhysicsSettings(), [...stepping, ...more]),
     ...pick(creation, bodies),
     linearCast: creation.mMotionQuality === Jolt.EMotionQuality_LinearCast,
+    mEnhancedInternalEdgeRemoval: Boolean(creation.mEnhancedInternalEdgeRemoval),
     collisionSteps: null,
   };
   const run = (discs) => {
