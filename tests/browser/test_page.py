@@ -76,6 +76,10 @@ def test_a_switch_leaves_one_profile_in_both_tables(browser: Browser, wide_repor
     page = browser.new_page(viewport={"width": 1280, "height": 900})
     page.goto(wide_report.as_uri())
     switch, beside = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
+    assert switch.get_by_label("default").is_checked()  # as shipped, where a report has it
+    assert beside.input_value() == "default"
+    assert page.locator("table.methods tbody tr:visible").count() == 5
+    switch.get_by_label("all").check()
     every = page.locator("table.methods tbody tr:visible").count()
     switch.get_by_label("located").check()
     assert beside.input_value() == "located"
@@ -105,6 +109,7 @@ def test_on_a_phone_every_cell_is_seen_with_its_heading(browser: Browser, wide_r
     """At 360 pixels nothing of the ranking and of the scenes stands outside the window, and no text is cut."""
     page = browser.new_page(viewport={"width": 360, "height": 740})
     page.goto(wide_report.as_uri())
+    page.locator("fieldset.switch").get_by_label("all").check()
     cells = page.locator(f"table.{name} tbody td:visible")
     assert cells.count() > (100 if name == "grid" else 60)
     right, cut = cells.evaluate_all(

@@ -98,6 +98,35 @@ def test_the_cross_of_a_missed_impact_stays(browser: Browser, tmp_path: Path) ->
     assert before == [0, 0]
 
 
+def test_without_scripts_both_runs_stand_as_pictures(browser: Browser, tmp_path: Path) -> None:
+    """Where no script runs, the paths of both sides are seen, and what is said of the run."""
+    path = carom.replay("paper/missed", "pit").save(tmp_path / "replay.html")
+    page = browser.new_page(java_script_enabled=False, viewport={"width": 360, "height": 740})
+    page.goto(path.as_uri())
+    assert [svg.bounding_box()["width"] > 200 for svg in page.locator("noscript svg").all()] == [True, True]  # type: ignore[index]
+    assert "missed" in page.locator("noscript").inner_text()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 360
+    page.close()
+
+
+def test_a_strip_says_how_a_disc_moves_in_contact(browser: Browser, tmp_path: Path) -> None:
+    """As wide as it lasts: a disc slides for a third of the scene and then rolls, in words too."""
+    scene = find_scenes(["contact/slide-to-roll"])[0].scene
+    trace = carom.solve_pic(scene)
+    path = carom.replay(trace, carom.solve_pit(scene)).save(tmp_path / "replay.html")
+    page = browser.new_page(reduced_motion="reduce")
+    page.goto(path.as_uri())
+    spans = page.locator(".modes .strip span")
+    assert spans.all_inner_texts() == ["slides", "rolls"]
+    slides, rolls = (span.bounding_box() for span in spans.all())
+    assert slides is not None
+    assert rolls is not None
+    assert trace.modes is not None
+    part = trace.modes["time_s"][1] / scene.duration_s
+    assert slides["width"] / (slides["width"] + rolls["width"]) == pytest.approx(part, abs=0.02)
+    page.close()
+
+
 @pytest.mark.parametrize("name", ["paper/missed", "paper/late", "classics/inelastic-oblique", "classics/bullet"])
 def test_another_step_shows_what_pit_makes_of_it(browser: Browser, tmp_path: Path, name: str) -> None:
     """At forty steps the page finds or misses the impact as `carom.solve_pit` does, at the same look, with its end."""

@@ -29,7 +29,7 @@ from carom.runs.job import Job
 from carom.runs.results import Results
 from carom.scene import Chain, Need, Ring, Scene, Wall
 from carom.text import visible
-from carom.trace import Trace, pair_name, setting_text
+from carom.trace import Mode, Trace, pair_name, setting_text
 
 __all__ = [
     "first_fault",
@@ -52,6 +52,14 @@ _NEAR_IN_CONTACT = 1e-4
 UNKNOWN = "not told apart: its own state before is not known"
 
 Json = dict[str, Any]
+
+_MODES = {
+    Mode.FLIGHT: "flies",
+    Mode.SLIDE: "slides",
+    Mode.ROLL: "rolls",
+    Mode.REST: "rests",
+    Mode.BLOCK: "slides without turning",
+}
 
 #: Discs of a scene that the page of `carom play` shows.
 _MOST_THROWN = 10
@@ -129,6 +137,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
             for track in reference_tracks(reference)
         ],
         "turned": _of_turnings(reference),
+        "modes": _of_modes(reference),
         "impacts": [
             [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
         ],
@@ -141,6 +150,7 @@ def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str
                 "end": trace.end_time_s,
                 "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
                 "turned": _of_turnings(trace),
+                "modes": _of_modes(trace),
                 "sampler": _sampler(reference, trace),
                 **_of_impacts(reference, trace, score),
                 "settings": {name: wording.setting(value) for name, value in trace.settings.items()},
@@ -159,11 +169,8 @@ def _sampler(reference: Trace, trace: Trace) -> Json | None:
     plain = not (scene.walls or scene.needs & {Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
     if trace.method != "pit" or len(scene.discs) != 2 or len(reference.impacts) != 1 or not plain:
         return None
-    return {
-        "restitution": scene.restitution,
-        "velocity": [list(disc.velocity_m_s) for disc in scene.discs],
-        "inverse_mass": [1.0 / disc.mass_kg for disc in scene.discs],
-    }
+    sampled: Json = scene.model_dump(mode="json", exclude={"name", "description"})
+    return sampled
 
 
 def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[float | None]:
@@ -284,6 +291,19 @@ def _of_track(track: Track, places: int | None) -> list[list[float]]:
 
 def _of_turnings(trace: Trace) -> list[list[list[float]]]:
     return [[turning.time_s.tolist(), turning.angle_rad.tolist()] for turning in turnings(trace)]
+
+
+def _of_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
+    """Return each disc that comes into contact that lasts, with when it goes on in which mode, to the run's end."""
+    if trace.modes is None:
+        return []
+    changes: dict[int, list[tuple[float, str]]] = {}
+    for mode in trace.modes:
+        of_disc = changes.setdefault(int(mode["disc"]), [(0.0, _MODES[Mode(mode["before"])])])
+        if float(mode["time_s"]) == of_disc[-1][0]:  # what lasts no time is not shown
+            of_disc.pop()
+        of_disc.append((float(mode["time_s"]), _MODES[Mode(mode["after"])]))
+    return [(disc, [*of_disc, (trace.end_time_s, "")]) for disc, of_disc in sorted(changes.items())]
 
 
 def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:

@@ -55,6 +55,20 @@ def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any
     assert (found["flag"], found["became"], found["cause"]) == ("found", "found", "")
 
 
+def test_how_a_disc_moves_in_contact_is_told_from_when_to_when() -> None:
+    """A disc that slides to rolling does so at ``u / (g f (1 + k))``, and no strip is told of what only flies."""
+    scene = find_scenes(("contact/slide-to-roll",))[0].scene
+    (disc,) = scene.discs
+    reference = carom.solve_pic(scene)
+    ((number, changes),) = replay_data(reference, [])["modes"]
+    pull, slip = -scene.gravity_m_s2[1], disc.velocity_m_s[0] + disc.radius_m * disc.spin_rad_s
+    rolls_s = slip / (pull * scene.wall_friction * (1.0 + 1.0 / disc.inertia_factor))
+    assert number == 0
+    assert [word for _, word in changes] == ["slides", "rolls", ""]
+    assert [time_s for time_s, _ in changes] == pytest.approx([0.0, rolls_s, scene.duration_s])
+    assert replay_data(carom.solve_pic("paper/missed"), [])["modes"] == []
+
+
 def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None:
     """Without states, what PIT does is said and no more; a run that its own states lead elsewhere did not pass by."""
     row = next(row for row in results.rows if row.score and row.score.missed)

@@ -13,16 +13,34 @@ from carom.pages.files import packed, require_report_extra
 from carom.text import visible
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from jinja2 import Template
 
 __all__ = ["html", "replay_page"]
 
 #: What moves on a page, by kind of block.
-_REPLAY = ("stage.js", "sampler.js", "replay.js")
+#: PIC and PIT without gravity, and what they are made of, in the order in which they import each other.
+_SOLVERS = (
+    *(
+        "arithmetic.js",
+        "rational.js",
+        "meeting.js",
+        "outline.js",
+        "features.js",
+        "touching.js",
+        "finite.js",
+        "driving.js",
+    ),
+    *("bodies.js", "squeeze.js", "instants.js", "flying.js"),
+)
+_REPLAY = (*_SOLVERS, "stage.js", "sampler.js", "replay.js")
 _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
 
 #: Before what a module gives others: on a page all scripts are one.
-_EXPORT = re.compile(r"^export ", re.MULTILINE)
+_EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
+#: Imports, and comments of whole lines, which are for who reads the modules.
+_IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n', re.MULTILINE)
 
 
 def html(document: Document) -> str:
@@ -47,14 +65,22 @@ def html(document: Document) -> str:
     )
 
 
-def replay_page(title: str, data: str) -> str:
+def replay_page(title: str, data: str, said: Sequence[str] = (), stills: Sequence[tuple[str, str]] = ()) -> str:
     """Return a page of one replay, whose data are packed already.
+
+    Args:
+        title: Of the page.
+        data: Of the replay.
+        said: What is said of it where no script runs.
+        stills: What is shown there: captions and pictures, SVG.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib is not installed.
     """
     script = page_script(*_REPLAY)
-    page: str = _template("replay.html.j2").render(title=title, data=data, script=script, policy=content_policy(script))
+    page: str = _template("replay.html.j2").render(
+        title=title, data=data, said=said, stills=stills, script=script, policy=content_policy(script)
+    )
     return page
 
 
@@ -77,8 +103,9 @@ def page_script(*names: str) -> str:
     own = resources.files("carom.pages") / "templates"
     shared = resources.files("carom") / "live"  # what the page on which one throws the discs draws with, too
     every = ("unpack.js", *names) if names else ()
-    texts = (((shared if name == "stage.js" else own) / name).read_text(encoding="utf-8") for name in every)
-    return "".join(_EXPORT.sub("", text) for text in texts)
+    of_live = {*_SOLVERS, "stage.js"}
+    texts = (((shared if name in of_live else own) / name).read_text(encoding="utf-8") for name in every)
+    return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
 
 
 def content_policy(script: str) -> str:

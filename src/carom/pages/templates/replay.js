@@ -136,10 +136,18 @@
         ...((this.fault || this.run.sampler) && !this.calm ? [make("label", {}, this.holds, " hold where it fails")] : []),
         this.clock);
       const drag = this.scene.drag ? [make("p", {}, make("a", { href: this.scene.drag }, "Drag this scene: throw its discs yourself"))] : [];
-      root.append(this.sides, this.line, this.slider, this.controls, this.spins, ...this.stepper(), this.legend(), this.said, ...drag);
+      root.append(this.sides, ...this.modes(name), this.line, this.slider, this.controls, this.spins, ...this.stepper(), this.legend(), this.said, ...drag);
       for (const canvas of [this.truth.canvas, this.seen.canvas, this.line]) this.scrubs(canvas);
     }
 
+    // How discs in contact move, over the whole time of the scene: as they must, and below as the run itself tells.
+    modes(name) {
+      const strip = (changes) => make("div", { class: "strip" }, ...changes.slice(0, -1).map(([begin, word], k) =>
+        make("span", { class: word.split(" ").at(-1), style: `flex-grow:${changes[k + 1][0] - begin}` }, word)));
+      const row = (who) => ([disc, changes]) => make("div", { class: "mode" }, make("span", {}, `disc ${disc}, ${who}`), strip(changes));
+      const rows = [...this.scene.modes.map(row("exact")), ...this.run.modes.map(row(name))];
+      return rows.length ? [make("div", { class: "modes", role: "group", "aria-label": "How discs move in contact" }, ...rows)] : [];
+    }
     // What PIT makes of two discs at any step.
     stepper() {
       if (!this.own.sampler) return [];

@@ -55,6 +55,8 @@
     legend.textContent = "Profile:";
     fieldset.append(legend, ...radios);
     ranking[0].closest(".scroll").before(fieldset);
+    // What one gets as shipped; a link to a replay, or into a table, finds all of it.
+    if (profiles.includes("default") && !location.hash) select.value = chosen.profile = "default";
   }
 
   const show = () => {

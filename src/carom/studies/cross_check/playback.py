@@ -17,11 +17,12 @@ from carom.comparator.finite import not_finite
 from carom.driving import Drive
 from carom.errors import InputError, MissingExtraError
 from carom.folders import write_file
+from carom.limits import MOST_DISCS_DRAWN
 from carom.pages import wording
 from carom.pages.files import packed, require_report_extra
 from carom.pages.grid import mark_of, reasons_of
 from carom.pages.paths import exact_paths, extent_of, observed_paths
-from carom.pages.picture import draw_walls, limits_of
+from carom.pages.picture import draw_pair, draw_walls, limits_of
 from carom.pages.render.html import replay_page
 from carom.pages.replay import first_fault, held_at_s, impact_rows, meetings, replay_data, run_command
 from carom.pages.svg import SERIES, WALL, drawing
@@ -49,6 +50,8 @@ _FILM_S, _HELD_S, _FRAMES_PER_S = 6, 1.5, 25
 _GHOST, _WRONG = "#74777c", "#d5452f"
 #: What became of an impact stays in the picture for this part of the scene, as in the page.
 _SAID_FOR = 1.0 / 12.0
+#: With more, a still picture shows nothing.
+_MOST_IMPACTS_DRAWN = 1000
 
 
 @dataclass(frozen=True, repr=False)
@@ -90,7 +93,17 @@ class Replay:
             if trace.profile
             else "",  # a solver called directly has no profile
         }
-        return replay_page(visible(trace.scene.name), packed(replay_data(self.reference, [(trace, self.score, said)])))
+        data = packed(replay_data(self.reference, [(trace, self.score, said)]))
+        return replay_page(visible(trace.scene.name), data, said["said"], self._stills())
+
+    def _stills(self) -> list[tuple[str, str]]:
+        """Return captions and pictures, SVG, of both sides for where no script runs; none of what can't be drawn."""
+        trace, name = self.observed, f"{self.observed.method} {self.observed.profile_shown}".strip()
+        many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
+        if many or not_finite(trace):
+            return []
+        labels = (f"What must happen in {visible(trace.scene.name)}", f"What {name} makes of it")
+        return list(zip(labels, draw_pair(self.reference, trace, self.score.missed, labels), strict=True))
 
     def _repr_html_(self) -> str | None:
         try:
