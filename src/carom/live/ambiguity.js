@@ -1,6 +1,7 @@
 // Impacts whose result no physics decides: a run of them in a row is bodies that are pressed together by others.
 // carom/solvers/impact_log.py, carom/solvers/impact/resolution.py and `are_decidable` of carom/physics/wall_features.py.
 import { INF, min, sqrt } from "./arithmetic.js";
+import { sameFeature } from "./features.js";
 import { sizeOf, sizesOf, touchingReach } from "./finite.js";
 import { dot, over, plus, rational, times } from "./rational.js";
 
@@ -37,7 +38,7 @@ export function resolutionOf(b, { time_s, first: i, second: j, normal: [nx, ny],
 const SQUARES = [1n, 2n, 3n]; // over 4, of the cosines of 60, 45 and 30 degrees
 const wayOfFace = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
 function areDecidable(one, other, elastic) {
-  if (JSON.stringify(one) === JSON.stringify(other)) return true;
+  if (sameFeature(one, other)) return true;
   if (one.kind !== "face" || other.kind !== "face") return false;
   const [a, b] = [wayOfFace(one), wayOfFace(other)],
     inner = dot(a, b);

@@ -2,8 +2,10 @@
 // carom/solvers/falling/contacts.py and carom/physics/contact_law.py.
 import { INF, abs } from "./arithmetic.js";
 import { wallBody } from "./bodies.js";
-import { NEVER, after } from "./instants.js";
-import { wallGap, wallSpeed } from "./meeting.js";
+import { sameFeature } from "./features.js";
+import { groundsOf } from "./grounds.js";
+import { NEVER, after, isAfter } from "./instants.js";
+import { wallSpeed } from "./meeting.js";
 
 export const MODES = ["flight", "slide", "roll", "rest", "block"];
 const [FLIGHT, SLIDE, ROLL, REST, BLOCK] = MODES.keys();
@@ -65,93 +67,118 @@ function leftOfSlip({ normal, along, friction, ease }, slip, approach, restituti
 export class Contacts {
   constructor(bodies) {
     this.bodies = bodies;
-    this.walls = bodies.x.map(() => null);
+    this.grounds = bodies.x.map(() => null);
     this.modes = bodies.x.map(() => FLIGHT);
     this.ends = bodies.x.map(() => NEVER);
     this.zero = bodies.x.map(() => [true, false]); // whether slip and rim are 0 where a mode ends
+    this.over = bodies.x.map(() => NEVER); // when each comes to the end of its face
   }
   *begin() {
     const b = this.bodies;
     for (let i = 0; i < b.n; i++)
-      for (const [k, plane] of b.planes.entries()) {
-        if (b.inverseMass[i] === 0 || !plane || this.walls[i] !== null || b.runs(k)) continue;
-        const [approach, pull, known] = b.contactWithWall(i, k, false),
-          gap = wallGap(b.x[i], b.y[i], b.radius[i], plane)[0];
-        if (pull < 0 && gap <= known && approach * approach <= -2 * pull * known) yield [i, this.land(i, k, approach)];
+      for (const ground of b.inverseMass[i] > 0 ? groundsOf(b, i) : []) {
+        const pull = -this.press(i, ground).normal,
+          known = this.known(i, ground),
+          approach = this.approach(i, ground),
+          touches = ground.gapOf(b, i) <= known;
+        if (this.grounds[i] === null && touches && pull < 0 && approach * approach <= -2 * pull * known)
+          yield [i, this.land(i, ground, approach)];
       }
   }
-  land(i, k, approach) {
+  land(i, ground, approach) {
     const b = this.bodies,
-      e = b.wallRestitution[k];
-    const press = this.press(i, k),
-      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(k),
+      e = b.wallRestitution[ground.wall],
+      press = this.press(i, ground),
+      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall),
       bounces = approach > 0 && e < 1;
-    let slip = this.slip(i, k),
+    let slip = this.slip(i, ground),
       rim = this.rim(i);
     if (press.resistance && bounces) [slip, rim] = leftOfBoth(press, gripped ? 0 : slip, rim, approach, e);
     else if (gripped) slip = 0;
     else if (bounces) slip = leftOfSlip(press, slip, approach, e);
     b.lastPartner[i] = null;
-    return this.settle(i, k, slip, rim);
+    return this.settle(i, ground, slip, rim);
   }
+  // Null where a disc has come to the end of its face, and does not fly off.
   endMode(i) {
     const [slip, rim] = this.zero[i],
-      k = this.walls[i];
+      ground = this.grounds[i];
     this.bodies.lastPartner[i] = null;
-    return this.settle(i, k, slip ? 0 : this.slip(i, k), rim ? 0 : this.rim(i));
+    if (!isAfter(this.over[i], this.bodies.instant[i])) return this.leaveAtEnd(i, ground);
+    return this.settle(i, ground, slip ? 0 : this.slip(i, ground), rim ? 0 : this.rim(i));
   }
   // A disc that was struck stays in contact, or leaves its wall; null where only its velocity has changed.
   afterImpact(i) {
     const b = this.bodies,
-      k = this.walls[i];
-    if (k === null) return null;
-    const [approach, , known] = b.contactWithWall(i, k, false),
-      before = this.modes[i];
-    if (approach * approach <= 2 * this.press(i, k).normal * known) {
+      ground = this.grounds[i];
+    b.neverMet[i] = [];
+    if (ground === null) return null;
+    const approach = this.approach(i, ground);
+    if (approach * approach <= 2 * this.press(i, ground).normal * this.known(i, ground)) {
       const how = () => [this.modes[i], ...b.acceleration[i], b.spinRate[i]],
         was = how(),
-        settled = this.settle(i, k, this.slip(i, k), this.rim(i));
+        settled = this.settle(i, ground, this.slip(i, ground), this.rim(i));
       return how().every((x, n) => x === was[n]) ? null : settled;
     }
-    this.walls[i] = null;
+    this.setOn(i, ground);
+    return this.takeOff(i, ground);
+  }
+  leaveAtEnd(i, ground) {
+    const b = this.bodies,
+      vertex = ground.setAtEnd(b, i);
+    if (vertex === null || !ground.fliesOver(b, i, vertex)) return null;
+    const record = this.takeOff(i, ground);
+    b.touchVertex(i, ground.wall, vertex);
+    b.neverMet[i] = ground.never.filter((one) => !sameFeature(one, vertex));
+    return record;
+  }
+  takeOff(i, ground) {
+    const b = this.bodies,
+      before = this.modes[i];
+    this.grounds[i] = null;
     this.modes[i] = FLIGHT;
     this.ends[i] = NEVER;
     b.acceleration[i] = b.gravity;
     b.spinRate[i] = 0;
-    this.setOn(i, b.planes[k]);
-    return this.record(i, k, before);
+    return this.record(i, ground.wall, before);
   }
-  press(i, k) {
-    const b = this.bodies,
-      [nx, ny] = b.normal(i, k);
+  press(i, { wall, normal: [nx, ny] }) {
+    const b = this.bodies;
     return {
       normal: -wallSpeed(...b.gravity, nx, ny)[0],
       along: wallSpeed(...b.gravity, ny, -nx)[0],
-      friction: b.wallGrip[k][0],
+      friction: b.wallGrip[wall][0],
       ease: b.ease[i],
       resistance: b.ease[i] ? b.rollingResistance : 0,
     };
   }
+  approach(i, { normal }) {
+    return -wallSpeed(this.bodies.vx[i], this.bodies.vy[i], ...normal)[0];
+  }
+  // How well the gap is known, metres.
+  known(i, { plane: [qx, qy] }) {
+    return this.bodies.resolution(i, qx, qy, 0);
+  }
   rim(i) {
     return this.bodies.radius[i] * this.bodies.spin[i];
   }
-  slip(i, k) {
-    const b = this.bodies,
-      [nx, ny] = b.normal(i, k);
+  slip(i, { normal: [nx, ny] }) {
+    const b = this.bodies;
     return b.vx[i] * ny - b.vy[i] * nx + b.radius[i] * b.spin[i];
   }
-  setOn(i, plane) {
+  setOn(i, ground) {
     const b = this.bodies,
-      gap = wallGap(b.x[i], b.y[i], b.radius[i], plane)[0];
-    b.x[i] -= gap * plane[2];
-    b.y[i] -= gap * plane[3];
+      [nx, ny] = ground.normal,
+      gap = ground.gapOf(b, i);
+    b.x[i] -= gap * nx;
+    b.y[i] -= gap * ny;
   }
-  settle(i, k, slip, rim) {
+  settle(i, ground, slip, rim) {
     const b = this.bodies,
       before = this.modes[i],
-      [nx, ny] = b.normal(i, k);
-    this.setOn(i, b.planes[k]);
-    const press = this.press(i, k),
+      [nx, ny] = ground.normal;
+    this.setOn(i, ground);
+    const press = this.press(i, ground),
       resists = press.resistance > 0;
     let speed = b.vx[i] * ny - b.vy[i] * nx;
     if (resists && slip === 0) {
@@ -167,13 +194,17 @@ export class Contacts {
     b.vy[i] = 0 - speed * nx;
     b.acceleration[i] = [along * ny, 0 - along * nx];
     b.spinRate[i] = turns / b.radius[i];
-    this.walls[i] = k;
+    b.neverMet[i] = ground.never;
+    this.grounds[i] = ground;
     this.modes[i] = holds ? (speed || along ? ROLL : REST) : rimHolds ? BLOCK : SLIDE;
     const waits = [zeroAfter(slip, along + turns), resists ? zeroAfter(rim, turns) : INF],
       soonest = Math.min(...waits);
     this.zero[i] = waits.map((wait) => wait === soonest || (holds && resists));
-    this.ends[i] = after(b.instant[i], soonest);
-    return this.record(i, k, before);
+    const zero = after(b.instant[i], soonest),
+      over = after(b.instant[i], ground.endsAfter(b, i, speed, along));
+    this.ends[i] = isAfter(zero, over) ? over : zero;
+    this.over[i] = isAfter(zero, over) ? over : NEVER;
+    return this.record(i, ground.wall, before);
   }
   record(i, k, before) {
     const b = this.bodies;

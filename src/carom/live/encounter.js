@@ -79,7 +79,7 @@ function gapFrom(disc, centre, reach, gravity, leaving) {
   const place = [disc.x, disc.y].map((x, k) => F.add(whole(x), F.neg(whole(centre[k]))));
   return squaredGap(place, [whole(disc.ux), whole(disc.uy)], gravity.map(frac), whole(reach), leaving);
 }
-function vertexFalling(disc, { at, halfWidth }, gravity, leaving) {
+export function vertexFalling(disc, { at, halfWidth }, gravity, leaving) {
   const centre = at.map((x) => [x, 0]);
   return soonestOf(closings(closed(gapFrom(disc, centre, twoSum(disc.radius, halfWidth), gravity, leaving))));
 }
@@ -122,7 +122,7 @@ function faceFalling(disc, face, gravity, leaving) {
   const wait = descentTime(gap, speed, pull);
   return wait < INF && footIsOn(disc, face, wait, gravity) ? wait : INF;
 }
-function footIsOn(disc, { a, b, along: [[ex], [ey]] }, time, [gx, gy]) {
+export function footIsOn(disc, { a, b, along: [[ex], [ey]] }, time, [gx, gy]) {
   const movedX = time * (disc.ux[0] + 0.5 * gx * time),
     movedY = time * (disc.uy[0] + 0.5 * gy * time),
     along = (end) => ex * (fromPoint(disc.x, end[0])[0] + movedX) + ey * (fromPoint(disc.y, end[1])[0] + movedY);

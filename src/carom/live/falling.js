@@ -6,6 +6,7 @@ import { Contacts, held } from "./contacts.js";
 import { descentTime, encounterTime, firstFeatureFalling, returnTime } from "./encounter.js";
 import { bendOf, gapOf, sizeOf, sizesOf } from "./finite.js";
 import { AllPairs, solvePit } from "./flying.js";
+import { groundOf, isNeverMet } from "./grounds.js";
 import { NEVER, after, between, isAfter, later } from "./instants.js";
 import { excess, pairTime, wallGap, wallSpeed } from "./meeting.js";
 
@@ -19,6 +20,7 @@ export class FallingBodies extends Bodies {
     this.acceleration = this.inverseMass.map((mass) => (mass ? this.gravity : [0, 0])); // in contact what is left of it
     this.spinRate = this.x.map(() => 0);
     this.instant = this.x.map(() => [0, 0]);
+    this.neverMet = this.x.map(() => []); // of the wall that a disc is on, or has left over an end
     this.leaving = this.x.map(() => 0); // the speed along the normal after the last impact
     this.gripped = this.x.map(() => false); // whether friction has taken all of the slip at the last bounce
   }
@@ -139,7 +141,9 @@ export class FallingBodies extends Bodies {
       const gap = wallGap(x, y, this.radius[i], plane);
       return descentTime(gap, wallSpeed(vx, vy, plane[2], plane[3]), this.pullOf(i, k));
     }
-    const { features } = this.finite[k],
+    const never = this.neverMet[i],
+      every = this.finite[k].features,
+      features = never.length ? every.filter((feature) => !isNeverMet(never, feature)) : every,
       last = hasLeft ? this.lastFeature(i, k) : null,
       leaving = hasLeft ? this.leaving[i] : 0,
       next = firstFeatureFalling(this.moverOf(i, seen), features, this.acceleration[i], last, leaving);
@@ -247,6 +251,15 @@ export class FallingBodies extends Bodies {
     const sticks = abs(((1 + grip[1]) * slip) / (1 + ease)) <= grip[0] * pressed;
     return { friction: frictionImpulse(grip, slip, 1 + ease, pressed), rolling: 0, slip: sticks, rim: false };
   }
+  // A disc leaves a vertex, along which its rim moves: the gap and its rate are 0.
+  touchVertex(i, k, vertex) {
+    const dx = this.x[i] - vertex.at[0],
+      dy = this.y[i] - vertex.at[1],
+      distance = hypot(dx, dy);
+    this.lastPartner[i] = wallBody(k);
+    this.leaving[i] = 0;
+    this.lastHit[i] = { feature: vertex, normal: [dx / distance, dy / distance], edge: [-1, -1], again: false };
+  }
   leaveWall(i, k, speed) {
     const [nx, ny] = this.normal(i, k),
       [, , vx, vy] = this.seenFrom(i, k),
@@ -299,7 +312,9 @@ class Ballistic extends AllPairs {
     this.now = later(this.now, instant);
     this.reported = this.sinceStart(this.now[0]);
     this.bodies.bringTo(one, this.now);
-    this.goOn(one, this.contacts.endMode(one));
+    const mode = this.contacts.endMode(one);
+    if (mode === null) this.outcome = "edge";
+    else this.goOn(one, mode);
   }
   goOn(disc, mode) {
     this.keepMode(mode);
@@ -315,7 +330,10 @@ class Ballistic extends AllPairs {
     if (earliest !== null) {
       this.keep(one, other, earliest);
       this.bounded.add(one * this.bodies.n + other);
-    } else if (other < 0 && this.contacts.walls[one] === -1 - other) this.keep(one, other, NEVER);
+      return;
+    }
+    const ground = other < 0 ? this.contacts.grounds[one] : null;
+    if (ground && !ground.face && ground.wall === -1 - other) this.keep(one, other, NEVER);
     else super.expect(one, other);
   }
   collide(one, other, moved) {
@@ -357,10 +375,11 @@ class Ballistic extends AllPairs {
       this.known = again ? 0 : resolutionOf(b, record);
       return record;
     }
-    if (this.contacts.walls[i] !== null || !b.planes[k] || b.runs(k)) {
+    const ground = groundOf(b, k, b.expected[i][k]?.feature);
+    if (this.contacts.grounds[i] !== null || ground === null) {
       b.leaveWall(i, k, 0);
       this.endInContact(i, wallBody(k));
-    } else this.goOn(i, this.contacts.land(i, k, approach));
+    } else this.goOn(i, this.contacts.land(i, ground, approach));
     return null;
   }
   isAtRest(approach, pull, gap, last) {
@@ -369,7 +388,7 @@ class Ballistic extends AllPairs {
   }
   endInContact(i, other) {
     const pressed = other >= 0 && this.bodies.inverseMass[other] > 0;
-    this.outcome = pressed ? "pressed" : this.contacts.walls[i] !== null ? "corner" : "at_rest";
+    this.outcome = pressed ? "pressed" : this.contacts.grounds[i] !== null ? "corner" : "at_rest";
   }
 }
 export const solvePicFalling = (scene, maxImpacts = INF) => new Ballistic(scene).run(maxImpacts);

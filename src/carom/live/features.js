@@ -5,6 +5,9 @@ import { circleOf, sameEnds } from "./outline.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
 
 export const KINDS = { face: 0, vertex: 1, arc: 2 };
+// Features are the same by what they are, of whichever wall.
+const shapeOf = (feature) => JSON.stringify({ ...feature, edges: null });
+export const sameFeature = (one, other) => one === other || shapeOf(one) === shapeOf(other);
 const exactly = (point) => point.map(rational);
 
 function faceBetween(a, b, halfWidth, edges) {

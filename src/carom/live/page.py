@@ -22,19 +22,8 @@ SOURCES = Path(__file__).parent
 #: The modules of the page, each after those that it imports.
 MODULES = (
     *("arithmetic", "rational", "meeting", "outline", "features", "touching", "finite", "driving", "bodies"),
-    *(
-        "squeeze",
-        "instants",
-        "flying",
-        "encounter",
-        "contacts",
-        "ambiguity",
-        "falling",
-        "index",
-        "stage",
-        "scene",
-        "compare",
-    ),
+    *("squeeze", "instants", "flying", "encounter", "grounds", "contacts", "ambiguity", "falling", "index"),
+    *("stage", "scene", "compare"),
     *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
 MOST_DISCS = 10

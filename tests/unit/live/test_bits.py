@@ -55,6 +55,9 @@ def _of_carom(scene: carom.Scene, method: str) -> dict[str, Any]:
 
 def _solved(scene: carom.Scene, method: str) -> dict[str, Any]:
     """What Carom makes of a scene, in the words of `bits.mjs`."""
+    scene = carom.Scene.model_validate_json(
+        scene.model_dump_json()
+    )  # a file drops the sign of a zero that is a default
     trace: Trace = carom.solve_pic(scene, max_impacts=MOST) if method == "pic" else carom.solve_pit(scene)
     rows = trace.impacts
     names = [name for name in rows.dtype.names or () if name not in ("first", "second")]

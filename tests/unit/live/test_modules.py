@@ -13,7 +13,7 @@ import pytest
 from carom.live import page
 
 _IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"\./(\w+)\.js";$', re.MULTILINE)
-_EXPORT = re.compile(r"^export (?:(?:async )?function|class) (\w+)|^export \{([^}]*)\}", re.MULTILINE)
+_EXPORT = re.compile(r"^export (?:(?:async )?function\*?|class) (\w+)|^export \{([^}]*)\}", re.MULTILINE)
 _CONSTANTS = re.compile(r"^export const (.*?);(?: //[^\n]*)?$", re.MULTILINE | re.DOTALL)
 
 
