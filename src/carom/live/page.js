@@ -26,6 +26,14 @@ function take(scene, method) {
   if (method && method !== state.method && [...methods.options].some((o) => o.value === method)) choose(method);
   else changed();
 }
+// A scene as it would be shown; nothing, where it has a number that the page does not take.
+function written(given) {
+  try {
+    return JSON.stringify(bare(asPageScene(given)));
+  } catch {
+    return "";
+  }
+}
 let pending = 0;
 whenChanged(() => {
   const s = state.scene;
@@ -39,7 +47,7 @@ whenChanged(() => {
   more.disabled = s.discs.length >= MOST_DISCS;
   state.chosen = Math.min(state.chosen, s.discs.length - 1);
   const own = JSON.stringify(bare(s));
-  scenes.value = Object.keys(GALLERY).find((name) => JSON.stringify(bare(asPageScene(GALLERY[name]))) === own) ?? "";
+  scenes.value = Object.keys(GALLERY).find((name) => written(GALLERY[name]) === own) ?? "";
   const bad = problemOf(s);
   if (bad) sentence.textContent = `This is no start: ${bad}.`;
   else
@@ -70,6 +78,7 @@ whenChanged(() => {
 });
 // A scene may have a number that the page does not take; then it says which, and goes on with what it shows.
 function shown(name) {
+  problem.textContent = "";
   try {
     take(asPageScene(GALLERY[name]));
   } catch (error) {
