@@ -252,16 +252,18 @@ class Outcome(Enum):
 
     @property
     def in_contact(self) -> bool:
-        """Whether the run ended where contact begins that lasts, which a method that simulates it goes on with."""
-        return self in {Outcome.AT_REST, Outcome.GLIDES, Outcome.PRESSED, Outcome.CORNER, Outcome.EDGE}
+        """Whether the run ended where contact begins that lasts, or leaves no room: a method with frames goes on."""
+        return self in _OF_DISC
 
     @property
     def of_disc(self) -> str:
         """What a disc does at an end in contact."""
-        return _OF_DISC.get(self, "comes to rest")
+        return _OF_DISC[self]
 
 
 _OF_DISC = {
+    Outcome.AT_REST: "comes to rest",
+    Outcome.CRUSHED: "is crushed between two walls",
     Outcome.GLIDES: "glides along a wall",
     Outcome.PRESSED: "stays in touch with another",
     Outcome.CORNER: "is held by two walls",

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,3 +138,13 @@ class LocalTruth:
     sunk_radii: float
     sinks_s: float
     polygon: bool
+
+    def before(self, time_s: float) -> LocalTruth:
+        """Return what is known of windows that end, and of turns that come, by a time."""
+        return replace(
+            self,
+            until_s=min(self.until_s, time_s),
+            windows=self.windows[self.windows["end_s"] <= time_s],
+            meetings=self.meetings[self.meetings["end_s"] <= time_s],
+            slips=self.slips[self.slips["time_s"] <= time_s],
+        )

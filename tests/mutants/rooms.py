@@ -54,11 +54,11 @@ ROOMS = {
     "runs": Room(
         tuple(
             f"src/carom/runs/{name}.py"
-            for name in ("early_end", "collect", "locate", "observe", "timing", "plan", "journal", "phases")
+            for name in ("free_flight", "collect", "locate", "observe", "timing", "plan", "journal", "phases")
         ),
         tuple(
             f"tests/unit/runs/test_{name}.py"
-            for name in ("early_end", "collect", "locate", "timing", "plan", "journal", "phases", "spin_in_runs")
+            for name in ("free_flight", "collect", "locate", "timing", "plan", "journal", "phases", "spin_in_runs")
         ),
     ),
 }

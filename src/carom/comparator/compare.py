@@ -33,7 +33,7 @@ from carom.comparator.validate_trace import require_sound
 from carom.comparator.verdict import Finding, Verdict
 from carom.display import Shown
 from carom.errors import InputError
-from carom.trace import Trace
+from carom.trace import Outcome, Trace
 
 __all__ = ["Score", "compare"]
 
@@ -232,6 +232,8 @@ def _evidence(
         against_pit = measure(sampling, observed, scales, reach_of(sampling, reach.until_s))
         price = price_of_sampling(reference, sampling, sampled, scales, reach, measured, observed.float_bits)
     broken, truth = not_finite(observed), observed.local_truth
+    if truth is not None and reference.outcome is Outcome.CRUSHED:  # from there on no state is possible
+        truth = truth.before(reach.until_s)
     if truth is not None and (missed := measured.alignment.missed):
         shown = shown_by_states(reference, missed, truth, observed.dt_s)
         told = tuple(number for number in missed if number not in shown)

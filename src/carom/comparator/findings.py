@@ -30,10 +30,13 @@ from carom.trace import Outcome, pair_name
 
 __all__ = ["findings", "lucky_phase"]
 
+#: What a disc does that neither comes to rest nor slides or rolls, by how the reference ended.
+_OTHERWISE = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
+
 
 def findings(evidence: Evidence) -> tuple[Finding, ...]:
     """Derive every verdict that the numbers support, each with its reason."""
-    errors = evidence.measured.errors
+    errors, crushed = evidence.measured.errors, evidence.reference.outcome is Outcome.CRUSHED
     # Beyond the instant at which two trajectories part, which impact is which is chance.
     apart = (parted, misreported) if has_left(evidence) else (_hits, _order, _timing, _motion, _turning, _end)
     # Where every step is PIC's, what is off of an impact is what was not told apart.
@@ -60,7 +63,7 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
         unknown = "".join(f"; not told apart: {finding.reason}" for finding in _not_told(evidence))
         until = "" if evidence.reach.whole else f" up to the horizon, {evidence.reach.until_s:.6g} s"
-        looked = not evidence.reach.whole and evidence.local_truth is not None
+        looked = not (evidence.reach.whole or crushed or evidence.local_truth is None)
         rest = "; to the end every step agrees with PIC from its own state" if looked else ""
         reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{unknown}{rest}"
         if (contact := evidence.contact) is not None:
@@ -68,7 +71,9 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         found.append(Finding(Verdict.CONFORMS, reason))
     if evidence.reference.contact_s < math.inf:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
-        there = ", gliding along a wall" if evidence.reference.outcome is Outcome.GLIDES else ""
+        if crushed:
+            beyond = "nothing is compared"
+        there = _OTHERWISE.get(evidence.reference.outcome, "")
         found.append(Finding(Verdict.RESTED, f"at {evidence.reference.contact_s:.6g} s{there}; from there {beyond}"))
     return tuple(found)
 

@@ -1,4 +1,4 @@
-"""Up to where bounces that come to rest can be told apart by a method that looks once a step."""
+"""Up to where bounces without end, to rest or to a crush, can be told apart by a method that looks once a step."""
 
 from __future__ import annotations
 
@@ -39,14 +39,41 @@ def before_rest(reference: Trace, reach: Reach, dt_s: float, sampling: Trace | N
     bouncing = _last_bounces(reference)
     if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # which is no rest
         weak &= np.isin(np.arange(len(impacts)), [row for bounces in bouncing for row in bounces.rows])
+    if reference.outcome is Outcome.CRUSHED:
+        return _cut(reach, times, _before_crush(reference, dt_s, sampling))
     ends_s = [reference.contact_s]
     ends_s += np.nextafter(times[weak][:1], -math.inf).tolist()
     if sampling is not None and bouncing:
         alignment = align(reference, sampling)
         ends_s += [_pit_follows_until(reference, bounces, sampling, alignment) for bounces in bouncing]
-    until_s = min(ends_s)
+    return _cut(reach, times, min(ends_s))
+
+
+def _cut(reach: Reach, times: NDArray[np.float64], until_s: float) -> Reach:
     count = int(np.searchsorted(times, until_s, side="right"))
     return reach if reach.until_s <= until_s else Reach(min(count, reach.impacts), until_s)
+
+
+def _before_crush(reference: Trace, dt_s: float, sampling: Trace | None) -> float:
+    """Return when steps can no longer tell apart the impacts of a disc on two walls that crush it.
+
+    They come ever faster, so that from some instant on each follows the one before it within two steps: a look finds
+    one of them at most, late. PIT, where it is given, loses or gains one earlier.
+    """
+    impacts, times = reference.impacts, reference.impacts["time_s"]
+    disc = int(impacts["first"][-1])
+    rows = np.flatnonzero((impacts["first"] == disc) | (impacts["second"] == disc))
+    apart = np.flatnonzero(np.diff(times[rows]) > 2.0 * dt_s)
+    begin = int(apart[-1]) + 1 if len(apart) else 0
+    until_s = float(np.nextafter(times[rows[begin]], -math.inf))
+    if sampling is None:
+        return until_s
+    alignment, found = align(reference, sampling), sampling.impacts
+    lost_s = [float(times[row]) for row in alignment.missed if disc in (impacts["first"][row], impacts["second"][row])]
+    lost_s += [
+        float(found["time_s"][row]) for row in alignment.spurious if disc in (found["first"][row], found["second"][row])
+    ]
+    return min(until_s, min(lost_s, default=math.inf) - dt_s)
 
 
 def _last_bounces(reference: Trace) -> list[_Bounces]:

@@ -52,7 +52,7 @@ class Verdict(Enum):
     WORSE_STEPS = "steps are worse than PIT's from the same state"
     SAMPLED_STEPS = "steps are off, by no more than looking once a step costs from the same state"
     CONTACT = "discs slide, roll or rest otherwise than Coulomb's law says"
-    RESTED = "a disc comes to rest, to slide or to roll, and impacts are compared up to there"
+    RESTED = "a disc comes to rest, to slide or to roll, or is crushed, and impacts are compared up to there"
     NO_IMPACT = "the scene has no impact to be graded by"
     NOTHING_COMPARED = "no impact lies within the horizon, so there is nothing to compare"
     CONFORMS = "agrees with the reference to rounding"

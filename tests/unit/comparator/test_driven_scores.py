@@ -164,3 +164,35 @@ def test_impacts_after_the_end_are_not_asked_for() -> None:
     assert len(row.trace.impacts) == 0
     assert np.allclose(row.trace.final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
     assert row.trace.final_velocity_m_s.tolist() == [[1.0, 0.0]]
+
+
+def crush() -> Scene:
+    """A disc at rest between a wall and one that comes at 1 m/s, which leaves it no room from 2 s on."""
+    return Scene(
+        name="crush",
+        discs=[Disc(position_m=(1.0, 0.0), radius_m=0.25)],
+        walls=[
+            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+            Wall(point_m=(2.5, 0.0), normal=(-1.0, 0.0), velocity_m_s=(-1.0, 0.0)),
+        ],
+        duration_s=3.0,
+    )
+
+
+def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart() -> None:
+    """PIC is exact and PIT sampled up to there, also at steps that end at the crush; beyond it nothing is compared."""
+    results = carom.cross_check(
+        [crush()], ["pic", "pit"], dts=[1 / 60, 1 / 55.5, 1 / 7], profiles=["tuned"], timing=False, pool=InProcess()
+    )
+    assert [row.grade for row in results.rows] == 3 * [Grade.EXACT] + 3 * [Grade.SAMPLED]
+    scores = [row.score for row in results.rows if row.score is not None]
+    assert {score.expected for score in scores} == {1, 4}  # of impacts at 1.25, 1.625, 1.75, 1.8125, 1.85, ... s
+    assert all(score.findings[-1].reason.endswith("from there nothing is compared") for score in scores)
+
+
+def test_an_impact_that_is_missed_before_a_crush_still_is() -> None:
+    """A run without the second of its impacts, many steps before the third, is wrong."""
+    truth = solve_pic(crush())
+    kept = np.delete(truth.impacts, 1)
+    seen = replace(truth, impacts=kept, dt_s=1 / 60)
+    assert compare(truth, seen).grade is Grade.WRONG
