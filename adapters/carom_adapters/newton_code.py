@@ -31,7 +31,7 @@ import math
 import numpy as np
 import warp as wp
 
-wp.config.quiet = True
+wp.config.log_level = wp.LOG_ERROR
 import newton
 
 dt, steps = {float(settings["dt_s"])!r}, {steps_of(scene, settings)}

@@ -30,6 +30,7 @@ OTHERS = [
     "dart",
     "drake",
     "ode",
+    "newton",
     "planck",
     "matter",
     "box2d3",

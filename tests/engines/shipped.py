@@ -145,6 +145,45 @@ def of_ode() -> Shipped:
     return Shipped(values, run)
 
 
+def of_newton() -> Shipped:
+    """Newton's own: a model's shapes, and its XPBD solver."""
+    import newton
+    import warp
+
+    warp.config.log_level = warp.LOG_ERROR
+
+    def made(discs: Sequence[Disc]) -> Any:
+        builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
+        for disc in discs:
+            (x, y), (vx, vy) = disc.position_m, disc.velocity_m_s
+            inertia = np.eye(3) * (0.4 * disc.mass_kg * disc.radius_m**2)
+            at = warp.transform((x, 0.0, y), warp.quat_identity())
+            body = builder.add_body(xform=at, mass=disc.mass_kg, inertia=inertia, lock_inertia=True)
+            builder.body_qd[body] = warp.spatial_vector(vx, 0.0, vy, 0.0, 0.0, 0.0)
+            shape = newton.ModelBuilder.ShapeConfig(density=0.0, restitution=1.0, mu=0.0)
+            builder.add_shape_sphere(body, radius=disc.radius_m, cfg=shape)
+        return builder.finalize(device="cpu")
+
+    model, shape = made([Disc(position_m=(0, 0), radius_m=1)]), newton.ModelBuilder.ShapeConfig()
+    solver = newton.solvers.SolverXPBD(model)
+    names = ("iterations", "rigid_contact_relaxation", "rigid_contact_restitution_iterations")
+    values = {name: getattr(solver, name) for name in (*names, "rigid_contact_con_weighting", "enable_restitution")}
+    values |= {"gap": float(model.shape_gap.numpy()[0]), "restitution": shape.restitution, "mu": shape.mu}
+
+    def run(discs: Sequence[Disc]) -> End:
+        model = made(discs)
+        pipeline, solver = newton.CollisionPipeline(model), newton.solvers.SolverXPBD(model, enable_restitution=True)
+        contacts, state, after = pipeline.contacts(), model.state(), model.state()
+        for _ in range(STEPS):
+            state.clear_forces()
+            pipeline.collide(state, contacts)
+            solver.step(state, after, None, contacts, DT_S)
+            state, after = after, state
+        return np.hstack([state.body_q.numpy()[:, (0, 2)], state.body_qd.numpy()[:, (0, 2)]])
+
+    return Shipped(values, run)
+
+
 def of_drake() -> Shipped:
     """Drake's own: a plant's, a scene graph's and a simulator's configurations."""
     from pydrake import geometry
@@ -222,6 +261,7 @@ OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
     "dart": of_dart,
     "drake": of_drake,
     "ode": of_ode,
+    "newton": of_newton,
     "planck": lambda: _of_npm("planck", 0),
     "matter": lambda: _of_npm("matter", 0),
     "box2d3": lambda: _of_npm("box2d3", 3),

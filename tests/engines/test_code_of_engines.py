@@ -20,7 +20,7 @@ Named = Callable[[str], Adapter]
 
 #: Adapters of packages, and of programs of node.
 PYTHON, NODE = (
-    ("rapier", "dart", "drake", "ode"),
+    ("rapier", "dart", "drake", "ode", "newton"),
     ("planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2", "havok", "physx"),
 )
 NPM = Path(carom_adapters.npm.__file__).parent

@@ -1,0 +1,86 @@
+"""What Newton's XPBD solver does on the processor; the right answers are laws of mechanics, and Newton's own tests."""
+
+from __future__ import annotations
+
+import unittest
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from tests.hazards.measures import DT_S, head_on, parted, passing, turned_aside
+from tests.hazards.spread import starts_of
+
+from carom import Disc, Scene, Wall
+from carom.adapter import Adapter
+
+#: Starts of each scene.
+STARTS = 8
+
+
+@pytest.fixture
+def newton(named: Callable[[str], Adapter]) -> Adapter:
+    """Return the adapter, or skip."""
+    return named("newton")
+
+
+@pytest.mark.parametrize(
+    ("case", "settings"),
+    [
+        ("test_free_fall", {}),
+        ("test_momentum_conservation", {}),
+        ("test_restitution", {"iterations": 10, "enable_restitution": True}),
+        ("test_restitution", {"enable_restitution": True}),
+    ],
+)
+@pytest.mark.usefixtures("newton")
+def test_newtons_own_verification_passes(case: str, settings: dict[str, Any]) -> None:
+    """Fall, momentum and heights of a bounce are within Newton's tolerances, also where it runs them on a GPU alone."""
+    import warp
+    from newton.solvers import SolverXPBD
+    from newton.tests import test_physics_verification as own
+
+    more = {"uses_generalized_coords": False} if case == "test_momentum_conservation" else {}
+    solver = lambda model: SolverXPBD(model, angular_damping=0.0, **settings)  # noqa: E731 - as Newton's tests have it
+    getattr(own, case)(unittest.TestCase(), warp.get_device("cpu"), solver, **more)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+def test_restitution_counts_only_where_it_is_turned_on(newton: Adapter, restitution: float) -> None:
+    """Discs part with the scene's restitution at each start, and without `enable_restitution` with less than .1."""
+    for start in starts_of(head_on(5.0), STARTS):
+        scene = start.model_copy(update={"restitution": restitution})
+        assert parted(newton, scene, "default") == pytest.approx(restitution, abs=1e-5)
+        assert 0.0 < parted(newton, scene, "default", enable_restitution=False) < 0.1
+
+
+def test_a_near_miss_is_turned_aside_as_shipped_alone(newton: Adapter) -> None:
+    """Discs that pass at 1 mm are turned by a tenth of the speed at some start as `default`, and at none as `tuned`."""
+    starts = list(starts_of(passing(0.001), STARTS))
+    assert max(turned_aside(newton, scene, "default") for scene in starts) > 0.1
+    assert max(turned_aside(newton, scene, "tuned") for scene in starts) == 0.0
+
+
+def test_nothing_leaves_the_plane(newton: Adapter) -> None:
+    """Discs that fall into a slanted corner stay in the plane, to the bit."""
+    scene = Scene(
+        name="corner",
+        discs=[Disc(position_m=(x, y), radius_m=0.3) for x in (1, 2, 3) for y in (1, 2, 3)],
+        walls=[Wall(point_m=(0, 0), normal=(0.6, 0.8)), Wall(point_m=(4, 0), normal=(-0.8, 0.6))],
+        gravity_m_s2=(0.0, -9.81),
+        duration_s=1.0,
+    )
+    world: Any = newton.prepare(scene, newton.profiles["default"].settings(DT_S))
+    world.advance(60)
+    assert (world._state.body_q.numpy()[:, 1] == 0.0).all()  # noqa: SLF001 - Newton's own
+    assert (world._state.body_qd.numpy()[:, 1] == 0.0).all()  # noqa: SLF001
+    world.close()
+
+
+@pytest.mark.usefixtures("newton")
+def test_a_plane_that_faces_down_is_made_one_that_faces_up() -> None:
+    """Newton's equation of the plane z = 2 that faces down gives a shape that is not turned: walls are given turned."""
+    import newton
+
+    builder = newton.ModelBuilder()
+    shape = builder.add_shape_plane((0.0, 0.0, -1.0, 2.0))
+    assert list(builder.shape_transform[shape])[3:] == [0.0, 0.0, 0.0, 1.0]
