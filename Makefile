@@ -33,7 +33,7 @@ BASELINE ?=
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm bench check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm bench weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -59,6 +59,7 @@ help:
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
+	@echo "make weight             SINCE=80e3cd0: lines of code of the harness, without blanks, comments and docstrings"
 	@echo "make quick              lint and format of what is there, in seconds: before each commit"
 	@echo "make generated          write schemas, README's table and snapshots of outputs as the code has them; read the diff"
 	@echo "make check              lint, format, spelling, types, import contracts"
@@ -167,6 +168,9 @@ bench: $(BUILT)
 		$(BIN)/python -m benchmarks.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
 	done
 	$(BIN)/python -m benchmarks.time_of_impact
+
+weight: $(BUILT)
+	$(BIN)/python -m benchmarks.weight $(SINCE)
 
 quick:
 	$(BIN)/ruff check .

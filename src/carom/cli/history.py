@@ -34,13 +34,13 @@ def history(
             "engines."
         ),
     ] = None,
-    listed: Annotated[bool, typer.Option("--list", help="List the releases that the registry has, and leave.")] = False,
+    listed: Annotated[bool, typer.Option("--list", help="List the releases that the registry has, and exit.")] = False,
     bisect: Annotated[
         str | None,
         typer.Option(
             "--bisect",
             metavar="SCENE:PROFILE:STEP",
-            help="Find the release with which one cell changed, such as classics/box:default:1/60, and leave.",
+            help="Find the release with which one cell changed, such as classics/box:default:1/60, and exit.",
         ),
     ] = None,
     out: Annotated[

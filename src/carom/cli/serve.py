@@ -23,7 +23,7 @@ def serve(
     ] = None,
     manifest: Annotated[
         str | None,
-        typer.Option("--manifest", metavar="NAME", help="Print the engine.toml of it, under this name, and leave."),
+        typer.Option("--manifest", metavar="NAME", help="Print the engine.toml of it, under this name, and exit."),
     ] = None,
 ) -> None:
     """Answer requests on standard input with an adapter in Python, as an engine that is a program does.

@@ -37,7 +37,7 @@ def stress(
         ),
     ] = Path("stress"),
     verbose: shared.Verbose = False,
-    list_only: Annotated[bool, typer.Option("--list", help="List what there is, and leave.")] = False,
+    list_only: Annotated[bool, typer.Option("--list", help="List what there is, and exit.")] = False,
 ) -> None:
     """Attack methods with scenes made to break numerics, and print the size at which each gives way.
 

@@ -94,7 +94,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
         if trace.scene != traces[0].scene:
             raise InputError(f"the traces are of two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
         if broken := not_finite(trace):
-            raise InputError(f"{broken}: a trace with a number that is none can't be drawn")
+            raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     from matplotlib import pyplot as plt
 
     width, height = _SIZE_IN
@@ -122,7 +122,7 @@ def _(thing: Scene, axes: Axes) -> None:
 @_draw.register(Trace)
 def _(thing: Trace, axes: Axes) -> None:
     if broken := not_finite(thing):
-        raise InputError(f"{broken}: a trace with a number that is none can't be drawn")
+        raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     draw_trace(axes, thing)
     if not axes.get_xlabel():
         _in_metres(axes)

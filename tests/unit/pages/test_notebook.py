@@ -103,7 +103,7 @@ def test_large_results_are_told_without_a_picture() -> None:
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 @pytest.mark.parametrize("field", ["time_s", "normal", "velocity_first_after"])
 def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: str, bad: float) -> None:
-    """A number that is none has no place in a picture: a cell has the lines alone, a plot and a replay say which."""
+    """NaN and infinity have no place in a picture: a cell has the lines alone, a plot and a replay say which."""
     trace = carom.solve_pic(scene)
     impacts = trace.impacts.copy()
     impacts[field][0] = bad
