@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
 from carom.comparator.local_truth import StepWatch
+from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.damping import Damping
 from carom.errors import AdapterError, UnknownNameError
 from carom.registry import has_part, load_adapter, why_unavailable
@@ -232,14 +233,17 @@ class _Run:
                 for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
             ]
         flown, kept = self.damping.undamped(missing), self.damping.kept(missing)
+        pull, spin_rate = self._pull(state) if missing < 0.0 else (self.gravity, None)
         final_spins = _final_spins(self.scene, state)
+        if final_spins is not None:
+            final_spins = final_spins * kept if spin_rate is None else final_spins + spin_rate * missing
         instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
         return Trace(
             method=method,
             scene=self.scene,
             impacts=impacts,
-            final_position_m=state.position_m + state.velocity_m_s * flown + self.gravity * (missing * missing / 2),
-            final_velocity_m_s=state.velocity_m_s * kept + self.gravity * missing,
+            final_position_m=state.position_m + state.velocity_m_s * flown + pull * (missing * missing / 2),
+            final_velocity_m_s=state.velocity_m_s * kept + pull * missing,
             end_time_s=self.taken * self.dt_s + missing,
             outcome=self.outcome,
             dt_s=self.dt_s,
@@ -248,10 +252,29 @@ class _Run:
             samples=Samples(instants_s, np.array(self.positions)) if self.samples else None,
             notes=self.notes,
             spins=spins,
-            final_spin_rad_s=None if final_spins is None else final_spins * kept,
+            final_spin_rad_s=final_spins,
             local_truth=None if self.watch is None else self.watch.finish(),
             looks=_states(self.looks) if self.looks else None,
         )
+
+    def _pull(self, state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """Return how velocities and spins of discs change from the scene's end to the last look, per second.
+
+        A disc falls. Where a wall takes more than half of gravity, velocity and spin change evenly: by as
+        much as in the whole last step, if that is no more than what counts as contact.
+        """
+        falls = float(np.hypot(*self.scene.gravity_m_s2))
+        if not falls:
+            return self.gravity, None
+        begun_s, before = self.earlier
+        lasted_s = self.taken * self.dt_s - begun_s
+        changed = (state.velocity_m_s - before.velocity_m_s) / lasted_s
+        taken, left = np.hypot(*(changed - self.gravity).T), np.hypot(*changed.T)
+        held = (taken > falls / 2.0) & (left <= RESTING_STEPS * falls)
+        pull = np.where(held[:, None], changed, self.gravity)
+        if state.spin_rad_s is None or before.spin_rad_s is None:
+            return pull, None
+        return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
 
     def _without(
         self,

@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 from tests.stage import disc_at, staged
 
+import carom
+from carom import solve_pic
 from carom.adapter import Capabilities, Engine, Observation, Profile, Scene, Setting
 from carom.errors import AdapterError
 from carom.runs.observe import observe_run
+from carom.scenes import all_scenes
 
 DT = 0.25
 
@@ -99,3 +102,17 @@ def test_counts_may_be_absent_or_come_by_any_way() -> None:
     """A world without counts is told by its steps alone, and counts that `__getattr__` answers for are read."""
     assert "solved" not in observed(Still())
     assert observed(Delegating())["solved"] == 3
+
+
+@pytest.mark.parametrize("name", ["contact/drop", "contact/rolling-resistance", "contact/incline-rolls"])
+@pytest.mark.parametrize("steps_per_s", [47, 60])
+def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, steps_per_s: int) -> None:
+    """A last step that reaches beyond the end is taken back by what the wall leaves of gravity, not by all of it."""
+    scene = all_scenes()[name].scene
+    scene = scene.model_copy(update={"duration_s": scene.duration_s * 0.9973})
+    truth, seen = solve_pic(scene), carom.run(scene, "pic", dt=1 / steps_per_s)
+    assert seen.end_time_s == scene.duration_s
+    assert np.abs(seen.final_velocity_m_s - truth.final_velocity_m_s).max() <= 1e-12
+    assert np.abs(seen.final_position_m - truth.final_position_m).max() <= 1e-12
+    if truth.final_spin_rad_s is not None:
+        assert np.abs(seen.final_spin_rad_s - truth.final_spin_rad_s).max() <= 1e-12
