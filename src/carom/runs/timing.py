@@ -113,14 +113,7 @@ def time_run(
             prepared.append(time.perf_counter() - started)
             try:
                 called.append(_call(world) if call else math.nan)
-                own_s = world.seconds if isinstance(world, TimedWorld) else 0.0
-                started = time.perf_counter()
-                if located:  # cutting is then a part of what the engine is asked to do
-                    _cut_steps(world, steps, dt_s)
-                else:
-                    world.advance(steps)
-                passed_s = time.perf_counter() - started
-                advanced.append(_shown(world, own_s) if isinstance(world, TimedWorld) else passed_s)
+                advanced.append(_advance(world, steps, dt_s, located=located))
                 ends.add(_end(world))
             finally:
                 world.close()
@@ -128,6 +121,18 @@ def time_run(
     if not (zero or statistics.median(advanced) > 0.0):  # no ratio, and no sum of visits, can be made of it
         raise UnsupportedError(_TOO_SHORT.format(steps=steps, runs=len(advanced)))
     return Timing(statistics.median(prepared), statistics.median(advanced), len(advanced), call_s, len(ends))
+
+
+def _advance(world: World, steps: int, dt_s: float, *, located: bool) -> float:
+    """Take steps, and return the seconds that it took, by the world's own clock where it has one."""
+    own_s = world.seconds if isinstance(world, TimedWorld) else 0.0
+    started = time.perf_counter()
+    if located:  # cutting is then a part of what the engine is asked to do
+        _cut_steps(world, steps, dt_s)
+    else:
+        world.advance(steps)
+    passed_s = time.perf_counter() - started
+    return _shown(world, own_s) if isinstance(world, TimedWorld) else passed_s
 
 
 def _end(world: World) -> bytes:

@@ -10,6 +10,7 @@ from carom.scene import Wall
 from carom.scenes import all_scenes
 from carom.solvers.pic import solve_pic
 from carom.trace import wall_body
+from carom.walls import drive_of
 
 #: What a thousand impacts' roundings add up to in a picture, as part of the scene's length: far below a line's width.
 DRAWN_EXACTLY = 1e-9
@@ -32,7 +33,7 @@ def test_the_drawn_bodies_touch_at_every_impact_of_the_reference(name: str) -> N
             gap = float(np.hypot(*(next(stands).position_m - here))) - reach
         else:
             wall, radius = scene.walls[wall_body(second)], scene.discs[first].radius_m
-            here = here - impact["time_s"] * np.array(wall.velocity_m_s)  # as seen from the wall
+            here = here - drive_of(wall.legs, wall.velocity_m_s).moved_at(impact["time_s"])  # as seen from the wall
             if isinstance(wall, Wall):
                 gap = float(np.dot(here - np.array(wall.point_m), wall.normal)) - radius
             else:

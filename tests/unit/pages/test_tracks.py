@@ -13,6 +13,7 @@ from carom.runs.pool import InProcess
 from carom.runs.reference import reference_trace
 from carom.scenes import all_scenes
 from carom.trace import Trace
+from carom.walls import drive_of
 
 GROUPS = sorted({name.partition("/")[0] for name in all_scenes()})
 
@@ -32,7 +33,7 @@ def test_the_bodies_of_every_impact_touch(group: str) -> None:
                 gap = float(np.linalg.norm(tracks[second].at(when)[0] - place)) - scene.discs[second].radius_m
             else:
                 wall = scene.walls[-1 - second]
-                place = place - when[0] * np.array(wall.velocity_m_s)  # as seen from the wall
+                place = place - drive_of(wall.legs, wall.velocity_m_s).moved_at(when[0])  # as seen from the wall
                 if isinstance(wall, carom.Wall):
                     gap = float(np.dot(place - np.array(wall.point_m), wall.normal))
                 else:

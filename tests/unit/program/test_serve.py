@@ -22,7 +22,7 @@ from carom.scene import Disc, Scene, Wall
 from carom.trace import Trace
 
 #: Those of Carom's adapters whose engine is a Python package.
-PYTHON = ("box2d", "dart", "drake", "mujoco", "ode", "pybullet", "pymunk", "rapier")
+PYTHON = ("box2d", "dart", "drake", "mujoco", "newton", "ode", "pybullet", "pymunk", "rapier")
 
 
 def scene() -> Scene:

@@ -96,8 +96,9 @@ def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
     every = f"followed through all {steps} steps at {dt_s:.6g} s"
     if any(scene.gravity_m_s2):
-        ended = f", and PIC is compared up to {reference.contact_s:.4g} s, where a disc {reference.contact_of_disc}"
-        ends = ended if reference.contact_s < math.inf else ""
+        ends = ""
+        if reference.contact_s < math.inf:
+            ends = f", and PIC is compared up to {reference.contact_s:.4g} s, where a disc {reference.contact_of_disc}"
         return f"{every}: under gravity no flight keeps its velocity{ends}"
     if scene.damping_per_s:
         return f"{every}: with damping no flight keeps its velocity"
