@@ -18,6 +18,7 @@ from carom.comparator.local_truth.score import LocalScore, local_score
 from carom.comparator.scales import scales_of
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
+from carom.scene import Need
 from carom.scenes import all_scenes, find_scenes
 from carom_adapters.pic import PicAdapter
 
@@ -27,12 +28,19 @@ if TYPE_CHECKING:
 
 DT_S = 1 / 240
 SCENES = [entry.scene for entry in find_scenes(["contact/damped-*"]) if len(entry.known.impacts)]
-#: Scenes without gravity, of few enough discs and frames: with it there is no damping.
+NOT_DAMPED = {
+    Need.GRAVITY,
+    Need.DAMPING,
+    Need.TABLE_FRICTION,
+    Need.DRIVEN_WALLS,
+    Need.DRIVEN_DISCS,
+    Need.BELTS,
+}
+#: Scenes that can be damped, of few enough discs and frames: under gravity, on a table and by driven bodies none is.
 LEVEL = [
     name
     for name, entry in all_scenes().items()
-    if entry.scene.gravity_m_s2 == (0.0, 0.0)
-    and not entry.scene.damping_per_s
+    if not entry.scene.needs & NOT_DAMPED
     and len(entry.scene.discs) <= 40
     and entry.scene.step_count(1 / entry.scene.frame_rate_hz) <= 1500
 ]
