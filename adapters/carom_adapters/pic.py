@@ -17,6 +17,7 @@ from carom.adapter import (
     Scene,
     Setting,
     Stamp,
+    require_supported,
 )
 from carom.solvers.pic import pic_run
 from carom.trace import Outcome
@@ -104,11 +105,12 @@ class PicAdapter:
         """Predict the first impacts.
 
         Raises:
-            AdapterError: There is no such setting.
+            AdapterError: There is no such setting, or the scene has a table, whose steps are not scored yet.
         """
         for setting in settings:
             if setting not in {"dt_s", "form"}:
                 raise AdapterError(f"pic: no setting {setting!r}; there are: dt_s, form")
+        require_supported("pic", scene, self.capabilities, float(settings["dt_s"]))
         run = pic_run(scene, all_pairs=settings["form"] == "framewise")
         return PicWorld(run, settings)
 

@@ -16,6 +16,7 @@ from carom.adapter import (
     Profile,
     Scene,
     Setting,
+    require_supported,
 )
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
@@ -93,11 +94,12 @@ class PitAdapter:
         """Copy the scene's start.
 
         Raises:
-            AdapterError: There is no such setting.
+            AdapterError: There is no such setting, or the scene has a table, whose steps are not scored yet.
         """
         for setting in settings:
             if setting != "dt_s":
                 raise AdapterError(f"pit: no setting {setting!r}; there is: dt_s")
+        require_supported("pit", scene, self.capabilities, float(settings["dt_s"]))
         return PitWorld(scene, settings)
 
 

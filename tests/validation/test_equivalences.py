@@ -29,7 +29,7 @@ from carom.solvers.run import Run
 from carom.trace import Outcome
 
 #: Scenes of a kind, and how many times as many with `-m long`.
-SCENES, MORE = 8, 60
+SCENES, MORE = 24, 20
 #: Of the kinds of few discs there are more; half of all scenes are rough.
 TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6)
 GRAVITY = (0.25, -1.0)
@@ -157,7 +157,7 @@ def test_the_kernel_counts_what_all_pairs_count(kind: str) -> None:
 @each_batch
 def test_pieces_change_no_bit_of_a_fall(kind: str, batch: int) -> None:
     """Under gravity, too, a run in pieces is the run in one go, with friction and without."""
-    for number in range(batch * 3, (batch + 1) * 3):
+    for number in range(batch * 6, (batch + 1) * 6):
         ask = Asked(drawn(kind, number, rough=number % 4 > 1, gravity=GRAVITY), min(impacts_of(number), 25), {})
         run = BallisticRun(ask.scene)
         expected = taken(run, ask)
@@ -218,7 +218,7 @@ def frames_in_pieces(form: Form, scene: Scene, clock: FrameClock) -> Bits:
 def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: int) -> None:
     """Compiled, skipping what can find nothing or not, in one go or in pieces: the definition's, over its impacts."""
     impacts = 0
-    for number in range(4 * batch, 4 * (batch + 1)):
+    for number in range(12 * batch, 12 * (batch + 1)):
         scene = drawn(kind, number, rough=number % 4 == 3)
         clock = FrameClock.at_rate(scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
         expected = frames_taken(definition, scene, clock)
