@@ -114,5 +114,6 @@ def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, ste
     assert seen.end_time_s == scene.duration_s
     assert np.abs(seen.final_velocity_m_s - truth.final_velocity_m_s).max() <= 1e-12
     assert np.abs(seen.final_position_m - truth.final_position_m).max() <= 1e-12
-    if truth.final_spin_rad_s is not None:
+    assert (seen.final_spin_rad_s is None) == (truth.final_spin_rad_s is None)
+    if truth.final_spin_rad_s is not None and seen.final_spin_rad_s is not None:
         assert np.abs(seen.final_spin_rad_s - truth.final_spin_rad_s).max() <= 1e-12
