@@ -8,9 +8,6 @@ from collections.abc import Callable
 
 from carom.errors import CaromError
 
-__all__ = ["count", "parser", "run"]
-
-
 #: What a shell reports for a command that Ctrl-C ended.
 INTERRUPTED = 130
 

@@ -7,8 +7,6 @@ import subprocess
 import sys
 from typing import Self
 
-__all__ = ["Interpreter", "alternating"]
-
 
 class Interpreter:
     """A process of a Python interpreter that answers each line it is sent with a line.

@@ -18,8 +18,6 @@ from carom import certify, solve_pic
 from carom.comparator import horizon_of
 from carom.studies.bench.gas import gas_scene
 
-__all__ = ["GASES", "Measured", "main", "measure"]
-
 #: Discs, packing and impacts of each row; the last is for `--long`.
 GASES = ((16, 0.1, 500), (16, 0.4, 1000), (64, 0.4, 1000), (64, 0.4, 4000), (256, 0.4, 4000))
 LONG = (64, 0.4, 30_000)

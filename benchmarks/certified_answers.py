@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
 
-__all__ = ["DEFAULT_FOLDER", "MOST_IMPACTS", "answer_scenes", "main"]
-
 DEFAULT_FOLDER = Path("tests/validation/certified")
 #: Few enough for small files; the gas is chaotic within them.
 MOST_IMPACTS = 60

@@ -14,8 +14,6 @@ from benchmarks.arguments import count, parser, run
 
 from carom.errors import InputError
 
-__all__ = ["main"]
-
 SAMPLE = Path(__file__).resolve().parents[1] / "reports" / "sample" / "index.html"
 _PAINT = "performance.getEntriesByName('first-contentful-paint')[0]?.startTime"
 _REPLAY = "paper/missed/pymunk/tuned"

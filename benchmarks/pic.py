@@ -17,8 +17,6 @@ from pathlib import Path
 from benchmarks.arguments import count, parser, run
 from benchmarks.baseline import Interpreter
 
-__all__ = ["main"]
-
 _PACKINGS = (0.3, 0.6)
 #: Discs and impacts of the small scenes, and how many solves are timed at a time.
 _SMALL = ((2, 1, 2000), (3, 10, 400), (16, 100, 100), (16, 1000, 40), (128, 300, 40), (999, 1000, 10))

@@ -15,8 +15,6 @@ from benchmarks.baseline import Interpreter
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["main"]
-
 #: Answers the number of frames by the seconds that they took; written for this Carom and for older ones.
 _GAS = """
 import sys, time

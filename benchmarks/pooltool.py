@@ -20,8 +20,6 @@ import carom
 from carom.errors import CaromError
 from carom.scenes.many_discs import boxed_gas
 
-__all__ = ["main"]
-
 ROUNDS = 5
 
 #: pooltool refuses a friction of 0. Of this it makes a ball at 1 m/s slower by 1e-14 m/s in a second.

@@ -19,8 +19,6 @@ from benchmarks.seam_loops import LOOPS
 from carom.adapter import Disc, Scene
 from carom.registry import load_adapter, unavailable_reason
 
-__all__ = ["main"]
-
 ROUNDS = 31
 DISCS = (2, 100)
 

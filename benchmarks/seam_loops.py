@@ -9,8 +9,6 @@ from typing import Any
 
 from carom.adapter import Scene
 
-__all__ = ["LOOPS"]
-
 #: A function that takes so many steps, and one that lets go of what it needs.
 Loop = tuple[Callable[[int], object], Callable[[], object]]
 

@@ -16,8 +16,6 @@ from pathlib import Path
 
 from benchmarks.arguments import count, parser, run
 
-__all__ = ["main"]
-
 _PYDANTIC = (
     "from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, PlainSerializer, Strict, "
     "ValidationError, WithJsonSchema"

@@ -21,8 +21,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["CLASSES", "carom_form", "main", "pairs_of_class", "stable", "textbook"]
-
 #: The classes of input on which formulas differ, see ``docs/physics.md``.
 CLASSES = (
     "random",

@@ -22,8 +22,6 @@ from benchmarks.baseline import Interpreter
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-__all__ = ["main"]
-
 _WALLS = (8, 100, 1000)
 _SIZES = (100, 1000, 10_000)
 

@@ -7,8 +7,6 @@ from collections.abc import Mapping, Sequence
 
 from carom.adapter import Scene, Setting
 
-__all__ = ["PYTHON_END", "arguments", "assignments", "comment", "steps_of"]
-
 #: The last lines of a program in Python: it prints each disc at the end, a line of ``x y vx vy spin``.
 PYTHON_END = "for _ in range(steps):\n    {step}\nfor body in discs:\n    print({state})\n"
 

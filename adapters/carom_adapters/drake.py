@@ -32,8 +32,6 @@ from carom.adapter import (
 from carom_adapters.drake_code import code
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter
 
-__all__ = ["adapter"]
-
 #: ``point_stiffness`` (N/m) is of every body, ``target_accuracy`` and ``integration_scheme`` are of the simulator; all
 #: by Drake's own names. What a profile leaves out stays as Drake ships it.
 SETTINGS = ("point_stiffness", "target_accuracy", "integration_scheme")

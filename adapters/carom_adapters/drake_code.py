@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from carom.adapter import Scene, Setting
 from carom_adapters.code import arguments, comment, steps_of
 
-__all__ = ["code"]
-
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the plant that `DrakeWorld` sets up as a program; scene and settings are those that the adapter takes."""

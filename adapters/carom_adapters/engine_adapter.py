@@ -11,8 +11,6 @@ from carom.adapter import Accuracy, Capabilities, Engine, Imported, Knob, Profil
 if TYPE_CHECKING:
     from carom.adapter import World
 
-__all__ = ["NOT_TURNED", "OF_THE_SCENE", "EngineAdapter", "located", "tuned"]
-
 Settings = Mapping[str, Setting]
 
 #: Reasons in `Profile.changed` of a `default`, which names all that is not as shipped by the engine's own name for it.

@@ -29,8 +29,6 @@ from carom.adapter import (
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.newton_code import code
 
-__all__ = ["adapter"]
-
 #: Arguments of the solver, as it keeps them; ``gap`` is of each shape, and ``speculative_contact_gap_max`` of the
 #: collision, off where it is not asked for. What a profile leaves out stays as it is shipped.
 OF_THE_SOLVER = (

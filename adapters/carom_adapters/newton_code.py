@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from carom.adapter import Scene, Setting
 from carom_adapters.code import arguments, comment, steps_of
 
-__all__ = ["code"]
-
 SPECULATIVE = "speculative_contact_gap_max"
 
 

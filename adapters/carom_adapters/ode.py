@@ -27,8 +27,6 @@ from carom.adapter import (
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.ode_code import code
 
-__all__ = ["adapter"]
-
 #: ``cfm`` and ``erp`` are of the world, ``stepper`` is its method that takes a step, and ``quick_step_iterations`` are
 #: of the second of those. What a profile leaves out stays as it is shipped.
 SETTINGS = ("cfm", "erp", "quick_step_iterations", "stepper")

@@ -7,8 +7,6 @@ from collections.abc import Mapping
 from carom.adapter import Scene, Setting
 from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
 
-__all__ = ["code"]
-
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the world that `OdeWorld` sets up as a program; it has checked scene and settings."""

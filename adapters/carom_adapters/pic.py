@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from carom.adapter import World
     from carom.solvers.run import Run
 
-__all__ = ["PicAdapter", "adapter"]
-
 
 class PicWorld:
     """A PIC run, looked at every `dt_s`; how often it is looked at does not change it."""

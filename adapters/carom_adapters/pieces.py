@@ -8,8 +8,6 @@ from dataclasses import replace
 
 from carom.adapter import Chain, Contact, Ring, Scene, factored_frictions, factored_restitutions, wall_body
 
-__all__ = ["THINNEST", "cut_chain", "factored_walls", "pieced", "points_of", "summed", "thickness_of"]
-
 Point = tuple[float, float]
 
 #: Half the width of a solid that stands for a wall of none, over the smallest radius: no more than positions are

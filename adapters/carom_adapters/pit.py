@@ -24,8 +24,6 @@ from carom.solvers.pit.solve import pit_run
 if TYPE_CHECKING:
     from carom.adapter import World
 
-__all__ = ["PitAdapter", "adapter"]
-
 
 class PitWorld:
     """A PIT run at one frame every `dt_s`."""

@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     #: One arbiter's normal, and the impulses along and across it, newton-seconds; of friction None if no disc spins.
     Push = tuple[Vec2d, float, float | None]
 
-__all__ = ["adapter"]
-
 Pair = tuple[int, int]
 
 #: Attributes of `pymunk.Space`, by pymunk's own names; what a profile leaves out stays as pymunk ships it.

@@ -13,8 +13,6 @@ from carom.adapter import AdapterError, Disc, Imported, Scene, Wall, one_coeffic
 if TYPE_CHECKING:
     import pymunk
 
-__all__ = ["scene_of"]
-
 Point = tuple[float, float]
 
 #: What a space is made of, by module and name; nothing of it but pymunk's own `__setstate__` runs when it is read.

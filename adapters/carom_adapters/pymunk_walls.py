@@ -7,8 +7,6 @@ from typing import NamedTuple
 from carom.adapter import AdapterError, Chain, Ring, Scene, Wall, reach
 from carom_adapters.pieces import points_of, thickness_of
 
-__all__ = ["Post", "Shaped", "shapes_of_walls"]
-
 Point = tuple[float, float]
 
 

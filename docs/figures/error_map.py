@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from carom import resolve_impact, time_of_impact
 from carom.pages.svg import INK, alone, drawing, new_figure, render
 
-__all__ = ["MAP_SCENES", "ErrorMap", "build_error_map", "error_map_figure"]
-
 #: Speed times step over radius, from a crawl to three diameters a step.
 LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0
 _COLUMNS, _ROWS = 36, 24

@@ -7,8 +7,6 @@ import os
 import signal
 import sys
 
-__all__ = ["CAME", "SIGNALS", "Ended", "main"]
-
 #: Those of a keyboard, a terminal that is closed, and a system that is shut down; some systems lack some.
 SIGNALS = [one for one in signal.Signals if one.name in {"SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT"}]
 

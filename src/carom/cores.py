@@ -6,8 +6,6 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-__all__ = ["available_cores", "available_memory"]
-
 
 def available_cores() -> int:
     """Return the number of cores that this process may run on, which can be fewer than the machine has."""

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["UNDAMPED", "Damping"]
-
 #: A product c t below this changes a time by less than half a unit in its last place: ``s = t (1 - c t / 2 + ...)``.
 _NOTHING = 2.0**-54
 

@@ -17,8 +17,6 @@ from carom.errors import InputError
 from carom.limits import MOST_BYTES, MOST_KEY_PARTS, MOST_VALUES, values_in
 from carom.text import shortened
 
-__all__ = ["read_data", "without_doubles"]
-
 _PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_KEY_PARTS}}}".encode())
 

@@ -20,23 +20,6 @@ from carom.errors import InputError
 from carom.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
 from carom.text import shown
 
-__all__ = [
-    "DeclaredOptions",
-    "Option",
-    "ValueKind",
-    "declared",
-    "flag",
-    "measure",
-    "megabytes",
-    "name",
-    "one_of",
-    "option",
-    "seconds",
-    "step",
-    "taken",
-    "whole",
-]
-
 
 @dataclass(frozen=True)
 class ValueKind:

@@ -19,8 +19,6 @@ from carom.limits import LARGEST, ORDINARY, require_within
 from carom.outline import Outline
 from carom.overlap import Overlap, overlaps
 
-__all__ = ["STANDS", "DiscArrays", "HalfPlane", "Material", "wall_lengths"]
-
 #: A point of a half-plane's surface, and the unit normal into its free side.
 HalfPlane = tuple[float, float, float, float]
 

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
 
-__all__ = ["Drawn", "Shown", "Tabular", "shown_by"]
-
 _view: Callable[[str], Callable[..., Any]]
 
 

@@ -11,8 +11,6 @@ from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import NamedTuple
 
-__all__ = ["Course", "Drive"]
-
 Vector = tuple[float, float]
 
 

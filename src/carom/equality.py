@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["ByValue"]
-
 
 class ByValue:
     """A frozen dataclass, declared with ``eq=False``, that is equal to another of its class if every field is.

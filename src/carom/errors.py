@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 from carom.text import shortened, visible
 
-__all__ = ["AdapterError", "CaromError", "InputError", "MissingExtraError", "Problem", "SceneError", "UnknownNameError"]
-
 
 class CaromError(Exception):
     """Base of every deliberate error; its text has no control character, whatever it quotes.

@@ -16,16 +16,6 @@ import time
 import warnings
 from pathlib import Path
 
-__all__ = [
-    "PLAIN_VARIABLE",
-    "Patience",
-    "PlainFormWarning",
-    "StaleExtensionWarning",
-    "extension_available",
-    "extension_notes",
-    "sources_digest",
-]
-
 #: Set to anything but nothing, it makes plain Python serve although the extension is there.
 PLAIN_VARIABLE = "CAROM_PLAIN"
 

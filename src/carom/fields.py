@@ -28,22 +28,6 @@ if TYPE_CHECKING:
 
     from pydantic_core import ErrorDetails
 
-__all__ = [
-    "Coefficient",
-    "Direction",
-    "Friction",
-    "Inertia",
-    "Mass",
-    "Model",
-    "Number",
-    "Positive",
-    "Rate",
-    "SignedCoefficient",
-    "Since",
-    "Vector",
-    "said_of",
-]
-
 
 def _plain(value: object) -> object:
     """Accept NumPy scalars and arrays wherever a plain number or list is accepted."""

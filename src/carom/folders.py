@@ -20,8 +20,6 @@ from pathlib import Path
 from carom.errors import InputError
 from carom.text import visible
 
-__all__ = ["MARKER", "claim", "claimed", "file_name", "write_file", "write_files"]
-
 MARKER = ".carom"
 #: After its first line, a word that says what the folder is for.
 _SAYS = "Carom replaces the files that it wrote here.\n"

@@ -20,33 +20,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "ADVICE_STEPS",
-    "DEFAULT_TIME_LIMIT_S",
-    "LARGEST",
-    "LONGEST_S",
-    "MOST_BYTES",
-    "MOST_DISCS",
-    "MOST_DISCS_DRAWN",
-    "MOST_JOBS",
-    "MOST_KEY_PARTS",
-    "MOST_LEGS",
-    "MOST_MB",
-    "MOST_PHASES",
-    "MOST_ROUNDS",
-    "MOST_SERIES",
-    "MOST_STEPS",
-    "MOST_VALUES",
-    "MOST_WALLS",
-    "ORDINARY",
-    "SMALLEST",
-    "SPAN",
-    "beyond",
-    "require_megabytes",
-    "require_within",
-    "values_in",
-]
-
 LARGEST = 2.0**511
 SMALLEST = 1.0 / LARGEST
 ORDINARY = 2.0**200

@@ -13,8 +13,6 @@ from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
 
-__all__ = ["Edge", "ExactCircle", "Foot", "Outline", "circle_of"]
-
 Point = tuple[float, float]
 
 

@@ -13,8 +13,6 @@ from typing import NamedTuple
 
 from carom.outline import Edge, ExactCircle, circle_of
 
-__all__ = ["Crossing", "meetings"]
-
 Number = Fraction | int
 
 

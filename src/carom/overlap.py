@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from carom.broad_phase import near_pairs, near_walls
 from carom.outline import Outline
 
-__all__ = ["Overlap", "input_rounding", "overlaps"]
-
 Floats = NDArray[np.float64]
 Numbers = NDArray[np.intp]
 

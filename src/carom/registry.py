@@ -20,23 +20,6 @@ from carom.text import is_older, named_hints
 if TYPE_CHECKING:
     from carom.program.adapter import ProgramAdapter
 
-__all__ = [
-    "ENTRY_POINT_GROUP",
-    "MANIFESTS",
-    "AdapterPoint",
-    "EngineInfo",
-    "adapter_points",
-    "asked_as",
-    "distribution_of",
-    "engine_named",
-    "has_part",
-    "load_adapter",
-    "require_named",
-    "unavailable_reason",
-    "version_of",
-    "why_unavailable",
-]
-
 ENTRY_POINT_GROUP = "carom.adapters"
 #: Environment variable of the manifests that are known beside entry points: files, or folders with one, as in a PATH.
 MANIFESTS = "CAROM_ENGINES"

@@ -10,8 +10,6 @@ from typing import Any
 from carom.arguments import number, shown
 from carom.errors import InputError, Problem, SceneError
 
-__all__ = ["SHAPES", "with_shorthand", "written_out"]
-
 #: Moment of inertia over mass times radius squared, of a body of even density.
 SHAPES = {"disc": 0.5, "sphere": 0.4}
 

@@ -17,8 +17,6 @@ from carom.errors import Problem
 from carom.limits import SPAN
 from carom.outline import Outline
 
-__all__ = ["Sizes", "span_problems"]
-
 Vector = tuple[float, float]
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["is_older", "last_words", "named_hints", "near", "release_numbers", "shortened", "shown", "visible"]
-
 #: How a line that speaks of an error begins: ``TypeError: ...``, ``Error [ERR_MODULE_NOT_FOUND]: ...``.
 _ERROR = re.compile(r"[\w.]*(error|exception|panic)\b", re.IGNORECASE)
 

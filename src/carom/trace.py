@@ -19,36 +19,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.windows import LocalTruth, States
 
-__all__ = [
-    "EDGE_DTYPE",
-    "IMPACT_DTYPE",
-    "MODE_DTYPE",
-    "SPIN_DTYPE",
-    "STATE_DTYPE",
-    "EdgeKind",
-    "Flight",
-    "ImpactRecord",
-    "Mode",
-    "ModeRecord",
-    "Outcome",
-    "Samples",
-    "Setting",
-    "Trace",
-    "body_name",
-    "edge_array",
-    "free_flights",
-    "impact_array",
-    "kinetic_energy",
-    "mode_array",
-    "pair_name",
-    "rim_speeds",
-    "spin_array",
-    "velocities",
-    "wall_body",
-    "wall_index",
-    "work_of_driven",
-]
-
 #: A setting of a method, as a report shows it.
 Setting = float | int | bool | str
 

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from carom.errors import InputError
 from carom.text import release_numbers, shown
 
-__all__ = ["VersionCondition", "require_version", "version_condition", "version_conditions"]
-
 #: Whether the numbers of a release meet a condition.
 VersionCondition = Callable[[tuple[int, ...]], bool]
 

@@ -20,23 +20,6 @@ from carom.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
 from carom.outline import Outline
 from carom.outline_checks import meetings
 
-__all__ = [
-    "AnyWall",
-    "Chain",
-    "Leg",
-    "Ring",
-    "Wall",
-    "begun_at",
-    "drive_of",
-    "driven_back",
-    "edge_count",
-    "kind_of_wall",
-    "leg_problems",
-    "moved_by",
-    "with_lengths",
-    "with_speeds",
-]
-
 #: Crossings of one chain that are named.
 _NAMED = 3
 

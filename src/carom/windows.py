@@ -10,8 +10,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MEETING_DTYPE", "SLIP_DTYPE", "WINDOW_DTYPE", "LocalTruth", "States"]
-
 Array = NDArray[np.float64]
 
 #: One window: some steps of some bodies, compared with PIC from their own state at its start. Velocities are in metres

@@ -21,8 +21,6 @@ from tests.validation.table_runs import Comparison, Line, Point, Table, compare,
 
 from carom import SceneError
 
-__all__ = ["KINDS", "Count", "Tally", "draw", "main", "run_tables"]
-
 #: Impacts of a table at most: what a billiard with such obstacles loses an impact has most of them end before.
 MOST = 40
 #: Why a table was compared no further, see `Comparison`.

@@ -12,8 +12,6 @@ from typing import NamedTuple
 
 from carom import Chain, Scene, Wall
 
-__all__ = ["Ends", "stepped"]
-
 #: Impacts slower than what gravity makes in this many steps give nothing back: they are contact.
 SLOW_STEPS = 40.0
 

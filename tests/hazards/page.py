@@ -16,8 +16,6 @@ from carom.pages.render.markdown import markdown
 from carom.pages.wording import number, percent
 from carom.scenes.catalogue import find_scenes
 
-__all__ = ["SHOWN_TO", "lines_of", "page", "ranges", "with_engines"]
-
 #: What is nearer to another number than this is shown as that number: the tables are of hazards, not of roundings.
 SHOWN_TO = 1e-6
 

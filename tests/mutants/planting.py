@@ -20,8 +20,6 @@ from typing import NamedTuple
 
 from tests.mutants.rooms import ROOMS
 
-__all__ = ["VARIABLE", "Fault", "faults_in", "make_copy"]
-
 #: Environment variable with the number of the fault that a process has.
 VARIABLE = "CAROM_FAULT"
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["ROOMS", "Room"]
-
 
 class Room(NamedTuple):
     """Patterns of the sources, and the tests that must notice a fault in them."""

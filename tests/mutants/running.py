@@ -19,8 +19,6 @@ import pytest
 from tests.mutants.planting import VARIABLE, Fault
 from tests.mutants.rooms import ROOMS
 
-__all__ = ["JOB"]
-
 #: Environment variable with the file of what is to be tried.
 JOB = "CAROM_MUTANTS"
 #: A process that takes so many times as long as the tests take without a fault, and so many seconds more, has no end.

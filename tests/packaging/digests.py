@@ -20,8 +20,6 @@ from carom.scenes import all_scenes
 from carom.solvers.certified.as_data import enclosures
 from carom.solvers.event_driven.run import EventDrivenRun
 
-__all__ = ["digests"]
-
 _PAIRS = 20_000
 #: Of the catalogue; few impacts, since an emulated processor is slow.
 _CERTIFIED = ("paper/missed", "classics/box", "classics/cradle-gaps", "classics/galperin-100")

@@ -11,8 +11,6 @@ from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SC
 from carom_adapters.box2d.world import Box2dWorld
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 
-__all__ = ["adapter"]
-
 
 def _default(dt_s: float) -> dict[str, Setting]:
     return {

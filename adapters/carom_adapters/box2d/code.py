@@ -12,8 +12,6 @@ from carom_adapters.box2d.world import BEFORE_WALLS, shapes_of_disc, sweeps
 from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
 from carom_adapters.pieces import thickness_of
 
-__all__ = ["code"]
-
 #: What is said of the scale of velocities, in the program.
 SCALED = (
     "The world's clock runs this many times faster, and velocities are as many times larger: Box2D makes contacts "

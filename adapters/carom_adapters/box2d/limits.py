@@ -7,17 +7,6 @@ from collections.abc import Mapping
 
 from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
-__all__ = [
-    "CAPABILITIES",
-    "LARGEST_TURN_RAD",
-    "LONGEST_MOVE_M",
-    "SHORTEST_PIECE_M",
-    "THRESHOLD_M_S",
-    "VELOCITY_SCALE",
-    "WORLD_SETTINGS",
-    "require_usable",
-]
-
 #: Attributes of `b2World`, by pybox2d's own names.
 WORLD_SETTINGS = ("warmStarting",)
 

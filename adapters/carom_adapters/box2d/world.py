@@ -38,8 +38,6 @@ from carom_adapters.box2d.limits import (
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
 from carom_adapters.pieces import thickness_of
 
-__all__ = ["BEFORE_WALLS", "Box2dWorld", "shapes_of_disc", "sweeps"]
-
 #: Collision categories of the shapes that a disc has for other discs, and for walls.
 AMONG_DISCS, BEFORE_WALLS = 0x0001, 0x0002
 

@@ -8,8 +8,6 @@ from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
 from carom_adapters.dart.world import DartWorld
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 
-__all__ = ["adapter"]
-
 #: An elastic impact gives back less by twice the mixing, and a velocity loses that at each impact on its way: this is
 #: what sixteen make of a velocity, and of an energy.
 CHAIN = Accuracy(velocity=16 * 2 * MIXING, energy=16 * 4 * MIXING)

@@ -8,8 +8,6 @@ from carom.adapter import Scene, Setting, factored_restitutions, require_sound, 
 from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, SETTINGS
 
-__all__ = ["code"]
-
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the world that `DartWorld` sets up as a program.

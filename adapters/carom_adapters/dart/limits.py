@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from carom.adapter import Capabilities, ContactTimes
 
-__all__ = ["CAPABILITIES", "DETECTORS", "FASTEST_BOUNCE_M_S", "MIXING", "SETTINGS"]
-
 #: ``collision_detector`` is one of `DETECTORS`; ``split_impulse`` is an option of the constraint solver.
 SETTINGS = ("collision_detector", "split_impulse")
 

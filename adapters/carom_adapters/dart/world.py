@@ -25,8 +25,6 @@ from carom.adapter import (
 )
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, FASTEST_BOUNCE_M_S, MIXING, SETTINGS
 
-__all__ = ["DartWorld"]
-
 
 class DartWorld:
     """One `World` of spheres on two slides each, which don't turn."""

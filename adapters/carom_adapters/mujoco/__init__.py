@@ -11,8 +11,6 @@ from carom_adapters.mujoco.limits import CAPABILITIES
 from carom_adapters.mujoco.reader import scene_of
 from carom_adapters.mujoco.world import MujocoWorld
 
-__all__ = ["adapter"]
-
 #: Cylinders touch planes and each other off the middle: up to 6.3e-4 of the scene's speed (a disc in a box, at 240
 #: steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)

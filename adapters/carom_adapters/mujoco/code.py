@@ -10,8 +10,6 @@ from carom_adapters.code import comment, steps_of
 from carom_adapters.mujoco.limits import CAPABILITIES, answers_in_turn, require_usable
 from carom_adapters.mujoco.model import in_order_of_bodies, mass_unit, mjcf
 
-__all__ = ["code"]
-
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the model of `mjcf`, laid out to be read, with what all its geoms, or pairs, share said once."""

@@ -7,18 +7,6 @@ from collections.abc import Mapping
 
 from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
-__all__ = [
-    "CAPABILITIES",
-    "ENABLE_SETTINGS",
-    "FLAG_SETTINGS",
-    "LARGEST_VALUE",
-    "MJCF_INTEGRATORS",
-    "OPTION_SETTINGS",
-    "answers_in_turn",
-    "lists_pairs",
-    "require_usable",
-]
-
 #: Attributes of MJCF's ``option``, and of its ``flag``, by MuJoCo's own names.
 OPTION_SETTINGS = (
     "integrator",

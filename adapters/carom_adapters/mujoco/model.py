@@ -10,8 +10,6 @@ from carom.adapter import Chain, Ring, Scene, Setting, Wall, reach, wall_body, w
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
 from carom_adapters.pieces import cut_chain, thickness_of
 
-__all__ = ["body_of", "dampings_about", "in_order_of_bodies", "mass_unit", "mjcf", "names_of_wall"]
-
 #: `mju_QCQP2`, which fits friction into its cone, gives none where its determinant, friction**4 / mass**2 of a contact
 #: or more, is below 1e-10, and takes for exact what is wrong by 1e-10 N^2. In units in which the heaviest disc has this
 #: times the square of the friction, and no more than 1, the first is kept away from, and the second is little.

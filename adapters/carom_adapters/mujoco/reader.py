@@ -11,8 +11,6 @@ import numpy as np
 
 from carom.adapter import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
-__all__ = ["scene_of"]
-
 #: What two numbers that ought to be one may differ by: a quaternion's roundings.
 ROUNDING = 1e-12
 

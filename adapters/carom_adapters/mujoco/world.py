@@ -32,8 +32,6 @@ from carom_adapters.mujoco.limits import (
 from carom_adapters.mujoco.model import body_of, dampings_about, in_order_of_bodies, mass_unit, mjcf
 from carom_adapters.pieces import pieced, summed
 
-__all__ = ["MujocoWorld"]
-
 #: Compiled models that are kept for scenes that differ in their start states alone: one for each profile, and a few
 #: steps of each.
 KEPT_MODELS = 16

@@ -10,8 +10,6 @@ from pathlib import Path
 
 from carom_adapters.npm.code import NpmAdapter
 
-__all__ = ["box2d3", "cannon", "havok", "jolt", "matter", "p2", "physx", "planck", "rapier2d"]
-
 _HERE = Path(__file__).parent
 
 box2d3 = NpmAdapter(_HERE / "box2d3/engine.toml")

@@ -15,8 +15,6 @@ from carom.program.adapter import ProgramAdapter
 from carom.program.manifest import load_manifest
 from carom_adapters.code import comment, steps_of
 
-__all__ = ["NpmAdapter"]
-
 _IMPORTED = re.compile(r"^import \{ ([\w, ]+) \} from \"\.\./serve\.mjs\";\n", re.MULTILINE)
 _SERVED = re.compile(r"^await serve\((\w+)\);\n", re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:const|function|class) (\w+)", re.MULTILINE)

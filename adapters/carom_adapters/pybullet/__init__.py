@@ -15,8 +15,6 @@ from carom_adapters.pybullet.limits import (
 )
 from carom_adapters.pybullet.world import PybulletWorld
 
-__all__ = ["adapter"]
-
 #: Bullet's points and normals of cylinders are a little off: a velocity along a row, by up to 2.4e-4 of the greatest
 #: (a cradle with gaps, at 240 steps a second).
 CYLINDER_ACCURACY = Accuracy(velocity=1e-3)

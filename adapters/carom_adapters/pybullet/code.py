@@ -10,8 +10,6 @@ from carom_adapters.pieces import cut_chain, factored_walls, thickness_of
 from carom_adapters.pybullet.limits import WORLD_SETTINGS
 from carom_adapters.pybullet.world import capsule_of, dynamics_of, moments_of, require_usable, resistance_of
 
-__all__ = ["code"]
-
 #: Bullet takes each body's times the other's friction, in metres: discs have none.
 ROLLING = "    pybullet.changeDynamics(body, -1, rollingFriction=rolling)  # times the disc's friction, metres\n"
 

@@ -4,18 +4,6 @@ from __future__ import annotations
 
 from carom.adapter import Capabilities, ContactTimes
 
-__all__ = [
-    "BODY_SETTINGS",
-    "CAPABILITIES",
-    "LEAST",
-    "OTHER_SETTINGS",
-    "SHAPES",
-    "SHIPPED_RESTITUTION_THRESHOLD_M_S",
-    "SHIPPED_SPEED_CLAMP_M_S",
-    "SHIPPED_SPIN_CLAMP_RAD_S",
-    "WORLD_SETTINGS",
-]
-
 #: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
 #: belongs to the process, and a world must not change the next one.
 WORLD_SETTINGS = (

@@ -41,8 +41,6 @@ from carom_adapters.pybullet.limits import (
     WORLD_SETTINGS,
 )
 
-__all__ = ["PybulletWorld", "capsule_of", "dynamics_of", "moments_of", "require_usable", "resistance_of"]
-
 #: What `getDynamicsInfo` calls a body with maximal coordinates (its last but one value), as against 2, a multibody.
 RIGID_BODY = 1
 

@@ -11,8 +11,6 @@ from carom_adapters.rapier.code import code
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S
 from carom_adapters.rapier.world import RapierCuttableWorld, RapierWorld
 
-__all__ = ["adapter"]
-
 #: `normalized_prediction_distance` as shipped, times a `length_unit` of 1 m.
 SHIPPED_MARGIN_M = 0.02
 

@@ -9,8 +9,6 @@ from carom_adapters.code import PYTHON_END, arguments, assignments, comment, ste
 from carom_adapters.pieces import cut_chain, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
-__all__ = ["code"]
-
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the world that `RapierWorld` sets up as a program.

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from carom.adapter import Capabilities, ContactTimes
 
-__all__ = ["CAPABILITIES", "LEAST", "MOST", "OTHER_SETTINGS", "PARAMETERS", "SHIPPED_SPEED_M_S", "SOFTNESSES"]
-
 #: Attributes of `IntegrationParameters`, by Rapier's own names.
 PARAMETERS = (
     "length_unit",

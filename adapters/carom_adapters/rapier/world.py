@@ -26,8 +26,6 @@ from carom.adapter import (
 from carom_adapters.pieces import cut_chain, pieced, summed, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
-__all__ = ["RapierCuttableWorld", "RapierWorld"]
-
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23
 

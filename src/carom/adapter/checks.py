@@ -11,8 +11,6 @@ from carom.errors import AdapterError
 from carom.scene import Disc, Need, Scene
 from carom.trace import Setting
 
-__all__ = ["COMBINE_RULES", "require_sound", "require_supported", "unsupported_reason"]
-
 #: The engines count steps in a C int.
 MAX_STEPS = 2**31 - 1
 

@@ -7,17 +7,6 @@ import math
 from carom.adapter.protocol import Contact
 from carom.scene import Disc, Scene
 
-__all__ = [
-    "StepClock",
-    "factored_frictions",
-    "factored_restitutions",
-    "flattened",
-    "is_fast",
-    "oriented_contact",
-    "pair_of",
-    "reach",
-]
-
 Vector = tuple[float, float]
 
 #: A coefficient whose square is 0 in 64-bit floats (the least positive one is 2**-1074), and a power of two, so that

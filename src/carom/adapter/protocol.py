@@ -16,25 +16,6 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-__all__ = [
-    "Accuracy",
-    "Adapter",
-    "Capabilities",
-    "CodedAdapter",
-    "Contact",
-    "ContactTimes",
-    "CuttableWorld",
-    "Engine",
-    "Imported",
-    "Knob",
-    "Observation",
-    "Profile",
-    "ReadingAdapter",
-    "Stamp",
-    "TimedWorld",
-    "World",
-]
-
 Vector = tuple[float, float]
 
 

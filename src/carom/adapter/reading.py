@@ -7,8 +7,6 @@ from collections.abc import Iterable, Sequence
 
 from carom.scene import Disc, Wall
 
-__all__ = ["one_coefficient", "wall_towards"]
-
 Point = tuple[float, float]
 
 

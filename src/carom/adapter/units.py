@@ -14,8 +14,6 @@ from carom.errors import AdapterError
 from carom.scene import Scene
 from carom.walls import with_lengths, with_speeds
 
-__all__ = ["scaled", "unscaled"]
-
 
 def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
     """Return a scene in units of which a metre has `length`, and a second `time`; masses stay.

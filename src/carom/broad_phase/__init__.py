@@ -18,8 +18,6 @@ from numpy.typing import NDArray
 
 from carom.extension import extension_available
 
-__all__ = ["near_pairs", "near_walls"]
-
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]

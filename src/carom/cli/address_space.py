@@ -7,8 +7,6 @@ import sys
 
 from carom.errors import CaromError, InputError
 
-__all__ = ["limit_mb", "require_address_space", "told"]
-
 #: Part of the limit within which all must load: the smallest run of one scene was seen to take a third more than that.
 LOADED = 0.75
 

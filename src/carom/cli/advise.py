@@ -14,8 +14,6 @@ from carom.cli.asked import asking
 from carom.errors import InputError
 from carom.studies.advise.options import AdviceOptions
 
-__all__ = ["advise"]
-
 
 @asking(AdviceOptions)
 def advise(

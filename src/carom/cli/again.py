@@ -8,8 +8,6 @@ from typing import Any
 
 from typer.core import TyperCommand
 
-__all__ = ["Command", "command_line"]
-
 #: They continue a run, or print more of it: its result is the same without.
 _NO_PART = {"resume", "retry", "verbose"}
 

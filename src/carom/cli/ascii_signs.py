@@ -5,8 +5,6 @@ from __future__ import annotations
 import codecs
 import unicodedata
 
-__all__ = ["ERRORS"]
-
 #: The error handler's name, for `open`, `str.encode` and `io.TextIOWrapper.reconfigure`.
 ERRORS = "carom.plain"
 

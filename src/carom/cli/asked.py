@@ -14,8 +14,6 @@ import typer
 from carom.cli.shared import guarded
 from carom.declared import DeclaredOptions, Option, declared
 
-__all__ = ["asking", "shown_option"]
-
 Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")
 

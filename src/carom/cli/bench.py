@@ -17,8 +17,6 @@ from carom.studies.bench.options import BenchPlan, GrowthOptions
 if TYPE_CHECKING:
     from carom.runs.pool import Pool
 
-__all__ = ["bench"]
-
 
 @asking(BenchPlan)
 def bench(

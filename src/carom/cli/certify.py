@@ -17,9 +17,6 @@ if TYPE_CHECKING:
     from carom.runs.job import Progress
     from carom.scene import Scene
 
-__all__ = ["certify"]
-
-
 #: What a folder of certified runs is for.
 PURPOSE = "certified"
 

@@ -9,8 +9,6 @@ import typer
 
 from carom.cli.shared import guarded, say
 
-__all__ = ["demo"]
-
 
 @guarded
 def demo(

@@ -13,8 +13,6 @@ from carom.errors import InputError
 from carom.runs.options import FailOn
 from carom.studies.diff.options import DiffOptions
 
-__all__ = ["diff"]
-
 #: What every comparison has among its first bytes, as a page after what keeps scripts out of it.
 TITLE, MOST_HEAD = "Carom diff", 4096
 

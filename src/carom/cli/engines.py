@@ -20,8 +20,6 @@ from carom.cli.shared import (
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-__all__ = ["engines"]
-
 
 @guarded
 def engines(

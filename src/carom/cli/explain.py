@@ -9,8 +9,6 @@ import typer
 from carom.cli.shared import console, guarded, say, say_lines
 from carom.text import visible
 
-__all__ = ["explain"]
-
 
 @guarded
 def explain(

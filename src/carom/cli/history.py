@@ -15,8 +15,6 @@ from carom.studies.history.options import HistoryOptions
 if TYPE_CHECKING:
     from carom.studies.history.overlay import Kept
 
-__all__ = ["history"]
-
 #: What is run unless scenes are named: short, each with a known answer, and of every kind.
 SCENES = ("paper", "classics", "engines")
 

@@ -12,8 +12,6 @@ from carom.cli import shared
 from carom.cli.shared import guarded, say
 from carom.errors import InputError
 
-__all__ = ["play"]
-
 
 @guarded
 def play(

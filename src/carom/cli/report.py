@@ -10,8 +10,6 @@ import typer
 from carom.cli import shared
 from carom.errors import InputError
 
-__all__ = ["report"]
-
 
 @shared.guarded
 def report(

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from carom.runs.pool import Pool
     from carom.runs.results import Results
 
-__all__ = ["run"]
-
 
 @asking(Options)
 def run(

@@ -9,8 +9,6 @@ import typer
 
 from carom.cli.shared import guarded, say, say_lines
 
-__all__ = ["scenes"]
-
 
 @guarded
 def scenes(

@@ -11,8 +11,6 @@ import typer
 
 from carom.cli.shared import guarded
 
-__all__ = ["serve"]
-
 
 @guarded
 def serve(

@@ -27,33 +27,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.scenes import CatalogueScene
 
-__all__ = [
-    "EXIT_BAD_INPUT",
-    "EXIT_CRASHED",
-    "EXIT_INTERRUPTED",
-    "EXIT_UNAVAILABLE",
-    "EXIT_VIOLATION",
-    "SCENE_NAMES",
-    "Resume",
-    "Retry",
-    "Verbose",
-    "console",
-    "drop_unwritten",
-    "engines_named",
-    "guarded",
-    "plain_scenes_named",
-    "plain_where_needed",
-    "print_document",
-    "progress_bar",
-    "resumable",
-    "say",
-    "say_error",
-    "say_lines",
-    "say_place",
-    "scenes_named",
-    "seconds",
-]
-
 EXIT_VIOLATION = 1
 EXIT_BAD_INPUT = 2
 EXIT_UNAVAILABLE = 3

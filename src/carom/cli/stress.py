@@ -12,8 +12,6 @@ from carom.cli.again import command_line
 from carom.cli.asked import asking
 from carom.studies.stress.options import StressOptions
 
-__all__ = ["stress"]
-
 
 @asking(StressOptions)
 def stress(

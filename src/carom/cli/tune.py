@@ -15,8 +15,6 @@ from carom.studies.tune.options import TuneOptions
 if TYPE_CHECKING:
     from carom.studies.tune.search import Found
 
-__all__ = ["tune"]
-
 
 @asking(TuneOptions)
 def tune(

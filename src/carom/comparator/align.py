@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 
 from carom.trace import Trace
 
-__all__ = ["Alignment", "Reach", "align", "by_pair"]
-
 #: One step to notice an overlap, one more where the engine stamps a contact with the end of its step.
 LATEST_STAMP_STEPS = 2
 

@@ -35,8 +35,6 @@ from carom.display import Shown
 from carom.errors import InputError
 from carom.trace import Outcome, Trace
 
-__all__ = ["Score", "compare"]
-
 
 @dataclass(frozen=True, repr=False)
 class Score(Shown):

@@ -19,8 +19,6 @@ from carom.damping import Damping
 from carom.scene import Scene, Wall
 from carom.trace import Trace, rim_speeds, velocities, wall_index
 
-__all__ = ["Consistency", "Slip", "consistency_of"]
-
 Array = NDArray[np.float64]
 
 

@@ -28,8 +28,6 @@ from carom.solvers.pit.solve import pit_run
 from carom.trace import Outcome, Trace, free_flights, wall_index
 from carom.windows import States
 
-__all__ = ["ContactErrors", "ContactScore", "contact_score", "in_contact", "motion_at", "without_contacts"]
-
 Array = NDArray[np.float64]
 
 

@@ -24,8 +24,6 @@ from carom.physics.friction import ContactFriction, tangential_impulse
 from carom.scene import Scene, Wall
 from carom.trace import Trace, body_name, free_flights, rim_speeds, wall_body, wall_index
 
-__all__ = ["AdmissibleOutcome", "ConventionMatch", "Group", "admissible_outcomes", "first_group", "match_outcome"]
-
 #: What two contacts of one instant may differ by in time (over the duration), place (over the scene's extent) and
 #: velocity (over the scene's speed): rounding, as everywhere else in the comparison.
 SAME = 1e-12

@@ -25,8 +25,6 @@ from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import Outcome, Trace
 
-__all__ = ["Evidence"]
-
 
 @dataclass(frozen=True)
 class Evidence:

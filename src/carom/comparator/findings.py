@@ -28,8 +28,6 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
 from carom.trace import Outcome, pair_name
 
-__all__ = ["findings", "lucky_phase"]
-
 #: What a disc does that neither comes to rest nor slides or rolls, by how the reference ended.
 _OTHERWISE = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}
 

@@ -11,8 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, velocities
 
-__all__ = ["finite_impacts", "not_finite", "turned"]
-
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
 _SPINS = SPIN_DTYPE.names or ()
 

@@ -17,8 +17,6 @@ from carom.comparator.scales import Scales
 from carom.physics.rough_impact import ContactFrictions, RoughBodies, branches
 from carom.trace import Trace, rim_speeds, velocities
 
-__all__ = ["WrongBranches", "wrong_branches"]
-
 
 @dataclass(frozen=True)
 class WrongBranches:

@@ -16,8 +16,6 @@ from carom.comparator.step_findings import has_parted, steps_are_exact
 from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import Outcome
 
-__all__ = ["equals_pit", "grade", "grade_of_trajectory"]
-
 
 def grade(evidence: Evidence) -> Grade:
     """Grade a comparison: by impacts, and where discs slide, roll and rest by what they do there; the worse decides.

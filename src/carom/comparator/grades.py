@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from enum import Enum
 
-__all__ = ["Grade"]
-
 
 class Grade(Enum):
     """A grade that a reader can use, from best to worst except the last; the value is the sentence shown."""

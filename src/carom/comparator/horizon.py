@@ -17,8 +17,6 @@ from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector, rim_speeds, velocities
 
-__all__ = ["Horizon", "before_tie", "estimate_horizon", "horizon", "horizon_of", "reach_of"]
-
 #: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
 #: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
 #: that neither depends on where exactly the line is drawn; and enough beside engines in float32 (1e-7).

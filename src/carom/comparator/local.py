@@ -30,8 +30,6 @@ from carom.physics.time_of_impact import time_of_impact
 from carom.solvers.plain.finite_walls import FiniteWall, overlap_since
 from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
-__all__ = ["LocalErrors", "local_errors", "own_states"]
-
 Array = NDArray[np.float64]
 Vector = tuple[float, float]
 

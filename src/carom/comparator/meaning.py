@@ -5,8 +5,6 @@ from __future__ import annotations
 from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 
-__all__ = ["GRADED_WHEN", "SAID_WHEN"]
-
 #: When a verdict is said. The table of `docs/scoring.md` is this one, by test.
 SAID_WHEN = {
     Verdict.MISSED: (

@@ -16,8 +16,6 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Need
 from carom.trace import Trace, kinetic_energy, rim_speeds, velocities
 
-__all__ = ["Errors", "ImpactError", "Measured", "measure", "restitutions", "untold", "worse"]
-
 Array = NDArray[np.float64]
 
 #: What makes the energy of a scene another one in the course of it.

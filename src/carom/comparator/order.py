@@ -10,8 +10,6 @@ import numpy as np
 from carom.comparator.align import LATEST_STAMP_STEPS, Alignment, Pair
 from carom.trace import Trace
 
-__all__ = ["MOST_EDITS", "Order", "edit_distance", "order_of"]
-
 #: An edit distance is searched for up to here: beyond it two sequences have nothing to do with each other any more.
 MOST_EDITS = 64
 

@@ -9,8 +9,6 @@ from carom.comparator.consistency import Slip
 from carom.comparator.evidence import Evidence
 from carom.comparator.verdict import Finding, Verdict
 
-__all__ = ["contradictions", "in_seconds", "own_path"]
-
 
 def own_path(evidence: Evidence) -> Iterator[Finding]:
     """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""

@@ -28,8 +28,6 @@ from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.trace import Trace, rim_speeds, velocities
 
-__all__ = ["Paid", "Price", "changes", "paid_of", "price_of_sampling"]
-
 Array = NDArray[np.float64]
 
 #: Prices of this many scenes and steps are kept: every engine is compared with the same ones, all scenes of the

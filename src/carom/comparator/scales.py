@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from carom.scene import Scene
 from carom.trace import Trace, kinetic_energy, rim_speeds, velocities, work_of_driven
 
-__all__ = ["OwnScales", "Scales", "largest", "own_scales_of", "scales_of"]
-
 Array = NDArray[np.float64]
 
 

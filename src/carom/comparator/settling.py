@@ -14,8 +14,6 @@ from carom.comparator.local_truth.bodies import Law
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.trace import Outcome, Trace, free_flights, wall_index
 
-__all__ = ["before_rest"]
-
 
 class _Bounces(NamedTuple):
     """The bounces of a disc on one body, after which it meets nothing else: their rows in the reference's impacts."""

@@ -18,8 +18,6 @@ from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector
 from carom.walls import AnyWall, Leg, begun_at, driven_back, moved_by
 
-__all__ = ["begun_earlier", "even_phases", "shifted_references", "shifted_scenes"]
-
 
 def even_phases(count: int) -> tuple[float, ...]:
     """Return this many phases, evenly spread over a step, the first of them 0.

@@ -13,8 +13,6 @@ from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.own_findings import own_path
 from carom.comparator.verdict import Finding, Verdict
 
-__all__ = ["bad_steps", "has_left", "has_parted", "parted", "polygons", "sinking", "steps_are_exact"]
-
 
 def steps_are_exact(evidence: Evidence) -> bool:
     """Whether the whole run is PIC's, step by step and in its end, whatever of it could be told apart.

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 from carom.adapter.checks import MANTISSA_BITS
 
-__all__ = ["THRESHOLDS", "Thresholds"]
-
 
 @dataclass(frozen=True)
 class Thresholds:

@@ -12,8 +12,6 @@ from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.trace import Mode, Trace, wall_index
 from carom.windows import States
 
-__all__ = ["ContactQuality", "Ends", "ends", "kept", "touches"]
-
 Array = NDArray[np.float64]
 
 #: States at the end that tell how fast a disc is there: a jitter goes to and fro from one to the next.

@@ -12,8 +12,6 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
 from carom.trace import Trace, body_name, wall_body, wall_index
 
-__all__ = ["require_sound"]
-
 
 def require_sound(trace: Trace) -> None:
     """Refuse a trace that can't be of its scene; what its numbers are worth is no question here.

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-__all__ = ["Finding", "Verdict"]
-
 
 class Verdict(Enum):
     """What is wrong, if anything; the value is the sentence shown. The first four are the source paper's cases."""

@@ -23,8 +23,6 @@ from carom.conformance.subject import Subject, catalogue_setup
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
 from carom.scenes import all_scenes
 
-__all__ = ["Case", "cases"]
-
 
 @dataclass(frozen=True)
 class Case:

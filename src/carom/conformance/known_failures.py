@@ -25,8 +25,6 @@ from carom.errors import InputError
 from carom.text import named_hints, near, release_numbers
 from carom.versions import version_conditions
 
-__all__ = ["FILE_NAME", "KnownFailure", "check_names", "here", "known_reasons", "load_known_failures"]
-
 FILE_NAME = "carom-known-failures.toml"
 
 _FIELDS = ("reason", "versions", "platform", "cases")

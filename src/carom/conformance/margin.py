@@ -17,8 +17,6 @@ from carom.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace
 
-__all__ = ["thickened", "thickened_trace"]
-
 
 def thickened(scene: Scene, margin_m: float) -> Scene:
     """Return a scene whose bodies meet when they are `margin_m` apart; discs are as hard to turn as before."""

@@ -22,8 +22,6 @@ from carom.scene import save_scene
 if TYPE_CHECKING:
     from _pytest._code.code import TerminalRepr
 
-__all__ = ["CaseItem", "ConformanceRun", "EngineCollector"]
-
 PREFIX = "carom"
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-__all__ = ["pytest_addoption", "pytest_configure"]
-
 MARKER = "carom_conformance: a case of Carom's conformance suite; `-m carom_conformance` runs nothing else"
 
 

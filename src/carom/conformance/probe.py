@@ -22,8 +22,6 @@ from carom.runs.wire import CarriedObservation
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = ["Leftover", "Make", "Raised", "Watch", "Watched"]
-
 #: Pools that an engine fills once are full after this many worlds.
 WARM_UP_WORLDS = 10
 

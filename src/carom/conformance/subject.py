@@ -28,8 +28,6 @@ from carom.scene import Scene
 from carom.scenes import all_scenes
 from carom.trace import Setting, Trace
 
-__all__ = ["Subject", "catalogue_setup", "greatest_speed", "masses", "momentum"]
-
 T = TypeVar("T")
 
 

@@ -24,8 +24,6 @@ from carom.runs.options import Limited
 from carom.runs.plan import DEFAULT_PROFILES
 from carom.runs.pool import Pool
 
-__all__ = ["EnginePlan", "Suite", "make_suite", "selected_engines"]
-
 ALL = "all"
 
 

@@ -16,33 +16,6 @@ from carom.scene import Chain, Disc, Ring, Scene, Wall
 from carom.scenes import KnownAnswer
 from carom.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
-__all__ = [
-    "CATALOGUE_SCENES",
-    "DT_S",
-    "LOCATED_SCENES",
-    "alone",
-    "approach",
-    "at_a_circle",
-    "belt",
-    "bounce_and_pair",
-    "bullet",
-    "crowd",
-    "either_side",
-    "fall",
-    "in_and_out",
-    "known_trace",
-    "mallet",
-    "mixed_contacts",
-    "paddle",
-    "post",
-    "posts",
-    "rubbing",
-    "rubbing_crowd",
-    "starting_paddle",
-    "two_walls",
-    "walled_box",
-]
-
 #: A power of two, so that step boundaries are exact and what falls between two of them is beyond doubt.
 DT_S = 1 / 128
 

@@ -8,8 +8,6 @@ from carom.conformance.suite_scenes import DT_S
 from carom.errors import CaromError
 from carom.scene import Scene
 
-__all__ = ["NotApplicable", "Setup", "Violation", "require", "step_text"]
-
 
 def step_text(dt_s: float) -> str:
     """Return a step as people write it: ``1/240`` where it is the inverse of a whole number."""

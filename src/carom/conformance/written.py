@@ -15,8 +15,6 @@ from carom.errors import InputError
 from carom.folders import write_file
 from carom.text import visible
 
-__all__ = ["TO_BE_WRITTEN", "WrittenFailures", "write_known_failures"]
-
 #: How the reason of a new entry begins, until somebody has written one.
 TO_BE_WRITTEN = "reason: to be written"
 

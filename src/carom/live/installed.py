@@ -13,8 +13,6 @@ from carom.program.adapter import ProgramAdapter
 from carom.registry import load_adapter, require_named
 from carom.scene import Need
 
-__all__ = ["DEFAULT_ENGINES", "page_engines"]
-
 #: Small, and free of WebAssembly.
 DEFAULT_ENGINES = ("matter", "planck")
 

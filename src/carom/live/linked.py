@@ -16,8 +16,6 @@ from typing import Any
 from carom.errors import InputError
 from carom.live.packages import PACKAGES, package_script
 
-__all__ = ["PageEngine", "linked", "page_engine"]
-
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
 _SHARED = "../serve.mjs"

@@ -7,8 +7,6 @@ import sys
 import webbrowser
 from pathlib import Path
 
-__all__ = ["has_display", "open_page"]
-
 
 def open_page(page: Path) -> bool:
     """Ask a browser to open a page, given by its whole path; return whether one was asked."""

@@ -10,8 +10,6 @@ from types import MappingProxyType
 
 from carom.errors import InputError
 
-__all__ = ["PACKAGES", "Package", "package_script"]
-
 
 @dataclass(frozen=True)
 class Package:

@@ -16,8 +16,6 @@ from carom.live.linked import PageEngine
 from carom.scene import Scene
 from carom.scenes import all_scenes
 
-__all__ = ["GALLERY", "MODULES", "MOST_DISCS", "SOURCES", "beyond_page", "page_html", "page_script", "with_gallery"]
-
 SOURCES = Path(__file__).parent
 #: The modules of the page, each after those that it imports.
 MODULES = (

@@ -19,8 +19,6 @@ from carom.trace import EdgeKind, Trace, setting_text
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-__all__ = ["to_pandas"]
-
 
 def to_pandas(thing: object) -> DataFrame:
     """Return the impacts of a trace, or the runs of results.

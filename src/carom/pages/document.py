@@ -11,34 +11,6 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-__all__ = [
-    "DETAIL",
-    "EVERYWHERE",
-    "IN_FULL",
-    "ON_PAPER",
-    "PAGE",
-    "TERMINAL",
-    "Block",
-    "Cell",
-    "Code",
-    "Column",
-    "Document",
-    "Facts",
-    "Figure",
-    "Figures",
-    "Headline",
-    "Legend",
-    "Lines",
-    "Medium",
-    "Pair",
-    "Pairs",
-    "Replays",
-    "Section",
-    "Share",
-    "Table",
-    "Text",
-]
-
 
 class Medium(Enum):
     """Where a document is shown."""

@@ -17,8 +17,6 @@ from carom.errors import MissingExtraError
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
-__all__ = ["FORMATS", "as_json", "fields_of", "packed", "plain", "require_report_extra"]
-
 #: By kind of file. Raised when a field changes its meaning or goes; a new field does not raise it.
 FORMATS = {"results": 2, "bench": 1, "growth": 1, "stress": 2}
 

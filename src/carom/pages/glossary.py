@@ -10,8 +10,6 @@ from carom.comparator.meaning import GRADED_WHEN, SAID_WHEN
 from carom.errors import UnknownNameError
 from carom.pages.grid import GRADED, Mark
 
-__all__ = ["Meaning", "explained", "glossary"]
-
 #: Words of the field for what a report has another word for.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
 

@@ -17,21 +17,6 @@ from carom.runs.results import Results, Row
 from carom.scene import Scene
 from carom.trace import Outcome
 
-__all__ = [
-    "BROKEN",
-    "GRADED",
-    "NOT_PLANNED",
-    "Grid",
-    "GridCell",
-    "GridColumn",
-    "Mark",
-    "build_grid",
-    "mark_of",
-    "mark_of_grade",
-    "mark_read",
-    "reasons_of",
-]
-
 #: Where a column has no row for a scene; `carom.runs` drops a profile whose settings another one has too.
 NOT_PLANNED = "no row of its own: its settings at this step are those of another profile of the engine"
 NO_REFERENCE = "PIC does not solve this scene, so there is no reference to compare the run with"

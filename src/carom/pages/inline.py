@@ -13,8 +13,6 @@ from carom.pages.svg import drawing, new_figure, render
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["SIZE_IN", "axes_of", "picture", "with_picture"]
-
 #: Of a picture in a notebook.
 SIZE_IN = (7.0, 3.8)
 

@@ -11,8 +11,6 @@ from carom.pages.document import EVERYWHERE, Block, Cell, Column, Document, Fact
 from carom.registry import EngineInfo
 from carom.scenes import CatalogueScene, Complaint, all_scenes
 
-__all__ = ["engine_lines", "engine_page", "scene_lines"]
-
 
 def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
     """Return a table of engines, a line each."""

@@ -28,8 +28,6 @@ from carom.trace import Trace
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["html_of", "plot", "plot_beside"]
-
 _SIZE_IN = (5.0, 3.6)
 #: With more impacts than this, a picture in a cell is a tangle of megabytes; `plot` draws them all.
 _MOST_IMPACTS_DRAWN = 1000

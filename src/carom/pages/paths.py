@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from carom.pages.tracks import Track, Turning, reference_tracks, turnings
 from carom.trace import Trace
 
-__all__ = ["Paths", "Stand", "exact_paths", "extent_of", "observed_paths"]
-
 #: The chord of a 24th of a parabola leaves it by 1/576 of its sagitta: less than a line's width in any picture.
 _PIECES_OF_A_PARABOLA = 24
 

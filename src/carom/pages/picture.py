@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.walls import AnyWall
 
-__all__ = ["draw_pair", "draw_start", "draw_trace", "draw_traces", "draw_walls", "limits_of"]
-
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _WIDTH_IN = 3.3

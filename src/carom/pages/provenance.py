@@ -8,8 +8,6 @@ from carom.pages import wording
 from carom.pages.document import ON_PAPER, Code, Facts, Section
 from carom.runs.environment import Environment
 
-__all__ = ["making", "stamp_lines"]
-
 
 def making(here: Environment, command: str, elapsed_s: float) -> Iterator[Section]:
     """Yield the sections that say so."""

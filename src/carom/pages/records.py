@@ -25,8 +25,6 @@ from carom.runs.job import Method
 from carom.runs.results import Results, Row, violates
 from carom.text import shortened, visible
 
-__all__ = ["junit", "raw_records", "read_records", "record", "records"]
-
 _SKIPPED = {Mark.UNSUPPORTED, Mark.UNAVAILABLE, Mark.UNGRADED, Mark.UNSCORED}
 
 #: XML 1.0 can't hold these characters, not even escaped; an engine's message may well.

@@ -45,18 +45,6 @@ from carom.runs.timing import Timing
 from carom.text import shortened
 from carom.trace import Outcome, Setting
 
-__all__ = [
-    "OF_SPINS",
-    "RowLine",
-    "SceneLine",
-    "Summary",
-    "Taken",
-    "VerdictLine",
-    "read_line",
-    "records_schema",
-    "text_of",
-]
-
 #: Of the parts of a score, what is of spins: it is written only if a disc of the scene spins.
 OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
 

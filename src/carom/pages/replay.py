@@ -31,17 +31,6 @@ from carom.scene import Chain, Need, Ring, Scene, Wall
 from carom.text import visible
 from carom.trace import Mode, Trace, pair_name, setting_text
 
-__all__ = [
-    "first_fault",
-    "held_at_s",
-    "impact_rows",
-    "meetings",
-    "replay_data",
-    "replay_link",
-    "run_command",
-    "scene_replays",
-]
-
 #: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
 _SHARP = 6
 #: What the exact path may be off by where a disc slides, rolls or rests, in parts of the scene's extent: the page draws

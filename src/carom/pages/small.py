@@ -15,8 +15,6 @@ from carom.trace import pair_name
 if TYPE_CHECKING:
     from carom.solvers.certified.result import CertifiedTrace
 
-__all__ = ["certified_document", "scene_text"]
-
 
 def scene_text(entry: CatalogueScene) -> str:
     """Return a scene as a TOML file that can be loaded again, its known answer told in comments at the top."""

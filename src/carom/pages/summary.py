@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from carom.runs.results import Results
     from carom.solvers.certified.result import CertifiedTrace
 
-__all__ = ["MOST_LINES", "WIDTH", "printable", "summary"]
-
 #: What one result may take of a screen, in lines and in characters.
 MOST_LINES, WIDTH = 8, 100
 _NAME_WIDTH = 40

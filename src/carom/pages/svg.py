@@ -18,25 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = [
-    "GRID",
-    "INK",
-    "MUTED",
-    "SERIES",
-    "SURFACE",
-    "WALL",
-    "aim",
-    "alone",
-    "drawing",
-    "finish",
-    "framed",
-    "line_style",
-    "new_figure",
-    "plain_number",
-    "png",
-    "render",
-]
-
 # A figure is drawn in these colours; in the page each becomes a variable of the same value that a dark page redefines.
 INK = "#1b2330"
 MUTED = "#66707f"

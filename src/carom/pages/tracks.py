@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from carom.trace import Flight, Trace, free_flights
 
-__all__ = ["SHARPNESS", "Track", "Turning", "observed_tracks", "reference_tracks", "turnings"]
-
 Array = NDArray[np.float64]
 
 #: A sampled state is left out where the flight between its neighbours passes it by no more than this part of the

@@ -8,22 +8,6 @@ from collections.abc import Sequence
 
 from carom.trace import Setting
 
-__all__ = [
-    "capitalised",
-    "count",
-    "listed",
-    "lost",
-    "number",
-    "part",
-    "percent",
-    "ratio",
-    "seconds",
-    "setting",
-    "share",
-    "step",
-    "steps",
-]
-
 #: Numbers that are not a number, or were not measured.
 ABSENT = "n/a"
 

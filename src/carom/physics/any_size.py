@@ -11,8 +11,6 @@ from fractions import Fraction
 
 from carom.physics.pair_time import pair_time
 
-__all__ = ["any_pair_time"]
-
 #: Relative positions and velocities, and sums of radii, are of ordinary size if their exponents (those of `math.frexp`)
 #: are this at most in magnitude. The compiled form has the same limits (`pair_times.pyx`).
 _EXPONENT = 100

@@ -38,17 +38,6 @@ from carom.physics.wall_time import quotient
 if TYPE_CHECKING:
     from carom.physics.features import Arc, Mover, Sector, Vertex
 
-__all__ = [
-    "Touch",
-    "from_pair",
-    "inner_arc_time",
-    "is_before_arc",
-    "is_in",
-    "outer_arc_time",
-    "reach_of",
-    "vertex_time",
-]
-
 #: As in `carom.physics.pair_time`: below this part of its terms, D is made exact.
 _DOUBTFUL_DISCRIMINANT = 2.0**-90
 #: More than the roundings of an end's direction and of a place, which are pairs, make of their cross product.

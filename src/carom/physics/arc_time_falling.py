@@ -17,8 +17,6 @@ from carom.physics.pair_time_falling import squared_gap, touches
 if TYPE_CHECKING:
     from carom.physics.features import Arc, Mover, Point, Vertex
 
-__all__ = ["arc_time_falling", "vertex_time_falling"]
-
 
 def vertex_time_falling(disc: Mover, vertex: Vertex, gravity: Point, leaving: float | None = None) -> float:
     """Return the seconds until a falling disc touches a vertex; as `carom.physics.pair_time_falling.encounter_time`."""

@@ -19,8 +19,6 @@ from typing import NamedTuple
 
 from carom.physics.friction import ContactFriction, tangential_impulse
 
-__all__ = ["Held", "Press", "Rates", "held", "left_of_slip", "rates", "rub", "zero_after"]
-
 
 class Press(NamedTuple):
     """What presses a disc to a wall and what resists.

@@ -16,8 +16,6 @@ from collections.abc import Iterable, Sequence
 
 Pair = tuple[float, float]
 
-__all__ = ["exact_products", "exact_sum", "pair_product", "split", "sum_of_products", "two_diff", "two_prod", "two_sum"]
-
 #: 2^27 + 1: Veltkamp's constant, which splits 53 bits into 26 and 26 (and a sign).
 _SPLITTER = 134217729.0
 

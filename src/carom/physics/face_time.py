@@ -18,8 +18,6 @@ from carom.physics.wall_time import quotient
 if TYPE_CHECKING:
     from carom.physics.features import Face, Mover
 
-__all__ = ["across", "face_gap", "face_time", "from_point", "is_before_face", "negative"]
-
 #: The length of a face is right to 2^-106 of itself: below this part of the terms, the gap is made of squares instead.
 _DOUBTFUL_GAP = 2.0**-44
 

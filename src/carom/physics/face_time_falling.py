@@ -17,8 +17,6 @@ from carom.physics.wall_time_falling import descent_time, return_time
 if TYPE_CHECKING:
     from carom.physics.features import Face, Mover, Point
 
-__all__ = ["face_pull", "face_time_falling", "foot_is_on"]
-
 
 def face_pull(face: Face, gravity: Point) -> Pair:
     """Return gravity's part along a face's normal times the face's length; negative towards the face."""

@@ -12,8 +12,6 @@ from carom.physics.features import Face, Vertex
 if TYPE_CHECKING:
     from carom.physics.features import Feature, Mover, Point
 
-__all__ = ["feature_time", "normal_at"]
-
 
 def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> Touch:
     """Return when a disc in straight uniform motion touches a feature.

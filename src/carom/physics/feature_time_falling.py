@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from carom.physics.features import Feature, Mover, Point
     from carom.physics.wall_features import WallFeature
 
-__all__ = ["feature_time_falling", "first_feature_falling"]
-
 
 def feature_time_falling(disc: Mover, feature: Feature, gravity: Point, leaving: float | None = None) -> float:
     """Return the seconds until a falling disc touches a feature; 0 for one that rests on it, infinity for never.

@@ -17,20 +17,6 @@ from typing import NamedTuple
 
 from carom.physics.double_double import Pair, two_diff
 
-__all__ = [
-    "Arc",
-    "Circle",
-    "Face",
-    "Feature",
-    "Mover",
-    "Point",
-    "Sector",
-    "Vertex",
-    "circle_through",
-    "pair_of",
-    "root_of",
-]
-
 Point = tuple[float, float]
 
 #: Bits of a square root before it becomes a pair: more than a pair's 106, and some to round by.

@@ -20,8 +20,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["ContactFriction", "pair_tangential_impulse", "tangential_impulse"]
-
 
 class ContactFriction(NamedTuple):
     """How two bodies rub against each other.

@@ -22,8 +22,6 @@ from carom.limits import LARGEST, SMALLEST, require_within
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["normal_impulse", "resolve_impact"]
-
 
 def resolve_impact(
     v1: ArrayLike, m1: ArrayLike, v2: ArrayLike, m2: ArrayLike, normal: ArrayLike, restitution: ArrayLike = 1.0

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from carom.physics.double_double import Pair
     from carom.physics.features import Feature, Point
 
-__all__ = ["FEATURE_NUMBERS", "numbers_of"]
-
 #: Numbers of a row.
 FEATURE_NUMBERS = 21
 

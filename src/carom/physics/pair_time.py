@@ -36,25 +36,6 @@ from carom.physics.double_double import (
     two_sum,
 )
 
-__all__ = [
-    "Encounter",
-    "approach",
-    "discriminant",
-    "discriminant_from_gap",
-    "discriminant_from_miss",
-    "encounter",
-    "exact_discriminant",
-    "exact_pair_time",
-    "exact_root",
-    "excess",
-    "inner_product",
-    "meeting_time",
-    "pair_time",
-    "product_factors",
-    "separation",
-    "square_factors",
-]
-
 #: 8 roundings: more than the terms of b (4), c (5) and, with a factor 2 beside it, of D gather before their last sum.
 ERROR = 2.0**-50
 #: Where products of this size count, underflow (2^-1075 at most, each) may count too, and the error-free form decides.

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
     Polynomial = list[int]  # lowest power first
 
-__all__ = ["encounter_time", "falls_below_zero", "squared_gap", "touches"]
-
 #: Two bits more than a float has.
 _BITS = 55
 

@@ -14,8 +14,6 @@ from carom.physics.impact_law import resolve_impact
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-__all__ = ["Branches", "ContactFrictions", "RoughBodies", "branches", "resolve_rough_impact"]
-
 
 class RoughBodies(NamedTuple):
     """The first, or the second, bodies of `m` impacts; a wall has infinite mass.

@@ -15,8 +15,6 @@ from carom.outline import Edge, ExactCircle, Outline, circle_of
 from carom.physics.features import Arc, Circle, Face, Feature, Vertex
 from carom.trace import EdgeKind
 
-__all__ = ["JoinedEdges", "WallFeature", "are_decidable", "features_of", "goes_smoothly", "runs_of"]
-
 Exact = tuple[Fraction, Fraction]
 
 

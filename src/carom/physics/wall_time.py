@@ -12,8 +12,6 @@ import math
 from carom.physics.double_double import Pair, sum_of_products, two_diff, two_prod
 from carom.physics.pair_time import approach
 
-__all__ = ["quotient", "wall_gap", "wall_speed", "wall_time"]
-
 
 def wall_gap(x: float, y: float, radius: float, qx: float, qy: float, nx: float, ny: float) -> Pair:
     """Return the distance of a disc's rim from a wall as a pair, metres; negative inside the wall."""

@@ -16,8 +16,6 @@ from carom.physics.double_double import Pair, pair_product, two_sum
 from carom.physics.pair_time import discriminant_from_gap, exact_root
 from carom.physics.wall_time import quotient
 
-__all__ = ["descent_time", "return_time"]
-
 
 def descent_time(gap: Pair, speed: Pair, pull: Pair) -> float:
     """Return the seconds until a gap (metres) of this rate of change and this acceleration closes.

@@ -33,8 +33,6 @@ from carom.program.process import Program
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = ["ProgramAdapter", "ProgramWorld", "program_adapter"]
-
 
 class ProgramWorld:
     """A world that lives in the program; its clock is the program's own.

@@ -21,8 +21,6 @@ from carom.program.messages import PROTOCOL
 from carom.text import is_older
 from carom.trace import Setting
 
-__all__ = ["MANIFEST", "Manifest", "ProgramProfile", "load_manifest"]
-
 #: The name that a manifest has in a folder.
 MANIFEST = "engine.toml"
 #: Where an author reads what a field may be.

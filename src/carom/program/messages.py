@@ -14,31 +14,6 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, TypeAdapter
 from carom.scene import Scene
 from carom.trace import Setting
 
-__all__ = [
-    "PROTOCOL",
-    "Close",
-    "Cut",
-    "Done",
-    "Failure",
-    "Hello",
-    "Look",
-    "Prepare",
-    "Prepared",
-    "Reply",
-    "Request",
-    "Restore",
-    "Save",
-    "Saved",
-    "Seen",
-    "Step",
-    "Stepped",
-    "ToldContact",
-    "Touched",
-    "Touching",
-    "Welcome",
-    "protocol_schema",
-]
-
 #: The version of the protocol that is spoken here.
 PROTOCOL = 1
 

@@ -18,8 +18,6 @@ from carom.fields import said_of
 from carom.program.messages import PROTOCOL, Hello, Reply, Request, Welcome
 from carom.text import last_words
 
-__all__ = ["Program"]
-
 #: A million discs with their contacts take half of this; a longer answer is none.
 MOST_ANSWER_BYTES = 256 * 2**20
 #: Characters that are shown of an answer that can't be read.

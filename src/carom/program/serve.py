@@ -36,8 +36,6 @@ from carom.program.messages import (
 )
 from carom.trace import Setting
 
-__all__ = ["PROFILE", "Server", "serve", "served_manifest"]
-
 #: The one setting of a served adapter's profiles: settings are functions of the step, of which a manifest has none, so
 #: the program asks its adapter for those of the profile of this name.
 PROFILE = "profile"

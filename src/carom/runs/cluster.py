@@ -24,8 +24,6 @@ from carom.runs.job import Answer, Task
 from carom.runs.keys import versions_of
 from carom.runs.pool import Asker, Lane, Pool
 
-__all__ = ["ClusterError", "ClusterPool"]
-
 #: How long to wait for the scheduler to answer at all, seconds.
 CONNECT_S = 10
 

@@ -16,8 +16,6 @@ from carom.runs.step_code import changed_lines, step_lines
 from carom.runs.validate import plain_text
 from carom.scene import Disc, Scene, Wall
 
-__all__ = ["code_of", "example_scene", "step_code_of", "tried_code_of"]
-
 #: Characters of a program: a line of a hundred for each of a hundred thousand discs.
 MOST_CODE = 10_000_000
 

@@ -21,8 +21,6 @@ from carom.driving import Course
 from carom.scene import Scene
 from carom.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
 
-__all__ = ["ImpactCollector", "gravity_of"]
-
 #: Velocity of a body, and its spin.
 _Motion = tuple[float, float, float]
 

@@ -16,8 +16,6 @@ from carom.runs.job import Answer, Task
 from carom.runs.journal import Entry, Notes
 from carom.runs.pool import Asker, Pool
 
-__all__ = ["Ask", "Talk", "answers", "batches"]
-
 #: A message holds as many questions as take this many steps together, a second or so: then what a message costs is
 #: nothing, and what is lost with one is little. So many questions at most, that workers have equal shares to the end.
 BATCH_STEPS = 50_000

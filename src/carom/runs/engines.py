@@ -32,18 +32,6 @@ from carom.runs.raised import raised
 from carom.runs.validate import plain_text, sound_adapter
 from carom.trace import Setting
 
-__all__ = [
-    "Describe",
-    "EngineList",
-    "Methods",
-    "SettingsAt",
-    "described",
-    "engine_of",
-    "engines",
-    "methods_of",
-    "to_run",
-]
-
 
 @dataclass(frozen=True)
 class Describe(AdapterTask):

@@ -12,8 +12,6 @@ from pathlib import Path
 from carom.cores import available_cores
 from carom.registry import EngineInfo
 
-__all__ = ["Environment", "environment", "resident_bytes"]
-
 
 @dataclass(frozen=True)
 class Environment:

@@ -10,8 +10,6 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
-__all__ = ["Folder"]
-
 PREFIX = "carom-worker-"
 
 #: Held locked by the owner as long as it lives, and only Carom's folders have one.

@@ -11,8 +11,6 @@ from carom.adapter import Observation
 from carom.adapter.checks import MANTISSA_BITS
 from carom.scene import Chain, Ring, Scene, Wall
 
-__all__ = ["FreeFlight", "near_after"]
-
 Array = NDArray[np.float64]
 
 #: Engines see contacts before bodies touch, by margins and by looking ahead. A margin as wide as the discs themselves,

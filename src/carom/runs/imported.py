@@ -16,8 +16,6 @@ from carom.runs.validate import plain_text
 from carom.scene import Scene
 from carom.walls import with_lengths, with_speeds
 
-__all__ = ["READERS", "import_scene"]
-
 #: Whose adapter reads a file, by the file's ending.
 READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
 

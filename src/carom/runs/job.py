@@ -11,22 +11,6 @@ from carom.errors import CaromError
 from carom.scene import Scene
 from carom.trace import Setting, profile_shown
 
-__all__ = [
-    "PIT_METHOD",
-    "AdapterTask",
-    "Answer",
-    "Job",
-    "JobTask",
-    "Method",
-    "Progress",
-    "Status",
-    "Task",
-    "Tried",
-    "UnavailableError",
-    "UnsupportedError",
-    "unheard",
-]
-
 #: Told (done, all, what) as work finishes.
 Progress = Callable[[int, int, str], None]
 

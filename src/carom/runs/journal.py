@@ -27,8 +27,6 @@ from carom.runs.pool import Closing
 from carom.runs.wire import Codec
 from carom.text import shortened, visible
 
-__all__ = ["Entry", "Journal", "Notes", "Partial", "canonical", "remove_unused"]
-
 #: Raised when a field changes its meaning or goes; a new field with a default does not raise it.
 JOURNAL_FORMAT = 5
 

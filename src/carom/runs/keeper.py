@@ -21,8 +21,6 @@ import signal
 import sys
 from contextlib import suppress
 
-__all__ = ["PR_SET_PDEATHSIG", "keep", "main", "on_linux"]
-
 #: From <linux/prctl.h>.
 PR_SET_PDEATHSIG = 1
 PR_SET_CHILD_SUBREAPER = 36

@@ -13,8 +13,6 @@ from carom.runs.engines import engine_of
 from carom.runs.job import Job, Method
 from carom.scene import Scene
 
-__all__ = ["JobKey", "job_key", "scene_hash", "versions_of"]
-
 
 @dataclass(frozen=True)
 class JobKey:

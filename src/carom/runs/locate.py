@@ -15,8 +15,6 @@ from collections.abc import Iterator
 from carom.adapter import CuttableWorld, World
 from carom.errors import AdapterError
 
-__all__ = ["Cutter"]
-
 #: Impacts without end at one instant cut a step into pieces without end. No scene has so many in one step.
 MOST_PIECES = 10_000
 

@@ -27,9 +27,6 @@ from carom.text import named_hints
 from carom.trace import Outcome, Samples, Setting, Trace
 from carom.windows import States
 
-__all__ = ["Observe", "able_adapter", "capabilities_of", "observe_run", "profile_settings"]
-
-
 #: Where discs may come to rest states are kept, of so many discs at most, and so many states: 40 bytes a disc each.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256

@@ -16,20 +16,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.trace import Setting
 
-__all__ = [
-    "CERTIFY_SECONDS",
-    "MOST_SEED",
-    "FailOn",
-    "Limited",
-    "Options",
-    "asked_settings",
-    "default_dts",
-    "engine_names",
-    "memory_limit",
-    "profile_names",
-    "time_limit",
-]
-
 #: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
 CERTIFY_SECONDS = 10.0
 

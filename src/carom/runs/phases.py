@@ -15,8 +15,6 @@ import numpy as np
 from carom.comparator import Score
 from carom.scene import Scene
 
-__all__ = ["PhaseSpread", "phase_values", "pit_miss_probability", "spread_of"]
-
 #: Of all numbers the golden ratio is the worst to approximate by fractions: its multiples leave no gap long unfilled.
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 

@@ -13,8 +13,6 @@ from carom.errors import InputError, SceneError
 from carom.limits import MOST_VALUES, values_in
 from carom.scene import Disc, Scene, Wall
 
-__all__ = ["scene_of_dump"]
-
 Point = tuple[float, float]
 
 #: What a fixture has that nobody has set: whom it collides with.

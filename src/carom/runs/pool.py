@@ -20,8 +20,6 @@ from carom.runs.process import ClosedError, Worker
 from carom.runs.template import Template
 from carom.runs.worker import answer
 
-__all__ = ["Asker", "Closing", "InProcess", "Lane", "LocalPool", "Pool"]
-
 
 def memory_share(lanes: int) -> float:
     """Return how many megabytes each of this many processes at work may take, where one share is left for all else."""

@@ -28,8 +28,6 @@ from carom.runs.wire import Codec
 from carom.runs.worker import TASK_END, UNHEARD, codec_of
 from carom.text import last_words
 
-__all__ = ["ClosedError", "Worker"]
-
 #: An answer that is longer is none. Half a million impacts with all that is known of them are not.
 MOST_ANSWER_BYTES = 2**27
 #: Of what an engine prints, the end is kept.

@@ -7,8 +7,6 @@ from pathlib import Path
 
 from carom.text import visible
 
-__all__ = ["raised", "words_of"]
-
 #: Characters of a reason: a message, and not what it was about.
 MOST_REASON = 2000
 

@@ -17,16 +17,6 @@ from carom.solvers.certified.certify import certify
 from carom.solvers.pic import solve_pic
 from carom.trace import Outcome, Trace
 
-__all__ = [
-    "MOST_IMPACTS",
-    "Reference",
-    "begun_scene",
-    "reference_of",
-    "reference_trace",
-    "require_reference",
-    "will_certify",
-]
-
 #: A minute or so of PIC in plain Python, and of memory for every row: a longer reference is for a solver, not a table.
 MOST_IMPACTS = 200_000
 

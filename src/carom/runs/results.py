@@ -15,8 +15,6 @@ from carom.runs.timing import Timing
 from carom.scenes import KnownAnswer
 from carom.trace import Trace
 
-__all__ = ["Results", "Row", "violates"]
-
 
 @dataclass(frozen=True)
 class Row:

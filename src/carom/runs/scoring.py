@@ -19,8 +19,6 @@ from carom.runs.observe import able_adapter, observe_run
 from carom.runs.pool import Pool
 from carom.runs.reference import begun_scene, reference_trace, require_reference
 
-__all__ = ["Measures", "ScoreJob", "by_start", "score_journal", "steps_of", "sweep"]
-
 #: References kept by a worker: the jobs of a batch are in order of scene and phase, so that few are enough.
 REFERENCES_KEPT = 8
 

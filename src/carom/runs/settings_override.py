@@ -14,8 +14,6 @@ from carom.runs.pool import Asker
 from carom.text import named_hints
 from carom.trace import Setting, setting_text
 
-__all__ = ["KnownSettings", "tried_by"]
-
 #: Set by other means: the step is a part of a job.
 STEP = "dt_s"
 

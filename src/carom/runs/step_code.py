@@ -6,8 +6,6 @@ import ast
 import re
 from collections.abc import Iterator
 
-__all__ = ["changed_lines", "step_lines"]
-
 _COMMENT = re.compile(r"<!--.*?-->\s*", re.DOTALL)
 
 

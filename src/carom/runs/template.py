@@ -29,8 +29,6 @@ from typing import TYPE_CHECKING, NoReturn
 if TYPE_CHECKING:
     import socket
 
-__all__ = ["Forked", "Template", "allow"]
-
 #: The template answers by forking, which takes milliseconds; one that is stopped or gone is not waited for, seconds.
 PATIENCE_S = 2.0
 #: More than folder, path and environment take.

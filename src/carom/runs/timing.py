@@ -25,8 +25,6 @@ from carom.runs.observe import profile_settings
 from carom.runs.validate import adapter_error
 from carom.scene import Scene
 
-__all__ = ["TIMING_RUNS", "Measure", "Timing", "time_run"]
-
 #: Timed runs of a job; the median of three throws one disturbed run away.
 TIMING_RUNS = 3
 

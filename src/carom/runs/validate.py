@@ -25,8 +25,6 @@ from carom.limits import LARGEST, beyond
 from carom.scene import Scene
 from carom.trace import Setting, wall_index
 
-__all__ = ["Validator", "adapter_error", "plain_counts", "plain_settings", "plain_text", "sound_adapter"]
-
 Kind = TypeVar("Kind")
 
 #: Where an author reads what a field may be, and what may be declared.

@@ -25,8 +25,6 @@ from carom.runs.job import Answer, Status, Task, UnavailableError, UnsupportedEr
 from carom.runs.raised import raised, words_of
 from carom.runs.wire import Codec
 
-__all__ = ["TASK_END", "UNHEARD", "answer", "codec_of", "main"]
-
 #: Parts what one task has printed from what the next one does: ASCII's record separator.
 TASK_END = b"\x1e"
 

@@ -32,8 +32,6 @@ from carom.scenes import (
 )
 from carom.scenes.entry import CatalogueScene, Tag
 
-__all__ = ["all_scenes", "catalogue", "find_scenes", "scene_named"]
-
 _TAG_PREFIX = "tag:"
 
 #: What runs by default, and what is asked for by name, in the order in which reports list them.

@@ -17,23 +17,6 @@ from carom.scene import Disc, Scene
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
 from carom.trace import Vector
 
-__all__ = [
-    "WedgeImpact",
-    "after_impact",
-    "after_wall",
-    "answered",
-    "disc",
-    "dot",
-    "impact",
-    "meeting",
-    "normal_of_offset",
-    "scene_of",
-    "struck_row",
-    "unit",
-    "vector",
-    "wedge_impacts",
-]
-
 
 def vector(z: complex) -> Vector:
     """Return a complex number as (x, y)."""

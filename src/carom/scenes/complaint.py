@@ -8,8 +8,6 @@ from functools import partial
 
 from carom.scenes.entry import CatalogueScene, listed
 
-__all__ = ["Complaint", "Symptom", "complained"]
-
 
 class Symptom(StrEnum):
     """What was reported, as something that can be seen in a trace; the value is the phrase shown."""

@@ -16,18 +16,6 @@ from carom.scene import Need, Scene, Wall
 from carom.trace import Trace, Vector, kinetic_energy
 from carom.walls import moved_by
 
-__all__ = [
-    "Builder",
-    "CatalogueScene",
-    "KnownAnswer",
-    "KnownImpact",
-    "Staged",
-    "Tag",
-    "deepest_overlap",
-    "deviation",
-    "listed",
-]
-
 
 class Tag(StrEnum):
     """A word to choose scenes by: ``tag:walls`` is a pattern of `find_scenes`."""

@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["DampedFrameLoop", "DampedRun", "damping_in", "undamped_options"]
-
 
 def damping_in(units: Units, damping_per_s: float) -> Damping:
     """Return a rate of damping in units of a run's own, or the greatest number if they have none for it."""

@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord, ModeRecord
 
-__all__ = ["ImpactLog", "Recent", "gliding_note", "standstill_impacts"]
-
 
 def standstill_impacts(bodies: int) -> int:
     """Return after how many impacts at one instant time no longer advances, where there are this many bodies.

@@ -13,8 +13,6 @@ from carom.extension import extension_available, extension_notes
 if TYPE_CHECKING:
     from carom.solvers.units import Units
 
-__all__ = ["ALWAYS", "PLAIN", "RunOptions", "require_compiled", "require_goal"]
-
 ALWAYS = (-math.inf, math.inf)
 
 

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 
-__all__ = ["pic_run", "solve_pic"]
-
 #: Of two discs that don't meet, and of two that do.
 _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64).reshape(2, 2)
 

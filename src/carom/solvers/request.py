@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.solvers.run import Progress, Run
 
-__all__ = ["Request", "frames_of"]
-
 
 class Request(NamedTuple):
     """How far to go and what to keep: the arguments of `carom.solve_pic`, checked."""

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from carom.solvers.event_driven import kernel
     from carom.solvers.pit import frame_loop
 
-__all__ = ["CONTACT_DTYPE", "RecordedImpacts", "Rows"]
-
 
 class Rows:
     """An array that grows; what it has given out stays as it was."""

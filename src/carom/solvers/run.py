@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.trace import Outcome
 
-__all__ = ["Progress", "Run", "RunImpacts", "Start", "trace_of"]
-
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
 

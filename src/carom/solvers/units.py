@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-__all__ = ["SI", "LogInUnits", "RunInUnits", "Units", "run_in_ordinary_units", "units_of"]
-
 _LEAST = 1.0 / ORDINARY
 #: Exponent of the greatest speed: above that of 1, to leave more room for slower ones, and below that of `ORDINARY`, so
 #: that a gravity which makes this speed in the shortest of scenes is not too large.

@@ -15,8 +15,6 @@ from carom.comparator.local_truth.bodies import MOST_IMPACTS, BodyStates, Pair
 from carom.comparator.local_truth.pairs import MARGIN_STEPS, NearPairs, disc_pairs, wall_pairs
 from carom.comparator.local_truth.rest import RESTING_STEPS, Rest, rests
 
-__all__ = ["Activity", "activity_of"]
-
 Flags = NDArray[np.bool_]
 
 #: Steps whose near pairs are looked for together: boxes round so much of a path are little larger than a disc.

@@ -17,8 +17,6 @@ from carom.scene import Scene
 from carom.trace import wall_body
 from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 
-__all__ = ["StepWatch", "local_truth"]
-
 Array = NDArray[np.float64]
 
 #: What a step rounds a number by, in units in its last place: products, sums, the instant, and a shift of the origin.

@@ -11,8 +11,6 @@ from carom.comparator.local_truth.bodies import BodyStates, Law
 from carom.scene import Scene
 from carom.windows import States
 
-__all__ = ["Block"]
-
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 

@@ -27,8 +27,6 @@ from carom.physics.wall_time_falling import descent_time
 from carom.scene import Scene
 from carom.solvers.plain.finite_walls import FiniteWall
 
-__all__ = ["BodyStates", "Law", "Met", "Pair", "Separation", "exact_run", "sampled_run"]
-
 #: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
 Pair = tuple[int, int]
 

@@ -14,8 +14,6 @@ from dataclasses import dataclass, field, replace
 
 from carom.comparator.local_truth.bodies import Law, Pair
 
-__all__ = ["LONGEST", "Chains", "Groups", "StepChain"]
-
 #: Steps after which a chain is cut at a boundary: what comes after is judged from the run's own state there. A contact
 #: of more steps is answered later than any sampling is; in crowds soft contacts chain up without end.
 LONGEST = 8

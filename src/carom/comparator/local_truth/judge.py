@@ -18,8 +18,6 @@ from carom.comparator.local_truth.pairs import MARGIN_STEPS
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
 
-__all__ = ["PASSED", "Comparison", "WindowPair", "judge", "pairs_missed_by_pit"]
-
 #: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
 #: at; what turns a body by less is an error of velocity.
 PASSED = 0.01

@@ -15,8 +15,6 @@ from carom.comparator.local_truth.bodies import Pair
 from carom.disc_arrays import STANDS, wall_lengths
 from carom.driving import Drive
 
-__all__ = ["MARGIN_STEPS", "RESTING_GAP", "NearPairs", "disc_pairs", "wall_pairs"]
-
 Array = NDArray[np.float64]
 
 #: An engine may answer a meeting this many steps ahead (speculative margins), or still push after it (soft contacts).

@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from carom.trace import Trace, body_name
 from carom.windows import LocalTruth
 
-__all__ = ["ReportsAndStates", "reports_and_states", "shown_by_states"]
-
 #: How many steps a report may lie from its window: engines tell of a contact up to two before or after it acts, most at
 #: a step's boundary, and half a step more keeps rounding from deciding on those.
 _AWAY_STEPS = 2.5

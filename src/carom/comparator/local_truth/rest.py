@@ -13,8 +13,6 @@ from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import Pair
 from carom.comparator.local_truth.pairs import RESTING_GAP, NearPairs
 
-__all__ = ["RESTING_STEPS", "Rest", "rests"]
-
 Flags = NDArray[np.bool_]
 
 #: A pair that gravity presses together rests while it closes or parts by no more than what it falls in this many steps:

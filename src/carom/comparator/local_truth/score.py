@@ -15,8 +15,6 @@ from carom.comparator.thresholds import THRESHOLDS
 from carom.trace import pair_name
 from carom.windows import LocalTruth
 
-__all__ = ["LocalScore", "local_score"]
-
 Array = NDArray[np.float64]
 
 

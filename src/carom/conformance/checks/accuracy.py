@@ -21,8 +21,6 @@ from carom.conformance.violation import Violation, require
 from carom.scenes import all_scenes
 from carom.trace import Outcome, Trace, body_name
 
-__all__ = ["finds_impacts", "spins_are_right", "times_are_right", "velocities_are_right"]
-
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:
     """Every impact is found that PIT finds at this step, and none is invented, except what a promised margin makes."""

@@ -38,25 +38,6 @@ from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.limits import LARGEST
 from carom.scene import Scene
 
-__all__ = [
-    "REFUSALS",
-    "detects_continuously",
-    "falls_as_declared",
-    "far_as_declared",
-    "fast_as_declared",
-    "immovable_stays",
-    "large_as_declared",
-    "moves_as_declared",
-    "posts_stand_still",
-    "refuses",
-    "restitution_as_declared",
-    "rolls_as_declared",
-    "slow_as_declared",
-    "slows_as_declared",
-    "slows_on_a_table_as_declared",
-    "small_as_declared",
-]
-
 #: An engine without a declared limit is tried this far out and this fast: three orders of magnitude beyond any scene
 #: of the catalogue, and still with a relative rounding of coordinates that a float64 engine does not feel.
 FAR_M = 1e5

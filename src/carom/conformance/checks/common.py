@@ -10,8 +10,6 @@ from carom.conformance.subject import Subject, greatest_speed
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.scene import Scene
 
-__all__ = ["declared", "end_with_velocities", "numbers", "supported"]
-
 
 def declared(subject: Subject, field: str) -> Capabilities:
     """Return what an adapter can do, with `field` among it.

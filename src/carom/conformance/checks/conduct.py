@@ -15,17 +15,6 @@ from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import approach, crowd
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 
-__all__ = [
-    "closes_after_errors",
-    "cutting_leaves_no_trace",
-    "is_silent_and_tidy",
-    "keeps_what_it_showed",
-    "lets_go_of_worlds",
-    "looking_changes_nothing",
-    "repeats_to_the_bit",
-    "steps_singly_or_together",
-]
-
 #: An idle pymunk space, the smallest world there is, holds 10 kB: 180 that are not let go of leave 1.8 MB.
 WORLDS = 190
 LEAK_BYTES = 1_800_000

@@ -15,8 +15,6 @@ from carom.conformance.suite_scenes import mixed_contacts
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.trace import wall_index
 
-__all__ = ["contacts_account_for_velocities", "contacts_are_stamped", "contacts_are_well_formed"]
-
 
 def _setup(subject: Subject, profile: str) -> Setup:
     can = subject.capabilities(profile)

@@ -12,8 +12,6 @@ from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import DT_S
 from carom.conformance.violation import require
 
-__all__ = ["declares_capabilities", "declares_profiles", "imports_no_engine"]
-
 PROFILES = ("default", "tuned")
 
 

@@ -11,8 +11,6 @@ from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, require
 from carom.trace import kinetic_energy
 
-__all__ = ["energy_is_kept", "momentum_is_kept"]
-
 #: The comparator's own threshold: float32 engines drift by 1e-7 through rounding, and that is no gain or loss.
 ENERGY = 1e-6
 

@@ -11,8 +11,6 @@ from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, Violation, require
 from carom.trace import Setting
 
-__all__ = ["refuses_unknown_setting", "settings_are_read_back", "starts_as_written"]
-
 UNKNOWN = "carom_no_such_setting"
 
 #: Roundings on the way of a number into the engine's own unit and back: into it and out of it for a length, and both

@@ -15,8 +15,6 @@ from carom.conformance.violation import NotApplicable, Setup, require
 from carom.limits import LARGEST
 from carom.scene import Disc, Scene, Wall
 
-__all__ = ["FRICTIONS", "INERTIAS", "friction_as_declared", "inertia_as_declared", "rubs_as_told", "spins_as_declared"]
-
 #: Within the declared range: the ends of it, and a coefficient at which the suite's discs slide through their impacts.
 FRICTIONS = ("least", "sliding", "greatest")
 

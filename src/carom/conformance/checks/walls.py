@@ -17,17 +17,6 @@ from carom.conformance.suite_scenes import (
 )
 from carom.conformance.violation import NotApplicable
 
-__all__ = [
-    "belts_as_declared",
-    "circles_as_declared",
-    "edges_as_declared",
-    "legs_as_declared",
-    "mallets_as_declared",
-    "materials_as_declared",
-    "paddles_as_declared",
-    "posts_as_declared",
-]
-
 
 def edges_as_declared(subject: Subject) -> None:
     """A disc comes back from an edge that stands on its own, whichever side it comes from."""

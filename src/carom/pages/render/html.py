@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from jinja2 import Template
 
-__all__ = ["html", "replay_page"]
-
 #: What moves on a page, by kind of block.
 #: PIC and PIT without gravity, and what they are made of, in the order in which they import each other.
 _SOLVERS = (

@@ -8,8 +8,6 @@ from collections.abc import Iterator, Sequence
 from carom.pages import document as blocks
 from carom.pages.document import Block, Document, Medium, Table
 
-__all__ = ["markdown"]
-
 
 def markdown(document: Document) -> str:
     """Return the document; every name in it is text, never markup."""

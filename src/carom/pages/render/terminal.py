@@ -17,8 +17,6 @@ from carom.pages import document as blocks
 from carom.pages.document import Cell, Column, Document, Medium, Share, Table
 from carom.text import visible
 
-__all__ = ["plain_text", "terminal"]
-
 #: So many signs make a bar.
 _BAR = 14
 

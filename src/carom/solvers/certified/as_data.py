@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-__all__ = ["enclosures", "from_enclosures"]
-
 _FORMAT = "carom certified run, 1"
 #: Fields of a trace, and of a certified one, that are the same in both.
 _FINAL = ("final_position_m", "final_velocity_m_s")

@@ -20,8 +20,6 @@ from carom.scene import Scene
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 from carom.trace import wall_body, wall_index
 
-__all__ = ["ZERO", "BallBodies", "PairLaw", "RoundLaw", "WallLaw", "ball", "greatest_speed"]
-
 ZERO = arb(0)
 
 

@@ -14,8 +14,6 @@ if TYPE_CHECKING:
 
     from carom.solvers.certified.result import CertifiedTrace
 
-__all__ = ["certify"]
-
 
 def certify(
     scene: Scene | str,

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.solvers.certified.obstacles import Obstacle
 
-__all__ = ["contact_at_start", "exactly_grazing", "exactly_grazing_wall", "exactly_simultaneous", "pull_along_wall"]
-
 #: Relative slack of the float64 search: far above its rounding, far below what would let many pairs through.
 _SLACK = 2.0**-40
 

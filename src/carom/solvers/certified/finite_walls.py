@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from carom.outline import Outline
     from carom.scene import Scene
 
-__all__ = ["finite_contact_at_start", "meet_finite", "meet_plane"]
-
 #: Bits in which the start is asked for contact: far above what 53 bits of input make of a gap.
 _START_BITS = 2048
 #: As in `carom.solvers.certified.exact`: far above float64's rounding, far below what would let many walls through.

@@ -6,8 +6,6 @@ import math
 
 from flint import arb
 
-__all__ = ["float_above", "float_below", "nearest", "quotient"]
-
 #: What rounding to a float64 costs, relative to it, and a little more.
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
 #: Accuracy from which a ball's radius is lost in that little.

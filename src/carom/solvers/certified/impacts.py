@@ -16,8 +16,6 @@ from carom.solvers.certified.ball_bodies import ZERO, BallBodies, PairLaw
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.trace import NO_EDGE, wall_index
 
-__all__ = ["BallImpact", "carry_out"]
-
 
 class BallImpact(NamedTuple):
     """One certified impact: balls for time, normal (first to second, of the given length), velocities and spins after.

@@ -9,8 +9,6 @@ from flint import arb
 from carom.solvers.certified.ball_bodies import RoundLaw
 from carom.solvers.certified.floats import float_above
 
-__all__ = ["Meeting", "PairApproach", "RoundApproach", "Seam", "WallApproach", "undecided"]
-
 
 class PairApproach(NamedTuple):
     """Two discs at `Meeting.at`: centres, relative position and velocity; and what is left of their way.

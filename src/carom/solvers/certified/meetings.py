@@ -19,8 +19,6 @@ from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.meeting import Meeting, PairApproach, WallApproach, undecided
 from carom.trace import wall_index
 
-__all__ = ["meet"]
-
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""

@@ -19,8 +19,6 @@ from carom.trace import EdgeKind, wall_body
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-__all__ = ["Between", "Exact", "Obstacle", "Plane", "Round", "obstacles_of"]
-
 Exact = tuple[Fraction, Fraction]
 _NOWHERE = Fraction(0)
 

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from carom.declared import DeclaredOptions, option, seconds, whole
 
-__all__ = ["CertifyOptions"]
-
 MOST_DIGITS = 10_000
 
 #: Half a million impacts of 64 discs at packing .4, which would take an hour or so.

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.impacts import BallImpact
 
-__all__ = ["BITS_A_DIGIT", "Recording", "Vector", "enclosed"]
-
 Spins = tuple[float, float, float, float]
 
 #: Bits kept of a ball beyond the digits asked for.

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from carom.trace import Trace
 
-__all__ = ["CertifiedTrace", "Degeneracy", "Degenerate", "Ending", "proven_decimal"]
-
 
 class Ending(Enum):
     """How a certified run ended; the value is the sentence shown."""

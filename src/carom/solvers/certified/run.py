@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from carom.scene import Scene
     from carom.solvers.run import Progress
 
-__all__ = ["CertifiedRun"]
-
 #: Impacts between two looks at accuracy and progress.
 _CHUNK = 32
 #: Bits of the first attempt beyond the digits asked for: some hundreds of impacts for most scenes.

@@ -24,8 +24,6 @@ from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.result import Degeneracy, Degenerate
 
-__all__ = ["Choice", "OutOfTime", "Selection", "Undecided"]
-
 #: Solutions between two looks at the clock.
 _CHUNK = 1024
 

@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     from carom.disc_arrays import DiscArrays
     from carom.outline import Outline
 
-__all__ = ["MOST_OBSTACLES", "Obstacles", "obstacles_at_most"]
-
 #: As many as the kernel numbers: `MOST_OBSTACLES` of layout.pxd.
 MOST_OBSTACLES = 32_767
 

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from carom.solvers.event_driven import kernel
     from carom.solvers.run import Progress, Start
 
-__all__ = ["EventDrivenRun", "RunState"]
-
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
 _EVENTS = 100_000
 #: `Ending` of layout.pxd.

@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
-__all__ = ["FallingBodies"]
-
 
 class FallingBodies(Bodies):
     """Positions and velocities under gravity; position and velocity of a disc are those of its own instant.

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from carom.solvers.falling.bodies import FallingBodies
     from carom.solvers.falling.grounds import Ground
 
-__all__ = ["Contacts"]
-
 
 class _Zero(NamedTuple):
     """What is 0 where a mode ends."""

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from carom.physics.features import Feature
     from carom.solvers.falling.bodies import FallingBodies
 
-__all__ = ["Ground", "ground_of", "grounds_of"]
-
 
 class Ground(NamedTuple):
     """What a disc is in contact with.

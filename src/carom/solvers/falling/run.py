@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.trace import ImpactRecord, ModeRecord
 
-__all__ = ["BallisticRun"]
-
 
 class BallisticRun(AllPairsRun):
     """A PIC run under gravity: `carom.solvers.run.Run`.

@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord, ModeRecord
 
-__all__ = ["TableBodies", "TableRun"]
-
 
 class TableBodies(FallingBodies):
     """Positions and velocities on a table.

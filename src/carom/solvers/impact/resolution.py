@@ -17,16 +17,6 @@ import math
 
 from carom.errors import InputError
 
-__all__ = [
-    "are_told_apart",
-    "clock_resolution",
-    "gap_resolution",
-    "pair_resolution",
-    "size_of",
-    "too_far_out",
-    "wall_resolution",
-]
-
 #: A unit in the last place of 1: at least one of any number, in parts of it.
 ULP = 2.0**-52
 

@@ -12,8 +12,6 @@ from carom.scene import steps_to_cover
 if TYPE_CHECKING:
     from carom.solvers.units import Units
 
-__all__ = ["FrameClock"]
-
 
 @dataclass(frozen=True)
 class FrameClock:

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from carom.disc_arrays import HalfPlane
     from carom.outline import Outline
 
-__all__ = ["NearestEdges"]
-
 
 class NearestEdges:
     """Finds the edges of rows of `carom.solvers.rows.CONTACT_DTYPE` whose features are numbers of walls."""

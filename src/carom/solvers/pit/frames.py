@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from carom.solvers.pit.clock import FrameClock
     from carom.solvers.run import RunImpacts, Start
 
-__all__ = ["PlainFrameLoop"]
-
 
 class PlainFrameLoop:
     """Algorithm 1 from frame to frame, in the shape of the compiled loop.

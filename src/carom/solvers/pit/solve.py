@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
-__all__ = ["PATIENCE", "FrameRun", "pit_run", "solve_pit"]
-
 #: How many times the work of looking around all discs once may be wasted before skipping counts as not paying. It is
 #: done at the start, and once more where bounds have run out: chosen, not tuned.
 PATIENCE = 2.0

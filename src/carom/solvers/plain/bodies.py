@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from carom.physics.wall_features import WallFeature
     from carom.solvers.run import Start
 
-__all__ = ["Bodies", "require_supported"]
-
 Vector = tuple[float, float]
 
 

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from carom.outline import Outline
     from carom.physics.features import Feature
 
-__all__ = ["FiniteWall", "Hit", "bend_of", "gap_of", "gap_resolution_m", "overlap_since", "resolution_s", "sizes_of"]
-
 Vector = tuple[float, float]
 
 

@@ -13,8 +13,6 @@ from carom.solvers.request import frames_of
 from carom.solvers.run import trace_of
 from carom.trace import Outcome, Trace
 
-__all__ = ["solve_pic_framewise"]
-
 
 def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = None) -> Trace:
     """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.

@@ -9,8 +9,6 @@ import math
 
 from carom.physics.double_double import two_sum
 
-__all__ = ["NEVER", "START", "Instant", "after", "between"]
-
 Instant = tuple[float, float]
 
 START: Instant = (0.0, 0.0)

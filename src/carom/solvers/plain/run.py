@@ -28,8 +28,6 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.trace import ImpactRecord
 
-__all__ = ["EPOCH_IMPACTS", "AllPairsRun"]
-
 #: Impacts a disc after which time is counted anew, as in the event-driven kernel: see `new_epoch` in its kernel.pyx.
 EPOCH_IMPACTS = 32
 

@@ -18,8 +18,6 @@ from carom.trace import wall_body
 if TYPE_CHECKING:
     from carom.solvers.plain.bodies import Bodies
 
-__all__ = ["Crush", "Squeezes"]
-
 
 class Crush(NamedTuple):
     """A disc that has no room left from an instant on.

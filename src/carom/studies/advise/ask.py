@@ -15,8 +15,6 @@ from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.picture import ShownAdvice
 from carom.studies.advise.run import advise as found_by
 
-__all__ = ["advise"]
-
 
 def advise(
     scene: Scene | str,

@@ -36,8 +36,6 @@ from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchE
 from carom.studies.advise.step_search import CONFIRM, in_a_frame
 from carom.trace import body_name
 
-__all__ = ["PURPOSE", "advice_document", "write_advice"]
-
 #: What a folder of advice is for.
 PURPOSE = "advise"
 

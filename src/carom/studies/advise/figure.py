@@ -13,8 +13,6 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["advice_svg", "draw_advice", "title_of"]
-
 #: Rounding of a direction in 64 bits is some 1e-14 degrees; no demand is near this.
 _LEAST_DEG = 1e-9
 

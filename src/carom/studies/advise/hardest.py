@@ -10,8 +10,6 @@ from carom.errors import InputError
 from carom.studies.advise.sampling_limit import PairLimit, Window, pair_limit
 from carom.trace import Trace
 
-__all__ = ["Cause", "Demand", "HardImpact", "hardest_impacts"]
-
 #: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
 GRAZE = math.cos(math.pi / 6)
 

@@ -10,8 +10,6 @@ from carom.declared import ValueKind, measure, option, whole
 from carom.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
 from carom.runs.options import Limited, engine_names, profile_names
 
-__all__ = ["AdviceOptions"]
-
 
 def _angle(text: str) -> float:
     for unit, scale in (("deg", math.pi / 180.0), ("rad", 1.0)):

@@ -15,8 +15,6 @@ from carom.studies.advise.run import Advice
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["ShownAdvice"]
-
 
 @dataclass(frozen=True, repr=False)
 class ShownAdvice(Advice):

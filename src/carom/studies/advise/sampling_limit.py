@@ -13,8 +13,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["PairLimit", "Window", "direction_limit", "largest_step", "pair_limit"]
-
 Vector = tuple[float, float]
 
 

@@ -12,8 +12,6 @@ from carom.scene import Scene
 from carom.studies.advise.hardest import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
 
-__all__ = ["CONFIRM", "Advised", "Flat", "SearchEnding", "StepRange", "StepSearch", "Wanted", "grid_of", "in_a_frame"]
-
 #: Even starts at which an answer is run once more before it is given.
 CONFIRM = 64
 

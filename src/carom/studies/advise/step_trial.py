@@ -24,8 +24,6 @@ from carom.scene import Scene
 from carom.studies.advise.hardest import Demand
 from carom.trace import Outcome
 
-__all__ = ["StartTask", "Started", "StepTrial", "most_steps", "starts_of", "try_starts"]
-
 #: An aimed start looks this fraction of a step before the impact: late by all but this fraction.
 JUST_BEFORE = 1e-3
 

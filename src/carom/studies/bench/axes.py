@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from carom.runs.scoring import Measures
 
-__all__ = ["Diagram", "ErrorKind", "error_of"]
-
 
 class Diagram(StrEnum):
     """What stands on the axes; the value is the name on the command line."""

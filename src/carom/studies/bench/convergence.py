@@ -11,8 +11,6 @@ import numpy as np
 
 from carom.comparator.thresholds import THRESHOLDS
 
-__all__ = ["Convergence", "ConvergenceOrder", "fit_order", "fit_power", "student_quantile"]
-
 CONFIDENCE = 0.95
 
 #: Sampling alone has order 1. An order that is surely below half of that needs more than four times the steps to halve

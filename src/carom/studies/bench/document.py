@@ -47,8 +47,6 @@ from carom.studies.bench.tables import (
     suite_table,
 )
 
-__all__ = ["bench_document", "write_bench"]
-
 #: The second error whose price is told: one for which looking once a step is no way at all.
 FINE = 1e-6
 

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-__all__ = ["diagram_png", "diagram_svg"]
-
 _WIDTH_IN, _HEIGHT_IN = 8.6, 5.2
 #: An error at rounding is drawn at the foot of the diagram, half a decade below the least of the others.
 _FOOT = 10.0**0.5

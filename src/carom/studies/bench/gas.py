@@ -13,8 +13,6 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-__all__ = ["gas_scene", "hard_disc_gas"]
-
 
 def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
     """Return equal discs of 0.5 m and 1 kg on a hexagonal lattice stretched to fill a square box, at rest as a whole.

@@ -22,18 +22,6 @@ from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import gas_scene
 from carom.studies.bench.options import GrowthOptions
 
-__all__ = [
-    "OWN_SIZES",
-    "SIZES",
-    "Growth",
-    "GrowthCurve",
-    "GrowthPoint",
-    "GrowthTask",
-    "growth",
-    "growth_journal",
-    "same_method",
-]
-
 #: Numbers of discs; engines go to the last of the first row, Carom's own methods to the last of the second.
 SIZES = (2, 10, 30, 100, 300, 1_000, 3_000, 10_000)
 OWN_SIZES = (*SIZES, 30_000, 100_000)

@@ -22,8 +22,6 @@ from carom.studies.bench.tables import METHOD
 if TYPE_CHECKING:
     from matplotlib import figure as drawn
 
-__all__ = ["growth_document", "write_growth"]
-
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.9
 _MIB = 2.0**20
 

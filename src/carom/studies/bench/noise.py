@@ -8,8 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-__all__ = ["Noise", "NoiseProbe", "Spread", "spread"]
-
 #: How long one piece of fixed work is to take on a quiet machine, seconds: long against the clock's own grain, short
 #: against what it is put between.
 PROBE_S = 1e-3

@@ -11,8 +11,6 @@ from carom.runs.options import MOST_SEED, Limited, engine_names, profile_names
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.series import STEPS, geometric_steps
 
-__all__ = ["LEAST_ROUNDS", "BenchPlan", "GrowthOptions"]
-
 #: Fewer rounds than this have no spread worth a name.
 LEAST_ROUNDS = 3
 

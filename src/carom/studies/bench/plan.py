@@ -14,8 +14,6 @@ from carom.scene import Scene
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.series import default_steps
 
-__all__ = ["jobs_of"]
-
 
 def jobs_of(
     scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: BenchPlan, pool: Pool

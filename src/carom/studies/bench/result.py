@@ -16,8 +16,6 @@ from carom.studies.bench.noise import Noise
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.timing_pass import At, CellTiming
 
-__all__ = ["Bench", "Curve", "Point", "SceneBench", "cheapest", "pareto_front", "run_s"]
-
 
 @dataclass(frozen=True)
 class Point:

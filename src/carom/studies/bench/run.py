@@ -24,8 +24,6 @@ from carom.studies.bench.plan import jobs_of
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, timing_key
 
-__all__ = ["work_precision"]
-
 
 def work_precision(
     scenes: Sequence[Scene],

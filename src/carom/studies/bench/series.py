@@ -10,8 +10,6 @@ from carom.errors import InputError
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-__all__ = ["STEPS", "default_steps", "geometric_steps"]
-
 #: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
 #: 1/60 s, in as many steps as a fitted order needs to have a confidence interval worth reading.
 FINEST = 60 / 10_000

@@ -21,24 +21,6 @@ from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, run_s
 from carom.studies.bench.timing_pass import CellTiming
 
-__all__ = [
-    "METHOD",
-    "TABLE_NOTE",
-    "TABLE_SHORT",
-    "cheapest_engine",
-    "engine_points",
-    "error_table",
-    "exact_or",
-    "is_floor",
-    "method_table",
-    "milliseconds",
-    "point_anchor",
-    "point_name",
-    "point_table",
-    "quartiles",
-    "suite_table",
-]
-
 TABLE_NOTE = (
     "Order: least squares of error against step on logarithmic axes, steps with a missed or invented impact and errors "
     "at rounding left out; sampling alone has order 1, and an interval below 1/2 is called not converging. Cost: of "

@@ -27,19 +27,6 @@ from carom.scene import Disc, Scene
 from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.studies.bench.options import LEAST_ROUNDS
 
-__all__ = [
-    "At",
-    "CellTiming",
-    "SceneTiming",
-    "TimeScene",
-    "TimingKey",
-    "Visit",
-    "VisitTask",
-    "empty_world",
-    "timing_journal",
-    "timing_key",
-]
-
 #: A visit repeats a short run until it has taken so long, seconds: then what the clock and the caches do is small.
 VISIT_S = 5e-3
 MOST_REPEATS = 50

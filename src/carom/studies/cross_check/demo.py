@@ -19,8 +19,6 @@ from carom.scenes import all_scenes
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.playback import Replay, replay
 
-__all__ = ["Demo", "demo"]
-
 _SCENE, _PROFILE = "paper/missed", "default"
 
 #: Asked first where it is installed: it has a wheel for every CPython, and starts in a moment.

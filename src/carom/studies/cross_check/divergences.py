@@ -16,8 +16,6 @@ from carom.runs.results import Results
 from carom.studies.cross_check.tables import mark_cell
 from carom.trace import Trace
 
-__all__ = ["divergences", "pictures"]
-
 #: The source paper's four cases are always shown, under the method that the paper shows them of.
 PAPER_GROUP = "paper"
 WORST_SHOWN = 3

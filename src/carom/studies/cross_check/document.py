@@ -31,8 +31,6 @@ from carom.studies.cross_check.steps import steps_section
 from carom.studies.cross_check.thrown import THROWN, thrown_page
 from carom.studies.cross_check.trend import trend_sections
 
-__all__ = ["PURPOSE", "cross_check_document", "reportable", "write_report"]
-
 ABOUT = (
     "Discs touch at an instant between two frames. A method that looks for overlap once a step, as PIT does (periodic "
     "interference test), finds an impact up to a step late and turns discs from the wrong place, those that meet off "

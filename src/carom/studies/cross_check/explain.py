@@ -20,8 +20,6 @@ from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.trace import Trace
 
-__all__ = ["explain"]
-
 #: PIT is run to say what it skips; of a longer run the sentence is not worth the wait.
 MOST_FRAMES = 1_000_000
 

@@ -11,8 +11,6 @@ from carom.pages.grid import Grid, GridCell, GridColumn, Mark
 from carom.studies.cross_check.ranking import merit, ranked
 from carom.studies.cross_check.sentences import Sentence
 
-__all__ = ["finding", "misses"]
-
 #: What an engine as shipped is called among its profiles.
 SHIPPED = "default"
 #: What says that bodies passed through each other; of a trajectory that parted, missed impacts alone do not.

@@ -14,8 +14,6 @@ from carom.pages.grid import Grid, GridColumn, Mark, mark_of
 from carom.runs.results import Results, Row
 from carom.studies.cross_check.ranking import ranked, standing
 
-__all__ = ["counts_table", "run_tables", "verdict_lines"]
-
 #: Grades that share a column of counts, by its heading.
 _COUNTED = {
     "exact": (Mark.EXACT, Mark.EXACT_32),

@@ -17,8 +17,6 @@ from carom.runs.pool import Asker
 from carom.runs.wire import CarriedTrace
 from carom.trace import Trace
 
-__all__ = ["DRAWN", "TraceOf", "observed_journal"]
-
 #: The form of a job whose states are kept for drawing; see `carom.runs.keys.JobKey`.
 DRAWN = "drawn"
 

@@ -38,8 +38,6 @@ from carom.studies.cross_check.ranking import RANKING_NOTE, RIGHT, ranked
 from carom.studies.cross_check.steps import steps_section
 from carom.studies.cross_check.tables import legend, mark_cell
 
-__all__ = ["first_replay", "overview"]
-
 #: From best to worst.
 _GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED)
 #: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods, and

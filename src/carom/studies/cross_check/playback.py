@@ -41,8 +41,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.patches import Circle
 
-__all__ = ["Replay", "replay"]
-
 #: A film lasts about as long as the page's replay at the speed that it chooses, and is held as long at what failed
 #: first; a GIF counts hundredths of a second, four a frame.
 _FILM_S, _HELD_S, _FRAMES_PER_S = 6, 1.5, 25

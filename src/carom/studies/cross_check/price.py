@@ -14,8 +14,6 @@ from carom.pages.document import DETAIL, IN_FULL, ON_PAPER, Block, Cell, Column,
 from carom.pages.grid import Grid, GridColumn
 from carom.pages.svg import MUTED, SURFACE, drawing, finish, line_style, new_figure, render
 
-__all__ = ["PRICE_CAPTION", "PRICE_TITLE", "EnginePrice", "price_chart", "price_section", "prices"]
-
 #: Of the chart, of a line in it, and of the room for names and for what stands below.
 _WIDTH_IN, _LINE_IN, _NAMES_IN, _FOOT_IN = 10.5, 0.22, 1.3, 0.5
 #: What is rounding has a strip of its own: its part of the axis, where two labels stand side by side.

@@ -9,8 +9,6 @@ from collections.abc import Iterable, Sequence
 from carom.pages.grid import BROKEN, GRADED, Grid, GridColumn, Mark, mark_of
 from carom.runs.results import Row
 
-__all__ = ["RANKING_NOTE", "RIGHT", "merit", "ranked", "standing"]
-
 #: Grades that leave nothing to pay for looking once a step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 

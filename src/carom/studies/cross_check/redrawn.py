@@ -20,8 +20,6 @@ from carom.pages.records_line import RowLine, Summary
 from carom.runs.job import Method
 from carom.studies.cross_check.tables import mark_cell
 
-__all__ = ["redrawn_document"]
-
 ABOUT = (
     "Drawn from results.jsonl, without running anything. Replays and pictures need the states of the runs, which it "
     "does not hold: the command that made it makes them."

@@ -12,8 +12,6 @@ from carom.pages.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Col
 from carom.runs.results import Results
 from carom.scenes import KnownAnswer
 
-__all__ = ["known_section", "reference_section"]
-
 #: How far the references of more scenes are believed is evidence, and of few a part of the answer.
 MOST_TOLD = 3
 

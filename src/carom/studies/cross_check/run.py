@@ -35,9 +35,6 @@ from carom.scenes import CatalogueScene, deviation
 from carom.studies.cross_check.observed import DRAWN, TraceOf
 from carom.trace import Setting, Trace
 
-__all__ = ["cross_check", "execute", "run"]
-
-
 T = TypeVar("T")
 
 #: What tells a job from the others of a cross-check, in which no two scenes have one name.

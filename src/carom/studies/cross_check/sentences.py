@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from enum import Enum
 
-__all__ = ["SAID", "Sentence"]
-
 
 class Sentence(Enum):
     """A sentence; what stands in braces is filled in."""

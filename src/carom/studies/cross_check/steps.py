@@ -14,8 +14,6 @@ from carom.pages.replay import replay_link
 from carom.runs.results import Results
 from carom.studies.cross_check.tables import mark_cell
 
-__all__ = ["steps_section"]
-
 STEPS_NOTE = (
     "Each step, or each chain of steps in which bodies meet, is compared with PIC from the run's own state at its "
     "start, to the end of the run. Missed: two bodies passed through each other; in brackets how many of these PIT "

@@ -38,16 +38,6 @@ from carom.runs.results import Results, Row
 from carom.studies.cross_check.thrown import drag_link
 from carom.trace import Setting, Trace, pair_name
 
-__all__ = [
-    "cell_sections",
-    "grid_sections",
-    "legend",
-    "mark_cell",
-    "run_time_section",
-    "settings_section",
-    "spread_section",
-]
-
 #: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
 MOST_TABLES = 4
 MOST_IMPACTS = 40

@@ -8,8 +8,6 @@ from urllib.parse import quote
 from carom.live.page import beyond_page, page_html, with_gallery
 from carom.scene import Scene
 
-__all__ = ["THROWN", "drag_link", "thrown_page"]
-
 #: The page's file in the folder of a report.
 THROWN = "play.html"
 

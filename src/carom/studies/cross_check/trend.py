@@ -19,8 +19,6 @@ from carom.runs.results import Results, Row
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["Trend", "build_trend", "trend_sections"]
-
 _WIDTH_IN, _HEIGHT_IN = 5.6, 4.0
 
 

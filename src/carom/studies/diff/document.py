@@ -23,8 +23,6 @@ from carom.pages.document import (
 )
 from carom.studies.diff.run import Change, Diff, Kind
 
-__all__ = ["MOST_ROWS", "diff_document"]
-
 #: As many rows as a comment on a pull request holds, whose length is limited.
 MOST_ROWS = 50
 #: Groups that a terminal shows in 25 lines of what got worse or is mixed, of all else, and of what is not graded: of

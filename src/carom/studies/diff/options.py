@@ -9,8 +9,6 @@ from typing import Any
 from carom.declared import DeclaredOptions, ValueKind, one_of, option
 from carom.runs.options import FailOn
 
-__all__ = ["DiffOptions"]
-
 
 def _two_names(value: Any) -> tuple[str, str]:
     old, new = value

@@ -22,8 +22,6 @@ from carom.runs.environment import Environment
 from carom.runs.job import Method
 from carom.studies.diff.options import DiffOptions
 
-__all__ = ["BeforeAfter", "Change", "Diff", "Kind", "diff"]
-
 #: What no error tells the size of: it is there or not.
 _FLAGS = (
     *(Verdict.NOT_FINITE, Verdict.CUT_SHORT, Verdict.WRONG_ORDER, Verdict.DRIFTS, Verdict.TURNS),

@@ -23,8 +23,6 @@ from carom.scene import Scene
 from carom.studies.history.options import FEWEST_PHASES
 from carom.trace import Trace
 
-__all__ = ["CellChange", "HistoryTask", "Moved", "Ran", "SeenCell", "change_of", "history_journal"]
-
 #: References, and runs of PIT, that a worker keeps.
 _KEPT = 64
 #: Instants at which a run's discs are compared with another's, besides the end: two runs that bounce otherwise part for

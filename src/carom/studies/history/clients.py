@@ -23,8 +23,6 @@ from carom.errors import CaromError
 from carom.text import last_words, shown
 from carom.versions import require_version
 
-__all__ = ["CLIENTS", "Client", "ClientError", "Npm", "Pip"]
-
 #: A list, or a plan of what is to be installed, comes in seconds; the largest release tried, 300 MB, in half a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0
 #: What a client may print that is read: npm's list of a package of a thousand releases takes a hundredth of it.

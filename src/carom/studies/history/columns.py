@@ -21,8 +21,6 @@ from carom.registry import MANIFESTS, adapter_points, distribution_of, engine_na
 from carom.runs.job import AdapterTask
 from carom.studies.history.overlay import Overlay
 
-__all__ = ["AskOrigin", "AskServed", "Origin", "column_name", "known_columns", "laid"]
-
 
 @dataclass(frozen=True)
 class Origin:

@@ -22,8 +22,6 @@ from carom.studies.history.columns import Origin
 from carom.studies.history.run import PURPOSE, Bisection, History, Release, RunCell, Transition
 from carom.text import is_older, release_numbers
 
-__all__ = ["bisection_lines", "error_chart", "history_document", "listing_lines", "write_history"]
-
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (

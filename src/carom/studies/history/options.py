@@ -13,8 +13,6 @@ from carom.runs.options import Limited, phase_seed, profile_names, step_lengths
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-__all__ = ["FEWEST_PHASES", "HistoryOptions"]
-
 #: Ranges over fewer phases say nothing of a change: one phase makes a step look lucky or unlucky.
 FEWEST_PHASES = 8
 

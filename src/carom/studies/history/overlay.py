@@ -20,8 +20,6 @@ from pathlib import Path
 
 from carom.studies.history.clients import Client
 
-__all__ = ["Kept", "Overlay", "kept_releases"]
-
 #: Beside the packages: what was installed, as a list of names and versions.
 _NOTE = "carom-release.json"
 

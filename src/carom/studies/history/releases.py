@@ -9,8 +9,6 @@ from carom.errors import UnknownNameError
 from carom.text import named_hints, release_numbers
 from carom.versions import require_version, version_condition
 
-__all__ = ["in_order", "is_final", "selected"]
-
 #: Without a tag that marks it as not final, an alpha, a nightly; `post` mends the packaging of a final one.
 _FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")
 

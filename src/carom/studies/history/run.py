@@ -30,19 +30,6 @@ from carom.studies.history.overlay import Kept
 from carom.studies.history.releases import in_order, selected
 from carom.text import is_older, named_hints
 
-__all__ = [
-    "JOURNAL",
-    "PURPOSE",
-    "Bisection",
-    "History",
-    "Release",
-    "RunCell",
-    "Transition",
-    "bisected",
-    "history",
-    "listing",
-]
-
 #: What a folder of a history is for, and its journal there.
 PURPOSE, JOURNAL = "history", "journal.jsonl"
 

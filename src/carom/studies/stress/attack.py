@@ -14,18 +14,6 @@ from carom.scenes.entry import deepest_overlap
 from carom.studies.stress.truth import TrueMotion
 from carom.trace import Outcome, Trace, Vector, kinetic_energy
 
-__all__ = [
-    "TOLERANCE",
-    "Attack",
-    "Judge",
-    "Judgement",
-    "Trial",
-    "closed_form_judge",
-    "energy_judge",
-    "pressure_judge",
-    "velocity_judge",
-]
-
 #: What counts as giving way: a tenth. A method that is wrong by a tenth of what the impacts do is wrong for any
 #: purpose, and every engine's everyday error at a sensible step lies below it, so that what is found is where a method
 #: gives way and not how exact it is; how exact it is while it stands is shown beside it.

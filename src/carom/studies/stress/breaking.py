@@ -15,8 +15,6 @@ from carom.scene import Scene, save_scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
 from carom.studies.stress.spots import Spot, SpotEnding
 
-__all__ = ["NotRunError", "breaking_point", "save_as"]
-
 #: The breaking point is bisected until the value that stands and the one that does not are this near, as a ratio.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2
 

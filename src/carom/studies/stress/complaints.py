@@ -19,8 +19,6 @@ from carom.scenes.entry import deepest_overlap
 from carom.studies.stress.spots import Spot, SpotEnding
 from carom.trace import Outcome, Trace, kinetic_energy
 
-__all__ = ["NOTICED", "complaint_spot", "shows"]
-
 #: A per cent of the scene's speed or energy: what people notice and write about, and above float32's rounding.
 NOTICED = 0.01
 

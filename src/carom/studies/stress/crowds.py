@@ -22,8 +22,6 @@ from carom.studies.stress.attack import (
 from carom.studies.stress.pairs import PHASES, RATE_HZ
 from carom.studies.stress.truth import TrueMotion, UndecidedError, true_motion
 
-__all__ = ["CRITICAL_RESTITUTION", "crowd_attacks"]
-
 #: Three equal discs in line collide without end below this: S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992).
 CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)
 

@@ -37,8 +37,6 @@ from carom.registry import asked_as
 from carom.runs.job import Method, Status
 from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
 
-__all__ = ["stress_document", "write_stress"]
-
 HEADINGS = {
     "attack": "Where each method gives way",
     "relation": "Relations that need no truth",

@@ -13,8 +13,6 @@ from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_AFTER, STEPS_BEFOR
 from carom.studies.stress.truth import true_motion
 from carom.walls import Leg, drive_of
 
-__all__ = ["wall_attacks"]
-
 _DT_S = 1.0 / RATE_HZ
 _RADIUS_M = 0.25
 #: A hundredth of a diameter a step, as in `carom.studies.stress.pairs`.

@@ -9,8 +9,6 @@ from carom.declared import flag, option, seconds
 from carom.limits import DEFAULT_TIME_LIMIT_S
 from carom.runs.options import Limited, engine_names, profile_names
 
-__all__ = ["StressOptions"]
-
 #: An engine that gives no answer for so long has given way. In the quick form no scene takes a second.
 QUICK_TIME_LIMIT_S = 10.0
 

@@ -9,8 +9,6 @@ from carom.scene import Disc, Scene
 from carom.studies.stress.attack import Attack, Trial, velocity_judge
 from carom.studies.stress.truth import true_motion
 
-__all__ = ["PHASES", "RATE_HZ", "pair_attacks"]
-
 RATE_HZ = 240.0
 
 #: Where in a step the impact falls. One phase makes a step look lucky, so each value is tried at several.

@@ -25,8 +25,6 @@ from carom.studies.stress.breaking import NotRunError, save_as
 from carom.studies.stress.spots import Spot, SpotEnding
 from carom.trace import Outcome, Trace
 
-__all__ = ["HOLDS", "Relation", "base_scene", "relation_spot", "relations", "rough_scene", "superballs"]
-
 #: A relation holds where the deviation is below this. Three impacts multiply rounding by some hundreds, and sums of a
 #: few hundred steps add as much again; an absolute slop that matters is larger by orders of magnitude.
 HOLDS = 1e-9

@@ -17,8 +17,6 @@ from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Tri
 from carom.studies.stress.pairs import PHASES, RATE_HZ
 from carom.trace import Trace, Vector
 
-__all__ = ["rough_attacks", "spin_judge"]
-
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
 #: Steps to the impact, and after it: as in `carom.studies.stress.pairs`.

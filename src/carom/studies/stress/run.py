@@ -32,8 +32,6 @@ from carom.studies.stress.rough import rough_attacks
 from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
 from carom.text import named_hints
 
-__all__ = ["JOURNAL", "PURPOSE", "SCENES", "attacks", "carried_out", "listing", "stress", "stress_journal"]
-
 #: What a folder of a campaign is for.
 PURPOSE = "stress"
 

@@ -11,8 +11,6 @@ from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Method, Status
 
-__all__ = ["Line", "Spot", "SpotEnding", "StressResults"]
-
 
 class SpotEnding(StrEnum):
     """How a cell ended; the value is the phrase shown."""

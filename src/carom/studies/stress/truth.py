@@ -22,8 +22,6 @@ from carom.errors import InputError
 from carom.scene import Need, Scene
 from carom.trace import Vector, wall_body, wall_index
 
-__all__ = ["TrueImpact", "TrueMotion", "UndecidedError", "true_motion"]
-
 #: Decimal digits of the first pass. The least relative distance that a sweep asks for, a graze of 1e-15, costs 30 of
 #: them in the discriminant; a chain of impacts loses at most about a digit an impact.
 DIGITS = 120

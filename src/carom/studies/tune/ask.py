@@ -15,8 +15,6 @@ from carom.studies.tune.picture import ShownTuning
 from carom.studies.tune.run import SCENES
 from carom.studies.tune.run import tune as found_by
 
-__all__ = ["tune"]
-
 
 def tune(
     engine: str, scenes: Sequence[Scene | str] | None = None, *, progress: Progress | None = None, **options: Any

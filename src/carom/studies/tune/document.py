@@ -25,8 +25,6 @@ from carom.studies.tune.run import PURPOSE, Tuning
 from carom.studies.tune.search import Found
 from carom.trace import Setting, setting_text
 
-__all__ = ["set_words", "tune_document", "write_tune"]
-
 ERROR_NOTE = (
     "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what looking "
     "once a step costs, 0 is rounding."

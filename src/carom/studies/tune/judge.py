@@ -20,8 +20,6 @@ from carom.scene import Scene
 from carom.studies.tune.merit import Judged
 from carom.trace import Trace
 
-__all__ = ["JudgeTask", "Jury", "judged_by", "tune_journal"]
-
 #: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
 _KEPT = 256
 

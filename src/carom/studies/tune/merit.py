@@ -19,8 +19,6 @@ from dataclasses import dataclass
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
 
-__all__ = ["Judged", "Merit", "error_part", "merit_of"]
-
 #: Hundredths of the scale from `THRESHOLDS.rounding` to its reciprocal: a factor of 1.7 each.
 _PARTS = 100
 

@@ -11,8 +11,6 @@ from carom.runs.options import MOST_SEED, Limited
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-__all__ = ["TuneOptions"]
-
 
 @dataclass(frozen=True)
 class TuneOptions(Limited):

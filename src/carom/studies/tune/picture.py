@@ -18,8 +18,6 @@ from carom.studies.tune.run import Tuning
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["ShownTuning"]
-
 
 @dataclass(frozen=True, repr=False)
 class ShownTuning(Tuning):

@@ -29,8 +29,6 @@ from carom.studies.tune.space import Space, values_of
 from carom.text import named_hints
 from carom.trace import Setting, Trace
 
-__all__ = ["JOURNAL", "PURPOSE", "SCENES", "Tuning", "tune"]
-
 #: What a folder of a search is for, and its journal there.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"
 #: What is searched on unless scenes are named: short, each with a known answer, and of every kind.

@@ -24,8 +24,6 @@ from carom.studies.tune.space import Point, Space
 if TYPE_CHECKING:
     from optuna import Study
 
-__all__ = ["Found", "KnobSearch", "require_tune_extra"]
-
 #: A trial is judged in this many parts, those scenes first that went worst with the first profile; after each part one
 #: that can't come up to the best any more is given up.
 PARTS = 3

@@ -9,8 +9,6 @@ from carom.adapter import Knob
 from carom.runs.job import Tried
 from carom.trace import Setting
 
-__all__ = ["Point", "Space", "values_of"]
-
 #: A range is tried at its two ends and so many values between, evenly spread, on the scale of the knob. The ends are
 #: among them since they are the best as a rule: off is 0, never is the largest value there is.
 BETWEEN = 15

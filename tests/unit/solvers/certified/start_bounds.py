@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from carom.solvers.certified.ball_bodies import BallBodies
 
-__all__ = ["StartBounds"]
-
 
 class StartBounds:
     """The table of `carom.solvers.certified.bounds.LowerBounds`, in which each new bound says nothing."""
