@@ -80,7 +80,8 @@ export class Contacts {
         const pull = -this.press(i, ground).normal,
           known = this.known(i, ground),
           approach = this.approach(i, ground),
-          touches = ground.gapOf(b, i) <= known;
+          gap = ground.gapOf(b, i),
+          touches = -b.radius[i] < gap && gap <= known;
         if (this.grounds[i] === null && touches && pull < 0 && approach * approach <= -2 * pull * known)
           yield [i, this.land(i, ground, approach)];
       }

@@ -289,8 +289,6 @@ def test_two_thousand_scenes_have_carom_s_bits(first: int) -> None:
     assert _random_unlike(range(first, first + 20)) == []
 
 
-# Of these 400 some five part where contact on a straight edge begins, and docs/play.md says so.
-@pytest.mark.xfail(strict=True, reason="on some of each hundred tables contact on edges has other bits in the page")
 @pytest.mark.long
 @pytest.mark.parametrize("first", range(8, 408, 100))
 def test_hundreds_of_tables_have_carom_s_bits(first: int) -> None:
