@@ -3,51 +3,31 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-import numpy as np
-from numpy.typing import NDArray
 
 from carom.comparator import Score, compare
 from carom.comparator.finite import not_finite
-from carom.driving import Drive
 from carom.errors import InputError, MissingExtraError
 from carom.folders import write_file
 from carom.limits import MOST_DISCS_DRAWN
 from carom.pages import wording
 from carom.pages.files import packed, require_report_extra
 from carom.pages.grid import mark_of, reasons_of
-from carom.pages.paths import exact_paths, extent_of, observed_paths
-from carom.pages.picture import draw_pair, draw_walls, limits_of
+from carom.pages.picture import draw_pair
 from carom.pages.render.html import replay_page
-from carom.pages.replay import first_fault, held_at_s, impact_rows, meetings, replay_data, run_command
-from carom.pages.svg import SERIES, WALL, drawing
-from carom.pages.tracks import Track, observed_tracks, reference_tracks
+from carom.pages.replay import replay_data, run_command
+from carom.pages.svg import drawing
 from carom.runs.job import Job, Method, Status
 from carom.runs.results import Row
 from carom.scene import Scene, as_scene
 from carom.solvers.pic import solve_pic
+from carom.studies.cross_check.film import FRAMES_PER_S, film
 from carom.studies.cross_check.run import run
 from carom.text import visible
 from carom.trace import Trace
 
-if TYPE_CHECKING:
-    from matplotlib.animation import FuncAnimation
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.patches import Circle
-
-#: A film lasts about as long as the page's replay at the speed that it chooses, and is held as long at what failed
-#: first; a GIF counts hundredths of a second, four a frame.
-_FILM_S, _HELD_S, _FRAMES_PER_S = 6, 1.5, 25
-#: Colours of what must happen, and of an impact that is missed, as in the page.
-_GHOST, _WRONG = "#74777c", "#d5452f"
-#: What became of an impact stays in the picture for this part of the scene, as in the page.
-_SAID_FOR = 1.0 / 12.0
 #: With more, a still picture shows nothing.
 _MOST_IMPACTS_DRAWN = 1000
 
@@ -133,10 +113,10 @@ class Replay:
             raise MissingExtraError(
                 "an .mp4 needs the program ffmpeg, which is not installed", hints=[".gif and .html need none"]
             )
-        writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=_FRAMES_PER_S)
+        writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
         with tempfile.TemporaryDirectory() as folder, drawing():
             made = Path(folder) / path.name
-            _film(self).save(made, writer=writer)
+            film(self.reference, self.observed, self.score).save(made, writer=writer)
             return write_file(path, made.read_bytes())
 
 
@@ -172,92 +152,3 @@ def replay(
     if broken := not_finite(observed):
         raise InputError(f"{broken} in the run: what has no place can't be played")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)
-
-
-def _times(scene: Scene, held_s: float | None) -> NDArray[np.float64]:
-    """Return the time of the scene that each frame shows, seconds: evenly, and for a while at what failed first."""
-    times = np.linspace(0.0, scene.duration_s, _FILM_S * _FRAMES_PER_S)
-    if held_s is None:
-        return times
-    return np.insert(times, np.searchsorted(times, held_s), np.full(round(_HELD_S * _FRAMES_PER_S), held_s))
-
-
-def _film(shown: Replay) -> FuncAnimation:
-    """Return both runs side by side on one clock, to one scale; what became of an impact is said when it happens.
-
-    Solid is the run that a side is of, grey the exact one, dashed the last look, and a cross an impact missed.
-    """
-    from matplotlib.animation import FuncAnimation
-    from matplotlib.figure import Figure
-    from matplotlib.transforms import Affine2D
-
-    reference, observed = shown.reference, shown.observed
-    scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
-    rows, places = list(impact_rows(reference, observed, shown.score)), list(meetings(reference))
-    k = first_fault(rows)
-    at = None if k is None else rows[k].get("at")
-    held_s = None if k is None else held_at_s(rows[k], None if at is None else places[at][2], observed)
-    times = _times(scene, held_s)
-    figure = Figure(figsize=(8.0, 4.4), dpi=80)
-    clock = figure.suptitle("")
-    limits = limits_of(scene, exact_paths(reference), observed_paths(observed))
-    exact, seen = reference_tracks(reference), observed_tracks(observed, extent_of(reference))
-    left, right = figure.subplots(1, 2)
-    driven: list[tuple[Axes, Drive, Artist]] = []
-    for axes, title in ((left, "What must happen"), (right, f"What {name} does")):
-        axes.set(title=title, xticks=(), yticks=())  # numbers would take most of the time to draw
-        drawn = zip(scene.walls, draw_walls(axes, scene, limits, ends=False), strict=True)
-        driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
-    moving = [*_discs(left, scene, exact, times), *_discs(right, scene, seen, times)]
-    moving += _discs(right, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
-    if observed.dt_s:
-        # The last look at or before each frame; rounding of the quotient must not lose the look that a frame is at.
-        looks = np.floor(times / observed.dt_s + 1e-9) * observed.dt_s
-        moving += _discs(right, scene, seen, looks, fill=False, linestyle="--", alpha=0.8, path=False)
-    crosses = [
-        (row["true"], right.plot(*places[row["at"]][:2], "x", color=_WRONG, markersize=12, markeredgewidth=3)[0])
-        for row in rows
-        if row["flag"] == "missed"
-    ]
-    words = right.set_xlabel(" ")
-    told = [(row.get("reported", row.get("true")), row["became"]) for row in rows]
-
-    def show(frame: int) -> Iterable[Artist]:
-        now = times[frame]
-        for circle, where in moving:
-            circle.set_center(where[frame])
-        for axes, drive, artist in driven:
-            artist.set_transform(Affine2D().translate(*drive.moved_at(now)) + axes.transData)
-        for since, cross in crosses:
-            cross.set_visible(bool(now >= since))
-        clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")
-        said = [became for when, became in told if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
-        words.set_text(f"impact {said[-1]}" if said else " ")
-        return [circle for circle, _ in moving]
-
-    return FuncAnimation(figure, show, frames=len(times))
-
-
-def _discs(
-    axes: Axes,
-    scene: Scene,
-    tracks: Sequence[Track],
-    times: NDArray[np.float64],
-    *,
-    path: bool = True,
-    alpha: float = 0.8,
-    **style: Any,
-) -> Iterator[tuple[Circle, NDArray[np.float64]]]:
-    """Draw the discs of a run and yield each with where it is at each of some times."""
-    from matplotlib.patches import Circle
-
-    for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
-        if disc.immovable and not path:
-            continue
-        colour = WALL if disc.immovable else SERIES[k % len(SERIES)]
-        places = track.at(np.minimum(times, track.time_s[-1]))
-        drawn = Circle(track.position_m[0], disc.radius_m, alpha=alpha, **({"color": colour} | style))
-        axes.add_patch(drawn)
-        if path:
-            axes.plot(*places.T, color=colour, linewidth=0.8)
-        yield drawn, places

@@ -7,13 +7,17 @@ import gzip
 import json
 import re
 import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
 from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib import rc_context
-from matplotlib.animation import FFMpegWriter
+from matplotlib.animation import FFMpegWriter, FuncAnimation
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from PIL import Image
 
@@ -21,7 +25,7 @@ import carom
 from carom import Scene
 from carom.errors import InputError, MissingExtraError
 from carom.scenes import find_scenes
-from carom.studies.cross_check import playback
+from carom.studies.cross_check import film as films
 from carom.studies.cross_check.playback import Replay
 
 HOSTILE = "</script><b>'\""
@@ -79,7 +83,7 @@ def test_a_gif_moves_and_is_held_where_the_impact_is_missed(
     shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It has 25 frames a second, which differ, and one that stands longer, the time of the fault."""
-    monkeypatch.setattr(playback, "_FILM_S", 1)
+    monkeypatch.setattr(films, "_FILM_S", 1)
     with Image.open(shown.save(tmp_path / "replay.gif")) as film:
         lasts = []
         for frame in range(film.n_frames):  # type: ignore[attr-defined]
@@ -90,62 +94,154 @@ def test_a_gif_moves_and_is_held_where_the_impact_is_missed(
         film.seek(5)
         assert film.convert("RGB").tobytes() != first
     assert min(lasts) == 40
-    assert max(lasts) >= 1000 * playback._HELD_S  # noqa: SLF001
-    assert sum(lasts) == 40 * (25 + 38)  # a second, and a second and a half at the miss
+    assert max(lasts) >= 1000 * (films._HELD_S - films._FLASH_S)  # noqa: SLF001 - while looks fade frames differ
+    assert sum(lasts) == 40 * _frames(shown)
 
 
-def test_a_film_shows_the_discs_where_they_are(shown: Replay) -> None:
+@dataclass(frozen=True)
+class _Film:
+    """A film, looked at frame by frame."""
+
+    made: FuncAnimation
+    times: np.ndarray
+
+    def show(self, frame: int) -> tuple[list[Axes], list[list[Circle]]]:
+        """Return left, right and what is magnified, and the circles of each."""
+        self.made._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
+        left, right = self.made._fig.axes[:2]  # type: ignore[attr-defined]  # noqa: SLF001
+        pictures = [left, right, *right.child_axes]
+        return pictures, [[part for part in axes.patches if isinstance(part, Circle)] for axes in pictures]
+
+
+@pytest.fixture
+def film(shown: Replay) -> Iterator[_Film]:
+    made = films.film(shown.reference, shown.observed, shown.score)
+    yield _Film(made, films._times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+def _deepest_s(shown: Replay) -> float:
+    """Return when two discs that fly on are nearest to each other."""
+    one, other = shown.reference.scene.discs
+    apart, passing = (np.subtract(getattr(other, of), getattr(one, of)) for of in ("position_m", "velocity_m_s"))
+    return float(-(apart @ passing) / (passing @ passing))
+
+
+def _at(cross: Line2D) -> np.ndarray:
+    place: np.ndarray = np.array(cross.get_xydata(), dtype=float)[0]
+    return place
+
+
+def _frames(shown: Replay) -> int:
+    return len(films._times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+
+
+def test_a_film_shows_the_discs_where_they_are(shown: Replay, film: _Film) -> None:
     """At the end each circle is where its trace ends; the exact run goes along on the right, and the last look."""
-    film = playback._film(shown)  # noqa: SLF001
-    frames = playback._times(shown.reference.scene, 0.0)  # noqa: SLF001
-    film._func(len(frames) - 1)  # type: ignore[attr-defined]  # noqa: SLF001
-    left, right = film._fig.axes  # type: ignore[attr-defined]  # noqa: SLF001
-    of = [[circle.get_center() for circle in axes.patches if isinstance(circle, Circle)] for axes in (left, right)]
+    _, circles = film.show(len(film.times) - 1)
+    left, right = ([circle.get_center() for circle in drawn] for drawn in circles[:2])
     exact, seen = shown.reference.final_position_m, shown.observed.final_position_m
-    assert np.array(of[0]) == pytest.approx(exact, abs=1e-5)
-    assert np.array(of[1]) == pytest.approx(np.concatenate([seen, exact, seen]), abs=1e-5)
-    film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+    assert np.array(left) == pytest.approx(exact, abs=1e-5)
+    assert np.array(right[:6]) == pytest.approx(np.concatenate([seen, exact, seen]), abs=1e-5)
 
 
-def test_a_cross_stays_where_the_impact_is_missed(shown: Replay) -> None:
+def test_a_cross_stays_where_the_impact_is_missed(shown: Replay, film: _Film) -> None:
     """It is where the two would have touched, from that instant to the end, and not before."""
-    film = playback._film(shown)  # noqa: SLF001
-    (cross,) = [line for line in film._fig.axes[1].lines if line.get_marker() == "x"]  # type: ignore[attr-defined]  # noqa: SLF001
+    pictures, _ = film.show(0)
+    (cross,) = [line for line in pictures[1].lines if line.get_marker() == "x"]
     (impact,) = shown.reference.impacts
     met_s, one = impact["time_s"], shown.reference.scene.discs[0]
     centre = np.add(one.position_m, met_s * np.array(one.velocity_m_s))
-    assert np.hypot(*(np.ravel(cross.get_data()) - centre)) == pytest.approx(one.radius_m)
-    times = playback._times(shown.reference.scene, 0.0)  # noqa: SLF001
-    for frame, visible in ((0, False), (len(times) - 1, True)):
-        film._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
+    assert np.hypot(*(_at(cross) - centre)) == pytest.approx(one.radius_m)
+    for frame, visible in ((0, False), (len(film.times) - 1, True)):
+        film.show(frame)
         assert cross.get_visible() is visible
-    film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 
 
-def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay) -> None:
+def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay, film: _Film) -> None:
     """The run looks every 24th of a second: its dashed disc is where it was at the last of them."""
-    film = playback._film(shown)  # noqa: SLF001
-    times = playback._times(shown.reference.scene, None)  # noqa: SLF001 - before the film is held
-    frame = int(np.searchsorted(times, 2.5 / 24))
-    film._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
-    dashed = [c for c in film._fig.axes[1].patches if isinstance(c, Circle) and not c.get_fill()]  # type: ignore[attr-defined]  # noqa: SLF001
+    _, (_, right, _) = film.show(int(np.searchsorted(film.times, 2.5 / 24)))
+    dashed = [circle for circle in right if circle.get_linestyle() == "--"]
     discs = shown.reference.scene.discs
     looked = [np.add(disc.position_m, 2 / 24 * np.array(disc.velocity_m_s)) for disc in discs]
     assert np.array([circle.get_center() for circle in dashed]) == pytest.approx(np.array(looked), abs=1e-5)
-    film._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+def test_a_look_flashes_where_it_was_taken_and_fades(shown: Replay, film: _Film) -> None:
+    """The tenth look's outline is full at its first frame, a third of it is gone .16 s later, and in the end all."""
+    first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
+    place = np.add(
+        shown.reference.scene.discs[0].position_m, 10 / 24 * np.array(shown.reference.scene.discs[0].velocity_m_s)
+    )
+    for frame, alpha in ((first, 1.0), (first + 4, 1 - 4 / 11.25), (first + 12, 0.0)):
+        _, (_, right, _) = film.show(frame)
+        strengths = [
+            circle.get_alpha() or 0.0
+            for circle in right
+            if circle.get_linewidth() == 2.5 and np.hypot(*np.subtract(circle.get_center(), place)) < 1e-5
+        ]
+        assert max(strengths, default=0.0) == pytest.approx(alpha)
+
+
+def test_a_film_slows_towards_the_miss_and_is_held_there(shown: Replay, film: _Film) -> None:
+    """Far from it a frame is a 150th of the scene, just before it an eighth of that; it stands for 1.5 seconds."""
+    steps, held_s = np.diff(film.times), _deepest_s(shown)
+    even_s = shown.reference.scene.duration_s / 150
+    assert steps[0] == pytest.approx(even_s)
+    assert steps[-1] == pytest.approx(even_s, rel=0.02)
+    (held,) = np.nonzero(np.abs(film.times - held_s) < 1e-12)
+    assert len(held) == 38
+    assert steps[held[0] - 2] == pytest.approx(even_s / 8)
+    assert (steps >= 0).all()
+    assert film.times[-1] == shown.reference.scene.duration_s
+
+
+def test_what_fails_is_magnified_while_the_film_is_slow(shown: Replay, film: _Film) -> None:
+    """Two and a half radii about where the two touch, in a corner where that is not; before it nothing is magnified."""
+    pictures, _ = film.show(0)
+    _, right, inset = pictures
+    assert not inset.get_visible()
+    film.show(int(np.searchsorted(film.times, _deepest_s(shown))))
+    assert inset.get_visible()
+    (cross,) = [line for line in right.lines if line.get_marker() == "x"]
+    place, radius = _at(cross), shown.reference.scene.discs[0].radius_m
+    assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(
+        np.array([place - 2.5 * radius, place + 2.5 * radius])
+    )
+    right.figure.canvas.draw()
+    box, at = inset.get_window_extent(), right.transData.transform(place)
+    assert box.width > 1.4 * 5 * radius * right.transData.get_matrix()[0, 0]
+    assert not box.contains(*at)
+
+
+def test_what_a_film_would_not_magnify_has_no_inset() -> None:
+    """A disc a fifth of the picture's height is seen as it is."""
+    scene = carom.Scene(
+        name="large",
+        discs=[
+            carom.Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1),
+            carom.Disc(position_m=(3, 0), radius_m=1),
+        ],
+        duration_s=2.0,
+        frame_rate_hz=3.0,
+    )
+    shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
+    made = films.film(shown.reference, shown.observed, shown.score)
+    assert made._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
+    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
 
 
 @pytest.mark.long
 def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The program that matplotlib calls ffmpeg gets each frame whole, and what it writes is the file."""
-    monkeypatch.setattr(playback, "_FILM_S", 1)
+    monkeypatch.setattr(films, "_FILM_S", 1)
     program = tmp_path / "ffmpeg"
     program.write_text(f"#!{sys.executable}\nimport sys\nopen(sys.argv[-1], 'wb').write(sys.stdin.buffer.read())\n")
     program.chmod(0o755)
     with rc_context({"animation.ffmpeg_path": str(program)}):
         frames = shown.save(tmp_path / "replay.mp4").read_bytes()
     size = 4 * 640 * 352  # four bytes a pixel, 8 by 4.4 inches of 80
-    assert len(frames) == size * (25 + 38)  # a second, and a second and a half at the miss
+    assert len(frames) == size * _frames(shown)
     assert frames[:size] != frames[-size:]
 
 

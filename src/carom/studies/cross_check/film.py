@@ -1,0 +1,205 @@
+"""A replay as a film: both runs on one clock, slower towards what failed first, which is magnified and held."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.driving import Drive
+from carom.pages.paths import exact_paths, extent_of, observed_paths
+from carom.pages.picture import Limits, draw_walls, limits_of
+from carom.pages.replay import first_fault, held_at_s, impact_rows, meetings
+from carom.pages.svg import SERIES, SURFACE, WALL
+from carom.pages.tracks import Track, observed_tracks, reference_tracks
+from carom.scene import Scene
+from carom.trace import Trace
+
+if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Circle
+
+    from carom.comparator import Score
+
+#: A film lasts about as long as the page's replay at the speed that it chooses, slows as long before what failed first,
+#: and is held there as long; a GIF counts hundredths of a second, four a frame.
+_FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
+_SLOWEST = 1.0 / 8.0
+#: As in the page a look flashes and fades, so many of them at once, and in a crowd of more discs those that fail alone.
+_FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
+#: From the middle of what is magnified to its edge in radii of a disc; the inset's side in parts of the picture's width
+#: and height, and how much it magnifies at the least: all as in the page.
+_REACH, _ASIDE, _MAGNIFIES = 2.5, (0.42, 0.56), 1.4
+#: Colours of what must happen, and of an impact that is missed, as in the page.
+_GHOST, _WRONG = "#74777c", "#d5452f"
+#: What became of an impact stays in the picture for this part of the scene, as in the page.
+_SAID_FOR = 1.0 / 12.0
+
+Array = NDArray[np.float64]
+
+
+class _Moving(NamedTuple):
+    """A circle, where it is at each frame, shape ``(frames, 2)``, and how strongly it is drawn there."""
+
+    circle: Circle
+    places_m: Array
+    alphas: Array | None = None
+
+
+def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
+    """Return both runs side by side on one clock, to one scale; what became of an impact is said when it happens.
+
+    Solid is the run that a side is of, grey the exact one, dashed the last look, and a cross an impact missed; a look
+    flashes when it is taken.
+    """
+    from matplotlib.animation import FuncAnimation
+    from matplotlib.figure import Figure
+    from matplotlib.transforms import Affine2D
+
+    scene, name = reference.scene, f"{observed.method} {observed.profile_shown}".strip()
+    rows, places = list(impact_rows(reference, observed, score)), list(meetings(reference))
+    exact, seen = reference_tracks(reference), observed_tracks(observed, extent_of(reference))
+    limits = limits_of(scene, exact_paths(reference), observed_paths(observed))
+    figure = Figure(figsize=(8.0, 4.4), dpi=80)
+    clock = figure.suptitle("")
+    left, right = figure.subplots(1, 2)
+    pictures = [(left, limits), (right, limits)]
+    failing, held_s, inset = list[int](), None, None
+    if (fault := first_fault(rows)) is not None:
+        failing, at = rows[fault]["bodies"], rows[fault].get("at")
+        held_s = held_at_s(rows[fault], None if at is None else places[at][2], observed)
+        middle = seen[failing[0]].at(np.array([held_s]))[0] if at is None else np.array(places[at][:2])
+        if (within := _magnified(scene, middle, failing, limits)) is not None:
+            inset = _inset(right, within, limits)
+            pictures.append((inset, within))
+    times = _times(scene, held_s)
+    moving: list[_Moving] = []
+    crosses: list[tuple[float, Artist]] = []
+    driven: list[tuple[Axes, Drive, Artist]] = []
+    for axes, within in pictures:
+        axes.set(xticks=(), yticks=())  # numbers would take most of the time to draw
+        drawn = zip(scene.walls, draw_walls(axes, scene, within, ends=False), strict=True)
+        driven += [(axes, wall.drive, artist) for wall, artists in drawn if wall.driven for artist in artists]
+        moving += _discs(axes, scene, exact if axes is left else seen, times)
+        if axes is left:
+            continue
+        moving += _discs(axes, scene, exact, times, color=_GHOST, alpha=0.4, path=False)
+        if observed.dt_s:
+            moving += _looks(axes, scene, seen, times, observed.dt_s, failing)
+        crosses += [
+            (row["true"], axes.plot(*places[row["at"]][:2], "x", color=_WRONG, markersize=12, markeredgewidth=3)[0])
+            for row in rows
+            if row["flag"] == "missed"
+        ]
+    left.set_title("What must happen")
+    right.set_title(f"What {name} does")
+    words = right.set_xlabel(" ")
+    told = [(row.get("reported", row.get("true")), row["became"]) for row in rows]
+
+    def show(frame: int) -> Iterable[Artist]:
+        now = times[frame]
+        for circle, where, alphas in moving:
+            circle.set_center(where[frame])
+            if alphas is not None:
+                circle.set_alpha(alphas[frame])
+        for axes, drive, artist in driven:
+            artist.set_transform(Affine2D().translate(*drive.moved_at(now)) + axes.transData)
+        for since, cross in crosses:
+            cross.set_visible(bool(now >= since))
+        if inset is not None and held_s is not None:
+            inset.set_visible(bool(abs(now - held_s) <= _lead_s(scene)))
+        clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")
+        said = [became for when, became in told if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
+        words.set_text(f"impact {said[-1]}" if said else " ")
+        return [circle for circle, *_ in moving]
+
+    return FuncAnimation(figure, show, frames=len(times))
+
+
+def _times(scene: Scene, held_s: float | None) -> Array:
+    """Return the time of the scene that each frame shows, seconds: slower towards what failed first, and held there."""
+    step_s, now, before = scene.duration_s / (_FILM_S * FRAMES_PER_S), 0.0, list[float]()
+    while held_s is not None and now < held_s:
+        before.append(now)
+        now = min(held_s, now + step_s * min(1.0, max(_SLOWEST, (held_s - now) / _lead_s(scene))))
+    held = [] if held_s is None else [held_s] * (round(_HELD_S * FRAMES_PER_S) - 1)
+    after = np.linspace(now, scene.duration_s, max(1, round((scene.duration_s - now) / step_s)))
+    return np.concatenate([before, held, after])
+
+
+def _lead_s(scene: Scene) -> float:
+    """Return for how long a film slows before what failed first, seconds of the scene."""
+    return scene.duration_s * _LEAD_S / _FILM_S
+
+
+def _discs(
+    axes: Axes,
+    scene: Scene,
+    tracks: Sequence[Track],
+    times: Array,
+    *,
+    path: bool = True,
+    alpha: float = 0.8,
+    **style: Any,
+) -> Iterator[_Moving]:
+    """Draw the discs of a run and yield each with where it is at each of some times."""
+    from matplotlib.patches import Circle
+
+    for k, (disc, track) in enumerate(zip(scene.discs, tracks, strict=True)):
+        if disc.immovable and not path:
+            continue
+        colour = WALL if disc.immovable else SERIES[k % len(SERIES)]
+        places = track.at(np.minimum(times, track.time_s[-1]))
+        drawn = Circle(track.position_m[0], disc.radius_m, alpha=alpha, **({"color": colour} | style))
+        axes.add_patch(drawn)
+        if path:
+            axes.plot(*places.T, color=colour, linewidth=0.8)
+        yield _Moving(drawn, places)
+
+
+def _looks(
+    axes: Axes, scene: Scene, seen: Sequence[Track], times: Array, dt_s: float, failing: Sequence[int]
+) -> Iterator[_Moving]:
+    """Draw the discs where a run saw them last, and where it saw them before that while those looks fade."""
+    # The last look at or before each frame; rounding of the quotient must not lose the look that a frame is at.
+    looks, frames = np.floor(times / dt_s + 1e-9), np.arange(len(times))
+    yield from _discs(axes, scene, seen, looks * dt_s, fill=False, linestyle="--", path=False)
+    alone = len(scene.discs) > _CROWD and bool(failing)
+    for back in range(_MOST_FLASHES):
+        since = frames - np.searchsorted(looks, looks - back)
+        alphas = np.clip(1.0 - since / (_FLASH_S * FRAMES_PER_S), 0.0, 1.0) * (looks >= back)
+        flashing = _discs(
+            axes, scene, seen, np.maximum(looks - back, 0.0) * dt_s, fill=False, linewidth=2.5, path=False
+        )
+        movable = (k for k, disc in enumerate(scene.discs) if not disc.immovable)
+        for k, moving in zip(movable, flashing, strict=True):
+            yield moving._replace(alphas=np.zeros(len(times)) if alone and k not in failing else alphas)
+
+
+def _magnified(scene: Scene, middle: Array, failing: Sequence[int], limits: Limits) -> Limits | None:
+    """Return the corners of what is magnified about a place, or None where that would magnify too little."""
+    reach = _REACH * max(scene.discs[body].radius_m for body in failing if body >= 0)
+    return (middle - reach, middle + reach) if _side_m(limits) >= _MAGNIFIES * 2.0 * reach else None
+
+
+def _side_m(limits: Limits) -> float:
+    """Return how long the inset's side is, metres of the picture that it lies in."""
+    return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
+
+
+def _inset(axes: Axes, within: Limits, limits: Limits) -> Axes:
+    """Return axes in the corner of a picture that is farthest from what they magnify, which is framed there."""
+    from matplotlib.patches import Rectangle
+
+    (low, high), side = limits, _side_m(limits)
+    size, gap = within[1] - within[0], 0.02 * side
+    corner = np.where(within[0] + size / 2.0 < (low + high) / 2.0, high - side - gap, low + gap)
+    axes.add_patch(Rectangle(tuple(within[0]), *size, fill=False, linestyle=":"))
+    inset = axes.inset_axes((*corner.tolist(), side, side), transform=axes.transData, facecolor=SURFACE)
+    inset.set_zorder(10)
+    inset.spines[:].set_visible(True)
+    return inset
