@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.exponentials import exp, expm1, log1p
+
 #: A product c t below this changes a time by less than half a unit in its last place: ``s = t (1 - c t / 2 + ...)``.
 _NOTHING = 2.0**-54
 
@@ -31,7 +33,7 @@ class Damping:
     def kept(self, seconds: float) -> float:
         """Return what is left of a speed after some seconds, over the speed; below 0 seconds, what it was before."""
         try:
-            return math.exp(-self.per_s * seconds)
+            return exp(-self.per_s * seconds)
         except OverflowError:
             return math.inf
 
@@ -40,7 +42,7 @@ class Damping:
         if not abs(self.per_s * seconds) >= _NOTHING:  # NaN stays NaN
             return seconds
         try:
-            return -math.expm1(-self.per_s * seconds) / self.per_s
+            return -expm1(-self.per_s * seconds) / self.per_s
         except OverflowError:
             return -math.inf
 
@@ -49,7 +51,7 @@ class Damping:
         way = self.per_s * undamped_s
         if not abs(way) >= _NOTHING:  # NaN stays NaN
             return undamped_s
-        return math.inf if way >= 1.0 else -math.log1p(-way) / self.per_s
+        return math.inf if way >= 1.0 else -log1p(-way) / self.per_s
 
     def all_kept(self, seconds: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return `kept` of each of some times."""

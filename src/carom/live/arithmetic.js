@@ -85,6 +85,12 @@ export const ldexp = (x, e) => {
   }
   return x * 2 ** e;
 };
+// The next float of one above 0, up by 1n or down by -1n.
+export const nextAfter = (x, by) => {
+  view.setFloat64(0, x);
+  view.setBigInt64(0, view.getBigInt64(0) + by);
+  return view.getFloat64(0);
+};
 // math.hypot of Python is right to the nearest float or very nearly; that of JavaScript need not be: this one is.
 export const hypot = (x, y) => {
   if (x === 0 || y === 0) return abs(x) + abs(y);

@@ -3,7 +3,7 @@ import { compare, missedShare } from "./compare.js";
 import { chart, chartSaid, left, line, lineSaid, methods } from "./layout.js";
 import { problemOf } from "./scene.js";
 import { runOf } from "./solving.js";
-import { digits, overlapOf } from "./stage.js";
+import { clockOf, digits, overlapOf } from "./stage.js";
 import { placeOf, rateAt, state } from "./state.js";
 
 // The time about the first impact of two discs, so far spread out that its overlap is seen.
@@ -21,16 +21,16 @@ export function drawLine() {
     x = (t) => ((t - from) / span) * w;
   pen.clearRect(0, 0, w, h);
   for (const r of pairs.slice(0, s.discs.length > 2 ? 1 : 40)) {
-    const half = overlapOf(s, r) / 2;
+    const [half, whole] = [0.5, 1].map((part) => Math.min(clockOf(s, part * overlapOf(s, r)), s.duration_s));
     pen.fillStyle = colour("--over");
     pen.fillRect(x(r.time_s), 10 * dense, (half / span) * w, h - 20 * dense);
     pen.fillStyle = colour("--over2");
-    pen.fillRect(x(r.time_s + half), 10 * dense, (half / span) * w, h - 20 * dense);
+    pen.fillRect(x(r.time_s + half), 10 * dense, ((whole - half) / span) * w, h - 20 * dense);
   }
   if ((w * dt) / span >= 2)
     for (let k = Math.max(0, Math.floor(from / dt - s.phase)); (k + s.phase) * dt <= from + span; k++) {
       const t = (k + s.phase) * dt,
-        seen = first && t >= first.time_s && t <= first.time_s + overlapOf(s, first) / 2;
+        seen = first && t >= first.time_s && t <= first.time_s + clockOf(s, overlapOf(s, first) / 2);
       pen.fillStyle = colour(seen ? "--right" : "--ink");
       pen.fillRect(x(t) - dense, (seen ? 2 : 8) * dense, (seen ? 4 : 2) * dense, h - (seen ? 4 : 16) * dense);
     }

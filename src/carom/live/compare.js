@@ -1,5 +1,5 @@
 // How a run differs from the exact one, as the page shows it; carom.comparator judges more, and by more.
-import { overlapOf } from "./stage.js";
+import { clockOf, overlapOf } from "./stage.js";
 import { isFixed } from "./scene.js";
 
 // When discs bounced: of an engine, where their paths turned, if that is known; else when it says so.
@@ -42,5 +42,5 @@ export function compare(scene, truth, run) {
 // so of all phases of looks dt apart it misses this share (carom.runs.phases.pit_miss_probability).
 export function missedShare(scene, truth, dt) {
   const first = truth.impacts[0];
-  return first && first.second >= 0 ? Math.max(0, 1 - overlapOf(scene, first) / 2 / dt) : null;
+  return first && first.second >= 0 ? Math.max(0, 1 - clockOf(scene, overlapOf(scene, first) / 2) / dt) : null;
 }

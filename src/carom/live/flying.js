@@ -1,6 +1,7 @@
 // PIC and PIT without gravity: carom/solvers/plain/run.py and carom/solvers/pit.
 import { INF, max, min } from "./arithmetic.js";
 import { Bodies, num, wallBody } from "./bodies.js";
+import { dampingOf, slowed, slowedAt } from "./damping.js";
 import { isAfter, later } from "./instants.js";
 import { frac } from "./rational.js";
 import { Squeezes } from "./squeeze.js";
@@ -98,7 +99,15 @@ export class AllPairs {
     return this.bodies.collide(first, second, this.now[0]);
   }
 }
-export const solvePic = (scene, maxImpacts = INF) => new AllPairs(scene).run(maxImpacts);
+export function solvePic(scene, maxImpacts = INF) {
+  const damping = dampingOf(scene);
+  if (!damping) return new AllPairs(scene).run(maxImpacts);
+  const { duration_s } = scene,
+    run = new AllPairs({ ...scene, duration_s: damping.latest(duration_s) }).run(maxImpacts),
+    end_s = run.outcome === "completed" ? duration_s : damping.damped(run.end_s);
+  const impacts = run.impacts.map((impact) => slowed(impact, damping, damping.damped(impact.time_s)));
+  return { ...run, impacts, end_s, ...slowedAt(end_s, damping, run) };
+}
 
 // Looks once a frame: frame k at (k + phase) / rate. Carom's PIT has phase 0.
 export function framesBefore(duration, dt) {
@@ -116,9 +125,13 @@ export function solvePit(scene, rate = num(scene.frame_rate_hz, 60), { phase = 0
   const b = bodies,
     n = b.n,
     impacts = [],
+    damping = dampingOf(scene),
+    movedBy = (t) => (damping ? damping.undamped(t) : t),
     frames = phase ? Math.ceil(scene.duration_s * rate - phase) : framesBefore(scene.duration_s, 1 / rate);
   for (let frame = 0; frame < frames; frame++) {
-    const t = phase ? (frame + phase) / rate : frame / rate;
+    const clock = phase ? (frame + phase) / rate : frame / rate,
+      t = movedBy(clock),
+      add = (impact) => impacts.push(damping ? slowed(impact, damping, clock) : impact);
     if (frame > 0 || phase)
       for (let i = 0; i < n; i++) {
         b.forgetEndedLeg(i, t);
@@ -127,7 +140,7 @@ export function solvePit(scene, rate = num(scene.frame_rate_hz, 60), { phase = 0
     for (let i = 0; i < n; i++)
       for (let j = i + 1; j < n; j++)
         if (b.pairApproachesAndOverlaps(i, j) && !b.areParting(i, j)) {
-          impacts.push(b.collidePair(i, j));
+          add(b.collidePair(i, j));
           b.lastPartner[i] = j;
           b.lastPartner[j] = i;
         }
@@ -135,10 +148,11 @@ export function solvePit(scene, rate = num(scene.frame_rate_hz, 60), { phase = 0
       for (let k = 0; k < b.planes.length; k++)
         if (b.wallApproachesAndOverlaps(i, k) && !b.areParting(i, wallBody(k))) {
           b.find(i, k);
-          impacts.push(b.collideWall(i, k));
+          add(b.collideWall(i, k));
           b.lastPartner[i] = wallBody(k);
         }
   }
-  const end_s = scene.duration_s;
-  return { impacts, outcome: "completed", end_s, frames, modes: null, ...b.allAt([end_s, 0]) };
+  const end_s = scene.duration_s,
+    end = b.allAt([movedBy(end_s), 0]);
+  return { impacts, outcome: "completed", end_s, frames, modes: null, ...(damping ? slowedAt(end_s, damping, end) : end) };
 }

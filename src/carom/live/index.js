@@ -31,8 +31,6 @@ const numbersOf = (scene) => [
 
 // What Carom's solvers take and these don't: the one list. Whatever a scene has that no one here knows is not ported either.
 export const NOT_PORTED = {
-  // Its times are exp, expm1 and log1p of the C library: ECMAScript rounds these as it likes.
-  damping: (scene) => (scene.damping_per_s ?? 0) !== 0,
   "a table that slows discs down": (scene) => (scene.table_deceleration_m_s2 ?? 0) !== 0,
   "numbers of extreme size": (scene) => numbersOf(scene).some(extreme),
 };

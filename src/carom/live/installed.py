@@ -43,6 +43,7 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
                 Need.LEGS: has.legs,
                 Need.BELTS: has.belts,
                 Need.ROLLING_RESISTANCE: has.rolling_resistance,
+                Need.DAMPING: has.damping,
             }
             found.append(replace(engine, lacks=tuple(need.value for need, there in needed.items() if not there)))
         elif required:

@@ -42,6 +42,7 @@ export const grip = range("friction", 0, 1, 0.01, (v) => {
   state.scene.friction = state.scene.wall_friction = v;
   changed();
 });
+export const damp = range("damping", 0, 2, 0.01, law("damping_per_s"));
 const option = (value, text = value) => make("option", { value }, text);
 export const methods = make(
   "select",
@@ -63,7 +64,8 @@ export const gravity = make("input", {
   id: "gravity",
   onchange: () => {
     state.scene.gravity_m_s2 = gravity.checked ? [0, -G] : [0, 0];
-    if (!gravity.checked) state.scene.wall_rolling_resistance = 0; // nothing presses discs to walls
+    // without it nothing presses discs to walls; beside it there is no damping
+    state.scene[gravity.checked ? "damping_per_s" : "wall_rolling_resistance"] = 0;
     changed();
   },
 });
@@ -160,7 +162,7 @@ document
     line,
     lineSaid,
     make("div", { class: "controls" }, play, make("label", { class: "wide" }, "time ", time, clock), slow),
-    make("div", { class: "controls" }, rate.row, phase.row, bounce.row, grip.row),
+    make("div", { class: "controls" }, rate.row, phase.row, bounce.row, grip.row, damp.row),
     says,
     chart,
     chartSaid,

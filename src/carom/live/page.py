@@ -20,7 +20,7 @@ SOURCES = Path(__file__).parent
 #: The modules of the page, each after those that it imports.
 MODULES = (
     *("arithmetic", "rational", "meeting", "outline", "features", "touching", "finite", "driving", "bodies"),
-    *("squeeze", "instants", "flying", "encounter", "grounds", "contacts", "ambiguity", "falling", "index"),
+    *("squeeze", "instants", "damping", "flying", "encounter", "grounds", "contacts", "ambiguity", "falling", "index"),
     *("stage", "scene", "compare"),
     *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
@@ -83,8 +83,7 @@ def beyond_page(scene: Scene) -> str:
     """Return what of a scene the page does not show, as a sentence's end; empty where it shows all, numbers aside."""
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
-    laws = (("damping", scene.damping_per_s), ("table that slows discs down", scene.table_deceleration_m_s2))
-    return next((f"the page shows no {law}; {scene.name} has some" for law, value in laws if value), "")
+    return f"the page shows no table that slows discs down; {scene.name} has one" * bool(scene.table_deceleration_m_s2)
 
 
 def _fields(scene: Scene) -> object:

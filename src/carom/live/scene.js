@@ -1,5 +1,6 @@
 // The scene of the page: what may be asked of it, as a link, and as a file that `carom run` takes.
-import { legsFrom, legsOf, movedOn } from "./driving.js";
+import { dampingOf } from "./damping.js";
+import { isDriven, legsFrom, legsOf, movedOn } from "./driving.js";
 import { refused } from "./index.js";
 import { Outline } from "./outline.js";
 
@@ -15,6 +16,7 @@ const LAWS = [
   "tangential_restitution",
   "wall_tangential_restitution",
   "wall_rolling_resistance",
+  "damping_per_s",
 ];
 const DEFAULTS = {
   restitution: 1,
@@ -24,6 +26,7 @@ const DEFAULTS = {
   tangential_restitution: 0,
   wall_tangential_restitution: 0,
   wall_rolling_resistance: 0,
+  damping_per_s: 0,
 };
 export const isFixed = (disc) => disc.mass_kg === "inf";
 
@@ -48,6 +51,7 @@ const RANGES = {
   tangential_restitution: [-1, 1],
   wall_tangential_restitution: [-1, 1],
   wall_rolling_resistance: [0, 100],
+  damping_per_s: [0, 100],
 };
 export const inRange = (what, x) => typeof x === "number" && x >= RANGES[what][0] && x <= RANGES[what][1];
 const checked = (what, x) => {
@@ -124,18 +128,23 @@ export function asPageScene(given, phase = 0) {
   if (discs.some((d) => isFixed(d) && !d.driven && [...d.velocity_m_s, d.spin_rad_s].some((x) => x !== 0)))
     throw new RangeError("an immovable disc does not move, unless it is driven");
   if (discs.some((d) => (d.driven && !isFixed(d)) || (d.legs && !d.driven))) throw new RangeError("a driven disc is one that no impact moves");
-  const walls = list(given.walls ?? [], "walls", 0, MOST_WALLS).map(asPageWall);
+  const walls = list(given.walls ?? [], "walls", 0, MOST_WALLS).map(asPageWall),
+    gravity_m_s2 = list(given.gravity_m_s2 ?? [0, 0], "coordinates", 2, 2).map((x) => checked("gravity", x));
+  if (given.damping_per_s && !mayBeDamped({ discs, walls, gravity_m_s2 }))
+    throw new RangeError("there is no damping with gravity, nor with what is driven");
   return {
     name: "from-the-page",
     discs,
     walls,
     ...Object.fromEntries(LAWS.map((law) => [law, checked(law, given[law] ?? DEFAULTS[law])])),
-    gravity_m_s2: list(given.gravity_m_s2 ?? [0, 0], "coordinates", 2, 2).map((x) => checked("gravity", x)),
+    gravity_m_s2,
     duration_s: checked("duration", given.duration_s),
     frame_rate_hz: checked("rate", given.frame_rate_hz ?? 60),
     phase: checked("phase", phase),
   };
 }
+export const mayBeDamped = ({ discs, walls, gravity_m_s2: [gx, gy] }) =>
+  gx === 0 && gy === 0 && !discs.some((d) => d.driven) && !walls.some((w) => w.surface_speed_m_s || isDriven(legsOf(w)));
 // As Carom's solvers and engines take it: without what is the page's own.
 export const bare = ({ phase, ...scene }) => scene;
 
@@ -208,6 +217,9 @@ function wallOn(wall, by) {
   return { ...wall, ...Object.fromEntries(there), ...(wall.legs ? { legs: legsAfter(legs, by) } : {}) };
 }
 export function advanced(s, by) {
+  const damping = dampingOf(s),
+    flown = damping ? damping.undamped(by) : by,
+    kept = damping ? damping.kept(by) : 1;
   const discs = s.discs.map((d) => {
     const pull = isFixed(d) ? [0, 0] : s.gravity_m_s2,
       legs = d.legs ? legsOf(d) : null,
@@ -215,8 +227,9 @@ export function advanced(s, by) {
     if (legs) return { ...d, position_m: d.position_m.map((x, k) => x + moved[k]), legs: legsAfter(legs, by) };
     return {
       ...d,
-      position_m: d.position_m.map((x, k) => x + d.velocity_m_s[k] * by + 0.5 * pull[k] * by * by),
-      velocity_m_s: d.velocity_m_s.map((v, k) => v + pull[k] * by),
+      position_m: d.position_m.map((x, k) => x + d.velocity_m_s[k] * flown + 0.5 * pull[k] * by * by),
+      velocity_m_s: d.velocity_m_s.map((v, k) => kept * v + pull[k] * by),
+      spin_rad_s: kept * d.spin_rad_s,
     };
   });
   return { ...s, duration_s: s.duration_s - by, discs, walls: s.walls.map((wall) => wallOn(wall, by)) };

@@ -46,6 +46,7 @@ export function runOf(method, s, truth) {
     "walls whose surface runs": s.walls.some((w) => w.surface_speed_m_s),
     "rolling resistance": s.wall_rolling_resistance > 0,
     "driven discs": s.discs.some((d) => d.driven),
+    damping: s.damping_per_s > 0,
   };
   for (const need of lacks) if (needs[need]) throw new RangeError(`${label} has no ${need} here, and the scene has`);
   return drive(state.World, profiles[profile], s, s.phase);

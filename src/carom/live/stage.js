@@ -59,12 +59,27 @@ const eventsOf = ({ impacts, modes }) => {
   }
   return [...events, ...impacts.slice(k)];
 };
+// What damping makes of times: how far an undamped disc takes so long, and when a damped one is there.
+const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
+export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
+const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(8 * c * t))) : 1);
 // Tracks of a run: discs fly freely between its events, in contact with a pull of their own.
 export const tracksOf = (scene, run) => {
   const free = scene.discs.map((d) => (d.mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]))),
     now = [...free],
     tracks = scene.discs.map((d, i) => [[0], [d.position_m[0]], [d.position_m[1]], [free[i]]]);
-  const add = (i, t, [x, y]) => [t, x, y, now[i]].forEach((value, k) => tracks[i][k].push(value));
+  const put = (i, ...knot) => knot.forEach((value, k) => tracks[i][k].push(value));
+  const add = (i, t, [x, y]) => {
+    const [begin, fromX, fromY] = tracks[i].map((values) => values.at(-1)),
+      lasts = t - begin,
+      pieces = piecesOf(scene, lasts);
+    for (let k = 1; k < pieces; k++) {
+      const passed = (lasts * k) / pieces,
+        part = flownIn(scene, passed) / flownIn(scene, lasts);
+      put(i, begin + passed, fromX + part * (x - fromX), fromY + part * (y - fromY), now[i]);
+    }
+    put(i, t, x, y, now[i]);
+  };
   for (const event of eventsOf(run))
     if (event.acceleration) {
       now[event.disc] = event.acceleration;
@@ -83,10 +98,10 @@ export const anglesOf = (scene, run) => {
   const add = (one, t, spin, rate = one.rate) => {
     const since = one.times.at(-1),
       angle = one.angles.at(-1),
-      pieces = one.rate ? PIECES_OF_A_SLIDE : 1;
+      pieces = one.rate ? PIECES_OF_A_SLIDE : piecesOf(scene, t - since);
     for (let k = 1; k <= pieces; k++) {
       const passed = ((t - since) * k) / pieces;
-      one.angles.push(angle + (one.spin + 0.5 * one.rate * passed) * passed);
+      one.angles.push(angle + one.spin * flownIn(scene, passed) + 0.5 * one.rate * passed * passed);
       one.times.push(since + passed);
     }
     Object.assign(one, { spin, rate });

@@ -3,7 +3,7 @@ import { bouncedAt, missedShare } from "./compare.js";
 import { pit } from "./index.js";
 import { clock, keys, methods, play, problem, says, sentence } from "./layout.js";
 import { bare } from "./scene.js";
-import { digits, make, overlapOf } from "./stage.js";
+import { clockOf, digits, make, overlapOf } from "./stage.js";
 import { state } from "./state.js";
 
 const box = (what, value, note, mood = "") =>
@@ -63,7 +63,7 @@ export function tell() {
   else if (first.second < 0)
     sentence.textContent = `The first impact is on a wall; looks are ${ms(dt)} apart. ${verdict(name, first)}`;
   else
-    sentence.textContent = `They approach in overlap for ${ms(overlapOf(s, first) / 2)}; looks are ${ms(dt)} apart. ${verdict(name, first)}`;
+    sentence.textContent = `They approach in overlap for ${ms(clockOf(s, overlapOf(s, first) / 2))}; looks are ${ms(dt)} apart. ${verdict(name, first)}`;
   if (seen.warning) problem.textContent = seen.warning;
 }
 const beside = (late) =>

@@ -30,7 +30,7 @@ _SOLVERS = (
         "finite.js",
         "driving.js",
     ),
-    *("bodies.js", "squeeze.js", "instants.js", "flying.js"),
+    *("bodies.js", "squeeze.js", "instants.js", "damping.js", "flying.js"),
 )
 _REPLAY = (*_SOLVERS, "stage.js", "sampler.js", "replay.js")
 _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}

@@ -17,6 +17,8 @@ from carom.studies.cross_check.document import write_report
 from carom.studies.cross_check.thrown import THROWN, drag_link, thrown_page
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
+#: One more than the page shows, of which two meet.
+MANY = staged("many", disc_at(-1.5, 0, 1), *(disc_at(2 * k, 0) for k in range(10)), duration_s=1.0)
 
 
 def test_a_link_names_the_scene_as_an_address_can() -> None:
@@ -26,14 +28,11 @@ def test_a_link_names_the_scene_as_an_address_can() -> None:
 
 @pytest.mark.parametrize(
     "scene",
-    [
-        staged("many", *(disc_at(2 * k, 0) for k in range(11)), duration_s=1.0),
-        PAIR.model_copy(update={"damping_per_s": 0.5}),
-    ],
-    ids=["eleven discs", "damping"],
+    [MANY, PAIR.model_copy(update={"table_deceleration_m_s2": 0.5})],
+    ids=["eleven discs", "a table"],
 )
 def test_a_scene_that_the_page_does_not_show_has_no_link(scene: Scene) -> None:
-    """Too many discs, and damping: no link, and no page of these alone."""
+    """Too many discs, and a table that slows them down: no link, and no page of these alone."""
     assert drag_link(scene) == ""
     assert thrown_page([scene]) == ""
 
@@ -50,7 +49,7 @@ def test_the_page_has_the_scenes_of_the_report_first() -> None:
     assert 0 < page.index('"mine/a pair & more"') < page.index('"classics/bullet"')
 
 
-@pytest.mark.parametrize(("scene", "linked"), [(PAIR, True), (PAIR.model_copy(update={"damping_per_s": 0.5}), False)])
+@pytest.mark.parametrize(("scene", "linked"), [(PAIR, True), (MANY, False)])
 def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """Beside `index.html`, and the replay's data has the link; elsewhere neither."""
     results = carom.cross_check([scene], ["pit"], dts=[1 / 24], timing=False, pool=InProcess())
