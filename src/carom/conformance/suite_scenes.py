@@ -6,6 +6,8 @@ A known answer becomes a trace here, so that a run is compared with mathematics 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -159,87 +161,59 @@ def bounce_and_pair(restitution: float, wall_restitution: float, *, wall: bool) 
     )
 
 
+def _head_on(name: str, places: Sequence[tuple[float, float, float]], walls: Sequence[Any], **fields: Any) -> Scene:
+    """Return discs that meet walls head-on, each of a place (x, y) and a velocity along x."""
+    discs = [Disc(position_m=(x, y), velocity_m_s=(speed, 0), radius_m=0.5) for x, y, speed in places]
+    return Scene(**{"name": f"conformance-{name}", "discs": discs, "walls": walls, "duration_s": 0.6, **fields})
+
+
 def either_side(restitution: float) -> Scene:
     """An edge that stands on its own, which a disc meets from either side at 3 m/s, head-on."""
-    return Scene(
-        name=f"conformance-edge-{restitution:g}",
-        discs=[Disc(position_m=(side * 1.51, side), velocity_m_s=(-3 * side, 0), radius_m=0.5) for side in (-1, 1)],
-        walls=[Chain(points_m=[(0, -2), (0, 2)])],
-        wall_restitution=restitution,
-        duration_s=0.6,
-    )
+    places, edge = [(side * 1.51, side, -3 * side) for side in (-1, 1)], Chain(points_m=[(0, -2), (0, 2)])
+    return _head_on(f"edge-{restitution:g}", places, [edge], wall_restitution=restitution)
 
 
 def in_and_out(restitution: float) -> Scene:
     """A circle that one disc meets from inside and one from outside at 3 m/s, head-on."""
-    return Scene(
-        name=f"conformance-circle-{restitution:g}",
-        discs=[Disc(position_m=(x, 0), velocity_m_s=(v, 0), radius_m=0.5) for x, v in ((0.99, 3), (4.51, -3))],
-        walls=[Ring(centre_m=(0, 0), radius_m=2.5)],
-        wall_restitution=restitution,
-        duration_s=0.6,
-    )
+    circle = Ring(centre_m=(0, 0), radius_m=2.5)
+    return _head_on(f"circle-{restitution:g}", [(0.99, 0, 3), (4.51, 0, -3)], [circle], wall_restitution=restitution)
 
 
 def at_a_circle(restitution: float) -> Scene:
     """A circle that a disc meets from outside at 3 m/s, head-on."""
-    return Scene(
-        name=f"conformance-outside-{restitution:g}",
-        discs=[Disc(position_m=(4.51, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
-        walls=[Ring(centre_m=(0, 0), radius_m=2.5)],
-        wall_restitution=restitution,
-        duration_s=0.6,
-    )
+    circle = Ring(centre_m=(0, 0), radius_m=2.5)
+    return _head_on(f"outside-{restitution:g}", [(4.51, 0, -3)], [circle], wall_restitution=restitution)
 
 
 def starting_paddle(restitution: float) -> Scene:
     """A half-plane that starts at 0.25 s at 1 m/s, before a disc at 3 m/s meets it: that leaves at 1 + 4 e."""
     legs = [{"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.25, "velocity_m_s": (1.0, 0.0)}]
-    return Scene(
-        name=f"conformance-legs-{restitution:g}",
-        discs=[Disc(position_m=(2.01, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
-        walls=[Wall(point_m=(0, 0), normal=(1, 0), legs=legs)],
-        wall_restitution=restitution,
-        duration_s=0.8,
-    )
+    wall = Wall(point_m=(0, 0), normal=(1, 0), legs=legs)
+    laws = {"wall_restitution": restitution, "duration_s": 0.8}
+    return _head_on(f"legs-{restitution:g}", [(2.01, 0, -3)], [wall], **laws)
 
 
 def belt(friction: float, restitution: float) -> Scene:
     """A half-plane whose surface runs at 9 m/s, on which a disc that meets it at 3 m/s slips all the while."""
-    return Scene(
-        name=f"conformance-belt-{friction:g}-{restitution:g}",
-        discs=[Disc(position_m=(1.51, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
-        walls=[Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)],
-        wall_restitution=restitution,
-        wall_friction=friction,
-        duration_s=0.6,
-    )
+    wall = Wall(point_m=(0, 0), normal=(1, 0), surface_speed_m_s=9.0)
+    laws = {"wall_restitution": restitution, "wall_friction": friction}
+    return _head_on(f"belt-{friction:g}-{restitution:g}", [(1.51, 0, -3)], [wall], **laws)
 
 
 def two_walls(first: float, second: float) -> Scene:
     """A half-plane at each side, each with a restitution of its own, which a disc meets at 3 m/s, head-on."""
-    return Scene(
-        name=f"conformance-walls-{first:g}-{second:g}",
-        discs=[Disc(position_m=(side * 1.49, side), velocity_m_s=(3 * side, 0), radius_m=0.5) for side in (-1, 1)],
-        walls=[
-            Wall(point_m=(-3, 0), normal=(1, 0), restitution=first),
-            Wall(point_m=(3, 0), normal=(-1, 0), restitution=second),
-        ],
-        wall_restitution=first,
-        duration_s=0.6,
-    )
+    left = Wall(point_m=(-3, 0), normal=(1, 0), restitution=first)
+    right = Wall(point_m=(3, 0), normal=(-1, 0), restitution=second)
+    places = [(side * 1.49, side, 3 * side) for side in (-1, 1)]
+    return _head_on(f"walls-{first:g}-{second:g}", places, [left, right], wall_restitution=first)
 
 
 def paddle(restitution: float, *, edge: bool = False) -> Scene:
     """A half-plane, or an edge, that moves at 1 m/s, which a disc meets at 3 m/s, head-on: it leaves at 1 + 4 e."""
-    shape = Chain(points_m=[(0, -2), (0, 2)], velocity_m_s=(1, 0))
-    return Scene(
-        name=f"conformance-paddle-{'edge' if edge else 'wall'}-{restitution:g}",
-        discs=[Disc(position_m=(1.51, 0), velocity_m_s=(-3, 0), radius_m=0.5)],
-        walls=[shape if edge else Wall(point_m=(0, 0), normal=(1, 0), velocity_m_s=(1, 0))],
-        wall_restitution=restitution,
-        duration_s=0.6,
-    )
+    shape = {"points_m": [(0, -2), (0, 2)]} if edge else {"point_m": (0, 0), "normal": (1, 0)}
+    wall = {**shape, "velocity_m_s": (1, 0)}
+    name = f"paddle-{'edge' if edge else 'wall'}-{restitution:g}"
+    return _head_on(name, [(1.51, 0, -3)], [wall], wall_restitution=restitution)
 
 
 def mallet(restitution: float) -> Scene:
