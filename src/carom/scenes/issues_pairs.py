@@ -19,7 +19,7 @@ def _head_on(
     radius_m: tuple[float, float],
     gap_m: float,
     duration_s: float,
-    rate_hz: float,
+    rate_hz: float = 60.0,
     mass_kg: tuple[float, float] = (1.0, 1.0),
     restitution: float = 1.0,
 ) -> Staged:
@@ -72,9 +72,7 @@ def _mujoco_2080() -> Staged:
 def _bullet3_2228() -> Staged:
     """A disc at 500 m/s meets an immovable one."""
     # An impulse of 500 N s on a kilogram.
-    return _head_on(
-        speeds=(500.0, 0.0), radius_m=(0.5, 0.5), gap_m=9.3, mass_kg=(1.0, math.inf), duration_s=0.1, rate_hz=60.0
-    )
+    return _head_on(speeds=(500.0, 0.0), radius_m=(0.5, 0.5), gap_m=9.3, mass_kg=(1.0, math.inf), duration_s=0.1)
 
 
 @complained(
@@ -86,7 +84,7 @@ def _bullet3_2228() -> Staged:
 )
 def _rapier_984() -> Staged:
     """Two small discs meet at 180 m/s."""
-    return _head_on(speeds=(90.0, -90.0), radius_m=(0.1, 0.1), gap_m=4.1, duration_s=0.1, rate_hz=60.0)
+    return _head_on(speeds=(90.0, -90.0), radius_m=(0.1, 0.1), gap_m=4.1, duration_s=0.1)
 
 
 @complained(
@@ -99,7 +97,7 @@ def _rapier_984() -> Staged:
 )
 def _jolt_1403() -> Staged:
     """A disc at 1 m/s meets an equal one at rest."""
-    return _head_on(speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.37, duration_s=1.0, rate_hz=60.0)
+    return _head_on(speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.37, duration_s=1.0)
 
 
 @complained(
@@ -112,9 +110,7 @@ def _jolt_1403() -> Staged:
 def _reactphysics3d_96() -> Staged:
     """A disc at exactly 1 m/s meets an equal one at rest."""
     # From 2.8 and 4.0 with radius .5: a gap of .2.
-    return _head_on(
-        speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.2, mass_kg=(10.0, 10.0), duration_s=1.0, rate_hz=60.0
-    )
+    return _head_on(speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.2, mass_kg=(10.0, 10.0), duration_s=1.0)
 
 
 @complained(
@@ -126,9 +122,7 @@ def _reactphysics3d_96() -> Staged:
 )
 def _hardspheredynamics_8() -> Staged:
     """A disc meets one of infinite mass."""
-    return _head_on(
-        speeds=(1.5, 0.0), radius_m=(0.2, 0.3), gap_m=0.4, mass_kg=(1.0, math.inf), duration_s=1.0, rate_hz=60.0
-    )
+    return _head_on(speeds=(1.5, 0.0), radius_m=(0.2, 0.3), gap_m=0.4, mass_kg=(1.0, math.inf), duration_s=1.0)
 
 
 @complained(
@@ -245,7 +239,7 @@ def _dynamo_57() -> Staged:
 )
 def _matter_361() -> Staged:
     """A slow disc strikes an equal one at rest, head-on."""
-    return _head_on(speeds=(0.5, 0.0), radius_m=(0.2, 0.2), gap_m=0.3, duration_s=1.5, rate_hz=60.0)
+    return _head_on(speeds=(0.5, 0.0), radius_m=(0.2, 0.2), gap_m=0.3, duration_s=1.5)
 
 
 @complained(
@@ -269,9 +263,7 @@ def _cannon_359() -> Staged:
 )
 def _pymunk_13() -> Staged:
     """A light and a heavy disc meet head-on, elastically."""
-    return _head_on(
-        speeds=(2.0, -1.0), radius_m=(0.25, 0.5), mass_kg=(1.0, 4.0), gap_m=1.53, duration_s=1.25, rate_hz=60.0
-    )
+    return _head_on(speeds=(2.0, -1.0), radius_m=(0.25, 0.5), mass_kg=(1.0, 4.0), gap_m=1.53, duration_s=1.25)
 
 
 @complained(
@@ -283,7 +275,7 @@ def _pymunk_13() -> Staged:
 )
 def _defold_3775() -> Staged:
     """A disc at 0.9 m/s meets one at rest."""
-    return _head_on(speeds=(0.9, 0.0), radius_m=(0.25, 0.25), gap_m=0.45, duration_s=1.25, rate_hz=60.0)
+    return _head_on(speeds=(0.9, 0.0), radius_m=(0.25, 0.25), gap_m=0.45, duration_s=1.25)
 
 
 @complained(
@@ -295,7 +287,7 @@ def _defold_3775() -> Staged:
 )
 def _newton_1131() -> Staged:
     """Two balls meet head-on with restitution 1/2."""
-    return _head_on(speeds=(2.0, -2.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.5, duration_s=0.5, rate_hz=60.0)
+    return _head_on(speeds=(2.0, -2.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.5, duration_s=0.5)
 
 
 @complained(
@@ -308,7 +300,7 @@ def _newton_1131() -> Staged:
 )
 def _newton_4103() -> Staged:
     """A ball runs into one that moves away more slowly, with restitution 0: both go on at one speed."""
-    return _head_on(speeds=(3.0, 1.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.0, duration_s=1.0, rate_hz=60.0)
+    return _head_on(speeds=(3.0, 1.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.0, duration_s=1.0)
 
 
 @complained(
@@ -320,7 +312,7 @@ def _newton_4103() -> Staged:
 )
 def _vrc8ball_52() -> Staged:
     """A cue ball at 10 m/s meets a ball a metre away."""
-    return _head_on(speeds=(10.0, 0.0), radius_m=(0.03, 0.03), gap_m=1.01, duration_s=0.25, rate_hz=60.0)
+    return _head_on(speeds=(10.0, 0.0), radius_m=(0.03, 0.03), gap_m=1.01, duration_s=0.25)
 
 
 @complained(

@@ -29,6 +29,16 @@ def _wall_on_the_right(
     return answered(scene, [impact(gap_m / velocity.real, 0, -1, after)], _MIRROR)
 
 
+def _in_a_box(
+    *, start: complex, velocity: complex, radius: float, width: float, height: float, duration: float
+) -> Staged:
+    """Stage a disc in an elastic box, `start` in its lower left corner's frame."""
+    scene = scene_of(discs=[disc(start, velocity, radius)], walls=box_walls(width, height), duration_s=duration)
+    inner = start - complex(radius, radius)
+    impacts = bounces_in_a_box(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
+    return answered(scene, impacts, "Unfolding: one straight line through a lattice of boxes")
+
+
 @complained(
     about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/3094",
@@ -90,11 +100,7 @@ def _rapier_919() -> Staged:
 )
 def _rapier_615() -> Staged:
     """An elastic ball in a box, without gravity."""
-    radius, width, height, start, speed = 0.2, 3.0, 2.0, 0.7 + 0.6j, 4.1 + 2.3j
-    scene = scene_of(discs=[disc(start, speed, radius)], walls=box_walls(width, height), duration_s=5.0)
-    inner = start - complex(radius, radius)
-    impacts = bounces_in_a_box(inner, speed, width - 2 * radius, height - 2 * radius, scene.duration_s)
-    return answered(scene, impacts, "Unfolding: one straight line through a lattice of boxes")
+    return _in_a_box(start=0.7 + 0.6j, velocity=4.1 + 2.3j, radius=0.2, width=3.0, height=2.0, duration=5.0)
 
 
 @complained(
@@ -194,16 +200,6 @@ def _pooltool_154() -> Staged:
     known = KnownImpact(time, 0, struck_number, (after[0].real, after[0].imag), (after[1].real, after[1].imag))
     source = "The first impact by the quadratic of the straight path; thereafter the energy stays, and nothing overlaps"
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
-
-
-def _in_a_box(
-    *, start: complex, velocity: complex, radius: float, width: float, height: float, duration: float
-) -> Staged:
-    """Stage a disc in an elastic box, `start` in its lower left corner's frame."""
-    scene = scene_of(discs=[disc(start, velocity, radius)], walls=box_walls(width, height), duration_s=duration)
-    inner = start - complex(radius, radius)
-    impacts = bounces_in_a_box(inner, velocity, width - 2 * radius, height - 2 * radius, duration)
-    return answered(scene, impacts, "Unfolding: one straight line through a lattice of boxes")
 
 
 @complained(
