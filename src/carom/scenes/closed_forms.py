@@ -33,9 +33,10 @@ def unit(a: complex) -> complex:
     return a / abs(a)
 
 
-def disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0) -> Disc:
+def disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0, **fields: Any) -> Disc:
     """Return a disc; metres, metres a second, kilograms."""
-    return Disc(position_m=vector(position), velocity_m_s=vector(velocity), radius_m=radius_m, mass_kg=mass_kg)
+    place, speed = vector(position), vector(velocity)
+    return Disc(position_m=place, velocity_m_s=speed, radius_m=radius_m, mass_kg=mass_kg, **fields)
 
 
 def scene_of(discs: list[Disc], **fields: Any) -> Scene:

@@ -23,9 +23,8 @@ def _dropped(
     spin_rad_s: float = 0.0,
 ) -> Staged:
     """Stage a ball that is dropped from rest on a floor, `height_m` below its lowest point."""
-    ball = disc(complex(0, radius_m + height_m), 0j, radius_m)
     scene = scene_of(
-        discs=[ball.model_copy(update={"spin_rad_s": spin_rad_s})],
+        discs=[disc(complex(0, radius_m + height_m), 0j, radius_m, spin_rad_s=spin_rad_s)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_restitution=restitution,
         gravity_m_s2=(0.0, -gravity_m_s2),

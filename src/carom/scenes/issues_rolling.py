@@ -6,7 +6,7 @@ import math
 from functools import partial
 
 from carom.scene import Disc, Wall
-from carom.scenes.closed_forms import scene_of
+from carom.scenes.closed_forms import disc, scene_of
 from carom.scenes.complaint import Symptom, complained
 from carom.scenes.entry import KnownAnswer, Staged
 from carom.trace import Vector
@@ -20,12 +20,12 @@ _never_rests = partial(complained, symptom=Symptom.NEVER_RESTS)
 
 def _on_a_floor(
     source: str,
-    disc: Disc,
+    body: Disc,
     way: float,
-    along: float,
-    rim: float,
     duration_s: float,
     *,
+    along: float = 0.0,
+    rim: float = 0.0,
     fall: float = 0.0,
     gravity_m_s2: float = 9.81,
     restitution: float = 0.0,
@@ -34,11 +34,11 @@ def _on_a_floor(
 ) -> Staged:
     """Stage a disc on the line y = 0, of which it is known how far along it is at the end, how fast, and its rim.
 
-    A slope is made by the direction of gravity; `fall` is its tangent.
+    It is at rest there unless more is told. A slope is made by the direction of gravity; `fall` is its tangent.
     """
     long = math.hypot(1.0, fall)
     scene = scene_of(
-        discs=[disc],
+        discs=[body],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         gravity_m_s2=(gravity_m_s2 * fall / long, -gravity_m_s2 / long),
         wall_restitution=restitution,
@@ -46,21 +46,15 @@ def _on_a_floor(
         wall_rolling_resistance=resists,
         duration_s=duration_s,
     )
-    end: Vector = (way, disc.radius_m)
-    spins = (rim / disc.radius_m,) if scene.arrays.turns else None
+    end: Vector = (way, body.radius_m)
+    spins = (rim / body.radius_m,) if scene.arrays.turns else None
     count = None if restitution else 0
     return Staged(scene, KnownAnswer(source, (), count, ((along, 0.0),), (end,), final_spin_rad_s=spins))
 
 
 def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = _SPHERE) -> Disc:
     spin = -along / radius_m if rolls else 0.0
-    return Disc(
-        position_m=(0.0, radius_m),
-        velocity_m_s=(along, 0.0),
-        radius_m=radius_m,
-        spin_rad_s=spin,
-        inertia_factor=inertia,
-    )
+    return disc(complex(0.0, radius_m), complex(along, 0.0), radius_m, spin_rad_s=spin, inertia_factor=inertia)
 
 
 def _rolls_out(along: float, resists: float, friction: float, *, inertia: float = _SPHERE, g: float = 9.81) -> Staged:
@@ -70,8 +64,6 @@ def _rolls_out(along: float, resists: float, friction: float, *, inertia: float 
         _LAW,
         _ball(along, rolls=True, inertia=inertia),
         along**2 / (2.0 * slower),
-        0.0,
-        0.0,
         2.0 * along / slower,
         gravity_m_s2=g,
         friction=friction,
@@ -104,8 +96,6 @@ def _cannon_293() -> Staged:
         "The same on a slope: v' = (g sin - c g cos)/(1 + k), and held where tan is at most c",
         _ball(along, rolls=True),
         along**2 / (2.0 * slower),
-        0.0,
-        0.0,
         2.0 * along / slower,
         fall=fall,
         friction=0.8,
@@ -128,8 +118,6 @@ def _cannon_345() -> Staged:
         f"{_LAW}; while it slides v' = -f g and (R w)' = (f - c) g/k",
         _ball(along, rolls=False),
         along * slid - friction * g * slid**2 / 2.0 + rolled**2 / (2.0 * slower),
-        0.0,
-        0.0,
         2.0 * (slid + rolled / slower),
         gravity_m_s2=g,
         friction=friction,
@@ -148,8 +136,6 @@ def _nphysics_204() -> Staged:
     return _on_a_floor(
         "Held where tan is at most the friction and the rolling resistance",
         _ball(0.0, rolls=True),
-        0.0,
-        0.0,
         0.0,
         5.0,
         fall=0.05,
@@ -206,9 +192,9 @@ def _box2d_617() -> Staged:
         "Without slip friction does nothing",
         _ball(along, rolls=True, radius_m=1.0, inertia=0.5),
         along * lasts,
-        along,
-        -along,
         lasts,
+        along=along,
+        rim=-along,
         gravity_m_s2=10.0,
         friction=0.2,
     )
@@ -228,9 +214,9 @@ def _pooltool_39() -> Staged:
         "A sphere that slides rolls at 5/7 of its speed after 2v/(7 f g)",
         _ball(along, rolls=False, radius_m=0.028575),
         12.0 * along**2 / (49.0 * friction * g) + 5.0 / 7.0 * along * (lasts - slid),
-        5.0 / 7.0 * along,
-        -5.0 / 7.0 * along,
         lasts,
+        along=5.0 / 7.0 * along,
+        rim=-5.0 / 7.0 * along,
         friction=friction,
     )
 
@@ -244,8 +230,8 @@ def _pooltool_39() -> Staged:
 )
 def _matter_613() -> Staged:
     """A block on a slope below its angle of friction stays where it is."""
-    disc = _ball(0.0, rolls=True, inertia=math.inf)
-    return _on_a_floor("Coulomb: held where tan is at most f", disc, 0.0, 0.0, 0.0, 5.0, fall=0.25, friction=0.5)
+    block = _ball(0.0, rolls=True, inertia=math.inf)
+    return _on_a_floor("Coulomb: held where tan is at most f", block, 0.0, 5.0, fall=0.25, friction=0.5)
 
 
 def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
@@ -253,7 +239,7 @@ def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
     ball = Disc(position_m=(0.0, 0.5 + height_m), radius_m=0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
     source = "Geometric series: of a fall that takes t, bounces by e end after t (1 + e)/(1 - e)"
-    return _on_a_floor(source, ball, 0.0, 0.0, 0.0, rests_s + more_s, restitution=restitution)
+    return _on_a_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)
 
 
 @_never_rests(

@@ -86,35 +86,31 @@ def base_scene() -> Scene:
 
 def rough_scene() -> Scene:
     """Return the base scene with spins and with friction: its first and last impact slide, the second grips."""
-    turning = zip(base_scene().discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
-    return Scene(
-        **{
-            **dict(base_scene()),
-            "name": "stress/rough-relations",
-            "description": "Four unequal discs that spin, three oblique impacts with friction.",
-            "discs": [
-                disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": inertia})
-                for disc, spin, inertia in turning
-            ],
-            "friction": 0.1,
-        }
+    base = base_scene()
+    turning = zip(base.discs, (12.0, -2.0, 0.0, 3.0), (0.5, 0.4, 1.0, 0.5), strict=True)
+    return _with(
+        base,
+        [disc.model_copy(update={"spin_rad_s": spin, "inertia_factor": factor}) for disc, spin, factor in turning],
+        name="stress/rough-relations",
+        description="Four unequal discs that spin, three oblique impacts with friction.",
+        friction=0.1,
     )
 
 
 def superballs() -> Scene:
     """Return the rough scene with so much friction that all impacts grip, and give all of their slip back."""
-    return Scene(
-        **{
-            **dict(rough_scene()),
-            "name": "stress/superball-relations",
-            "description": "Four unequal superballs that spin, and their oblique impacts.",
-            "friction": _GRIP,
-            "tangential_restitution": 1.0,
-        }
+    rough = rough_scene()
+    return _with(
+        rough,
+        rough.discs,
+        name="stress/superball-relations",
+        description="Four unequal superballs that spin, and their oblique impacts.",
+        friction=_GRIP,
+        tangential_restitution=1.0,
     )
 
 
-def _with(scene: Scene, discs: Iterable[Disc], **fields: float) -> Scene:
+def _with(scene: Scene, discs: Iterable[Disc], **fields: float | str) -> Scene:
     return Scene(**{**dict(scene), "discs": list(discs), **fields})
 
 

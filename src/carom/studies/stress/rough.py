@@ -12,15 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Scene, Wall
+from carom.scenes.closed_forms import disc
 from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, closed_form_judge
-from carom.studies.stress.pairs import PHASES, RATE_HZ
+from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_AFTER, STEPS_BEFORE
 from carom.trace import Trace, Vector
 
 _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
-#: Steps to the impact, and after it: as in `carom.studies.stress.pairs`.
-_STEPS_BEFORE, _STEPS_AFTER = 4, 40
 #: A coefficient at which no impact here slides, within what every engine simulates.
 _GRIP = 10.0
 
@@ -71,22 +70,15 @@ def _tangential_impulse(friction: float, normal_impulse: float, slip: float, inv
 
 def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
     """Stage a disc of unit mass that does not spin and hits a floor at 45 degrees."""
-    dt, speed = 1.0 / RATE_HZ, _SPEED_M_S
-    before = (_STEPS_BEFORE + phase) * dt
+    dt, speed, start = 1.0 / RATE_HZ, _SPEED_M_S, complex(_SPEED_M_S, -_SPEED_M_S)
+    before = (STEPS_BEFORE + phase) * dt
     scene = Scene(
         name=name,
         description=shows,
-        discs=[
-            Disc(
-                position_m=(-speed * before, _RADIUS_M + speed * before),
-                velocity_m_s=(speed, -speed),
-                radius_m=_RADIUS_M,
-                inertia_factor=inertia,
-            )
-        ],
+        discs=[disc(complex(-speed * before, _RADIUS_M + speed * before), start, _RADIUS_M, inertia_factor=inertia)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_friction=friction,
-        duration_s=(_STEPS_BEFORE + _STEPS_AFTER) * dt,
+        duration_s=(STEPS_BEFORE + STEPS_AFTER) * dt,
         frame_rate_hz=RATE_HZ,
     )
     impulse = _tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
@@ -97,20 +89,13 @@ def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: floa
 def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
     """Stage a spinning disc of unit mass that hits an equal one, at rest, head-on."""
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
+    begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
     scene = Scene(
         name=name,
         description=shows,
-        discs=[
-            Disc(
-                position_m=(-2.0 * _RADIUS_M - speed * (_STEPS_BEFORE + phase) * dt, 0.0),
-                velocity_m_s=(speed, 0.0),
-                radius_m=_RADIUS_M,
-                spin_rad_s=spin_rad_s,
-            ),
-            Disc(position_m=(0.0, 0.0), radius_m=_RADIUS_M),
-        ],
+        discs=[disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0j, 0j, _RADIUS_M)],
         friction=friction,
-        duration_s=(_STEPS_BEFORE + _STEPS_AFTER) * dt,
+        duration_s=(STEPS_BEFORE + STEPS_AFTER) * dt,
         frame_rate_hz=RATE_HZ,
     )
     rim = _RADIUS_M * spin_rad_s
@@ -141,7 +126,7 @@ def _between(height: float, shows: str, name: str, duration_s: float, **fields: 
     return Scene(
         name=name,
         description=shows,
-        discs=[Disc(position_m=(0.0, _RADIUS_M + height / 2), velocity_m_s=(1.0, -1.0), radius_m=_RADIUS_M)],
+        discs=[disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)],
         walls=[
             Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
             Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0)),
@@ -177,9 +162,7 @@ def _rolling(value: float) -> list[Trial]:
     scene = Scene(
         name="stress/rolling",
         description=f"A disc thrown along a floor bounces with restitution {value:.3g}, slides, and ends rolling.",
-        discs=[
-            Disc(position_m=(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), velocity_m_s=(speed, 0.0), radius_m=_RADIUS_M)
-        ],
+        discs=[disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_friction=friction,
         wall_restitution=value,
