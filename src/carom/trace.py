@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum, IntEnum
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,30 +140,28 @@ class ModeRecord(NamedTuple):
 
 def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return the records as a read-only structured array of `IMPACT_DTYPE`."""
-    impacts = np.array([record[:_COLUMNS] for record in records], dtype=IMPACT_DTYPE)
-    impacts.flags.writeable = False
-    return impacts
+    return _read_only([record[:_COLUMNS] for record in records], IMPACT_DTYPE)
 
 
 def spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return the spins of records that all have them, as a read-only structured array of `SPIN_DTYPE`."""
-    spins = np.array([record.spins for record in records], dtype=SPIN_DTYPE)
-    spins.flags.writeable = False
-    return spins
+    return _read_only([record.spins for record in records], SPIN_DTYPE)
 
 
 def edge_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
     """Return the edges that impacts were on, as a read-only structured array of `EDGE_DTYPE`."""
-    edges = np.array([record.edge for record in records], dtype=EDGE_DTYPE)
-    edges.flags.writeable = False
-    return edges
+    return _read_only([record.edge for record in records], EDGE_DTYPE)
 
 
 def mode_array(records: Iterable[ModeRecord]) -> NDArray[np.void]:
     """Return the records as a read-only structured array of `MODE_DTYPE`."""
-    modes = np.array(list(records), dtype=MODE_DTYPE)
-    modes.flags.writeable = False
-    return modes
+    return _read_only(list(records), MODE_DTYPE)
+
+
+def _read_only(rows: list[Any], dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    array = np.array(rows, dtype=dtype)
+    array.flags.writeable = False
+    return array
 
 
 def wall_body(wall: int) -> int:
