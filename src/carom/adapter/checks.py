@@ -31,6 +31,10 @@ COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
 }
 
 
+#: Laws of a scene that are any number, 0 or more.
+_NONE_BELOW_0 = ("friction", "wall_friction", "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
+
+
 def require_sound(
     engine: str,
     scene: Scene,
@@ -86,10 +90,7 @@ def require_sound(
     for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
         if not 0 <= value <= 1:
             raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
-    for field, value in (("friction", scene.friction), ("wall_friction", scene.wall_friction)):
-        if not 0 <= value < math.inf:
-            raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
-    for field in ("damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2"):
+    for field in _NONE_BELOW_0:
         if not 0 <= (value := getattr(scene, field)) < math.inf:
             raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
     if not all(map(math.isfinite, scene.gravity_m_s2)):
@@ -106,26 +107,8 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         located: Whether the steps are cut.
     """
     needs = scene.needs
-    for need, supported in (
-        (Need.WALLS, capabilities.walls),
-        (Need.SEGMENTS, capabilities.segments),
-        (Need.ARCS, capabilities.arcs),
-        (Need.POSTS, capabilities.posts or capabilities.arcs),
-        (Need.WALL_MATERIALS, capabilities.wall_materials),
-        (Need.IMMOVABLE, capabilities.immovable_discs),
-        (Need.DRIVEN_WALLS, capabilities.driven_walls),
-        (Need.DRIVEN_DISCS, capabilities.driven_discs),
-        (Need.LEGS, capabilities.legs),
-        (Need.BELTS, capabilities.belts),
-        (Need.GRAVITY, capabilities.gravity),
-        (Need.DAMPING, capabilities.damping),
-        (Need.ROLLING_RESISTANCE, capabilities.rolling_resistance),
-        (Need.TABLE_FRICTION, capabilities.table_friction),
-        (Need.SPIN, capabilities.spin),
-        (Need.FRICTION, capabilities.friction[1] > 0.0),
-        (Need.TANGENTIAL_RESTITUTION, capabilities.tangential_restitution),
-    ):
-        if need in needs and not supported:
+    for need in Need:
+        if need in needs and not _supports(capabilities, need):
             suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
             return f"the scene has {need.value}, which this method does not support{suffix}"
     if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
@@ -198,6 +181,21 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
     if scene.duration_s / dt_s > MAX_STEPS:
         return f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
     return ""
+
+
+def _supports(capabilities: Capabilities, need: Need) -> bool:
+    """Whether what a scene needs is declared; most capabilities bear the need's name."""
+    match need:
+        case Need.IMMOVABLE:
+            return capabilities.immovable_discs
+        case Need.POSTS:
+            return capabilities.posts or capabilities.arcs
+        case Need.FRICTION:
+            return capabilities.friction[1] > 0.0
+        case Need.RESTITUTION:  # declared as a range, which the coefficients are compared with
+            return True
+        case _:
+            return bool(getattr(capabilities, need.name.lower()))
 
 
 def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
