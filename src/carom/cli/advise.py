@@ -48,6 +48,4 @@ def advise(
             advice = find(found[0], options, pool, progress=progress, command=command_line())
         if out is not None:
             page = write_advice(advice, out, scene)
-    shared.print_document(advice_document(advice, scene), full=verbose)
-    if page is not None:
-        shared.say_place("page", page)
+    shared.print_document(advice_document(advice, scene), full=verbose, page=page)

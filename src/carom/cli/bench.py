@@ -75,8 +75,7 @@ def bench(
             command=command_line(),
         )
     page = write_bench(result, out, tuple(axes or Diagram))
-    shared.print_document(bench_document(result), full=verbose)
-    shared.say_place("page", page)
+    shared.print_document(bench_document(result), full=verbose, page=page)
 
 
 def _grow(
@@ -110,8 +109,7 @@ def _grow(
     ):
         found = growth(options, notes=journal, progress=progress, command=command_line())
     page = write_growth(found, out)
-    shared.print_document(growth_document(found), full=verbose)
-    shared.say_place("page", page)
+    shared.print_document(growth_document(found), full=verbose, page=page)
 
 
 def _pool(plan: BenchPlan, scheduler: str) -> Pool:

@@ -111,7 +111,7 @@ def _run(
     named = shared.plain_scenes_named(scenes)
     if out is None and (resume or retry):
         raise InputError("--resume continues what lies in the folder of --out: name it")
-    command = command_line()
+    command, page = command_line(), None
     if out is None:
         with shared.progress_bar() as progress:
             found = run.history(engine, named, kept, options, progress=progress, command=command)
@@ -124,9 +124,7 @@ def _run(
         ):
             found = run.history(engine, named, kept, options, notes=journal, progress=progress, command=command)
         page = write_history(found, out)
-    shared.print_document(history_document(found), full=verbose)
-    if out is not None:
-        shared.say_place("report", page)
+    shared.print_document(history_document(found), full=verbose, report=page)
     if not found.ran:
         raise typer.Exit(shared.EXIT_UNAVAILABLE)
     if found.worse_now:

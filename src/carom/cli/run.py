@@ -113,8 +113,7 @@ def _carried_out(
         document = cross_check_document(results)
         page = write_report(results, report, document, fail_on=fail_on)
         journal.discard()  # the report holds it all
-    shared.print_document(document, full=verbose)
-    shared.say_place("report", page)
+    shared.print_document(document, full=verbose, report=page)
     return results
 
 

@@ -201,13 +201,16 @@ def say_place(what: str, path: Path) -> None:
     console().print(f"{what}: {visible(str(path))}", soft_wrap=True)
 
 
-def print_document(document: Document, *, full: bool = False) -> None:
-    """Print a document: the answer, and the evidence where it is asked for in full."""
+def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
+    """Print a document: the answer, the evidence where it is asked for in full, and where it was written."""
     from carom.pages.render.terminal import terminal
 
     out = console()
     for item in terminal(document, out.width, full=full):
         out.print(item)
+    for what, path in places.items():
+        if path is not None:
+            say_place(what, path)
 
 
 def hand_over(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:

@@ -63,7 +63,6 @@ def stress(
             command=command_line(),
         )
     page = write_stress(results, out)
-    shared.print_document(stress_document(results), full=verbose)
-    shared.say_place("report", page)
+    shared.print_document(stress_document(results), full=verbose, report=page)
     if any(info.unavailable for name, info in results.engines.items() if name in (options.engines or ())):
         raise typer.Exit(shared.EXIT_UNAVAILABLE)

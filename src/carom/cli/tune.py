@@ -68,5 +68,4 @@ def tune(
                 shared.say(f"best so far, in trial {best[-1].trial}: {set_words(best[-1])}", apart=True)
             raise
     page = write_tune(found, asked, out)
-    shared.print_document(tune_document(found, asked), full=verbose)
-    shared.say_place("report", page)
+    shared.print_document(tune_document(found, asked), full=verbose, report=page)
