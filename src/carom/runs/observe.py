@@ -17,7 +17,7 @@ from carom.errors import AdapterError, UnknownNameError
 from carom.registry import has_part, load_adapter, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.free_flight import FreeFlight
-from carom.runs.job import Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
+from carom.runs.job import PIT_METHOD, Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
 from carom.runs.raised import raised
 from carom.runs.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
@@ -156,6 +156,11 @@ def observe_run(
         float_bits=adapter.capabilities.float_bits,
         counts=counts,
     )
+
+
+def sampling_of(scene: Scene, dt_s: float) -> Trace:
+    """Return PIT's run of a scene at a step: what sampling alone makes of it."""
+    return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
 class _Run:

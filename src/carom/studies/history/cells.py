@@ -13,13 +13,11 @@ import numpy as np
 
 from carom.comparator import Grade, Verdict, compare
 from carom.comparator.thresholds import THRESHOLDS
-from carom.registry import load_adapter
-from carom.runs.job import PIT_METHOD, Answer, JobTask
+from carom.runs.job import Answer, JobTask
 from carom.runs.journal import Entry, Journal
 from carom.runs.keys import JobKey
-from carom.runs.observe import able_adapter, observe_run
+from carom.runs.observe import able_adapter, observe_run, sampling_of
 from carom.runs.reference import begun_scene, reference_of, reference_trace, require_reference
-from carom.scene import Scene
 from carom.studies.history.options import FEWEST_PHASES
 from carom.trace import Trace
 
@@ -29,12 +27,7 @@ _KEPT = 64
 #: longer than an eighth of a run, or come together again at the end, which the first alone would not show.
 PLACES = 8
 
-_reference = lru_cache(maxsize=_KEPT)(reference_trace)
-
-
-@lru_cache(maxsize=_KEPT)
-def _sampling(scene: Scene, dt_s: float) -> Trace:
-    return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
+_reference, _sampling = lru_cache(maxsize=_KEPT)(reference_trace), lru_cache(maxsize=_KEPT)(sampling_of)
 
 
 @dataclass(frozen=True)

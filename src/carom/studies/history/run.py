@@ -6,7 +6,7 @@ import tempfile
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -49,15 +49,17 @@ class Release:
 
     Attributes:
         version: Its version.
+        name: What it is called among the engines of the run; empty where it is none.
         reason: Why it was not run; empty where it was.
         holds: Names and versions of what was installed for it.
         seen: What came of each cell.
     """
 
     version: str
-    reason: str
-    holds: tuple[str, ...]
-    seen: Mapping[RunCell, SeenCell]
+    name: str = ""
+    reason: str = ""
+    holds: tuple[str, ...] = ()
+    seen: Mapping[RunCell, SeenCell] = field(default_factory=dict)
 
     @property
     def unseen(self) -> bool:
@@ -240,7 +242,7 @@ class _Study:
         todo = {
             (name, cell)
             for cell in cells
-            for pair in _neighbours([name for name in names if seen[name][cell].ran])
+            for pair in pairwise(name for name in names if seen[name][cell].ran)
             if _undecided(*(seen[name][cell] for name in pair))
             for name in pair
         }
@@ -250,10 +252,6 @@ class _Study:
         for (name, cell), several in jobs.items():
             seen[name][cell] = replace(seen[name][cell], phases=tuple(found[job] for job in several))
         return seen
-
-
-def _neighbours(names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    return pairwise(names)
 
 
 def _undecided(old: SeenCell, new: SeenCell) -> bool:
@@ -268,50 +266,33 @@ def _undecided(old: SeenCell, new: SeenCell) -> bool:
     )
 
 
-@dataclass(frozen=True)
-class _Laid:
-    """A release as an engine of a run.
-
-    Attributes:
-        version: Its version.
-        name: The engine's name; empty where there is none.
-        reason: Why there is none.
-        holds: What was installed for it.
-    """
-
-    version: str
-    name: str = ""
-    reason: str = ""
-    holds: tuple[str, ...] = ()
-
-
-def _here(engine: str, origin: Origin) -> _Laid:
+def _here(engine: str, origin: Origin) -> Release:
     """Return the engine that is installed here."""
     if not origin.installed:
-        return _Laid("installed", reason="it is not installed")
-    return _Laid(f"{origin.installed} (installed)", engine)
+        return Release("installed", reason="it is not installed")
+    return Release(f"{origin.installed} (installed)", engine)
 
 
 @contextmanager
 def _columns(
     study: _Study, origin: Origin, versions: Sequence[str], kept: Kept, pool: Pool
-) -> Iterator[tuple[_Laid, ...]]:
+) -> Iterator[tuple[Release, ...]]:
     """Lay releases, and yield them while they are known as engines."""
     client: Client = CLIENTS[origin.registry]
     with tempfile.TemporaryDirectory(prefix="carom-history-") as place:
-        made: list[_Laid] = []
+        made: list[Release] = []
         manifests: list[Path] = []
         for version in versions:
             study.tell(f"{origin.package} {version}")
             if origin.oldest and is_older(version, origin.oldest):
                 reason = f"older than {origin.oldest}, the oldest release that its adapter drives"
-                made.append(_Laid(version, reason=reason))
+                made.append(Release(version, reason=reason))
                 continue
             name = column_name(study.engine, version)
             try:
                 overlay = kept.made(client, origin.registry, origin.package, version)
             except ClientError as error:
-                made.append(_Laid(version, reason=f"not installed: {error}"))
+                made.append(Release(version, reason=f"not installed: {error}"))
                 continue
             folder = Path(place) / name
             folder.mkdir()
@@ -324,7 +305,7 @@ def _columns(
                 path = folder / "engine.toml"
                 path.write_text(answer.value, encoding="utf-8")
             manifests.append(path)
-            made.append(_Laid(version, name, holds=overlay.holds))
+            made.append(Release(version, name, holds=overlay.holds))
         with known_columns(manifests):
             yield tuple(made)
 
@@ -363,7 +344,7 @@ def history(
             columns = (*made, *([_here(engine, origin)] if asked.installed else ()))
             names = [one.name for one in columns if one.name]
             seen = study.seen(names, study.cells, pool)
-    releases = tuple(Release(one.version, one.reason, one.holds, seen.get(one.name, {})) for one in columns)
+    releases = tuple(replace(one, seen=seen.get(one.name, {})) for one in columns)
     return History(engine, origin, asked, releases, environment(), command, time.perf_counter() - started)
 
 

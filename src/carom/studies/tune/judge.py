@@ -9,26 +9,20 @@ from functools import lru_cache, partial
 from carom.comparator import Score, compare
 from carom.registry import load_adapter
 from carom.runs.desk import Ask, answers
-from carom.runs.job import PIT_METHOD, Job, JobTask, Method
+from carom.runs.job import Job, JobTask, Method
 from carom.runs.journal import Entry, Journal, Notes
 from carom.runs.keys import JobKey, job_key
-from carom.runs.observe import observe_run
+from carom.runs.observe import observe_run, sampling_of
 from carom.runs.pool import Pool
 from carom.runs.reference import reference_trace, require_reference
 from carom.runs.timing import time_run
 from carom.scene import Scene
 from carom.studies.tune.merit import Judged
-from carom.trace import Trace
 
 #: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
 _KEPT = 256
 
-_reference = lru_cache(maxsize=_KEPT)(reference_trace)
-
-
-@lru_cache(maxsize=_KEPT)
-def _sampling(scene: Scene, dt_s: float) -> Trace:
-    return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
+_reference, _sampling = lru_cache(maxsize=_KEPT)(reference_trace), lru_cache(maxsize=_KEPT)(sampling_of)
 
 
 def judged_by(score: Score) -> Judged:
