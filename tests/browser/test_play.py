@@ -59,11 +59,16 @@ _EVERY = carom.Scene(
 )
 
 
+#: With friction and spin.
+_DAMPED = "contact/damped-slide"
+
+
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page without engines."""
     path = tmp_path_factory.mktemp("play") / "play.html"
-    path.write_text(page_html([*(all_scenes()[name].scene for name in GALLERY), _EVERY]), encoding="utf-8")
+    scenes = [all_scenes()[name].scene for name in (*GALLERY, _DAMPED)]
+    path.write_text(page_html([*scenes, _EVERY]), encoding="utf-8")
     return path
 
 
@@ -211,7 +216,7 @@ def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Callable[
         assert _state(page, f"{what}.impacts.map((r) => r.after[0])") == trace.impacts["velocity_first_after"].tolist()
 
 
-@pytest.mark.parametrize("name", ["spin/throw-stick", "every kind"])
+@pytest.mark.parametrize("name", ["spin/throw-stick", "every kind", _DAMPED])
 def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Callable[..., Page]) -> None:
     """What was dragged and slid is the same scene, with the same impacts, where its link is opened."""
     page = opened(file, f"#{name}")
@@ -266,14 +271,15 @@ def test_a_hostile_link_is_refused(case: str, file: Path, opened: Callable[..., 
 
 
 @pytest.mark.parametrize(
-    ("name", "phase"), [("paper/multiple", 0), ("paper/multiple", 0.3), ("every kind", 0), ("every kind", 0.3)]
+    ("name", "phase"),
+    [(name, phase) for name in ("paper/multiple", "every kind") for phase in (0, 0.3)] + [(_DAMPED, 0.3)],
 )
 def test_the_file_runs_and_gives_the_page_s_numbers(
     name: str, phase: float, file: Path, opened: Callable[..., Page], tmp_path: Path
 ) -> None:
     """The file that is downloaded is a scene of Carom's; PIT finds in it what the page's found, at the same looks."""
     page = opened(file, f"#{name}", accept_downloads=True)
-    if name != "every kind":
+    if name == "paper/multiple":
         page.check("#gravity")
     _slide(page, "phase of the looks", phase)
     with page.expect_download() as download:
@@ -286,6 +292,31 @@ def test_the_file_runs_and_gives_the_page_s_numbers(
         assert times
         # with a phase the start is taken forward, once rounded
         assert trace.impacts["time_s"].tolist() == pytest.approx([t - early for t in times], abs=1e-9 if phase else 0)
+
+
+def test_damped_discs_are_where_the_law_has_them(file: Path, opened: Callable[..., Page]) -> None:
+    """Before their impact a disc is at x + v (1 - exp(-c t))/c, and PIT misses by how long they approach in overlap."""
+    page = opened(file, "#paper/missed")
+    _slide(page, "damping", 1.0)
+    met_s = _state(page, "truth.impacts[0].time_s")
+    disc, other = all_scenes()["paper/missed"].scene.discs
+    times, xs, ys = _state(page, "truth.tracks[0]")[:3]
+    for t in np.linspace(0.0, met_s, 7):
+        way = 1.0 - math.exp(-t)
+        place = [float(np.interp(t, times, along)) for along in (xs, ys)]
+        # straight pieces of a sixteenth of 1/c at most are off by v / (8 * 16^2)
+        off = np.hypot(*(np.add(disc.position_m, np.multiply(disc.velocity_m_s, way)) - place))
+        assert off <= math.hypot(*disc.velocity_m_s) / 2048
+    apart, passing = (np.subtract(getattr(other, of), getattr(disc, of)) for of in ("position_m", "velocity_m_s"))
+    deepest_s, reach_m = -(apart @ passing) / (passing @ passing), disc.radius_m + other.radius_m
+    half_s = math.sqrt(deepest_s**2 - (apart @ apart - reach_m**2) / (passing @ passing))
+    approach_s = -math.log1p(-deepest_s) + math.log1p(half_s - deepest_s)
+    assert met_s == pytest.approx(-math.log1p(half_s - deepest_s))
+    for place, missed, _ in _charted(page, "pit")["pit"]:
+        rate = page.evaluate("(v) => Math.round(10 * 5 * 200 ** v) / 10", place)
+        assert missed == pytest.approx(max(0.0, 1.0 - approach_s * rate), abs=1 / 8)
+    page.check("#gravity")
+    assert _state(page)["damping_per_s"] == 0
 
 
 def test_the_page_fits_a_phone_and_says_what_it_needs(file: Path, opened: Callable[..., Page]) -> None:
@@ -388,15 +419,20 @@ def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, op
     assert known > 0
 
 
+def _charted(page: Page, method: str) -> Any:
+    """Return the chart of the scene as it now is, when all of it is there."""
+    for _ in range(300):
+        if page.evaluate("(method) => caromPage.state.chart?.[method] != null", method):
+            break
+        page.wait_for_timeout(100)
+    return _state(page, "chart")
+
+
 def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Callable[..., Page]) -> None:
     """At each rate PIT's misses are the closed form's to a phase, and the engine chosen has points where PIT has."""
     page = opened(with_engines, "#paper/missed")
     page.select_option("#method", "planck/default")
-    for _ in range(300):
-        if page.evaluate("caromPage.state.chart?.['planck/default'] != null"):
-            break
-        page.wait_for_timeout(100)
-    chart = _state(page, "chart")
+    chart = _charted(page, "planck/default")
     scene = all_scenes()["paper/missed"].scene
     (impact,) = carom.solve_pic(scene).impacts
     between = np.subtract(impact["velocity_second_before"], impact["velocity_first_before"])

@@ -62,7 +62,7 @@ const eventsOf = ({ impacts, modes }) => {
 // What damping makes of times: how far an undamped disc takes so long, and when a damped one is there.
 const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
-const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(8 * c * t))) : 1);
+const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
 // Tracks of a run: discs fly freely between its events, in contact with a pull of their own.
 export const tracksOf = (scene, run) => {
   const free = scene.discs.map((d) => (d.mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]))),
