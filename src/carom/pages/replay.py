@@ -256,8 +256,8 @@ def _of_scene(scene: Scene) -> Json:
 
 def _thrown(scene: Scene) -> str:
     """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
-    slowed = scene.damping_per_s or scene.table_deceleration_m_s2
-    return "" if len(scene.discs) > _MOST_THROWN or slowed else "carom play scene.toml"
+    is_shown = len(scene.discs) <= _MOST_THROWN and not scene.table_deceleration_m_s2
+    return "carom play scene.toml" if is_shown else ""
 
 
 def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
