@@ -64,7 +64,7 @@ help:
 	@echo "make generated          write schemas, README's table and snapshots of outputs as the code has them; read the diff"
 	@echo "make check              lint, format, spelling, types, import contracts"
 	@echo "make changelog          put the fragments of changelog.d into CHANGELOG.md"
-	@echo "make coverage           the tests, and which lines and branches of Python they reach"
+	@echo "make coverage           the tests of make test, and which lines and branches of Python they reach: fewer than the gate fails"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
 	@echo "make clean              remove $(VENV) and caches"
 
