@@ -62,3 +62,8 @@ class Complaint(CatalogueScene):
 
 #: Makes of a builder, as `listed` does, a complaint with the fields given by name.
 complained = partial(listed, "issues", kind=Complaint)
+
+#: The same of what is reported most.
+misses = partial(complained, symptom=Symptom.MISSES)
+loses_energy = partial(complained, symptom=Symptom.LOSES_ENERGY)
+gains_energy = partial(complained, symptom=Symptom.GAINS_ENERGY)

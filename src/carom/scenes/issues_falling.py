@@ -6,7 +6,7 @@ import math
 
 from carom.scene import Wall
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
-from carom.scenes.complaint import Symptom, complained
+from carom.scenes.complaint import complained, gains_energy, loses_energy
 from carom.scenes.entry import Staged
 
 _OURS = "The thread gives no other sizes; the rest are ours."
@@ -46,12 +46,11 @@ def _dropped(
     return answered(scene, impacts, source, final=[(complex(0, height), complex(0, rising))])
 
 
-@complained(
+@loses_energy(
     about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/1530",
     reported="Dropped from small heights an ideal ball keeps its energy; from 10 m it loses some with every "
     "bounce until it bounces to some 4.5 m.",
-    symptom=Symptom.LOSES_ENERGY,
     made=f"The height is the thread's. {_OURS}",
 )
 def _bullet3_1530() -> Staged:
@@ -59,11 +58,10 @@ def _bullet3_1530() -> Staged:
     return _dropped(height_m=10.0, duration_s=20.0, rate_hz=240.0)
 
 
-@complained(
+@gains_energy(
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/97",
     reported="A ball dropped on a static box, both with restitution 1, bounces higher and higher.",
-    symptom=Symptom.GAINS_ENERGY,
     made=_OURS,
 )
 def _rapier_97() -> Staged:
@@ -71,11 +69,10 @@ def _rapier_97() -> Staged:
     return _dropped(height_m=4.0, duration_s=10.0)
 
 
-@complained(
+@loses_energy(
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/974",
     reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square of it.",
-    symptom=Symptom.LOSES_ENERGY,
     at_least=0.25,
     made="Height and restitution are the thread's; the run ends at the first apex, where the thread measures.",
 )
@@ -86,11 +83,10 @@ def _rapier_974() -> Staged:
     return _dropped(height_m=2.0, restitution=0.8, duration_s=down + 0.8 * down)
 
 
-@complained(
+@gains_energy(
     about="Box2D",
     thread="https://github.com/erincatto/box2d/issues/76",
     reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than before.",
-    symptom=Symptom.GAINS_ENERGY,
     made=f"The thread names the test; {_OURS[0].lower()}{_OURS[1:]}",
 )
 def _box2d_76() -> Staged:
@@ -98,11 +94,10 @@ def _box2d_76() -> Staged:
     return _dropped(height_m=19.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=20.0)
 
 
-@complained(
+@gains_energy(
     about="Box2D",
     thread="https://github.com/erincatto/box2d/issues/167",
     reported="A sphere of restitution 1 jumps higher and higher instead of to the same height.",
-    symptom=Symptom.GAINS_ENERGY,
     made=_OURS,
 )
 def _box2d_167() -> Staged:
@@ -110,11 +105,10 @@ def _box2d_167() -> Staged:
     return _dropped(height_m=5.0, radius_m=1.0, gravity_m_s2=10.0, duration_s=30.0)
 
 
-@complained(
+@gains_energy(
     about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
     reported="With restitution 1 and no damping every bounce goes higher than the one before.",
-    symptom=Symptom.GAINS_ENERGY,
     made=_OURS,
 )
 def _jolt_1286() -> Staged:
@@ -122,11 +116,10 @@ def _jolt_1286() -> Staged:
     return _dropped(height_m=3.0, duration_s=15.0)
 
 
-@complained(
+@loses_energy(
     about="Avian",
     thread="https://github.com/avianphysics/avian/issues/594",
     reported="The bounces of a ball of restitution 1 decay quickly: contacts found ahead of time absorb the impact.",
-    symptom=Symptom.LOSES_ENERGY,
     made=f"Gravity and the 120 steps a second are the thread's. {_OURS}",
 )
 def _avian_594() -> Staged:
@@ -134,11 +127,10 @@ def _avian_594() -> Staged:
     return _dropped(height_m=50.0, radius_m=10.0, gravity_m_s2=98.1, duration_s=10.0, rate_hz=120.0)
 
 
-@complained(
+@loses_energy(
     about="Avian",
     thread="https://github.com/avianphysics/avian/issues/200",
     reported="Without friction and with restitution 1 a ball bounces for ever; one that spins bounces lower each time.",
-    symptom=Symptom.LOSES_ENERGY,
     made=f"Dropped, spinning, without friction, as in a comment of the thread. {_OURS}",
 )
 def _avian_200() -> Staged:
@@ -146,11 +138,10 @@ def _avian_200() -> Staged:
     return _dropped(height_m=1.0, duration_s=5.0, spin_rad_s=10.0)
 
 
-@complained(
+@loses_energy(
     about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/256",
     reported="With restitution 1 and no friction of any kind energy is lost at each bounce, and balls stick to walls.",
-    symptom=Symptom.LOSES_ENERGY,
     made="Ball, ground and fall are those of a page in the thread, 100 pixels to a metre; the pull is the engine's.",
 )
 def _matter_256() -> Staged:
@@ -158,11 +149,10 @@ def _matter_256() -> Staged:
     return _dropped(height_m=3.0, radius_m=0.8, gravity_m_s2=10.0, duration_s=12.0)
 
 
-@complained(
+@gains_energy(
     about="Planck",
     thread="https://github.com/piqnt/planck.js/issues/223",
     reported="A small ball of restitution 1 bounces higher and higher.",
-    symptom=Symptom.GAINS_ENERGY,
     made="Radius, pull, step and the height of the fall are those of the script in the thread.",
 )
 def _planck_223() -> Staged:
@@ -194,11 +184,10 @@ def _godot_jolt_374() -> Staged:
     return _dropped(height_m=1.0, radius_m=0.02, duration_s=4.0)
 
 
-@complained(
+@gains_energy(
     about="Physijs",
     thread="https://github.com/chandlerprall/Physijs/issues/195",
     reported="A ball of restitution 1 bounces higher than it fell.",
-    symptom=Symptom.GAINS_ENERGY,
     made="Radius and height are the thread's; the pull is ours.",
 )
 def _physijs_195() -> Staged:
@@ -206,12 +195,11 @@ def _physijs_195() -> Staged:
     return _dropped(height_m=27.0, radius_m=3.0, duration_s=15.0)
 
 
-@complained(
+@loses_energy(
     about="physicshub",
     thread="https://github.com/physicshub/physicshub.github.io/pull/303",
     reported="Balls lost energy on each bounce even with restitution 1: the pull was set to zero before the bounce "
     "could take account of it.",
-    symptom=Symptom.LOSES_ENERGY,
     made=_OURS,
 )
 def _physicshub_303() -> Staged:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from carom.scenes.closed_forms import after_impact, answered, disc, impact, meeting, scene_of, struck_row
-from carom.scenes.complaint import Symptom, complained
+from carom.scenes.complaint import Symptom, complained, loses_energy, misses
 from carom.scenes.entry import KnownAnswer, Staged
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
@@ -35,12 +35,11 @@ def _head_on(
     return answered(scene, [impact(gap_m / (v0 - v1), 0, 1, *after)], _NEWTON)
 
 
-@complained(
+@misses(
     about="MuJoCo",
     thread="https://github.com/google-deepmind/mujoco/issues/441",
     reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
     "cup or a smaller step.",
-    symptom=Symptom.MISSES,
     made="The cup's wall is an immovable disc of 1 cm; the step is MuJoCo's default; sizes and speed are ours.",
 )
 def _mujoco_441() -> Staged:
@@ -61,12 +60,11 @@ def _mujoco_2080() -> Staged:
     return _head_on(speeds=(1.0, -1.0), radius_m=(0.1, 0.1), gap_m=0.41, restitution=0.5, duration_s=0.6, rate_hz=500.0)
 
 
-@complained(
+@misses(
     about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/2228",
     reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, continuous "
     "detection switched on.",
-    symptom=Symptom.MISSES,
     made="Impulse, distance and rate are the thread's; capsule and box are discs here.",
 )
 def _bullet3_2228() -> Staged:
@@ -75,11 +73,10 @@ def _bullet3_2228() -> Staged:
     return _head_on(speeds=(500.0, 0.0), radius_m=(0.5, 0.5), gap_m=9.3, mass_kg=(1.0, math.inf), duration_s=0.1)
 
 
-@complained(
+@misses(
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/984",
     reported="Two fast bodies, both with continuous detection, pass through each other.",
-    symptom=Symptom.MISSES,
     made="The thread shows a picture without numbers; all sizes are ours.",
 )
 def _rapier_984() -> Staged:
@@ -125,12 +122,11 @@ def _hardspheredynamics_8() -> Staged:
     return _head_on(speeds=(1.5, 0.0), radius_m=(0.2, 0.3), gap_m=0.4, mass_kg=(1.0, math.inf), duration_s=1.0)
 
 
-@complained(
+@loses_energy(
     about="Newton (MuJoCo Warp)",
     thread="https://github.com/newton-physics/newton/issues/3233",
     reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
     "one step instead of one after the other.",
-    symptom=Symptom.LOSES_ENERGY,
     at_least=0.25,
     made="Three equal spheres and 2 m/s are the thread's; the radius is a power of two here, so that they "
     "touch exactly.",
@@ -242,11 +238,10 @@ def _matter_361() -> Staged:
     return _head_on(speeds=(0.5, 0.0), radius_m=(0.2, 0.2), gap_m=0.3, duration_s=1.5)
 
 
-@complained(
+@loses_energy(
     about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/359",
     reported="Colliding spheres lose energy although their contact has restitution 1 and no friction.",
-    symptom=Symptom.LOSES_ENERGY,
     made="The thread gives neither places nor speeds; all sizes are ours.",
 )
 def _cannon_359() -> Staged:
@@ -303,11 +298,10 @@ def _newton_4103() -> Staged:
     return _head_on(speeds=(3.0, 1.0), radius_m=(0.1, 0.1), gap_m=1.01, restitution=0.0, duration_s=1.0)
 
 
-@complained(
+@misses(
     about="vrc8ball",
     thread="https://github.com/Terri00/vrc8ball/issues/52",
     reported="A ball that is hit hard passes through the one it was aimed at, and on the break balls merge.",
-    symptom=Symptom.MISSES,
     made="Balls are of the usual size; speed and distance are ours.",
 )
 def _vrc8ball_52() -> Staged:

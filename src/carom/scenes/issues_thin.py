@@ -6,7 +6,7 @@ import math
 
 from carom.scene import Chain
 from carom.scenes.closed_forms import after_wall, answered, disc, impact, scene_of, unit, vector
-from carom.scenes.complaint import Symptom, complained
+from carom.scenes.complaint import Symptom, complained, misses
 from carom.scenes.entry import KnownImpact, Staged
 from carom.scenes.issues_seams import line
 from carom.scenes.walled import bounces_in_a_box
@@ -52,11 +52,10 @@ def _in_a_room(start: complex, velocity: complex, radius: float, width: float, h
     return answered(scene, impacts, _ROOM)
 
 
-@complained(
+@misses(
     about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/5",
     reported="Fast bodies pass through thin ones: there is no continuous detection; smaller steps are advised.",
-    symptom=Symptom.MISSES,
     made="The thread has no scene; all sizes are ours: five times the reach of the ball in a step.",
 )
 def _matter_js_5() -> Staged:
@@ -64,11 +63,10 @@ def _matter_js_5() -> Staged:
     return _at_a_wall(33 + 2j, 0.1, _slab(0.02, 4.0))
 
 
-@complained(
+@misses(
     about="p2.js",
     thread="https://github.com/schteppe/p2.js/issues/136",
     reported="A thrown circle goes through a wall that is one polygon 32 pixels thick; made of tiles, the wall holds.",
-    symptom=Symptom.MISSES,
     made="The thickness is the thread's, of a hundred pixels a metre; the rest is ours.",
 )
 def _p2_136() -> Staged:
@@ -76,11 +74,10 @@ def _p2_136() -> Staged:
     return _at_a_wall(45 + 5j, 0.3, _slab(0.32, 6.0))
 
 
-@complained(
+@misses(
     about="p2.js",
     thread="https://github.com/schteppe/p2.js/issues/264",
     reported="A ball goes through a box that is a wall now and then; thicker walls or planes are advised.",
-    symptom=Symptom.MISSES,
     made="The thread has no sizes; all are ours. The ball meets the walls of a room nineteen times.",
 )
 def _p2_264() -> Staged:
@@ -88,11 +85,10 @@ def _p2_264() -> Staged:
     return _in_a_room(1.1 + 0.7j, 23 + 17j, 0.125, 5.0, 4.0, 0.02)
 
 
-@complained(
+@misses(
     about="p2.js",
     thread="https://github.com/schteppe/p2.js/issues/372",
     reported="A circle that is beyond the back of a box after one step is not noticed; a slower one is.",
-    symptom=Symptom.MISSES,
     made="The thread shows a drawing; all sizes are ours.",
 )
 def _p2_372() -> Staged:
@@ -100,11 +96,10 @@ def _p2_372() -> Staged:
     return _at_a_wall(27 - 4j, 0.1, _slab(0.15, 3.0))
 
 
-@complained(
+@misses(
     about="Box2D",
     thread="https://github.com/erincatto/box2d/issues/71",
     reported="Circles are easily pulled through chains of lines, probably where two lines meet, as bullets too.",
-    symptom=Symptom.MISSES,
     made="The thread has no scene; all sizes are ours.",
 )
 def _box2d_71() -> Staged:
@@ -113,11 +108,10 @@ def _box2d_71() -> Staged:
     return _at_a_point(40 + 3j, 0.2, 0j, unit(-5 + 0.5j), wall)
 
 
-@complained(
+@misses(
     about="Godot",
     thread="https://github.com/godotengine/godot/issues/9071",
     reported="A fast circle goes into or through static polygons, whatever kind of continuous detection is chosen.",
-    symptom=Symptom.MISSES,
     made="The thread names no sizes; all are ours.",
 )
 def _godot_9071() -> Staged:
@@ -125,11 +119,10 @@ def _godot_9071() -> Staged:
     return _at_a_wall(30 + 8j, 0.15, _chain(-3j, 0.25, 3j, solid=True))
 
 
-@complained(
+@misses(
     about="Godot",
     thread="https://github.com/godotengine/godot/issues/72674",
     reported="A small fast body goes through a thin wall, with shapes cast ahead as with nothing.",
-    symptom=Symptom.MISSES,
     made="The thread's body follows the mouse; all sizes are ours.",
 )
 def _godot_72674() -> Staged:
@@ -137,11 +130,10 @@ def _godot_72674() -> Staged:
     return _at_a_wall(25 + 0j, 0.02, line(-2j, 2j))
 
 
-@complained(
+@misses(
     about="Godot",
     thread="https://github.com/godotengine/godot/issues/6664",
     reported="At some 1,000 pixels a second a ball goes through one in ten of the static walls that it meets.",
-    symptom=Symptom.MISSES,
     made="Four walls and a velocity of (800, 1000) pixels a second are the thread's, of a hundred pixels a metre; the "
     "rest is ours. Its moving paddle is left out.",
 )
@@ -175,7 +167,7 @@ def _pymunk_111() -> Staged:
 @complained(
     about="Avian",
     thread="https://github.com/avianphysics/avian/issues/990",
-    reported="A ball of 27 mm that falls half a millimetre beside a wall is flung sideways as it passes the corner.",
+    reported="A ball of 27 mm that falls half a millimetre off a wall is flung sideways as it passes the corner.",
     symptom=Symptom.INVENTS,
     made="Ball and gap are the thread's; height and wall are ours.",
 )
@@ -236,7 +228,7 @@ def _vrc8ball_64() -> Staged:
 @complained(
     about="vrc8ball",
     thread="https://github.com/Terri00/vrc8ball/issues/70",
-    reported="A ball that hits the corner beside a side pocket warps to the middle of the pocket.",
+    reported="A ball that hits the corner next to a side pocket warps to the middle of the pocket.",
     made="All sizes are ours: those of a table of nine feet.",
 )
 def _vrc8ball_70() -> Staged:
@@ -266,11 +258,10 @@ def _ball2box_10() -> Staged:
     return answered(scene, impacts, "Galileo: as long up as down; Newton's law on the top of the box", final=[final])
 
 
-@complained(
+@misses(
     about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/301",
     reported="Near one end of a height field spheres fall through, half a spacing from the edge.",
-    symptom=Symptom.MISSES,
     made="All sizes are ours; the floor has a spacing of a metre.",
 )
 def _cannon_301() -> Staged:

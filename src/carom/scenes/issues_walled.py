@@ -7,7 +7,7 @@ import math
 
 from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, scene_of, unit
-from carom.scenes.complaint import Symptom, complained
+from carom.scenes.complaint import Symptom, complained, loses_energy, misses
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
 from carom.scenes.walled import bounces_in_a_box, box_walls
 
@@ -90,12 +90,11 @@ def _rapier_919() -> Staged:
     return _wall_on_the_right(radius_m=0.5, velocity=6 + 0j, gap_m=2.03, restitution=0.7, duration_s=0.75, rate_hz=60.0)
 
 
-@complained(
+@loses_energy(
     about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/615",
     reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
     "default, was the cause.",
-    symptom=Symptom.LOSES_ENERGY,
     made="The thread has no sizes; all are ours.",
 )
 def _rapier_615() -> Staged:
@@ -165,11 +164,10 @@ def _nimble_143() -> Staged:
     return answered(scene, impacts, f"{_MIRROR}; equal masses exchange velocities")
 
 
-@complained(
+@misses(
     about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/154",
     reported="In a break the cue ball goes through another ball: the collision is missed.",
-    symptom=Symptom.MISSES,
     made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
     "and there is neither friction nor a cushion.",
 )
@@ -202,11 +200,10 @@ def _pooltool_154() -> Staged:
     return Staged(scene, KnownAnswer(source, (known,), final_kinetic_energy_j=0.5 * speed**2))
 
 
-@complained(
+@loses_energy(
     about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/626",
     reported="One particle in a container, with restitution 1 and no friction, becomes slower at each wall.",
-    symptom=Symptom.LOSES_ENERGY,
     made="The thread has no sizes; all are ours.",
 )
 def _matter_626() -> Staged:
@@ -311,11 +308,10 @@ def _p2_156() -> Staged:
     return _wall_on_the_right(radius_m=0.03, velocity=1.25 + 1.25j, gap_m=0.63, duration_s=1.0, rate_hz=60.0)
 
 
-@complained(
+@loses_energy(
     about="GAMA",
     thread="https://github.com/gama-platform/gama/issues/556",
     reported="With restitution 1 everywhere balls lose speed, most where one meets a wall and a ball almost at once.",
-    symptom=Symptom.LOSES_ENERGY,
     made="The thread has no numbers; all are ours.",
 )
 def _gama_556() -> Staged:
