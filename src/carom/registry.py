@@ -6,7 +6,7 @@ import importlib.util
 import inspect
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import metadata
@@ -209,6 +209,17 @@ def asked_as(name: str) -> str:
 def distribution_of(name: str) -> str:
     """Return the name of the distribution that brought an adapter; empty where there is none."""
     return adapter_points()[name].distribution
+
+
+def require_profile(engine: str, profile: str, known: Collection[str]) -> None:
+    """Refuse a profile that is none of those that an engine has.
+
+    Raises:
+        UnknownNameError: With the near one, and which it has.
+    """
+    if profile not in known:
+        hints = named_hints(profile, known, f"it has: {', '.join(known)}")
+        raise UnknownNameError(f"{engine} has no profile {profile!r}", hints=hints)
 
 
 def require_named(name: str) -> None:

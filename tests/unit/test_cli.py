@@ -85,7 +85,10 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code
         (("engines", "pymunk", "--dt", "1/60"), "go with --show"),
         (("engines", "pit", "--show", "tuned"), "the adapter 'pit' writes no code of its engine"),
         (("engines", "pymunk", "--show", "located"), "profile 'located' of pymunk can't be pasted"),
-        (("engines", "pymunk", "--show", "best"), "pymunk has no profile 'best'; it has: default, tuned, located"),
+        (
+            ("engines", "pymunk", "--show", "best"),
+            "pymunk has no profile 'best'\nhint: it has: default, tuned, located",
+        ),
         (("engines", "pymunk", "--show", "tuned", "--scene", "paper"), "--scene must name one scene"),
         (("engines", "pymunk", "--show", "tuned", "--restitution", "2"), "restitution"),
     ],

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from carom.adapter import CodedAdapter, unsupported_reason
-from carom.errors import AdapterError, UnknownNameError
-from carom.registry import load_adapter
+from carom.errors import AdapterError
+from carom.registry import load_adapter, require_profile
 from carom.runs.engines import described
 from carom.runs.job import AdapterTask, Status, Tried, UnsupportedError
 from carom.runs.observe import capabilities_of, profile_settings
@@ -85,8 +85,7 @@ def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: st
         (info,) = described([engine], pool)
         if info.capabilities is None:
             raise AdapterError(info.unavailable)
-        if profile not in info.profiles:
-            raise UnknownNameError(f"{engine} has no profile {profile!r}; it has: {', '.join(info.profiles)}")
+        require_profile(engine, profile, info.profiles)
         if not info.code:
             able = ", ".join(one.name for one in described(None, pool) if one.code)
             raise AdapterError(f"the adapter {engine!r} writes no code of its engine; those that do: {able}")

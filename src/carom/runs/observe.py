@@ -13,8 +13,8 @@ from carom.adapter import Adapter, Capabilities, Observation, World, unsupported
 from carom.comparator.local_truth import StepWatch
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.damping import Damping
-from carom.errors import AdapterError, UnknownNameError
-from carom.registry import has_part, load_adapter, why_unavailable
+from carom.errors import AdapterError
+from carom.registry import has_part, load_adapter, require_profile, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.free_flight import FreeFlight
 from carom.runs.job import PIT_METHOD, Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
@@ -23,7 +23,6 @@ from carom.runs.raised import raised
 from carom.runs.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.runs.wire import CarriedTrace
 from carom.scene import Scene
-from carom.text import named_hints
 from carom.trace import Outcome, Samples, Setting, Trace
 from carom.windows import States
 
@@ -86,9 +85,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
         UnknownNameError: The adapter has no such profile.
         AdapterError: The profile fails, or a setting is no plain value.
     """
-    if profile not in adapter.profiles:
-        hints = named_hints(profile, adapter.profiles, f"it has: {', '.join(adapter.profiles)}")
-        raise UnknownNameError(f"{adapter.name} has no profile {profile!r}", hints=hints)
+    require_profile(adapter.name, profile, adapter.profiles)
     try:
         settings = dict(adapter.profiles[profile].settings(dt_s))
     except Exception as error:

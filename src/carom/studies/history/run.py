@@ -11,7 +11,8 @@ from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
-from carom.errors import AdapterError, CaromError, InputError, UnknownNameError
+from carom.errors import AdapterError, CaromError, InputError
+from carom.registry import require_profile
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import described, methods_of
 from carom.runs.environment import Environment, environment
@@ -28,7 +29,7 @@ from carom.studies.history.columns import AskOrigin, AskServed, Origin, column_n
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.overlay import Kept
 from carom.studies.history.releases import in_order, selected
-from carom.text import is_older, named_hints
+from carom.text import is_older
 
 #: What a folder of a history is for, and its journal there.
 PURPOSE, JOURNAL = "history", "journal.jsonl"
@@ -355,10 +356,8 @@ def _asked_for(engine: str, options: HistoryOptions, kept: Kept, pool: Pool) -> 
         UnknownNameError, InputError, UnavailableError: As of `history`.
     """
     (info,) = described([engine], pool)
-    for profile in options.profiles:
-        if info.profiles and profile not in info.profiles:
-            hints = named_hints(profile, info.profiles, f"it has: {', '.join(info.profiles)}")
-            raise UnknownNameError(f"{engine} has no profile {profile!r}", hints=hints)
+    for profile in options.profiles if info.profiles else ():
+        require_profile(engine, profile, info.profiles)
     origin = _origin(engine, pool)
     versions = selected(_listed(origin, options, kept), options.versions, options.most)
     if not versions:

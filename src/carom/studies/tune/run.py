@@ -9,8 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from carom.adapter import unsupported_reason
-from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.registry import EngineInfo
+from carom.errors import AdapterError, InputError
+from carom.registry import EngineInfo, require_profile
 from carom.runs.code import tried_code_of
 from carom.runs.engines import SettingsAt, described
 from carom.runs.environment import Environment, environment
@@ -26,7 +26,6 @@ from carom.studies.tune.merit import Judged, merit_of
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
 from carom.studies.tune.space import Space, values_of
-from carom.text import named_hints
 from carom.trace import Setting, Trace
 
 #: What a folder of a search is for, and its journal there.
@@ -115,9 +114,7 @@ def tune(
         (info,) = described([engine], pool)
         if info.unavailable:
             raise UnavailableError(f"{engine}: {info.unavailable}")
-        if asked.profile not in info.profiles:
-            hints = named_hints(asked.profile, info.profiles, f"it has: {', '.join(info.profiles)}")
-            raise UnknownNameError(f"{engine} has no profile {asked.profile!r}", hints=hints)
+        require_profile(engine, asked.profile, info.profiles)
         horizons, left_out = _references(scenes, info, asked)
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:
