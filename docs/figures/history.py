@@ -88,9 +88,9 @@ ENTRIES = (
         "drake",
         "1.31.0,1.35.0,1.37.0,1.40.0,1.48.0,1.51.1",
         "Not one bit has moved, but that a body is given a stiffness of its own, 1e6 N/m, from 1.37 on at the latest, which is `default`; `tuned` "
-        "asks for one. Releases before 1.31 end the process beside NumPy 2, and are not run.",
+        "asks for one. Releases before 1.31 end the process with NumPy 2, and are not run.",
     ),
-    Entry("pybullet", ">=3.2.6", "3.2.6 was built for NumPy 1 and fails beside NumPy 2, so that there is no history."),
+    Entry("pybullet", ">=3.2.6", "3.2.6 was built for NumPy 1 and fails with NumPy 2, so that there is no history."),
     Entry(
         "matter",
         "0.10.0,0.12.0,0.14.2,0.16.1,0.17.1,0.18.0,0.19.0,0.20.0",

@@ -58,7 +58,7 @@ def leg_problems(legs: tuple[Leg, ...], velocity: Point) -> Iterator[Problem]:
     if not legs:
         return
     if velocity != (0.0, 0.0):
-        yield Problem(("velocity_m_s",), f"must be left out beside legs, which say it, got {velocity}")
+        yield Problem(("velocity_m_s",), f"must be left out where there are legs, which say it, got {velocity}")
     if len(legs) > MOST_LEGS:
         yield Problem(("legs",), f"must be {MOST_LEGS:,} at most, got {len(legs):,}")
         return

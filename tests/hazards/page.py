@@ -183,7 +183,7 @@ def with_engines(text: str, figures: Sequence[Figure], adapters: Sequence[Adapte
 
 
 CHANGES = (
-    "All that the profile default does not leave as the engine ships it, beside what a scene is made of (shapes, "
-    "masses, states, gravity). Tests read each shipped value from the engine, and run the bare engine beside the "
+    "All that the profile default does not leave as the engine ships it, except for what a scene is made of (shapes, "
+    "masses, states, gravity). Tests read each shipped value from the engine, and run the bare engine next to the "
     "profile."
 )

@@ -206,7 +206,7 @@ def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float)
     least, greatest = COMBINE_RULES[rule](pair, most)
     for wall_name, wall in of_walls:
         if not least <= wall <= greatest:
-            beside, can_be = f"{wall_name} is {wall:g} beside a {name} of {pair:g}", f"{least:g} to {greatest:g}"
+            beside, can_be = f"{wall_name} is {wall:g} with a {name} of {pair:g}", f"{least:g} to {greatest:g}"
             return f"{beside}, and this method combines coefficients by {rule!r}, so that it can be {can_be}"
     return ""
 

@@ -36,7 +36,7 @@ SAID_WHEN = {
         "that is no gain of the run alone"
     ),
     Verdict.ENERGY_LOST: "by more than `1e-6` of the energy at the start, in scenes without gravity",
-    Verdict.NOT_TOLD_APART: "beside other verdicts; a run that conforms says it in its reason",
+    Verdict.NOT_TOLD_APART: "with other verdicts; a run that conforms says it in its reason",
     Verdict.LUCKY_PHASE: "*close*, and PIT's impacts; a run that conforms says it in its reason",
     Verdict.CUT_SHORT: ("standstill, an engine's own warning, a state that is not finite, a clock short of the end"),
     Verdict.WENT_ON: "PIC's impacts come without end at one instant, and the run completes",
@@ -60,11 +60,11 @@ SAID_WHEN = {
     ),
     Verdict.NOT_FINITE: "see section 0",
     Verdict.PARTED: (
-        "an impact missed, found beside or out of order by the trajectory, and until then none by any step from its "
-        "own state; the reason says when, when PIT's trajectory leaves, and how good the steps are"
+        "an impact missed, found in addition or out of order by the trajectory, and until then none by any step from "
+        "its own state; the reason says when, when PIT's trajectory leaves, and how good the steps are"
     ),
     Verdict.MISREPORTED: (
-        "beside *the trajectory has left*: a report that no state of its pair shows within two steps, or an impact "
+        "with *the trajectory has left*: a report that no state of its pair shows within two steps, or an impact "
         "alone in its step that is shown and not reported"
     ),
     Verdict.PASSED_THROUGH: (
@@ -76,11 +76,11 @@ SAID_WHEN = {
         "a velocity or a spin changes by more than 1 % of itself with no other body within two steps"
     ),
     Verdict.POLYGON: (
-        "beside other verdicts: steps are straight where paths are parabolas, which is the engine's integrator; the "
+        "with other verdicts: steps are straight where paths are parabolas, which is the engine's integrator; the "
         "reason says by how much a step is off"
     ),
     Verdict.DAMPED_POLYGON: (
-        "beside other verdicts: in a step a disc goes as far as one speed takes it, where damping slows it down "
+        "with other verdicts: in a step a disc goes as far as one speed takes it, where damping slows it down "
         "meanwhile, which is the engine's integrator; the reason says by how much a step is off"
     ),
     Verdict.SINKS: ("deeper than rounding; the reason says whether falling for each step anew explains it"),
@@ -108,7 +108,7 @@ GRADED_WHEN = {
         "every impact found; times, velocities, spins, energy and final state right to the rounding of the floats "
         "that the method declares, and the run in agreement with itself to as much. 64 bits: `1e-12` of the duration, "
         "the speed, the reach. 32 bits: `1e-5`, no time off by more than is close, the energy by no more than a "
-        'millionth; the report says "exact, 32 bits"; every step from its own state right to ten times that, to the '
+        'millionth; the report says "exact (float32)"; every step from its own state right to ten times that, to the '
         "end of the run; and the scene has an impact"
     ),
     Grade.CLOSE: (

@@ -26,7 +26,7 @@ class Mark(Enum):
     """What came of a cell. Each has a symbol of its own, so that colour is never the only sign."""
 
     EXACT = ("exact", "✓", Grade.EXACT, "green")
-    EXACT_32 = ("exact, 32 bits", "✓", "to the rounding of the 32-bit floats that the method declares", "green")
+    EXACT_32 = ("exact (float32)", "✓", "to the rounding of the 32-bit floats that the method declares", "green")
     CLOSE = ("close", "≃", Grade.CLOSE, "green")
     SAMPLED = ("sampled", "≈", Grade.SAMPLED, "cyan")
     INACCURATE = ("inaccurate", "▲", Grade.INACCURATE, "yellow")

@@ -157,7 +157,7 @@ class ProgramAdapter:
             beside = next((word for word in relative if (self.folder / word).is_file()), "")
             if not beside:
                 raise
-            hint = f"it runs in an empty folder, and {beside} beside its manifest is to be written ./{beside}"
+            hint = f"it runs in an empty folder, and {beside} next to its manifest is to be written ./{beside}"
             hints = [*error.hints, f"{hint}: see docs/engine-protocol.md#the-manifest"]
             raise AdapterError(error.message, hints=hints) from error
 

@@ -18,7 +18,7 @@ from carom.fields import said_of
 from carom.program.messages import PROTOCOL, Hello, Reply, Request, Welcome
 from carom.text import last_words
 
-#: A million discs with their contacts take half of this; a longer answer is none.
+#: A million discs with their contacts take half of this; longer answers are refused.
 MOST_ANSWER_BYTES = 256 * 2**20
 #: Characters that are shown of an answer that can't be read.
 SHOWN = 120

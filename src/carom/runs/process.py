@@ -28,7 +28,7 @@ from carom.runs.wire import Codec
 from carom.runs.worker import TASK_END, UNHEARD, codec_of
 from carom.text import last_words
 
-#: An answer that is longer is none. Half a million impacts with all that is known of them are not.
+#: Longer answers are refused. Half a million impacts with all that is known of them are shorter.
 MOST_ANSWER_BYTES = 2**27
 #: Of what an engine prints, the end is kept.
 MOST_PRINTED_BYTES = 2**16

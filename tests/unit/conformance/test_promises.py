@@ -136,7 +136,7 @@ def test_one_coefficient_for_all_is_declared_and_held_to(held: Held) -> None:
     assert "leaves with a wrong velocity" in held(Bouncer(one_coefficient=True), unlike)
     honest = Bouncer(one_coefficient=True, capabilities=ONE)
     assert "combines coefficients by 'one'" in held(honest, unlike)
-    assert held(honest, unlike).startswith("skipped: wall_restitution is 1 beside a restitution of 0")
+    assert held(honest, unlike).startswith("skipped: wall_restitution is 1 with a restitution of 0")
     assert held(honest, alike) == ""
     assert held(honest, refused) == ""
     assert "is run" in held(replace(honest, refuses=False), refused)

@@ -120,6 +120,6 @@ def test_exact_says_to_the_rounding_of_which_floats() -> None:
     results = carom.cross_check([scene()], ["pic"], profiles=["tuned"], timing=False, pool=InProcess())
     narrow = replace(results, rows=tuple(replace(row, score=score) for row in results.rows))
     shown = (repr(score), repr(narrow), score._repr_html_(), narrow._repr_html_())
-    assert all("exact, 32 bits" in (text or "") for text in shown)
+    assert all("exact (float32)" in (text or "") for text in shown)
     ungraded = replace(narrow, rows=tuple(replace(row, score=None) for row in results.rows))
     assert "not scored" in repr(ungraded)

@@ -189,7 +189,7 @@ def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, m
     path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
     (tmp_path / "empty").mkdir()
     monkeypatch.chdir(tmp_path / "empty")
-    with pytest.raises(AdapterError, match=r"open file .*program\.py beside its manifest .* \./program\.py") as caught:
+    with pytest.raises(AdapterError, match=r"open file .*program\.py next to its manifest .* \./program\.py") as caught:
         program_adapter(path).prepare(still(), {"dt_s": 0.5})
     assert str(tmp_path / "empty") not in str(caught.value)  # a worker's folder, another one each time
 

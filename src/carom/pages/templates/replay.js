@@ -1,18 +1,18 @@
-// A replay of a run beside its reference: one clock, exact paths, and what went wrong where it did.
+// A replay of a run next to its reference: one clock, exact paths, and what went wrong where it did.
 // The page's data blocks hold all that is drawn; names reach the page as text only.
 "use strict";
 (() => {
   const MARKS = { missed: "✕", invented: "+", late: "▸", early: "◂", found: "•", undecided: "?", beyond: "·" };
   const WIDEST = 1.6; // an engine that throws discs away must not shrink the scene to a dot
   const FLATTEST = 0.3, TALLEST = 0.8; // of a picture, in parts of its width
-  const BESIDE = 0.54, ABOVE = 0.25; // of the window's height, that pictures side by side or one above the other may take
+  const ACROSS = 0.54, ABOVE = 0.25; // of the window's height, that pictures side by side or one above the other may take
   const LEAST_TALL = 120; // pixels
   const SECONDS_SHOWN = 6; // about so long a replay lasts at the speed that is chosen for it
   const SLOWEST = 1 / 8, LEAD_S = 0.6, HOLD_S = 1.5; // before what failed first it slows, and there it holds, in seconds of the reader's
   const FLASH_S = 0.45, MOST_FLASHES = 3; // a look flashes and fades
   const CROWD = 4; // discs beyond which looks of the failing pair alone are shown, or outlines would be all that is seen
   const MOST_LABELS = 3;
-  const MOST_NAMED = 12; // discs beyond which the numbers beside small ones would hide the paths
+  const MOST_NAMED = 12; // discs beyond which the numbers next to small ones would hide the paths
   const MOST_TICKED = 2; // pixels between looks below which their ticks would run into a block
   const LINE = 66, STRIP = 16; // pixels: the timeline, and of it the row of the whole run
   const MAGNIFIES = 1.4; // less is no inset
@@ -207,7 +207,7 @@
     fit() {
       const columns = getComputedStyle(this.sides).gridTemplateColumns.split(" ").length;
       for (const stage of [this.truth, this.seen]) {
-        stage.fit(this.box, columns > 1 || this.over ? BESIDE : ABOVE);
+        stage.fit(this.box, columns > 1 || this.over ? ACROSS : ABOVE);
         Object.assign(stage.canvas.dataset, { scale: stage.scale, x: stage.origin[0], y: stage.origin[1] });
       }
       const dense = window.devicePixelRatio || 1;

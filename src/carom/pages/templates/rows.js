@@ -41,7 +41,7 @@
       try {
         block.replaceWith(shown(await unpack(block.textContent), block.dataset.label, block.dataset.css));
       } catch (error) {
-        block.replaceWith(make("p", "note", `These rows could not be unpacked (${error}); results.jsonl beside this page has their numbers.`));
+        block.replaceWith(make("p", "note", `These rows could not be unpacked (${error}); results.jsonl next to this page has their numbers.`));
       }
     }, { once: true });
   }

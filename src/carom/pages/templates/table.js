@@ -35,7 +35,7 @@
   choice("engine", distinct(columns.map(([engine]) => engine)));
   const several = (engine) => columns.filter(([other]) => other === engine).length; // the engine of most profiles orders them
   const inOrder = [...columns].sort(([a], [b]) => several(b) - several(a));
-  const only = (engine) => several(engine) === 1; // with one profile, as PIT: it stays beside any of the others'
+  const only = (engine) => several(engine) === 1; // with one profile, as PIT: it stays next to any of the others'
   const profiles = distinct(inOrder.map(([, profile]) => profile).filter(Boolean)), select = choice("profile", profiles);
   choice("grade", ORDER.filter((grade) => scenes.some((row) => [...row.cells].some((cell) => cell.classList.contains(grade)))));
   choice("group", distinct(scenes.map(groupOf)));

@@ -33,7 +33,7 @@ def certify(
 
     Args:
         scene: The scene, or its name in the catalogue; discs and walls of any number; under gravity, no immovable discs
-            beside movable ones, and no walls but half-planes.
+            with movable ones, and no walls but half-planes.
         digits: Decimal digits wanted: times to that part of themselves, velocities of the greatest speed at the start,
             positions of the greatest extent of the start.
         max_impacts: Stop after this many impacts; None for no limit.
@@ -92,5 +92,5 @@ def _refuse_quartics(scene: Scene) -> None:
     if fixed and len(fixed) < len(scene.discs):
         raise InputError(
             f"discs[{fixed[0]}] is immovable and gravity_m_s2 is {scene.gravity_m_s2}: a certified run does not "
-            "support falling discs beside immovable ones; solve_pic does, or set gravity_m_s2 to [0, 0]"
+            "support falling discs with immovable ones; solve_pic does, or set gravity_m_s2 to [0, 0]"
         )

@@ -165,7 +165,7 @@ def error_table(bench: SceneBench, error_label: str) -> Table:
         bench.curves,
         title=f"{bench.scene.name}: error at each step",
         note=f"{wording.capitalised(error_label)}; the largest of {wording.count(phases, 'start')} spread evenly "
-        "over a step. -1 +2: impacts missed and invented, over all starts; an error beside them is that of the rest.",
+        "over a step. -1 +2: impacts missed and invented, over all starts; an error with them is that of the rest.",
         only=IN_FULL,
     )
 

@@ -22,7 +22,7 @@ WORST_SHOWN = 3
 _RANK = {Mark.SAMPLED: 1, Mark.INACCURATE: 2, Mark.PARTED: 3, Mark.PARTED_INACCURATE: 4, Mark.WRONG: 5}
 
 PICTURE_NOTE = (
-    "The reference beside the run, drawn to one scale. Outline with a number: a disc at the start; tinted: at an "
+    "The reference next to the run, drawn to one scale. Outline with a number: a disc at the start; tinted: at an "
     "impact; filled: at the end. Dots are the frames that a run looks at; dashed: those just before and just after "
     "what is missed. Where everything moves along one line, position is drawn against time."
 )

@@ -55,7 +55,7 @@ METHOD_NOTE = (
     "PIT's at worst over the phases of the same step, median over scenes that have a unique answer: 1 pays the price "
     "of looking once a step, 0 none of it."
 )
-METHOD_SHORT = "impacts: - missed, + invented; error: of velocity or spin, {median}by PIT's at worst"
+METHOD_SHORT = "impacts: - missed, + invented; error: of velocity or spin, {median}over PIT's at worst"
 
 
 def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> Iterator[Section]:
@@ -92,7 +92,7 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
             *((Lines(verdicts, TERMINAL),) if verdicts else ()),
             Lines(verdict_lines(results, grid, alone.scene.name, full=True), DETAIL),
         )
-        yield Section("Its impacts, every method beside the others", shown, level=3)
+        yield Section("Its impacts, every method next to the others", shown, level=3)
 
 
 def _shares(cells: tuple[GridCell, ...]) -> tuple[Share, ...]:
@@ -146,7 +146,7 @@ def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impa
         Column("method", lambda method: Cell(method.label, method.profile, short=method.name)),
         Column("grade", partial(_grade, grid)) if alone else Column("scenes by grade", partial(_bar, grid)),
         Column("impacts", partial(_counted, grid), "- +", number=True),
-        Column("error", partial(_paid, grid), "by PIT's", number=True),
+        Column("error", partial(_paid, grid), "/ PIT's", number=True),
         *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
         *(Column(of.name, partial(_group_cell, of), wording.count(len(of.rows), "scene"), only=PAGE) for of in groups),
         *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),

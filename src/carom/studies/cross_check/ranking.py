@@ -17,7 +17,7 @@ _GRADES = tuple(dict.fromkeys(mark.css for mark in Mark if mark in GRADED and ma
 
 RANKING_NOTE = (
     "The best stands first: the grades of a method, counted from exact, 0, to wrong, 6, with 7 for no answer, have the "
-    "least mean over the scenes where it has one; among equals, the lower median error by PIT's."
+    "least mean over the scenes where it has one; among equals, the lower median error over PIT's."
 )
 
 

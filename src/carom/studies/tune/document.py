@@ -174,7 +174,9 @@ def _profiles(found: Tuning) -> Section:
         for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None):
             refused.setdefault(reason, []).append(name)
     lines = tuple(f"Not run: {wording.listed(names)} ({reason})." for reason, names in refused.items())
-    return Section("Beside the profiles written by hand", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines)))
+    return Section(
+        "Next to the profiles written by hand", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines))
+    )
 
 
 def _count(which: Iterable[bool]) -> str:

@@ -209,7 +209,7 @@ def test_the_price_is_one_number_wherever_it_stands() -> None:
     tables = [block for block in next(iter(overview(of_all, grid, prices(grid)))).blocks if isinstance(block, Table)]
     heads, lines = tables[-1].shown(Medium.MARKDOWN)
     (line,) = (line for line in lines if line[0].line == "toy tuned")
-    shown = line[[head.line for head in heads].index("error by PIT's")].text
+    shown = line[[head.line for head in heads].index("error / PIT's")].text
     assert shown == of_toy(of_all)["price paid, median"].split()[0]
     written = [json.loads(text) for text in records(of_all).splitlines()[1:]]
     own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
