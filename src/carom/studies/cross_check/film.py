@@ -68,13 +68,15 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
     clock = figure.suptitle("")
     left, right = figure.subplots(1, 2)
     pictures = [(left, limits), (right, limits)]
-    failing, held_s, inset = list[int](), None, None
+    failing, held_s = list[int](), None
+    near: list[Artist] = []  # what is there while the film is slow
     if (fault := first_fault(rows)) is not None:
         failing, at = rows[fault]["bodies"], rows[fault].get("at")
         held_s = held_at_s(rows[fault], None if at is None else places[at][2], observed)
         middle = seen[failing[0]].at(np.array([held_s]))[0] if at is None else np.array(places[at][:2])
         if (within := _magnified(scene, middle, failing, limits)) is not None:
-            inset = _inset(right, within, limits)
+            inset, frame = _inset(right, within, limits)
+            near += [inset, frame]
             pictures.append((inset, within))
     times = _times(scene, held_s)
     moving: list[_Moving] = []
@@ -110,8 +112,8 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
             artist.set_transform(Affine2D().translate(*drive.moved_at(now)) + axes.transData)
         for since, cross in crosses:
             cross.set_visible(bool(now >= since))
-        if inset is not None and held_s is not None:
-            inset.set_visible(bool(abs(now - held_s) <= _lead_s(scene)))
+        for artist in near:
+            artist.set_visible(held_s is not None and bool(abs(now - held_s) <= _lead_s(scene)))
         clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")
         said = [became for when, became in told if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
         words.set_text(f"impact {said[-1]}" if said else " ")
@@ -191,15 +193,15 @@ def _side_m(limits: Limits) -> float:
     return float(np.min(np.array(_ASIDE) * (limits[1] - limits[0])))
 
 
-def _inset(axes: Axes, within: Limits, limits: Limits) -> Axes:
-    """Return axes in the corner of a picture that is farthest from what they magnify, which is framed there."""
+def _inset(axes: Axes, within: Limits, limits: Limits) -> tuple[Axes, Artist]:
+    """Return axes in the corner of a picture that is farthest from what they magnify, and the frame of that there."""
     from matplotlib.patches import Rectangle
 
     (low, high), side = limits, _side_m(limits)
     size, gap = within[1] - within[0], 0.02 * side
     corner = np.where(within[0] + size / 2.0 < (low + high) / 2.0, high - side - gap, low + gap)
-    axes.add_patch(Rectangle(tuple(within[0]), *size, fill=False, linestyle=":"))
+    frame = axes.add_patch(Rectangle(tuple(within[0]), *size, fill=False, linestyle=":"))
     inset = axes.inset_axes((*corner.tolist(), side, side), transform=axes.transData, facecolor=SURFACE)
     inset.set_zorder(10)
     inset.spines[:].set_visible(True)
-    return inset
+    return inset, frame

@@ -18,7 +18,7 @@ from matplotlib import rc_context
 from matplotlib.animation import FFMpegWriter, FuncAnimation
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Rectangle
 from PIL import Image
 
 import carom
@@ -200,9 +200,12 @@ def test_what_fails_is_magnified_while_the_film_is_slow(shown: Replay, film: _Fi
     """Two and a half radii about where the two touch, in a corner where that is not; before it nothing is magnified."""
     pictures, _ = film.show(0)
     _, right, inset = pictures
+    (frame,) = [part for part in right.patches if isinstance(part, Rectangle)]
     assert not inset.get_visible()
+    assert not frame.get_visible()
     film.show(int(np.searchsorted(film.times, _deepest_s(shown))))
     assert inset.get_visible()
+    assert frame.get_visible()
     (cross,) = [line for line in right.lines if line.get_marker() == "x"]
     place, radius = _at(cross), shown.reference.scene.discs[0].radius_m
     assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(
