@@ -89,8 +89,8 @@ class Law:
     def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
         """Return how far a point is from a wall, by its number among walls, and the unit normal from there to it.
 
-        Of a point on the line of a finite wall no normal is given: (1, 0) is returned. A driven wall is where it is at
-        a time since the run's start.
+        Of a point on the line of a finite wall there is no normal: (0, 0) is returned, along which nothing closes, as
+        PIT has it. A driven wall is where it is at a time since the run's start.
         """
         shape = self.walls[wall]
         x, y = self.seen_from(wall, x, y, time_s)
@@ -100,7 +100,7 @@ class Law:
         foot = shape.outline.nearest(x, y)
         dx, dy = x - foot.x, y - foot.y
         distance = math.sqrt(dx * dx + dy * dy)
-        nx, ny = (dx / distance, dy / distance) if distance > 0.0 else (1.0, 0.0)
+        nx, ny = (dx / distance, dy / distance) if distance > 0.0 else (0.0, 0.0)
         return distance - shape.outline.half_width, nx, ny
 
     def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
