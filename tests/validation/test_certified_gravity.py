@@ -11,7 +11,6 @@ from mpmath import mp, mpf
 
 import carom
 from carom import CertifiedTrace, Disc, Scene, Wall
-from carom.errors import InputError
 from carom.runs.reference import reference_of
 from carom.scenes import catalogue
 from carom.solvers.certified.result import Degenerate, Ending
@@ -146,12 +145,17 @@ def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_bey
     assert len(certified) == impacts
 
 
-def test_a_falling_disc_and_a_fixed_one_are_refused() -> None:
-    """The error names the disc and the field."""
+def test_a_disc_that_falls_on_a_fixed_one_bounces_as_on_a_floor() -> None:
+    """Straight down on its top the first bounce is that of a floor: at sqrt(2 h/g), with the speed it comes at."""
     discs = [Disc(position_m=(0.0, 3.0), radius_m=0.25), Disc(position_m=(0.0, 0.0), radius_m=0.25, mass_kg=math.inf)]
-    scene = Scene(name="peg", discs=discs, gravity_m_s2=(0.0, -9.81), duration_s=1.0)
-    with pytest.raises(InputError, match=r"discs\[1\] is immovable and gravity_m_s2 is \(0.0, -9.81\)"):
-        carom.certify(scene)
+    for placed in (discs, discs[::-1]):
+        certified = carom.certify(Scene(name="peg", discs=placed, gravity_m_s2=(0.0, -9.81), duration_s=1.0))
+        assert certified.ending is Ending.COMPLETED
+        with mp.workdps(60):
+            time, fell = mp.sqrt(5 / mpf(9.81)), mpf(9.81)
+            after = [[mpf(0), fell * time]]
+            assert outside(certified, "time_s", [[time]]) == []
+            assert outside(certified, f"velocity_{'first' if placed is discs else 'second'}_after", after) == []
 
 
 @pytest.mark.parametrize("name", ["free-fall", "bouncing-ball", "ladder", "box", "falling-pair", "incline"])

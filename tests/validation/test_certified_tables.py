@@ -13,7 +13,6 @@ from tests.validation import table_runs
 from tests.validation.table_runs import Table, Walk
 
 from carom import Disc, Scene, certify, solve_pic
-from carom.errors import InputError
 from carom.scenes import CatalogueScene, deviation, find_scenes
 from carom.solvers.certified.result import Degenerate, Ending
 from carom.trace import EdgeKind
@@ -32,11 +31,11 @@ def table(
     return Scene(name="table", discs=(disc,), walls=walls, **{"duration_s": 10.0, **more})
 
 
-def drawn_tables(first: int, count: int) -> Iterator[Table]:
-    """Yield tables without gravity and at rest: finite walls are certified on no others."""
-    drawn = (found[1] for found in map(draw, itertools.count(first)) if found is not None)
-    at_rest = (table for table in drawn if table.gravity == (0.0, 0.0) and not any(line.legs for line in table.lines))
-    yield from itertools.islice(at_rest, count)
+def drawn_tables(first: int, count: int, *, moves: bool = False) -> Iterator[Table]:
+    """Yield tables that neither fall nor are driven; or else, by `moves`, those of which one is true, or both."""
+    drawn = (found for found in map(draw, itertools.count(first)) if found is not None)
+    wanted = (table for kind, table in drawn if (", " in kind) is moves)
+    yield from itertools.islice(wanted, count)
 
 
 def contradictions(table: Table, impacts: int) -> list[int]:
@@ -66,6 +65,15 @@ def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(first
     assert wrong == {}
 
 
+@pytest.mark.parametrize("first", [0, pytest.param(10**5, marks=pytest.mark.long)])
+def test_every_impact_on_tables_that_fall_or_are_driven_is_within_its_radius(first: int) -> None:
+    """The same under gravity, and of lines on up to nine legs each: quartics, and impacts leg by leg."""
+    count, impacts = (4, 6) if first == 0 else (200, 12)
+    tables = drawn_tables(first, count, moves=True)
+    wrong = {k: bad for k, one in enumerate(tables) if (bad := contradictions(one, impacts))}
+    assert wrong == {}
+
+
 def test_brute_force_of_a_table_that_differs_by_a_hair_contradicts_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A half width that is off by a part in 10^12 is outside of what is proven."""
     (one,) = drawn_tables(0, 1)
@@ -75,16 +83,16 @@ def test_brute_force_of_a_table_that_differs_by_a_hair_contradicts_it(monkeypatc
     assert contradictions(one, 4) != []
 
 
-ANSWERED = [entry for entry in find_scenes(["tables", "issues"]) if not entry.known.convention]
+ANSWERED = [entry for entry in find_scenes(["tables", "driven", "issues"]) if not entry.known.convention]
 
 
 @pytest.mark.parametrize(
     "entry",
-    [e for e in ANSWERED if not e.scene.arrays.has_half_planes and e.scene.gravity_m_s2 == (0.0, 0.0)],
+    [e for e in ANSWERED if e.scene.arrays.driven or not e.scene.arrays.has_half_planes],
     ids=lambda entry: entry.name,
 )
 def test_scenes_of_finite_walls_are_certified_to_their_end_and_agree_with_their_answers(entry: CatalogueScene) -> None:
-    """The catalogue's chains and circles have one answer each, which is the known one to the closed form's rounding."""
+    """Chains, circles and what is driven have one answer each, the known one to the closed form's rounding."""
     certified = certify(entry.scene)
     assert certified.ending is Ending.COMPLETED
     assert deviation(certified.trace, entry.known, entry.scene) <= CLOSED_FORM_ROUNDING
@@ -180,15 +188,15 @@ def test_friction_on_chains_and_circles_is_certified_as_pic_computes_it() -> Non
         assert np.allclose(certified.trace.spins["first_after"], exact.spins["first_after"], rtol=1e-10, atol=1e-10)
 
 
-def test_under_gravity_a_finite_wall_is_refused_by_name() -> None:
-    """The gap to a vertex is a quartic then, not solved in balls; half-planes of their own material are run."""
-    said = "wall 1 is no half-plane, which a certified run under gravity does not support: a circle of radius 3 m about"
+def test_walls_of_both_kinds_are_told_apart_under_gravity() -> None:
+    """A half-plane beside a chain keeps its own restitution, and each its own number: from 1.5 m at 3 m/s^2."""
     floor = Wall(point_m=(0, -2), normal=(0, 1), restitution=0.5)
-    with pytest.raises(InputError, match=said):
-        certify(table((0, 0), floor, Ring(centre_m=(0, 0), radius_m=3.0), gravity_m_s2=(0.0, -8.0)))
-    certified = certify(table((0, 0), floor, gravity_m_s2=(0.0, -3.0), duration_s=1.5))
-    assert certified.trace.impacts["time_s"].tolist() == [1.0]  # h = 1.5 m
-    assert certified.trace.impacts["velocity_first_after"].tolist() == [[0.0, 1.5]]
+    post = Chain(points_m=[(3, 0), (3, 1), (4, 1)])
+    for walls, body in (((post, floor), -2), ((floor, post), -1)):
+        certified = certify(table((0, 0), *walls, gravity_m_s2=(0.0, -3.0), duration_s=1.5))
+        assert certified.trace.impacts["second"].tolist() == [body]
+        assert certified.trace.impacts["time_s"].tolist() == [1.0]
+        assert certified.trace.impacts["velocity_first_after"].tolist() == [[0.0, 1.5]]
 
 
 def test_each_impact_on_a_wall_of_several_edges_has_the_normal_of_its_own() -> None:

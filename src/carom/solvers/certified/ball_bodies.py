@@ -12,27 +12,48 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-from flint import arb, ctx, fmpq
+from flint import arb, ctx
 
 from carom.scene import Scene
+from carom.solvers.certified.legs import BallLeg, ball, legs_of
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 from carom.trace import wall_body, wall_index
 
+if TYPE_CHECKING:
+    from carom.driving import Drive
+
 ZERO = arb(0)
 
+#: Far above what rounding makes of a speed.
+_SLACK = 2.0**-40
 
-def ball(number: Fraction) -> arb:
-    """Return a ball that holds a rational number, exactly where the working precision has its digits."""
-    return arb(fmpq(number.numerator, number.denominator))
+#: Where a centre is and how it moves: x, y, vx, vy.
+State = tuple[arb, arb, arb, arb]
 
 
 def greatest_speed(scene: Scene) -> float:
-    """Return the greatest speed of a disc, or of a spinning disc's rim, at the start; 1 where nothing moves."""
-    discs = scene.discs
-    speeds = (max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in discs)
-    return max(speeds) or 1.0
+    """Return the greatest speed of a disc, a spinning rim or what is driven, at the start; 1 where nothing moves."""
+    speeds = [max(math.hypot(*disc.velocity_m_s), abs(disc.spin_rad_s) * disc.radius_m) for disc in scene.discs]
+    return max(*speeds, fastest_drive(scene)) or 1.0
+
+
+def fastest_drive(scene: Scene) -> float:
+    """Return a bound on the speeds of what is driven, and of belts; 0 where nothing is."""
+    arrays = scene.arrays
+    drives = (*(arrays.wall_drives or ()), *arrays.disc_drives)
+    speeds = [*(drive.fastest for drive in drives), *map(abs, arrays.belts_m_s or ())]
+    return max(speeds, default=0.0) * (1.0 + _SLACK)
+
+
+def _pull(scene: Scene, shape: Plane | Round) -> int:
+    """Return the sign of gravity's part along the normal of what is straight: below 0, it pulls discs to it."""
+    if isinstance(shape, Round):
+        return 0
+    gx, gy = map(Fraction, scene.gravity_m_s2)
+    along = gx * shape.normal[0] + gy * shape.normal[1]
+    return (along > 0) - (along < 0)
 
 
 class PairLaw(NamedTuple):
@@ -84,10 +105,12 @@ class BallBodies:
         time: Reference instant of each disc, seconds, exact.
         x: Centre at the reference instant; likewise `y`, `vx`, `vy`. Under gravity, in the falling frame.
         falls: Whether the scene has gravity.
+        pulls: Of each obstacle that is straight, the sign of gravity's part along its normal; 0 of the others.
+        fastest_drive: A bound on the speeds of what is driven, metres a second.
         turns: Whether spins are kept: see `carom.DiscArrays.turns`.
         spin: Radians a second.
         inverse_inertia_ratio: How easily each disc turns: 1/k, 0 for one that does not.
-        inverse_mass: 0 for a disc that never moves.
+        inverse_mass: 0 for a disc that no impact moves.
         met: For each disc, when it last met each kind of partner, oldest first: the key is the obstacle's body number,
             or 0 for any disc.
         last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
@@ -114,6 +137,15 @@ class BallBodies:
         self.partner: list[int | None] = [None] * len(discs)
         self.falls = scene.gravity_m_s2 != (0.0, 0.0)
         self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
+        self.pulls = [_pull(scene, obstacle.shape) for obstacle in self.obstacles]
+        drives = {wall_body(k): drive for k, drive in enumerate(scene.arrays.wall_drives or ())}
+        drives |= dict(zip(scene.arrays.driven_discs, scene.arrays.disc_drives, strict=True))
+        self._drives: dict[int, Drive] = {body: drive for body, drive in drives.items() if not drive.stands}
+        self.fastest_drive = fastest_drive(scene)
+        self._legs: dict[int, tuple[BallLeg, ...]] = {}
+        for disc in scene.arrays.driven_discs:
+            if legs := self.legs(disc):
+                self.vx[disc], self.vy[disc] = legs[0].vx, legs[0].vy
         self._speed = arb(greatest_speed(scene))
         self._kind = [(disc.mass_kg, disc.radius_m) for disc in discs]
         self._pair_laws: dict[tuple[tuple[float, float], tuple[float, float]], PairLaw] = {}
@@ -127,6 +159,7 @@ class BallBodies:
     def lower_precision(self, bits: int) -> None:
         """Go on with fewer bits, where the balls have grown so wide that more would say nothing."""
         ctx.prec = bits
+        self._legs.clear()
         self._pair_laws.clear()
         self._wall_laws.clear()
         self._round_laws.clear()
@@ -202,8 +235,49 @@ class BallBodies:
         """Return the number of a body in traces: of an obstacle that of its wall."""
         return body if body >= 0 else wall_body(self.obstacles[wall_index(body)].wall)
 
+    def legs(self, body: int) -> tuple[BallLeg, ...]:
+        """Return the legs of a disc, or of an obstacle by its body number; none of what is not driven."""
+        key = self.trace_body(body)
+        if key not in self._drives:
+            return ()
+        if key not in self._legs:
+            self._legs[key] = legs_of(self._drives[key])
+        return self._legs[key]
+
+    def is_driven(self, k: int) -> bool:
+        """Whether the k-th obstacle moves."""
+        return bool(self.legs(wall_body(k)))
+
+    def legs_from(self, body: int, at: float) -> tuple[BallLeg | None, ...]:
+        """Return the leg that a body is on at an instant, and those after it; one None of what is not driven."""
+        return tuple(leg for leg in self.legs(body) if leg.end_s > at) or (None,)
+
+    def bends(self, body: int) -> bool:
+        """Whether a body's path is not straight in the frame of the discs that impacts move."""
+        fixed = body < 0 or not self.movable[body]
+        return fixed and (self.falls or len(self.legs(body)) > 1)
+
+    def state(self, i: int, at: float) -> State:
+        """Return position and velocity of disc `i` at an instant, on its present path or leg (in the falling frame)."""
+        leg = None if self.movable[i] else self.legs_from(i, at)[0]
+        return *self.moved(i, at), *((self.vx[i], self.vy[i]) if leg is None else (leg.vx, leg.vy))
+
+    def seen(self, i: int, at: float, leg: BallLeg | None) -> State:
+        """Return where disc `i` is at an instant, and how it moves, as seen from what goes on a leg."""
+        return self.less(leg, at, *self.place(i, at), *self.velocity(i, arb(at), at))
+
+    def less(self, leg: BallLeg | None, at: float, x: arb, y: arb, vx: arb, vy: arb) -> State:
+        """Return a state less how far what goes on a leg has moved at an instant, and its velocity."""
+        if leg is None:
+            return x, y, vx, vy
+        moved_x, moved_y = leg.moved_at(arb(at))
+        return x - moved_x, y - moved_y, vx - leg.vx, vy - leg.vy
+
     def moved(self, i: int, at: float) -> tuple[arb, arb]:
         """Return the centre of disc `i` at the exact instant `at` on its present path (in the falling frame)."""
+        if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
+            x, y = leg.moved_at(arb(at))
+            return self.x[i] + x, self.y[i] + y
         if not self.movable[i] or at == self.time[i]:
             return self.x[i], self.y[i]
         dt = arb(at) - self.time[i]
@@ -217,8 +291,10 @@ class BallBodies:
         half_square = arb(at) * arb(at) / 2
         return x + self.gravity[0] * half_square, y + self.gravity[1] * half_square
 
-    def velocity(self, i: int, time: arb) -> tuple[arb, arb]:
-        """Return the velocity of disc `i` at a time on its present path, as seen from the walls."""
+    def velocity(self, i: int, time: arb, at: float) -> tuple[arb, arb]:
+        """Return the velocity of disc `i` at a time on its present path, or its leg at `at`, as seen from the walls."""
+        if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
+            return leg.vx, leg.vy
         if not (self.falls and self.movable[i]):
             return self.vx[i], self.vy[i]
         return self.vx[i] + self.gravity[0] * time, self.vy[i] + self.gravity[1] * time

@@ -4,7 +4,8 @@
 `carom.solvers.units`, which is exact. Where something overflows, is no number, or comes out so small that float64 has
 fewer bits for it, the bound is the start of both paths, which says nothing: balls decide.
 
-Under gravity the states are those in the falling frame, where discs move straight; walls get no bound there.
+Under gravity the states are those in the falling frame, where discs move straight; what does not fall gets no bound there,
+nor does a driven wall, or a driven disc that turns.
 """
 
 from libc.math cimport fabs, ldexp, sqrt
@@ -29,7 +30,7 @@ cdef enum:
 cdef enum Form:
     FLAT  # a half-plane, or a face
     ROUND  # a vertex, or an arc from outside
-    HOLLOW  # an arc from inside, of which nothing is said
+    HOLLOW  # an arc from inside, or what is driven, of which nothing is said
 
 cdef struct Path:  # what float64 has of a disc on its present path, scaled
     double time  # seconds, exact: when the disc is, or on its path backwards would have been, at (x, y)
@@ -43,6 +44,7 @@ cdef struct Path:  # what float64 has of a disc on its present path, scaled
     double rim  # the radius, rounded up
     Py_ssize_t met  # column that the disc can't meet on this path, or NOBODY
     bint immovable
+    bint bends  # its path is not straight, so that nothing is said of it
 
 cdef struct Wall:  # an obstacle
     Form form
@@ -83,6 +85,8 @@ cdef inline double bound_after(double start, double wait, double second) noexcep
 cdef inline double pair_bound(const Path *p, const Path *q, const Table *table) noexcept nogil:
     """Return a lower bound of the time at which two discs meet, seconds."""
     start = greater(p.time, q.time)
+    if p.bends or q.bends:
+        return start
     wait_p = (start - p.time) * table.unit
     wait_q = (start - q.time) * table.unit
     dx = (q.x + q.vx * wait_q) - (p.x + p.vx * wait_p)
@@ -256,6 +260,7 @@ cdef class LowerBounds:
         path.radius = ldexp(bodies.scene.discs[i].radius_m, -self.length)
         path.rim = path.radius * (1.0 + 8.0 * ROUNDOFF)
         path.immovable = not bodies.movable[i]
+        path.bends = bodies.bends(i)
         fastest = greater(fabs(path.vx), fabs(path.vy))
         path.error = 19.0 * ROUNDOFF * (greater(fabs(path.x), fabs(path.y)) + path.rim)
         path.error += ldexp(spread(x) + spread(y), -self.length) + tiny(self.length)
@@ -266,13 +271,17 @@ cdef class LowerBounds:
         partner = bodies.partner[i]
         if partner is not None and (not self.table.falls if partner < 0 else bodies.have_just_met(i, partner)):
             path.met = self._column(partner)
-            if partner < 0 and self.table.walls[path.met - self.table.discs].form == HOLLOW:
+            hollow = partner < 0 and self.table.walls[path.met - self.table.discs].form == HOLLOW
+            if hollow or (partner >= 0 and bodies.bends(partner)):
                 path.met = NOBODY
 
     cdef _load_wall(self, Py_ssize_t k):
         """Take over a wall."""
         wall = &self.table.walls[k]
         shape = self.bodies.obstacles[k].shape
+        if self.bodies.is_driven(k):
+            wall.form = HOLLOW
+            return
         if isinstance(shape, Round):
             wall.form = HOLLOW if shape.inside else ROUND
             law = self.bodies.round_law(k, 0.0)  # the reach of the wall itself

@@ -32,8 +32,7 @@ def certify(
     is reported. An interrupt (Ctrl-C) ends it, too; what was certified until then is returned in every case.
 
     Args:
-        scene: The scene, or its name in the catalogue; discs and walls of any number; under gravity, no immovable discs
-            with movable ones, and no walls but half-planes.
+        scene: The scene, or its name in the catalogue; discs and walls of any number and kind, driven ones too.
         digits: Decimal digits wanted: times to that part of themselves, velocities of the greatest speed at the start,
             positions of the greatest extent of the start.
         max_impacts: Stop after this many impacts; None for no limit.
@@ -48,8 +47,8 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
-        InputError: The scene has damping, rolling resistance, a table that slows discs down or a driven body, or under
-            gravity immovable discs or finite walls; or an option is outside its range.
+        InputError: The scene has damping, rolling resistance or a table that slows discs down; or an option is outside
+            its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
@@ -57,8 +56,6 @@ def certify(
     for field, what in _UNSUPPORTED.items():
         if value := getattr(scene, field):
             raise InputError(f"{field} is {value}: a certified run does not support {what}; solve_pic does")
-    scene.arrays.require_undriven("a certified run")
-    _refuse_quartics(scene)
     require_compiled("certify")
     try:
         import flint  # noqa: F401 - what follows needs it
@@ -81,16 +78,3 @@ _UNSUPPORTED = {
     "wall_rolling_resistance": "rolling resistance",
     "table_deceleration_m_s2": "a table that slows discs down",
 }
-
-
-def _refuse_quartics(scene: Scene) -> None:
-    """Refuse a falling disc and a fixed one, or a vertex: their gap is a quartic in time, not solved in balls."""
-    if scene.gravity_m_s2 == (0.0, 0.0):
-        return
-    scene.arrays.half_planes("a certified run under gravity", own_materials=True)
-    fixed = [i for i, disc in enumerate(scene.discs) if disc.immovable]
-    if fixed and len(fixed) < len(scene.discs):
-        raise InputError(
-            f"discs[{fixed[0]}] is immovable and gravity_m_s2 is {scene.gravity_m_s2}: a certified run does not "
-            "support falling discs with immovable ones; solve_pic does, or set gravity_m_s2 to [0, 0]"
-        )

@@ -31,8 +31,8 @@ def contact_at_start(scene: Scene) -> Degeneracy | None:
     """
     for i, j in _near_bodies(scene):
         if j >= 0:
-            _, speed, gap = _pair_terms(scene, i, j)
-            pull = 0
+            spread, speed, gap = _pair_terms(scene, i, j)
+            pull = _pull_of_pair(scene, i, j, spread)
         else:
             offset, rim2, toward = _root_form(scene, i, j)
             gap, speed, pull = offset * abs(offset) - rim2, -toward, pull_along_wall(scene, wall_index(j))
@@ -106,9 +106,23 @@ def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fract
     """Return the coefficients of ``a t^2 + 2 b t + c`` for two discs at the start."""
     p, q = scene.discs[i], scene.discs[j]
     dx, dy = (Fraction(q.position_m[k]) - Fraction(p.position_m[k]) for k in (0, 1))
-    ux, uy = (Fraction(q.velocity_m_s[k]) - Fraction(p.velocity_m_s[k]) for k in (0, 1))
+    (ui, vi), (uj, vj) = p.drive.velocity_at(0.0), q.drive.velocity_at(0.0)
+    ux, uy = Fraction(uj) - Fraction(ui), Fraction(vj) - Fraction(vi)
     reach = Fraction(p.radius_m) + Fraction(q.radius_m)
     return ux * ux + uy * uy, dx * ux + dy * uy, dx * dx + dy * dy - reach * reach
+
+
+def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
+    """Return the sign at which the distance of two discs that do not close changes by and by; 0 if both fall, or none.
+
+    `spread` is their squared relative velocity.
+    """
+    fixed = [scene.discs[k].immovable for k in (i, j)]
+    if fixed[0] == fixed[1] or scene.gravity_m_s2 == (0.0, 0.0):
+        return 0
+    p, q = scene.discs[i], scene.discs[j]
+    along = _along(scene.gravity_m_s2, q.position_m) - _along(scene.gravity_m_s2, p.position_m)
+    return _sign(spread + (along if fixed[0] else -along))
 
 
 def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
@@ -119,7 +133,7 @@ def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fractio
     disc, wall = scene.discs[first], _half_plane(scene, wall_index(second))
     offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
     rim2 = Fraction(disc.radius_m) ** 2 * _along(wall.normal, wall.normal)
-    return offset, rim2, -_along(disc.velocity_m_s, wall.normal)
+    return offset, rim2, _along(wall.drive.velocity_at(0.0), wall.normal) - _along(disc.velocity_m_s, wall.normal)
 
 
 def _near_bodies(scene: Scene) -> list[tuple[int, int]]:

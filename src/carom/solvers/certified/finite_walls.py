@@ -1,29 +1,35 @@
-"""When a disc meets a face, a vertex or an arc, as a ball, along a straight path: as `docs/walls.md` derives it.
+"""When a disc meets a face, a vertex or an arc, as a ball: as `docs/walls.md` derives it.
 
 A face is met as a half-plane is, a vertex and an arc's outer side as another disc at the earlier root of
-``|d + t u| = R``, an arc's inner side at the later one; and all of them where the contact is on the edge. Where that is
-not decided, at an end of the edge, the disc meets the edge or what goes on from it there, which the outline of the
-thickened wall makes one smooth curve: time and state after are the hulls of both.
+``|d + t u| = R``, an arc's inner side at the later one, or under gravity where a quartic falls through zero; and all of
+them where the contact is on the edge. Where that is not decided, at an end of the edge, the disc meets the edge or what
+goes on from it there, which the outline of the thickened wall makes one smooth curve: time and state after are the
+hulls of both. All is seen from the wall, on one leg of its path where it is driven.
 """
 
 from __future__ import annotations
 
+import math
 from enum import Enum, auto
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
-from carom.solvers.certified.ball_bodies import ZERO, BallBodies, ball
+from carom.solvers.certified.ball_bodies import ZERO, BallBodies
+from carom.solvers.certified.falls import falls_of, squared_gap
 from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.legs import ball
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
+from carom.solvers.certified.planes import fall_on_plane, meet_plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
     from carom.outline import Outline
     from carom.scene import Scene
+    from carom.solvers.certified.legs import BallLeg
 
 #: Bits in which the start is asked for contact: far above what 53 bits of input make of a gap.
 _START_BITS = 2048
@@ -46,9 +52,9 @@ class _Touch(NamedTuple):
     on: On
 
 
-def meet_finite(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on an obstacle of a finite wall; None where it certainly never comes."""
-    touch = _touch(bodies, i, second, at)
+def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` on an obstacle of a finite wall on a leg; None where it certainly never comes."""
+    touch = _touch(bodies, i, second, at, leg)
     if touch is None or touch.on is On.BESIDE:
         return None
     meeting = touch.meeting
@@ -56,54 +62,73 @@ def meet_finite(bodies: BallBodies, i: int, second: int, at: float) -> Meeting |
         return meeting
     begin, end = bodies.obstacles[wall_index(second)].neighbours
     taker = {On.BEGIN: begin, On.END: end}.get(touch.on)
-    other = None if taker is None else _touch(bodies, i, taker, at)
+    other = None if taker is None else _touch(bodies, i, taker, at, leg)
     if other is None or not other.meeting.decided:
         return undecided(i, second, at, meeting.time, resting=False)
     time = meeting.time.union(other.meeting.time)
     return meeting._replace(time=time, latest=float_above(time), near=Seam(meeting, other.meeting))
 
 
-def _touch(bodies: BallBodies, i: int, second: int, at: float) -> _Touch | None:
+def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
     """Return when a disc touches the line or the circle of an obstacle, and where; None if never."""
-    shape = bodies.obstacles[wall_index(second)].shape
+    k = wall_index(second)
+    shape = bodies.obstacles[k].shape
     if isinstance(shape, Round):
-        return _touch_round(bodies, i, second, at, shape)
-    x, y = bodies.moved(i, at)
-    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
-    if x * law.nx + y * law.ny < law.level:  # behind the edge, or beside it
+        return (_fall_on_round if bodies.falls else _touch_round)(bodies, i, second, at, leg)
+    x, y, vx, vy = bodies.seen(i, at, leg)
+    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
+    if not bodies.pulls[k] and x * law.nx + y * law.ny < law.level:  # behind the edge, or beside it
         return None
-    meeting = meet_plane(bodies, i, second, at)
+    meeting = (fall_on_plane if bodies.pulls[k] else meet_plane)(bodies, i, second, at, leg)
     if meeting is None or shape.stretch is None:
         return None if meeting is None else _Touch(meeting, On.INSIDE)
-    wait = meeting.time - at
-    return _Touch(meeting, _foot(shape.stretch, x + bodies.vx[i] * wait, y + bodies.vy[i] * wait))
+    return _Touch(meeting, _foot(shape.stretch, *_flown(bodies, x, y, vx, vy, meeting.time - at)))
 
 
-def meet_plane(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on a half-plane, or on the line of a face, along a straight path."""
-    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
-    speed = bodies.vx[i] * law.nx + bodies.vy[i] * law.ny
-    if speed >= 0:
+def _flown(bodies: BallBodies, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
+    """Return where a disc is after a wait."""
+    if not bodies.falls:
+        return x + vx * wait, y + vy * wait
+    (gx, gy), half = bodies.gravity, wait / 2
+    return x + wait * (vx + gx * half), y + wait * (vy + gy * half)
+
+
+def _round_of(bodies: BallBodies, second: int) -> Round:
+    shape = bodies.obstacles[wall_index(second)].shape
+    assert isinstance(shape, Round)  # noqa: S101 - which is what this is asked of
+    return shape
+
+
+def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+    """Return when a disc that falls touches a circle: of the instants at which it comes to it the first on the edge."""
+    law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
+    if law.reach <= 0:
         return None
-    x, y = bodies.moved(i, at)
-    gap = x * law.nx + y * law.ny - law.level
-    if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
-        time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
-        return undecided(i, second, at, time, resting=not gap > 0)
-    time = arb(at) - gap / speed
-    if time < at:  # before this path, which is known to be free of impacts until then
-        return None
+    x, y, ux, uy = bodies.seen(i, at, leg)
+    dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.gravity
+    powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
     begin = bodies.began(i, second, at)
-    decided = begin is None or bool(time > begin)
-    return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
+    for wait, certain in falls_of(powers, math.inf if leg is None else leg.end_s - at):
+        px, py = _flown(bodies, dx, dy, ux, uy, wait)
+        on, time = On.INSIDE if shape.sector is None else _place(shape.sector, px, py), arb(at) + wait
+        if on is On.BESIDE or time < (arb(at) if begin is None else begin):
+            continue
+        if not certain or not (begin is None or time > begin):
+            earliest = arb(at) + wait.lower().max(ZERO)
+            resting = certain or not powers[0] > 0
+            return _Touch(undecided(i, second, at, earliest, resting=resting), on if certain else On.OPEN)
+        closing = px * (ux + gx * wait) + py * (uy + gy * wait)
+        root = closing if shape.inside else ZERO - closing
+        return _Touch(Meeting(i, second, at, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on)
+    return None
 
 
-def _touch_round(bodies: BallBodies, i: int, second: int, at: float, shape: Round) -> _Touch | None:
-    law = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m)
+def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
+    law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
     if law.reach <= 0:  # it does not fit inside
         return None
-    x, y = bodies.moved(i, at)
-    dx, dy, ux, uy = x - law.cx, y - law.cy, bodies.vx[i], bodies.vy[i]
+    x, y, ux, uy = bodies.seen(i, at, leg)
+    dx, dy = x - law.cx, y - law.cy
     a, b, cross = ux * ux + uy * uy, dx * ux + dy * uy, dx * uy - dy * ux
     d = a * law.reach2 - cross * cross
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
@@ -170,11 +195,9 @@ def _grazes(bodies: BallBodies, i: int, second: int) -> bool:
 
     ``u^2 (R + r)^2 = (d x u)^2`` with r the radius and half width is ``A + B R = 0``, which squaring decides.
     """
-    if not bodies.untouched(i):
+    if not bodies.untouched(i) or bodies.is_driven(wall_index(second)):
         return False
-    obstacle, disc = bodies.obstacles[wall_index(second)], bodies.scene.discs[i]
-    shape = obstacle.shape
-    assert isinstance(shape, Round)  # noqa: S101 - for mypy
+    obstacle, disc, shape = bodies.obstacles[wall_index(second)], bodies.scene.discs[i], _round_of(bodies, second)
     (cx, cy), radius2 = shape.centre, shape.radius2
     dx, dy = Fraction(disc.position_m[0]) - Fraction(cx), Fraction(disc.position_m[1]) - Fraction(cy)
     ux, uy = map(Fraction, disc.velocity_m_s)
@@ -219,11 +242,13 @@ def _extent(wall: Outline) -> float:
 def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate, arb] | None:
     """Return what a disc does at the start with an obstacle that it touches or overlaps, and the gap or its like."""
     shape, radius = bodies.obstacles[number].shape, bodies.scene.discs[i].radius_m
-    x, y, ux, uy = bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i]
+    x, y, ux, uy = bodies.seen(i, 0.0, bodies.legs_from(wall_body(number), 0.0)[0])
+    gx, gy = bodies.gravity
     if isinstance(shape, Plane):
         law = bodies.wall_law(number, radius)
         free, on = x * law.nx + y * law.ny - bodies.wall_law(number, None).level, On.INSIDE
         gap, speed = x * law.nx + y * law.ny - law.level, ux * law.nx + uy * law.ny
+        pull = arb(bodies.pulls[number])
         if shape.stretch is not None:
             on = _foot(shape.stretch, x, y)
     else:
@@ -231,17 +256,17 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
         sign = -1 if shape.inside else 1
         dx, dy = x - reach.cx, y - reach.cy
         square = dx * dx + dy * dy
-        free, gap, speed = (
+        free, gap, speed, pull = (
             sign * (square - ball(shape.radius2)),
             sign * (square - reach.reach2),
             sign * (dx * ux + dy * uy),
+            sign * (ux * ux + uy * uy + dx * gx + dy * gy),
         )
         on = On.INSIDE if shape.sector is None else _place(shape.sector, dx, dy)
         if reach.reach <= 0:
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None
-    if speed.is_zero():
-        glides = isinstance(shape, Round) and shape.inside and not (ux.is_zero() and uy.is_zero())
-        return (Degenerate.RESTING_CONTACT, gap) if glides else None
+    if speed.is_zero():  # then it glides, or lies there, or what it moves along bends away from it
+        return (Degenerate.RESTING_CONTACT, gap) if pull < 0 or not (pull >= 0) else None
     return (Degenerate.OVERLAPPING_START if gap < 0 else Degenerate.TOUCHING_START), gap

@@ -40,7 +40,7 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     """Give both bodies the state after an impact that is certain, and return it."""
     if isinstance(meeting.near, Seam):
         return _carry_out_either(bodies, meeting, meeting.near)
-    before = _velocities(bodies, meeting) if bodies.falls else None
+    before = _velocities(bodies, meeting) if bodies.falls or bodies.fastest_drive else None
     edge = NO_EDGE
     if isinstance(meeting.near, PairApproach):
         normal = _collide(bodies, meeting, meeting.near)
@@ -48,7 +48,7 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
             _slide_pair(bodies, meeting, meeting.near, normal)
     else:
         edge = _edge(bodies, meeting)
-        velocity = bodies.velocity(meeting.first, meeting.time)
+        velocity = _seen_from_wall(bodies, meeting)
         normal = _bounce(bodies, meeting, meeting.near)
         _slide_on_wall(bodies, meeting, velocity, normal)
     first, second, at, time, latest = meeting[:5]
@@ -87,29 +87,40 @@ def _edge(bodies: BallBodies, meeting: Meeting) -> tuple[int, int]:
         return obstacle.edges[0], obstacle.kind
     outline = bodies.scene.arrays.walls[obstacle.wall]
     assert not isinstance(outline, tuple)  # noqa: S101 - for mypy
-    x, y = bodies.moved(meeting.first, float(meeting.time))
+    leg = bodies.legs_from(meeting.second, meeting.at)[0]
+    x, y, *_ = bodies.seen(meeting.first, float(meeting.time), leg)
     return outline.edge_at(float(x), float(y), obstacle.edges), obstacle.kind
 
 
 def _velocities(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb, arb, arb]:
-    first, second, time = meeting.first, meeting.second, meeting.time
-    return *bodies.velocity(first, time), *(bodies.velocity(second, time) if second >= 0 else (ZERO, ZERO))
+    first, second, at, time = meeting.first, meeting.second, meeting.at, meeting.time
+    if second >= 0:
+        return *bodies.velocity(first, time, at), *bodies.velocity(second, time, at)
+    leg = bodies.legs_from(second, at)[0]
+    return *bodies.velocity(first, time, at), *((ZERO, ZERO) if leg is None else (leg.vx, leg.vy))
+
+
+def _seen_from_wall(bodies: BallBodies, meeting: Meeting) -> tuple[arb, arb]:
+    """Return the velocity of a disc at its impact, on its path until then, less the wall's."""
+    vx, vy, ux, uy = _velocities(bodies, meeting)
+    return vx - ux, vy - uy
 
 
 def _collide(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> tuple[arb, arb, arb]:
     """Carry out the impact of two discs. At contact ``d.u = -sqrt(D)`` and ``|d| = R``: neither is computed again."""
     i, j = meeting.first, meeting.second
     law = bodies.pair_law(i, j)
-    vxi, vyi, vxj, vyj = bodies.vx[i], bodies.vy[i], bodies.vx[j], bodies.vy[j]
+    (_, _, vxi, vyi), (_, _, vxj, vyj) = bodies.state(i, meeting.at), bodies.state(j, meeting.at)
     xi, yi, xj, yj = near.xi, near.yi, near.xj, near.yj
-    if near.dy.is_zero() and near.uy.is_zero():
+    straight = near.pull is None
+    if straight and near.dy.is_zero() and near.uy.is_zero():
         nx, ny = (law.reach if near.dx > 0 else ZERO - law.reach), ZERO
         vxi, vxj, xi, xj = _exchange(law, vxi, vxj, xi, xj, nx)
-    elif near.dx.is_zero() and near.ux.is_zero():
+    elif straight and near.dx.is_zero() and near.ux.is_zero():
         nx, ny = ZERO, (law.reach if near.dy > 0 else ZERO - law.reach)
         vyi, vyj, yi, yj = _exchange(law, vyi, vyj, yi, yj, ny)
     else:
-        nx, ny = near.dx + near.ux * near.wait, near.dy + near.uy * near.wait
+        nx, ny = near.offset()
         change_i, change_j = law.change_i * near.root, law.change_j * near.root
         px, py, qx, qy = change_i * nx, change_i * ny, change_j * nx, change_j * ny
         vxi, vyi, xi, yi = vxi - px, vyi - py, xi + px * near.wait, yi + py * near.wait
@@ -139,8 +150,8 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
     if isinstance(near, RoundApproach):
         return _bounce_round(bodies, meeting, near)
     law = bodies.wall_law(wall_index(meeting.second), bodies.scene.discs[i].radius_m)
-    x, y = bodies.moved(i, meeting.at)
-    vx, vy = bodies.vx[i], bodies.vy[i]
+    leg = bodies.legs_from(meeting.second, meeting.at)[0]
+    x, y, vx, vy = bodies.less(leg, meeting.at, *bodies.moved(i, meeting.at), bodies.vx[i], bodies.vy[i])
     if near is not None:  # it comes at the speed ``root / |n|``
         change = (_restitution(bodies, meeting) + 1) * near.root / (law.length * law.length)
         px, py = change * law.nx, change * law.ny
@@ -152,6 +163,9 @@ def _bounce(bodies: BallBodies, meeting: Meeting, near: WallApproach | RoundAppr
         x, vx = law.m_xx * x + law.shift_x, law.m_xx * vx
     else:
         y, vy = law.m_yy * y + law.shift_y, law.m_yy * vy
+    if leg is not None:
+        moved_x, moved_y = leg.moved_at(arb(meeting.at))
+        x, y, vx, vy = x + moved_x, y + moved_y, vx + leg.vx, vy + leg.vy
     bodies.x[i], bodies.y[i], bodies.vx[i], bodies.vy[i] = x, y, vx, vy
     return ZERO - law.nx, ZERO - law.ny, law.length
 
@@ -187,8 +201,7 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
     nx, ny, reach = normal
     law, scene = bodies.pair_law(i, j), bodies.scene
     w_i, w_j = bodies.inverse_mass[i], bodies.inverse_mass[j]
-    # u x d does not change along straight paths.
-    slip = near.ux * near.dy - near.uy * near.dx + reach * (bodies.surface(i) + bodies.surface(j))
+    slip = near.slip() + reach * (bodies.surface(i) + bodies.surface(j))
     inverse_effective_mass = (
         w_i * (1 + bodies.inverse_inertia_ratio[i]) + w_j * (1 + bodies.inverse_inertia_ratio[j])
     ) * law.reach2
@@ -207,13 +220,14 @@ def _slide_on_wall(
 ) -> None:
     """Let the friction of a wall act on a disc that came at a velocity, as seen from the wall."""
     i, near = meeting.first, meeting.near
-    material = bodies.materials[bodies.obstacles[wall_index(meeting.second)].wall]
+    wall = bodies.obstacles[wall_index(meeting.second)].wall
+    material = bodies.materials[wall]
     if not material.friction:
         return
     nx, ny = ((ZERO - part) / normal[2] for part in normal[:2])
     vx, vy = velocity
     approach = near.root / normal[2] if isinstance(near, WallApproach | RoundApproach) else ZERO - vx * nx - vy * ny
-    slip = vx * ny - vy * nx + bodies.surface(i)
+    slip = vx * ny - vy * nx + bodies.surface(i) + bodies.scene.arrays.belt_of_wall(wall)
     pressed = (arb(material.restitution) + 1) * approach
     regain = bodies.scene.wall_tangential_restitution
     tangential = _tangential_impulse(material.friction, regain, slip, 1 + bodies.inverse_inertia_ratio[i], pressed)

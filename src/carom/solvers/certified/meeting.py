@@ -14,6 +14,7 @@ class PairApproach(NamedTuple):
     """Two discs at `Meeting.at`: centres, relative position and velocity; and what is left of their way.
 
     `root`, that of D, is the speed at which they close at contact, times the sum of their radii; `wait` is in seconds.
+    `pull` is their relative acceleration, of a disc that falls and one that does not; else None.
     """
 
     xi: arb
@@ -26,6 +27,22 @@ class PairApproach(NamedTuple):
     uy: arb
     root: arb
     wait: arb
+    pull: tuple[arb, arb] | None = None
+
+    def offset(self) -> tuple[arb, arb]:
+        """Return the relative position at contact."""
+        x, y = self.dx + self.ux * self.wait, self.dy + self.uy * self.wait
+        if self.pull is None:
+            return x, y
+        half_square = self.wait * self.wait / 2
+        return x + self.pull[0] * half_square, y + self.pull[1] * half_square
+
+    def slip(self) -> arb:
+        """Return how fast they move past each other at contact, times their distance."""
+        if self.pull is None:  # u x d does not change along straight paths
+            return self.ux * self.dy - self.uy * self.dx
+        x, y = self.offset()
+        return (self.ux + self.pull[0] * self.wait) * y - (self.uy + self.pull[1] * self.wait) * x
 
 
 class WallApproach(NamedTuple):
@@ -66,6 +83,7 @@ class Meeting(NamedTuple):
         latest: Float64 no less than anything in `time`.
         decided: Whether the impact is certain.
         resting: Whether it is undecided because the bodies may be in contact already, rather than for a graze.
+        turning: Whether it is undecided because a driven body may begin another leg before.
         proven: Whether the contact is certain, and it is only the order of impacts that has no answer.
         near: What is known of two discs, of a disc and a wall that gravity has a part along, or of a finite wall.
     """
@@ -78,6 +96,7 @@ class Meeting(NamedTuple):
     decided: bool = True
     resting: bool = False
     proven: bool = False
+    turning: bool = False
     near: PairApproach | WallApproach | RoundApproach | Seam | None = None
 
     @property
@@ -91,6 +110,8 @@ class Meeting(NamedTuple):
         return isinstance(self.near, Seam) and self.first == other.first and other.obstacles <= self.obstacles
 
 
-def undecided(first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False) -> Meeting:
+def undecided(
+    first: int, second: int, at: float, time: arb, *, resting: bool, proven: bool = False, turning: bool = False
+) -> Meeting:
     """Return a meeting that is not certain, `time` at the earliest."""
-    return Meeting(first, second, at, time, float_above(time), False, resting, proven)
+    return Meeting(first, second, at, time, float_above(time), False, resting, proven, turning)

@@ -4,65 +4,84 @@ The time is solved from a float64 instant that is a proven lower bound of it, an
 of `docs/physics.md`, in which D does not change along the paths, and c is nearly 0, so that the root's error is that of
 the distance alone.
 
-Under gravity the gap to a wall is ``w + s t + a t^2 / 2``. Its derivative where it is 0 is plus or minus the root of
-``D = s^2 - 2 a w``, so a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
+What is driven is met leg by leg of its path: on each as seen from there, and no later than where the next begins.
 """
 
 from __future__ import annotations
 
+import math
+from typing import TYPE_CHECKING
+
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies
-from carom.solvers.certified.exact import exactly_grazing, exactly_grazing_wall, pull_along_wall
-from carom.solvers.certified.finite_walls import meet_finite, meet_plane
+from carom.solvers.certified.exact import exactly_grazing
+from carom.solvers.certified.falls import falls_of, squared_gap
+from carom.solvers.certified.finite_walls import meet_finite
 from carom.solvers.certified.floats import float_above
-from carom.solvers.certified.meeting import Meeting, PairApproach, WallApproach, undecided
+from carom.solvers.certified.meeting import Meeting, PairApproach, undecided
+from carom.solvers.certified.planes import fall_on_plane, meet_plane
 from carom.trace import wall_index
+
+if TYPE_CHECKING:
+    from carom.solvers.certified.legs import BallLeg
 
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""
-    if body >= 0:
+    fixed = body if body < 0 or not bodies.movable[body] else disc
+    if fixed >= 0 and bodies.movable[fixed]:
         return _meet_pair(bodies, min(disc, body), max(disc, body), at)
-    if bodies.obstacles[wall_index(body)].kind is not None:
-        return meet_finite(bodies, disc, body, at)
-    falls_on = bodies.falls and pull_along_wall(bodies.scene, wall_index(body))
-    return _fall_on_wall(bodies, disc, body, at) if falls_on else meet_plane(bodies, disc, body, at)
+    for leg in bodies.legs_from(fixed, at):
+        begin_s = at if leg is None else max(at, leg.begin_s)
+        meeting = _meet_on_leg(bodies, disc, body, begin_s, leg)
+        if meeting is None or leg is None or meeting.time < leg.end_s:
+            if meeting is not None or leg is None:
+                return meeting
+        elif not meeting.time >= leg.end_s:
+            return undecided(meeting.first, meeting.second, begin_s, meeting.time, resting=False, turning=True)
+    return None
 
 
-def _fall_on_wall(bodies: BallBodies, i: int, second: int, at: float) -> Meeting | None:
-    """Return the impact of disc `i` on a wall along a parabola."""
-    k = wall_index(second)
-    law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
-    x, y = bodies.place(i, at)
-    vx, vy = bodies.velocity(i, arb(at))
-    gx, gy = bodies.gravity
-    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
-    d = speed * speed - 2 * pull * gap
-    if d < 0 or d.is_zero() or (bodies.untouched(i) and exactly_grazing_wall(bodies.scene, i, k)):
-        return None
-    begin = bodies.since(i, second)
-    if not d > 0:  # turns back where it may just touch; or it may lie on the wall
-        root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
-        time = arb(at) + (ZERO - speed - root) / pull
-    else:
-        root = d.sqrt()
-        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # what subtracts nothing
+def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return what `meet` does of a body that no impact moves, and that goes on a leg for ever."""
+    if body >= 0:
+        pair = min(disc, body), max(disc, body)
+        return _fall_on_disc(bodies, *pair, at, leg) if bodies.falls else _meet_pair(bodies, *pair, at)
+    k = wall_index(body)
+    if bodies.obstacles[k].kind is not None:
+        return meet_finite(bodies, disc, body, at, leg)
+    return (fall_on_plane if bodies.pulls[k] else meet_plane)(bodies, disc, body, at, leg)
+
+
+def _fall_on_disc(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of discs `i` < `j`, of which one falls and the other does not, along a parabola."""
+    law, (gx, gy) = bodies.pair_law(i, j), bodies.gravity
+    pull = (ZERO - gx, ZERO - gy) if bodies.movable[i] else (gx, gy)
+    (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
+    (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
+    d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
+    powers = squared_gap(d, u, pull, law.reach2)
+    begin = bodies.began(i, j, at)
+    for wait, certain in falls_of(powers, math.inf if leg is None else leg.end_s - at):
         time = arb(at) + wait
-    if time < begin or (d > 0 and time < at):  # before this path, which is known to be free of impacts until `at`
-        return None
-    if d > 0 and time > begin:
-        return Meeting(i, second, at, time, float_above(time), near=WallApproach(root, wait))
-    earliest = time.lower().max(arb(at)) if time.is_finite() else arb(at)
-    return undecided(i, second, at, earliest, resting=d > 0 or pull_along_wall(bodies.scene, k) < 0)
+        if time < (arb(at) if begin is None else begin):
+            continue
+        if not certain or not (begin is None or time > begin):
+            resting = certain or not powers[0] > 0
+            return undecided(i, j, at, arb(at) + wait.lower().max(ZERO), resting=resting)
+        near = PairApproach(*bodies.moved(i, at), *bodies.moved(j, at), *d, *u, ZERO, wait, pull)
+        x, y = near.offset()
+        root = ZERO - x * (u[0] + pull[0] * wait) - y * (u[1] + pull[1] * wait)
+        return Meeting(i, j, at, time, float_above(time), near=near._replace(root=root))
+    return None
 
 
 def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
     """Return the impact of discs `i` < `j`."""
     law = bodies.pair_law(i, j)
-    (xi, yi), (xj, yj) = bodies.moved(i, at), bodies.moved(j, at)
-    dx, dy = xj - xi, yj - yi
-    ux, uy = bodies.vx[j] - bodies.vx[i], bodies.vy[j] - bodies.vy[i]
+    (xi, yi, vxi, vyi), (xj, yj, vxj, vyj) = bodies.state(i, at), bodies.state(j, at)
+    dx, dy, ux, uy = xj - xi, yj - yi, vxj - vxi, vyj - vyi
     if dy.is_zero() and uy.is_zero():
         root, wait = _on_a_line(dx, ux, law.reach)
     elif dx.is_zero() and ux.is_zero():
@@ -73,7 +92,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
         d = (ux * ux + uy * uy) * law.reach2 - cross * cross
         c = dx * dx + dy * dy - law.reach2
         if not (b < 0 and d > 0):
-            if b >= 0 or d < 0 or d.is_zero() or (bodies.untouched(i, j) and exactly_grazing(bodies.scene, i, j)):
+            if b >= 0 or d < 0 or d.is_zero() or _grazes(bodies, i, j):
                 return None
             earliest = c.lower() / ((ZERO - b).upper() + d.upper().max(ZERO).sqrt())
             return undecided(i, j, at, arb(at) + earliest.lower().max(ZERO), resting=not b < 0)
@@ -93,6 +112,12 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
         return undecided(i, j, at, begin if time < at else time, resting=True, proven=touching)
     near = PairApproach(xi, yi, xj, yj, dx, dy, ux, uy, root, wait)
     return Meeting(i, j, at, time, float_above(time), near=near)
+
+
+def _grazes(bodies: BallBodies, i: int, j: int) -> bool:
+    """Whether two discs on their first paths, neither of which turns, just touch in passing."""
+    straight = bodies.untouched(i, j) and not (bodies.bends(i) or bodies.bends(j))
+    return straight and exactly_grazing(bodies.scene, i, j)
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:

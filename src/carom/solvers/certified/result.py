@@ -38,8 +38,12 @@ class Degenerate(Enum):
     RESTING_CONTACT = "two bodies already in contact are driven together"
     GRAZE = "two bodies pass at so nearly their contact distance that touching cannot be told from missing"
     SIMULTANEOUS_NEIGHBOURS = "two impacts fall at one instant so near each other that they may not be independent"
+    AT_A_TURN = (
+        "an impact falls at the very instant at which a driven body turns, and cannot be told to be before or after"
+    )
     AT_THE_END = "an impact falls at the very end of the scene, and cannot be told to belong to it"
     COLLAPSE = "impacts without end in a finite time (inelastic collapse)"
+    CRUSH = "impacts without end before two half-planes that close on a disc leave it no room"
 
 
 @dataclass(frozen=True)

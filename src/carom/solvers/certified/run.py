@@ -16,6 +16,7 @@ from flint import arb, ctx
 
 from carom.extension import extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.endless import without_end
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.finite_walls import finite_contact_at_start
 from carom.solvers.certified.floats import nearest
@@ -45,9 +46,8 @@ _GUARD_BITS = 24
 _MARGIN, _MOST_RISE, _LEAST_RISE = 1.125, 8.0, 1.5
 #: The working precision is lowered where a tenth of it has come to mean nothing.
 _LOWER_AT = 0.9
-#: Impacts, times the square of the number of bodies in them, in one unit in the last place of the time, after which
-#: impacts that lose energy are called a collapse. Where they end, three equal discs make at most some 600 in all.
-_COLLAPSE = 20
+#: Outcomes of impacts without end.
+_ENDLESS = {Degenerate.COLLAPSE: Outcome.STANDSTILL, Degenerate.CRUSH: Outcome.CRUSHED}
 #: Ends after which a run can be taken further.
 _GOES_ON = {
     None: Outcome.COMPLETED,
@@ -112,8 +112,8 @@ class CertifiedRun:
     @property
     def outcome(self) -> Outcome:
         """How the run ended, in a trace's words."""
-        if self.degeneracy is not None and self.degeneracy.kind is Degenerate.COLLAPSE:
-            return Outcome.STANDSTILL
+        if self.degeneracy is not None and self.degeneracy.kind in _ENDLESS:
+            return _ENDLESS[self.degeneracy.kind]
         return _GOES_ON.get(self.ending, Outcome.STOPPED)
 
     def advance_to(
@@ -186,7 +186,7 @@ class CertifiedRun:
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
             places = [bodies.place(i, self.time_s) for i in range(len(bodies))]
-            speeds = [bodies.velocity(i, arb(self.time_s)) for i in range(len(bodies))]
+            speeds = [bodies.velocity(i, arb(self.time_s), self.time_s) for i in range(len(bodies))]
         with ctx.workprec(min(self.log.bits, attempt.precision)):
             position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
             spin = np.array([nearest(+spin) for spin in bodies.spin])
@@ -346,26 +346,5 @@ class Attempt:
         enough = self.bodies.best_accuracy_bits() + _GUARD_BITS
         if enough < _LOWER_AT * ctx.prec:
             self.bodies.lower_precision(max(enough, 64))
-        collapse = _collapse(self._log, self.bodies)
-        return None if collapse is None else Stop(Ending.DEGENERATE, collapse)
-
-
-def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
-    """Return the collapse that the last impacts are, if they are."""
-    scene = bodies.scene
-    if not log.rows or not (scene.restitution < 1 or any(material.restitution < 1 for material in bodies.materials)):
-        return None
-    latest = log.rows[-1].values.time_s
-    earliest = math.nextafter(math.nextafter(latest, 0.0), 0.0)
-    involved: set[int] = set()
-    count = 0
-    for row in reversed(log.rows):
-        if row.values.time_s < earliest:
-            break
-        involved |= {row.values.first, row.values.second}
-        count += 1
-    if count < _COLLAPSE * len(involved) ** 2:
-        return None
-    known = min(bodies.state_bits(body) for body in involved if body >= 0)
-    first = log.rows[-count].values.time_s
-    return Degeneracy(Degenerate.COLLAPSE, tuple(sorted(involved)), first, latest, proven=False, bits=known)
+        endless = without_end(self._log, self.bodies)
+        return None if endless is None else Stop(Ending.DEGENERATE, endless)

@@ -170,7 +170,7 @@ class Selection:
         (xi, yi), (xj, yj) = bodies.moved(i, at), bodies.moved(j, at)
         dx, dy = xj - xi, yj - yi
         fastest = max((bodies.vx[k] * bodies.vx[k] + bodies.vy[k] * bodies.vy[k]).upper() for k in range(len(bodies)))
-        fastest, most = fastest.sqrt(), 5
+        fastest, most = fastest.sqrt().max(arb(bodies.fastest_drive)), 5
         if bodies.rubs:
             fastest, most = max([fastest, *(abs(bodies.surface(k)).upper() for k in range(len(bodies)))]), 13
         # Both may move at 5 (13) times the fastest speed for twice the window's length, and from `at` to the window.
@@ -182,6 +182,7 @@ class Selection:
 
     def _unresolved(self, meeting: Meeting) -> Degeneracy:
         kind = Degenerate.RESTING_CONTACT if meeting.resting else Degenerate.GRAZE
+        kind = Degenerate.AT_A_TURN if meeting.turning else kind
         return self._report(kind, (meeting,), meeting.time)
 
     def _tied(self, one: Meeting, other: Meeting) -> Degeneracy:
@@ -200,7 +201,7 @@ class Selection:
         proven = all(m.proven for m in meetings) or (
             len(meetings) == 2
             and bodies.untouched(*involved)
-            and not (bodies.falls and involved[0] < 0)
+            and not any(map(bodies.bends, involved))
             and exactly_simultaneous(bodies.scene, bodies.obstacles, meetings[0][:2], meetings[1][:2])
         )
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)

@@ -1,0 +1,166 @@
+"""Where a polynomial of balls falls through zero: certainly there, certainly nowhere, or not decided.
+
+The line from now on is halved until on each piece the polynomial has one sign, or its slope has, by Taylor's expansion
+about the middle. So a fall is certain where only pieces of a negative slope lie between a place where the polynomial
+is above zero and one where it is below; what is left open is so near to a touch of zero that this precision can't tell.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from flint import arb, arb_poly, ctx
+
+#: The roots lie within a multiple of this power of the greatest that they may be, or are looked for below it.
+_FIRST = 8
+#: Halvings beyond half the bits, at which a touch of zero shows, before a piece is left open; and it is left so where
+#: it is so short that the polynomial changes along it by no more than this many times what its balls leave open.
+_HALVINGS, _BLUR = 60, 4
+_INFINITY = float("inf")
+
+
+class Fall(NamedTuple):
+    """A fall through zero: when, and whether it is certain; where it is not, it may be anywhere in the ball."""
+
+    time: arb
+    certain: bool
+
+
+class _Piece(NamedTuple):
+    low: arb
+    high: arb
+    slope: int  # its sign, 0 where that is open
+
+
+def squared_gap(
+    place: tuple[arb, arb], velocity: tuple[arb, arb], pull: tuple[arb, arb], reach2: arb, *, inside: bool = False
+) -> list[arb]:
+    """Return the squared distance from the origin less a squared reach, or minus that from inside, by powers of time.
+
+    `place`, `velocity` and `pull`, the acceleration, are those now.
+    """
+    (x, y), (u, v), (a, b) = place, velocity, pull
+    powers = [x * x + y * y - reach2, 2 * (x * u + y * v), u * u + v * v + x * a + y * b, u * a + v * b]
+    powers.append((a * a + b * b) / 4)
+    return [arb(0) - power for power in powers] if inside else powers
+
+
+def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[Fall]:
+    """Yield the instants from 0 on, and no later than `until`, at which a polynomial falls through zero, in order.
+
+    Its coefficients are given lowest power first. One that begins below zero has to rise first; one that begins at
+    exactly zero does next what its lowest power left says.
+    """
+    left = list(powers)
+    while left and left[-1].is_zero():
+        left.pop()
+    touches = bool(left) and left[0].is_zero()
+    while left and left[0].is_zero():
+        del left[0]
+    if touches and left and not left[0] > 0:
+        yield Fall(arb(0), certain=False)
+    if len(left) < 2:
+        return
+    polynomial = arb_poly(left)
+    sign = 1 if left[0] > 0 else -1 if left[0] < 0 else 0
+    pending: list[_Piece] = []
+    for piece, at_end in _pieces(polynomial, _reach(left, until)):
+        if piece is not None:
+            pending.append(piece)
+        if at_end == 0:
+            continue
+        fall = _between(polynomial, sign, pending, at_end)
+        if fall is not None:
+            yield fall
+        sign, pending = at_end, []
+    if any(piece.slope <= 0 for piece in pending) and sign >= 0:
+        yield Fall(pending[0].low.union(pending[-1].high), certain=False)
+
+
+def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
+    """Return the fall on pieces between two places of known signs; 0 of the first is not known."""
+    slopes = {piece.slope for piece in pending}
+    if slopes <= {1} or (at_end > 0 and 0 not in slopes) or (sign < 0 and 0 not in slopes):
+        return None
+    low, high = pending[0].low, pending[-1].high
+    if slopes == {-1}:
+        return Fall(_refined(polynomial, low, high), certain=True)
+    return Fall(low.union(high), certain=False)
+
+
+def _pieces(polynomial: arb_poly, reach: arb) -> Iterator[tuple[_Piece | None, int]]:
+    """Yield pieces of the line up to a reach, in order, and the sign at the end of each, 0 where that is open.
+
+    None stands for a piece on which there is no zero.
+    """
+    edges = [arb(0), *((reach * arb((1, k - _FIRST))).mid() for k in range(_FIRST)), reach]
+    most = int(ctx.prec) // 2 + _HALVINGS
+    stack = [(edges[k], edges[k + 1], 0) for k in reversed(range(len(edges) - 1))]
+    while stack:
+        low, high, depth = stack.pop()
+        middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
+        here = _around(polynomial, middle)
+        change = _spread(here, half)
+        if (found := _sign(here[0], change)) != 0:
+            yield None, found
+            continue
+        steep = here[1] if len(here) > 1 else arb(0)
+        slope = _sign(steep, _spread([k * here[k] for k in range(1, len(here))], half))
+        if slope == 0 and depth < most and change > _BLUR * here[0].rad():
+            stack += [(middle, high, depth + 1), (low, middle, depth + 1)]
+            continue
+        yield _Piece(low, high, slope), _sign(polynomial(high), arb(0))
+
+
+def _around(polynomial: arb_poly, middle: arb) -> list[arb]:
+    shifted = polynomial(arb_poly([middle, 1]))
+    return [shifted[k] for k in range(polynomial.degree() + 1)]
+
+
+def _spread(powers: Sequence[arb], half: arb) -> arb:
+    """Return what the powers above the lowest may come to within so much of 0."""
+    total, power = arb(0), arb(1)
+    for coefficient in powers[1:]:
+        power = power * half
+        total = total + coefficient.abs_upper() * power
+    return total
+
+
+def _sign(value: arb, spread: arb) -> int:
+    return 1 if value > spread else -1 if arb(0) - value > spread else 0
+
+
+def _reach(powers: Sequence[arb], until: float | arb) -> arb:
+    """Return a time after which a polynomial has no zero (Fujiwara), or `until`, if that is less."""
+    degree, last = len(powers) - 1, powers[-1].abs_lower()
+    end = arb(until)
+    if not last > 0:
+        return end
+    roots = [(power.abs_upper() / last).root(degree - k) for k, power in enumerate(powers[:-1])]
+    bound = arb(0)
+    for root in roots:
+        bound = bound.max(root)
+    return (4 * bound + arb((1, -1000))).upper().min(end)
+
+
+def _refined(polynomial: arb_poly, low: arb, high: arb) -> arb:
+    """Return the zero between two instants, between which the polynomial falls, as narrow as its balls have it."""
+    zero = low.union(high)
+    while True:
+        middle, half = zero.mid(), zero.rad()
+        here = _around(polynomial, middle)
+        most = _spread([k * here[k] for k in range(1, len(here))], half)
+        slope = here[1] + (arb(0) - most).union(most)
+        if slope < 0:
+            nearer = middle - here[0] / slope
+            if not nearer.overlaps(zero):
+                return zero
+            nearer = nearer.intersection(zero)
+        elif here[0] > 0 or here[0] < 0:
+            nearer = middle.union(zero.upper()) if here[0] > 0 else zero.lower().union(middle)
+        else:
+            return zero
+        if not 4 * nearer.rad() < 3 * half:
+            return nearer
+        zero = nearer

@@ -1,0 +1,43 @@
+"""The paths of what is driven, in balls: where a body has moved to, exactly, on each of its legs."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, NamedTuple
+
+from flint import arb, fmpq
+
+if TYPE_CHECKING:
+    from carom.driving import Drive
+
+
+def ball(number: Fraction) -> arb:
+    """Return a ball that holds a rational number, exactly where the working precision has its digits."""
+    return arb(fmpq(number.numerator, number.denominator))
+
+
+class BallLeg(NamedTuple):
+    """A leg of a driven body: from `begin_s` on, and before `end_s`, it has moved by (x, y) + t (vx, vy) at time t."""
+
+    begin_s: float
+    end_s: float
+    x: arb
+    y: arb
+    vx: arb
+    vy: arb
+
+    def moved_at(self, time: arb) -> tuple[arb, arb]:
+        """Return how far the body has moved at a time."""
+        return self.x + self.vx * time, self.y + self.vy * time
+
+
+def legs_of(drive: Drive) -> tuple[BallLeg, ...]:
+    """Return the legs of a path, each begun where the exact sum of those before it ends."""
+    found, x, y = [], Fraction(0), Fraction(0)  # what the leg adds to its velocity times the time
+    before = (Fraction(0), Fraction(0))
+    for leg in drive.legs:
+        begin, (u, v) = Fraction(leg.begin_s), map(Fraction, leg.velocity)
+        x, y = x + (before[0] - u) * begin, y + (before[1] - v) * begin
+        before = (u, v)
+        found.append(BallLeg(leg.begin_s, leg.end_s, ball(x), ball(y), arb(leg.velocity[0]), arb(leg.velocity[1])))
+    return tuple(found)

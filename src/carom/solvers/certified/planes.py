@@ -1,0 +1,72 @@
+"""When a disc meets a half-plane, or the line of a face, as a ball: on a straight path, and on a parabola.
+
+Under gravity the gap is ``w + s t + a t^2 / 2``. Its derivative where it is 0 is plus or minus the root of
+``D = s^2 - 2 a w``, so a path reaches the wall from the front at one instant at most: ``(-s - sqrt(D)) / a``.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from flint import arb
+
+from carom.solvers.certified.ball_bodies import ZERO, BallBodies
+from carom.solvers.certified.exact import exactly_grazing_wall
+from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.meeting import Meeting, WallApproach, undecided
+from carom.trace import wall_index
+
+if TYPE_CHECKING:
+    from carom.solvers.certified.legs import BallLeg
+
+
+def meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` on a plane on a leg, along a path whose part along the normal is straight."""
+    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
+    x, y, vx, vy = bodies.less(leg, at, *bodies.moved(i, at), bodies.vx[i], bodies.vy[i])
+    speed = vx * law.nx + vy * law.ny
+    if speed >= 0:
+        return None
+    gap = x * law.nx + y * law.ny - law.level
+    if not speed < 0:  # along the wall: at the earliest as fast as the ball of its speed allows
+        time = arb(at) + (gap / (ZERO - speed.lower())).lower().max(ZERO)
+        return undecided(i, second, at, time, resting=not gap > 0)
+    time = arb(at) - gap / speed
+    if time < at:  # before this path, which is known to be free of impacts until then
+        return None
+    begin = bodies.began(i, second, at)
+    decided = begin is None or bool(time > begin)
+    return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
+
+
+def fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` on a plane on a leg, along a parabola."""
+    k = wall_index(second)
+    law, pulled = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]
+    x, y, vx, vy = bodies.seen(i, at, leg)
+    gx, gy = bodies.gravity
+    gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
+    d = speed * speed - 2 * pull * gap
+    if d < 0 or d.is_zero() or _grazes(bodies, i, k):
+        return None
+    begin = bodies.since(i, second)
+    if not d > 0:  # turns back where it may just touch; or it may lie on the wall
+        root = d.lower().max(ZERO).sqrt().union(d.upper().sqrt())
+        time = arb(at) + (ZERO - speed - root) / pull
+    else:
+        root = d.sqrt()
+        wait = 2 * gap / (root - speed) if speed < 0 else (ZERO - speed - root) / pull  # what subtracts nothing
+        time = arb(at) + wait
+    if time < begin or (d > 0 and time < at):  # before this path, which is known to be free of impacts until `at`
+        return None
+    if d > 0 and time > begin:
+        return Meeting(i, second, at, time, float_above(time), near=WallApproach(root, wait))
+    earliest = time.lower().max(arb(at)) if time.is_finite() else arb(at)
+    return undecided(i, second, at, earliest, resting=d > 0 or pulled < 0)
+
+
+def _grazes(bodies: BallBodies, i: int, k: int) -> bool:
+    """Whether a disc on its first path turns back exactly where it touches a half-plane that stands: no impact."""
+    obstacle = bodies.obstacles[k]
+    asked = obstacle.kind is None and bodies.untouched(i) and not bodies.is_driven(k)
+    return asked and exactly_grazing_wall(bodies.scene, i, obstacle.wall)

@@ -1,0 +1,141 @@
+"""Certified runs of what is driven and of what falls on what does not: sixty digits, rings as discs, turns, a crush."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.validation.test_driven import among_mallets, in_sixty_digits, on_legs, staged
+
+from carom import Chain, Disc, Scene, Wall, certify, solve_pic
+from carom.solvers.certified.result import Degenerate, Ending
+from carom.trace import Outcome
+from carom.walls import Ring
+
+#: Half a unit in the last place of what is compared, which the sixty digits are rounded to.
+ROUNDED = 2.0**-52
+
+
+def in_a_square(seed: int) -> Scene:
+    """A rough puck among mallets, with walls along the axes, whose normals are unit vectors exactly."""
+    scene = among_mallets(seed)
+    normals = ((-1.0, 0.0), (0.0, -1.0), (1.0, 0.0), (0.0, 1.0))
+    walls = tuple(
+        Wall(point_m=(-6.0 * nx, -6.0 * ny), normal=(nx, ny), velocity_m_s=wall.velocity_m_s)
+        for wall, (nx, ny) in zip(scene.walls, normals, strict=True)
+    )
+    return scene.model_copy(update={"walls": walls})
+
+
+@pytest.mark.parametrize("first", [0, pytest.param(100, marks=pytest.mark.long)])
+def test_a_puck_among_mallets_is_within_its_radii_of_sixty_digits(first: int) -> None:
+    """Spinning, driven discs and driven walls, rough and with losses: order, times, velocities, spins."""
+    compared = 0
+    for seed in range(first, first + (10 if first == 0 else 300)):
+        scene = in_a_square(seed)
+        certified, known = certify(scene, max_impacts=6), in_sixty_digits(scene, 6)
+        assert len(certified) == len(known)
+        assert certified.trace.spins is not None
+        assert certified.spin_radii is not None
+        for k, (time_s, other, after, spin) in enumerate(known):
+            row, radii = certified.trace.impacts[k], certified.radii[k]
+            assert (row["first"], row["second"]) == (0, other)
+            told = [(row["time_s"], radii["time_s"], time_s)]
+            told += zip(row["velocity_first_after"], radii["velocity_first_after"], after, strict=True)
+            told.append((certified.trace.spins[k]["first_after"], certified.spin_radii[k]["first_after"], spin))
+            assert all(abs(value - truth) <= radius + ROUNDED * abs(truth) for value, radius, truth in told)
+            compared += 1
+    assert compared > 25
+
+
+def falling_among(seed: int, *, as_rings: bool) -> Scene:
+    """A disc that falls among three posts, driven or not, which are rings, or else discs of infinite mass."""
+    rng = random.Random(seed)
+    floor = Wall(point_m=(0.0, -5.0), normal=(0.0, 1.0))
+    posts: list[Any] = []
+    for k in range(3):
+        begins = (0.0, *sorted(rng.uniform(0.1, 2.0) for _ in range(rng.randint(0, 4))))
+        legs = on_legs(*((begin, (rng.gauss(0.0, 0.5), rng.gauss(0.0, 0.5))) for begin in begins))
+        moves = legs if rng.random() < 0.5 else {}
+        at, radius = (2.0 * (k - 1) + rng.uniform(-0.2, 0.2), rng.uniform(-2.0, -1.0)), rng.uniform(0.3, 0.6)
+        if as_rings:
+            posts.append(Ring(centre_m=at, radius_m=radius, **moves))
+        else:
+            driven = {"driven": True, **moves} if moves else {}
+            posts.append(Disc(position_m=at, radius_m=radius, mass_kg=math.inf, **driven))
+    puck = Disc(position_m=(rng.uniform(-1.0, 1.0), 1.0), velocity_m_s=(rng.gauss(0.0, 0.5), 0.0), radius_m=0.25)
+    laws = {"gravity_m_s2": (0.0, -4.0), "restitution": 0.9, "wall_restitution": 0.9, "duration_s": 9.0}
+    laws |= {"friction": 0.25, "wall_friction": 0.25}
+    walls = [floor, *posts] if as_rings else [floor]
+    return staged(puck, *([] if as_rings else posts), walls=walls, **laws)
+
+
+@pytest.mark.parametrize("seeds", [range(8), pytest.param(range(8, 200), marks=pytest.mark.long)])
+def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
+    """An immovable disc and a ring of its radius, both on legs or at rest, give balls that overlap; so does PIC."""
+    compared = 0
+    for seed in seeds:
+        discs, rings = (falling_among(seed, as_rings=kind) for kind in (False, True))
+        one, two, exact = certify(discs, max_impacts=6), certify(rings, max_impacts=6), solve_pic(discs, max_impacts=6)
+        assert len(one) == len(two) == len(exact.impacts)
+        for name in ("time_s", "velocity_first_after", "velocity_second_after"):
+            off = np.abs(one.trace.impacts[name] - two.trace.impacts[name])
+            assert np.all(off <= one.radii[name] + two.radii[name])
+            assert np.allclose(one.trace.impacts[name], exact.impacts[name], rtol=1e-9, atol=1e-9)
+        compared += len(one)
+    assert compared > 2 * len(seeds)
+
+
+@pytest.mark.parametrize("falls", [False, True])
+def test_what_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) -> None:
+    """A wall, an edge and a mallet that start at 1 s at 2 m/s give 4 m/s at 1 s: proven, with no radius."""
+    legs = on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0)))
+    edge = Chain(points_m=[(0.0, -9.0), (0.0, 9.0)], **legs)
+    mallet = Disc(position_m=(-0.5, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, **legs)
+    puck, laws = Disc(position_m=(0.25, 0.0), radius_m=0.25), {"gravity_m_s2": (0.0, -float(falls)), "duration_s": 2.0}
+    walls = (Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), **legs), edge)
+    scenes = [staged(puck, walls=[wall], **laws) for wall in walls]
+    for scene in scenes if falls else [*scenes, staged(puck, mallet, walls=[], **laws)]:
+        certified = certify(scene)
+        assert certified.ending is Ending.COMPLETED
+        assert (certified.trace.impacts["time_s"].tolist(), certified.radii["time_s"].tolist()) == ([1.0], [0.0])
+        assert certified.trace.impacts["velocity_first_after"][0, 0] == 4.0
+        assert certified.trace.impacts["velocity_second_after"].tolist() == [[2.0, 0.0]]
+
+
+def test_an_impact_when_a_wall_turns_that_balls_cannot_place_has_no_certain_answer() -> None:
+    """Off a slope of 3 in 4 a disc of 25 m/s goes on at 7 and 24: exactly, but through divisions that are not.
+
+    It comes to the wall just when that turns, and no precision tells the one leg from the other.
+    """
+    slope = Chain(points_m=[(-4.0, -3.0), (4.0, 3.0)])
+    puck = Disc(
+        position_m=(-25.0, 1.25), velocity_m_s=(25.0, 0.0), radius_m=1.0
+    )  # it touches at the origin's (0, 1.25)
+    wall = Wall(
+        point_m=(8.0, 0.0), normal=(-1.0, 0.0), **on_legs((0.0, (0.0, 0.0)), (2.0, (-1.0, 0.0)))
+    )  # its rim is 7 m from the disc's at the impact
+    certified = certify(staged(puck, walls=[slope, wall], duration_s=3.0))
+    assert certified.trace.impacts["time_s"].tolist() == [1.0]
+    assert certified.trace.impacts["velocity_first_after"].tolist() == [[7.0, 24.0]]
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.AT_A_TURN
+    assert certified.degeneracy.bodies == (-2, 0)
+    assert certified.degeneracy.earliest_s <= 2.0 <= certified.degeneracy.latest_s
+
+
+def test_a_disc_that_half_planes_crush_ends_the_run_by_name() -> None:
+    """Room for 1.5 m at half a metre a second: no impact comes after 3 s, and infinitely many before."""
+    walls = [
+        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(-0.5, 0.0)),
+    ]
+    puck = Disc(position_m=(1.0, 0.0), velocity_m_s=(-1.0, 0.25), radius_m=0.25)
+    certified = certify(staged(puck, walls=walls, duration_s=9.0))
+    assert certified.degeneracy is not None
+    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.CRUSH, (-2, -1, 0))
+    assert certified.degeneracy.earliest_s < 3.0 == certified.degeneracy.latest_s
+    assert certified.trace.outcome is Outcome.CRUSHED is solve_pic(certified.trace.scene).outcome
