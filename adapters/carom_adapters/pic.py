@@ -80,6 +80,7 @@ class PicAdapter:
         gravity=True,
         damping=True,
         rolling_resistance=True,
+        table_friction=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.SOLVED,
         stamp=Stamp.INSTANT,
@@ -103,7 +104,7 @@ class PicAdapter:
         """Predict the first impacts.
 
         Raises:
-            AdapterError: There is no such setting, or the scene has a table, whose steps are not scored yet.
+            AdapterError: There is no such setting, or the scene needs what is not declared.
         """
         for setting in settings:
             if setting not in {"dt_s", "form"}:

@@ -77,6 +77,7 @@ class PitAdapter:
         gravity=True,
         damping=True,
         rolling_resistance=True,
+        table_friction=True,
         restitution=(0.0, 1.0),
         contact_times=ContactTimes.STEP,
         spin=True,
@@ -92,7 +93,7 @@ class PitAdapter:
         """Copy the scene's start.
 
         Raises:
-            AdapterError: There is no such setting, or the scene has a table, whose steps are not scored yet.
+            AdapterError: There is no such setting, or the scene needs what is not declared.
         """
         for setting in settings:
             if setting != "dt_s":

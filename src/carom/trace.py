@@ -375,6 +375,12 @@ class Flight(ByValue):
         place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
         return place
 
+    def velocity_at(self, time_s: float) -> NDArray[np.float64]:
+        """Return how fast the disc is at a time."""
+        lasted = time_s - self.begin_s
+        velocity: NDArray[np.float64] = self.velocity_m_s * self.damping.kept(lasted) + self.pull_m_s2 * lasted
+        return velocity
+
 
 def free_flights(trace: Trace) -> Iterator[Flight]:
     """Yield every flight of every disc, in the order in which they end: what impacts and modes of a trace lead to."""
@@ -398,7 +404,7 @@ def free_flights(trace: Trace) -> Iterator[Flight]:
             place[disc], velocity[disc] = np.array(discs[disc].position_m) + leg.moved, np.array(leg.velocity)
             since[disc] = leg.begin_s
         if table and (speed := math.hypot(*velocity[disc])):
-            pull[disc] = -table / speed * velocity[disc]
+            pull[disc] = -table * (velocity[disc] / speed)
             if (stops_s := since[disc] + speed / table) < end_s:
                 yield flight_of(disc, impact, stops_s)
                 place[disc] = place[disc] + 0.5 * speed / table * velocity[disc]

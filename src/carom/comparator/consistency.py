@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.scales import Scales, largest, own_scales_of
+from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
-from carom.damping import Damping
-from carom.scene import Scene, Wall
+from carom.scene import Wall
 from carom.trace import Trace, rim_speeds, velocities, wall_index
 
 Array = NDArray[np.float64]
@@ -135,7 +135,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
     arrivals, departures = before.reshape(-1, 2), after.reshape(-1, 2)
     places = _turning_places(trace, turning).reshape(-1, 2)
     rims_arriving, rims_leaving = rim_speeds(trace, "before").ravel(), rim_speeds(trace, "after").ravel()
-    start = trace.scene.arrays
+    start, slowing = trace.scene.arrays, Slowing.of(trace.scene)
     rims_end = np.zeros(len(start)) if trace.final_spin_rad_s is None else start.radius_m * trace.final_spin_rad_s
     for number, disc in enumerate(trace.scene.discs):
         if disc.legs:  # no impact turns it, and its path turns all the same
@@ -147,7 +147,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
         arriving = np.concatenate([arrivals[rows], [trace.final_velocity_m_s[number]]])
         place = np.concatenate([[disc.position_m], places[rows], [trace.final_position_m[number]]])
         lasted = np.diff(time)
-        kept, flown_s = _damped(trace.scene, lasted)
+        kept, flown_s = _slowed(slowing, lasted, np.hypot(*leaving.T))
         change = arriving - leaving * kept[:, None]
         spun = np.abs(
             np.concatenate([rims_arriving[rows], rims_end[[number]]])
@@ -166,7 +166,7 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
             turned, distance = np.hypot(change @ across, beyond), np.abs(moved @ across)
         else:
             turned, distance = np.hypot(*change.T), np.hypot(*moved.T)
-            # Steps that are straight end off a damped path by up to half a step of what damping takes of the velocity.
+            # Steps that are straight end off a path on which a disc slows down by up to half of what that takes a step.
             distance = np.maximum(distance - 0.5 * trace.dt_s * np.hypot(*leaving.T) * (1.0 - kept), 0.0)
         followed = np.isfinite(lasted) & (time[1:] <= until_s)
         flights = np.empty(len(lasted), _FLIGHT_DTYPE)
@@ -177,13 +177,13 @@ def _flights(trace: Trace, until_s: float) -> Iterator[NDArray[np.void]]:
         yield flights
 
 
-def _damped(scene: Scene, lasted: Array) -> tuple[Array, Array]:
-    """What is left of speeds after some seconds, over them, and how long undamped discs would take as far."""
-    if not scene.damping_per_s:
+def _slowed(slowing: Slowing, lasted: Array, speed: Array) -> tuple[Array, Array]:
+    """What is left of speeds after some seconds, over them, and how long discs that nothing slows would take as far."""
+    if not slowing:
         return np.ones_like(lasted), lasted
-    damping = Damping(scene.damping_per_s)
-    seconds = lasted.tolist()
-    return np.array([damping.kept(time) for time in seconds]), np.array([damping.undamped(time) for time in seconds])
+    flights = list(zip(lasted.tolist(), speed.tolist(), strict=True))
+    kept, flown = (np.array([of(*flight) for flight in flights]) for of in (slowing.kept, slowing.flown))
+    return kept, flown
 
 
 def _turning_times(trace: Trace) -> Array:
@@ -197,11 +197,14 @@ def _turning_places(trace: Trace, turning: Array) -> Array:
     state = trace.state_before
     if state is None:
         return np.full((2, len(trace.impacts), 2), math.nan)
-    waited = turning - state["time_s"]
-    if trace.scene.damping_per_s:  # known is the velocity at the turn: seen from there the flight lies in the past
-        damping = Damping(trace.scene.damping_per_s)
-        waited = np.array([-damping.undamped(-seconds) for seconds in waited.tolist()])
-    flown = velocities(trace.impacts, "before") * waited[:, None]
+    waited, before = np.broadcast_to(turning - state["time_s"], (2, len(turning))), velocities(trace.impacts, "before")
+    slowing = Slowing.of(trace.scene)
+    if slowing:  # known is the velocity at the turn: seen from there the flight lies in the past
+        speed = np.hypot(before[..., 0], before[..., 1])
+        waited = np.array([-_slowed(slowing, -lasted, fast)[1] for lasted, fast in zip(waited, speed, strict=True)])
+        if slowing.table_m_s2:  # what has stopped on the way comes from nobody knows where
+            waited = np.where(speed > 0.0, waited, math.nan)
+    flown = before * waited[..., None]
     places: Array = np.stack([state["position_first"], state["position_second"]]) + flown
     return places
 

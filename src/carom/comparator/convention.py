@@ -102,8 +102,9 @@ def first_group(reference: Trace) -> Group | None:
     index = reference.ambiguous[0]
     time_s = float(impacts["time_s"][index])
     begin = int(np.searchsorted(impacts["time_s"], time_s - SAME * scene.duration_s))
-    # Places at the instant, and velocities of the flights that lead there: those that no impact before ends.
-    flights = {flight.disc: flight for flight in reversed(list(free_flights(reference))) if flight.impact >= begin}
+    # Places at the instant, and velocities of the flights that lead there: those that nothing before ends.
+    at_s, every = float(impacts["time_s"][begin]), reversed(list(free_flights(reference)))
+    flights = {flight.disc: flight for flight in every if flight.impact >= begin and flight.end_s >= at_s}
     position = np.array([flights[disc].at(time_s) for disc in range(len(scene.discs))])
     extent = float(np.max(np.abs(position)) + 2.0 * np.max(scene.arrays.radius_m))
     contacts = list(_touching(scene, position, time_s, SAME * extent))
@@ -118,15 +119,18 @@ def first_group(reference: Trace) -> Group | None:
         if linked <= discs:
             break
         discs |= linked
-    kept = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
+    own = tuple(c for c in contacts if c[0] in discs and (c[1] < 0 or c[1] in discs))
     rim = scene.arrays.surface_speed_m_s.copy()
     for impact, rims in zip(impacts[:begin], rim_speeds(reference, "after").T[:begin], strict=True):
         for side, speed in zip(("first", "second"), rims, strict=True):
             if impact[side] >= 0:
                 rim[impact[side]] = speed
-    slowed = [flights[disc].damping.kept(time_s - flights[disc].begin_s) for disc in range(len(scene.discs))]
-    motion = np.array([(*flights[disc].velocity_m_s, rim[disc]) * np.array(slowed[disc]) for disc in sorted(discs)])
-    return Group(time_s, tuple(sorted(discs)), kept, motion)
+    ended = [(disc, flights[disc]) for disc in sorted(discs)]
+    kept = [flight.damping.kept(time_s - flight.begin_s) for _, flight in ended]
+    motion = np.array(
+        [(*flight.velocity_at(time_s), rim[disc] * left) for (disc, flight), left in zip(ended, kept, strict=True)]
+    )
+    return Group(time_s, tuple(sorted(discs)), own, motion)
 
 
 def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[AdmissibleOutcome, ...]:

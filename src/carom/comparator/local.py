@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from carom.comparator.finite import finite_impacts
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales
+from carom.comparator.slowing import Slowing
 from carom.disc_arrays import HalfPlane
 from carom.outline import Outline
 from carom.physics.feature_time import normal_at
@@ -152,14 +153,14 @@ class _Bodies:
 def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     """Score each impact of a trace from the trace's own state before it.
 
-    That is done of straight paths, so of none under gravity or with damping.
+    That is done of straight paths, so of none under gravity, with damping, or on a table.
     """
     impacts, state, scene = trace.impacts, own_states(trace), trace.scene.arrays
     start, bodies = state["time_s"], _Bodies.of(trace, state)
     (p1, p2), (v1, v2) = bodies.position, bodies.velocity
     # Of an impact without finite numbers there is nothing to be worked out; the verdict says that by name.
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
-    known &= not any(trace.scene.gravity_m_s2) and not trace.scene.damping_per_s
+    known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
     known &= ~np.isin(impacts["first"], turns) & ~np.isin(impacts["second"], turns)  # its path is not straight
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))

@@ -80,8 +80,8 @@ SAID_WHEN = {
         "reason says by how much a step is off"
     ),
     Verdict.DAMPED_POLYGON: (
-        "with other verdicts: in a step a disc goes as far as one speed takes it, where damping slows it down "
-        "meanwhile, which is the engine's integrator; the reason says by how much a step is off"
+        "with other verdicts: in a step a disc goes as far as one speed takes it, where damping or a table slows it "
+        "down meanwhile, which is the engine's integrator; the reason says by how much a step is off"
     ),
     Verdict.SINKS: ("deeper than rounding; the reason says whether falling for each step anew explains it"),
     Verdict.WORSE_STEPS: (

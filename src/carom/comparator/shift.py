@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from carom.comparator.finite import not_finite
-from carom.damping import Damping
+from carom.comparator.slowing import Slowing
 from carom.errors import InputError, SceneError
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
@@ -93,8 +93,14 @@ def begun_earlier(scene: Scene, by_s: float) -> Scene:
 
 def _nothing_meets(scene: Scene, shift_s: float) -> bool:
     """Whether nothing meets between the start and `shift_s` after it, or before it where that is negative."""
+    slowing = Slowing.of(scene)
+    if slowing.table_m_s2 and shift_s < 0.0:  # nobody runs it backwards, but from there it may be run to the start
+        try:
+            return _nothing_meets(_shifted(scene, shift_s), -shift_s)
+        except SceneError:  # there they overlap
+            return False
     # A damped path is the undamped one, as far as it leads in that time: so it is run backwards, too.
-    flown_s, scene = Damping(scene.damping_per_s).undamped(shift_s), scene.undamped
+    flown_s, scene = shift_s if slowing.table_m_s2 else slowing.damping.undamped(shift_s), scene.undamped
     if flown_s < 0:  # the path before the start, run backwards; a parabola is the same one either way
         begun = [(disc, disc.drive.velocity_at(0.0)) for disc in scene.discs]
         back = [(disc.position_m, (-u, -v), disc.spin_rad_s, ()) for disc, (u, v) in begun]
@@ -104,8 +110,7 @@ def _nothing_meets(scene: Scene, shift_s: float) -> bool:
 
 def _shifted(scene: Scene, shift_s: float) -> Scene:
     """Return the scene as it stands `shift_s` after its start if nothing meets before, its end where it was."""
-    damping = Damping(scene.damping_per_s)
-    flown_s, kept = damping.undamped(shift_s), damping.kept(shift_s)
+    slowing = Slowing.of(scene)
     states = list[tuple[Vector, Vector, float, tuple[Leg, ...]]]()
     for disc in scene.discs:
         if disc.legs:
@@ -113,6 +118,8 @@ def _shifted(scene: Scene, shift_s: float) -> Scene:
             states.append(((x + dx, y + dy), (0.0, 0.0), disc.spin_rad_s, begun_at(disc, shift_s).legs))
             continue
         (x, y), (u, v) = disc.position_m, disc.velocity_m_s
+        speed = math.hypot(u, v)
+        flown_s, kept = slowing.flown(shift_s, speed), slowing.kept(shift_s, speed)
         gx, gy = (0.0, 0.0) if disc.immovable else scene.gravity_m_s2
         place = (x + u * flown_s + 0.5 * gx * shift_s * shift_s, y + v * flown_s + 0.5 * gy * shift_s * shift_s)
         states.append((place, (u * kept + gx * shift_s, v * kept + gy * shift_s), disc.spin_rad_s * kept, ()))

@@ -11,6 +11,7 @@ from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
 from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.own_findings import own_path
+from carom.comparator.slowing import Slowing
 from carom.comparator.verdict import Finding, Verdict
 
 
@@ -110,11 +111,13 @@ def sinking(evidence: Evidence) -> Iterator[Finding]:
 def polygons(evidence: Evidence) -> Iterator[Finding]:
     """Say that steps are straight, and at one speed, where paths are not: the engine's integrator, no collision."""
     local, dt_s, scene = evidence.local_truth, evidence.observed.dt_s, evidence.reference.scene
-    if local is not None and local.polygon and scene.damping_per_s:
-        off_m = 0.5 * scene.damping_per_s * evidence.scales.speed_m_s * dt_s * dt_s
+    slowing = Slowing.of(scene)
+    if local is not None and local.polygon and slowing:
+        off_m = 0.5 * slowing.bends(evidence.scales.speed_m_s) * dt_s * dt_s
+        bend = "c |v|" if scene.damping_per_s else "a"
         yield Finding(
             Verdict.DAMPED_POLYGON,
-            f"each step ends up to half of c |v| dt^2 off its path, {off_m:.3g} m at the scene's speed; it adds up",
+            f"each step ends up to half of {bend} dt^2 off its path, {off_m:.3g} m at the scene's speed; it adds up",
         )
     elif local is not None and local.polygon:
         off_m = 0.5 * math.hypot(*scene.gravity_m_s2) * dt_s * dt_s

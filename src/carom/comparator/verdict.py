@@ -45,7 +45,7 @@ class Verdict(Enum):
     PASSED_THROUGH = "bodies pass through each other"
     TURNED_ALONE = "bodies turn with nothing near"
     POLYGON = "falling discs move along polygons"
-    DAMPED_POLYGON = "damped discs move a step at one speed"
+    DAMPED_POLYGON = "slowed discs move a step at one speed"
     SINKS = "discs sink into what they rest on"
     WORSE_STEPS = "steps are worse than PIT's from the same state"
     SAMPLED_STEPS = "steps are off, by no more than looking once a step costs from the same state"

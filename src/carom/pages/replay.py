@@ -170,8 +170,8 @@ def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[fl
 def meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
     """Yield where the bodies of each impact touch, metres, and how long they would overlap if they flew on, seconds.
 
-    None at walls, with damping, and where one of two alone falls: there it is no such quotient. They approach for its
-    first half.
+    None at walls, where something slows discs down, and where one of two alone falls: there it is no such quotient.
+    They approach for its first half.
     """
     scene, tracks = reference.scene, reference_tracks(reference)
     for impact in reference.impacts:
@@ -185,7 +185,8 @@ def _overlap_s(scene: Scene, impact: np.void, first: int, second: int) -> float 
     if second < 0:
         return None
     one, other = scene.discs[first], scene.discs[second]
-    if scene.damping_per_s or (any(scene.gravity_m_s2) and one.immovable != other.immovable):
+    slowed = scene.damping_per_s or scene.table_deceleration_m_s2
+    if slowed or (any(scene.gravity_m_s2) and one.immovable != other.immovable):
         return None
     passing = impact["velocity_second_before"] - impact["velocity_first_before"]
     speed = math.hypot(*passing.tolist())

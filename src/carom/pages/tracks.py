@@ -142,9 +142,11 @@ def reference_tracks(trace: Trace) -> tuple[Track, ...]:
             times[flight.disc].append(time_s)
             places[flight.disc].append(flight.at(time_s))
             pulls[flight.disc].append(flight.pull_m_s2)
-    touching = () if trace.modes is None else set(trace.modes["disc"].tolist())
+    bent = set[int]() if trace.modes is None else set(trace.modes["disc"].tolist())
+    if trace.scene.table_deceleration_m_s2:
+        bent.update(range(len(discs)))
     return tuple(
-        Track(np.array(times[k]), np.array(places[k]), np.array(pulls[k]) if k in touching else pulls[k][0])
+        Track(np.array(times[k]), np.array(places[k]), np.array(pulls[k]) if k in bent else pulls[k][0])
         for k in range(len(discs))
     )
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from carom.adapter import Contact, Observation
 from carom.comparator.finite import turned
-from carom.damping import Damping
+from carom.comparator.slowing import Slowing, nearest_s
 from carom.disc_arrays import STANDS
 from carom.driving import Course
 from carom.scene import Scene
@@ -115,7 +115,7 @@ class ImpactCollector:
         self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
         self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
         self._gravity, self._pull = gravity_of(scene), math.hypot(*scene.gravity_m_s2)
-        self._damping = Damping(scene.damping_per_s)
+        self._slowing = Slowing.of(scene)
         self._last = start
         self._last_s = 0.0
         self._open: dict[_Pair, _OpenContact] = {}
@@ -187,7 +187,7 @@ class ImpactCollector:
         """Whether a reported contact changed anything: engines also report contacts of zero impulse.
 
         Of two bodies of which neither can move it changed nothing, whatever became of them. Where impulses are not told
-        and discs are damped, what changes a body by no more than damping does in the step counts as damping.
+        and discs are slowed down, what changes a body by no more than that does in the step counts as that.
         """
         if not self._movable((contact.first, contact.second)):
             return False
@@ -195,12 +195,12 @@ class ImpactCollector:
             return contact.impulse_n_s > 0.0
         bodies = [body for body in (contact.first, contact.second) if body >= 0]
         motions = [(self._motion(before, body), self._motion(now, body)) for body in bodies]
-        if not self._damping.per_s:
+        if not self._slowing:
             return any(was != is_now for was, is_now in motions)
-        kept = self._damping.kept(step_s)
+        kept = [self._slowing.kept(step_s, math.hypot(*was[:2])) for was, _ in motions]
         return any(
-            math.dist([kept * part for part in was], is_now) > (1.0 - kept) * math.hypot(*was)
-            for was, is_now in motions
+            math.dist([left * part for part in was], is_now) > (1.0 - left) * math.hypot(*was)
+            for (was, is_now), left in zip(motions, kept, strict=True)
         )
 
     def _extend(
@@ -275,14 +275,14 @@ class ImpactCollector:
             effective = (
                 _landing_time(pair, contact, self._gravity, leg)
                 if held
-                else _effective_time(pair, contact, self._gravity, self._damping, leg)
+                else _effective_time(pair, contact, self._gravity, self._slowing, leg)
             )
         # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
         falls = bool(self._gravity.any())
         bent = falls and len(self._movable(pair)) < len(pair)
         if falls and not bent and math.isfinite(effective):
             a, b, c, d = self._at(effective, pair, contact, (a, b, c, d))
-        if self._damping.per_s:
+        if self._slowing:
             (a, b, c, d), known = self._slowed(effective, contact)
         record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
         state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
@@ -305,7 +305,7 @@ class ImpactCollector:
     def _slowed(
         self, effective_s: float, contact: _OpenContact
     ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
-        """Return damped velocities and spins at the instant of an impact; known are those of boundaries.
+        """Return velocities and spins of slowed discs at the instant of an impact; known are those of boundaries.
 
         Where the instant is not known, it is the reported one. Free paths that meet further away from the contact than
         it lasted do not say when it was.
@@ -313,9 +313,9 @@ class ImpactCollector:
         lasted = contact.end_s - contact.start_s
         at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
         at_s = min(max(at_s, contact.start_s - lasted), contact.end_s + lasted)
-        before, after = self._damping.kept(at_s - contact.start_s), self._damping.kept(at_s - contact.end_s)
-        factors = (before, before, after, after)
         motions = (*contact.before, *contact.after)
+        lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
+        factors = [self._slowing.kept(t, math.hypot(vx, vy)) for t, (vx, vy, _) in zip(lasts, motions, strict=True)]
         a, b, c, d = ((vx * kept, vy * kept) for (vx, vy, _), kept in zip(motions, factors, strict=True))
         s, t, u, v = (spin * kept for (_, _, spin), kept in zip(motions, factors, strict=True))
         return (a, b, c, d), ((s, t, u, v) if self._turns else None)
@@ -357,28 +357,46 @@ def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.floa
 
 
 def _effective_time(
-    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], damping: Damping, leg: Course
+    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], slowing: Slowing, leg: Course
 ) -> float:
     """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
 
     With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
     d0 + u0 (t - t0) and d1 + u1 (t - t1); they meet, in one dimension exactly, where the difference of the two, a
     linear function of t with slope u0 - u1, is least. Under gravity both are parabolas of one curvature, and their
-    difference is linear still. With damping they are lines in undamped time.
+    difference is linear still. With damping they are lines in undamped time; on a table both bend, each its own way.
     """
     d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
     d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
     lasted = contact.end_s - contact.start_s
     pull = _relative_pull(pair, gravity)
-    flown, u1 = damping.undamped(lasted), u1 / damping.kept(lasted)
+    if slowing.table_m_s2:
+        return nearest_s(lambda time_s: _apart_on_table(pair, contact, slowing, leg, time_s), contact.end_s)
+    flown, u1 = slowing.damping.undamped(lasted), u1 / slowing.damping.kept(lasted)
     slope = u0 - u1 + pull * lasted
     squared = float(slope @ slope)
     if squared == 0.0:
         return math.nan
     # Measured from the contact's start, so that a late contact is as exact as an early one.
     offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
-    effective = contact.start_s + damping.damped(-float(offset @ slope) / squared)
+    effective = contact.start_s + slowing.damping.damped(-float(offset @ slope) / squared)
     return effective if math.isfinite(effective) else math.nan
+
+
+def _apart_on_table(
+    pair: _Pair, contact: _OpenContact, slowing: Slowing, leg: Course, time_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return by how much the free paths of a pair before and after a contact are apart at a time, and their rates."""
+    seen = []
+    for state, since_s in ((contact.start, contact.start_s), (contact.end, contact.end_s)):
+        speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
+        place = state.position_m + state.velocity_m_s * slowing.all_flown(lasted, speed)[:, None]
+        there = replace(
+            state, position_m=place, velocity_m_s=state.velocity_m_s * slowing.all_kept(lasted, speed)[:, None]
+        )
+        seen.append(_relative(pair, there, time_s, leg))
+    (d0, u0), (d1, u1) = seen
+    return d0 - d1, u0 - u1
 
 
 def _relative(

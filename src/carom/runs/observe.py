@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from carom.adapter import Adapter, Capabilities, Observation, World, unsupported_reason
 from carom.comparator.local_truth import StepWatch
 from carom.comparator.local_truth.rest import RESTING_STEPS
-from carom.damping import Damping
+from carom.comparator.slowing import Slowing
 from carom.errors import AdapterError
 from carom.registry import has_part, load_adapter, require_profile, why_unavailable
 from carom.runs.collect import ImpactCollector, gravity_of
@@ -175,7 +175,7 @@ class _Run:
         self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
         self.validator, self.seen_s = Validator(scene, dt_s, float_bits), 0.0
         self.earlier = (0.0, self.state)
-        self.gravity, self.damping = gravity_of(scene), Damping(scene.damping_per_s)
+        self.gravity, self.slowing = gravity_of(scene), Slowing.of(scene)
         self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
         self.positions = [self.state.position_m]
         self.stride = -(-self.steps // MOST_SAMPLES)
@@ -209,7 +209,7 @@ class _Run:
                 self.looks.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.state.position_m)
-            straight = not (self.gravity.any() or self.damping.per_s or self.scene.arrays.driven)
+            straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
             if straight and flight.begins(step * self.dt_s, self.state):
                 return
 
@@ -218,6 +218,7 @@ class _Run:
         completed, state = self.outcome is Outcome.COMPLETED, self.state
         impacts, effective = self.collector.finish()
         missing = self.scene.duration_s - self.taken * self.dt_s if completed else 0.0
+        end_s = self.taken * self.dt_s + missing
         states, spins = self.collector.states, self.collector.spins
         if missing < 0.0:  # the last step reaches beyond the end
             later = (impacts["time_s"] > self.scene.duration_s) | (effective > self.scene.duration_s)
@@ -225,13 +226,20 @@ class _Run:
             impacts, effective, states = impacts[~later], effective[~later], states[~later]
             spins = None if spins is None else spins[~later]
             turned_s = np.where(np.isfinite(effective), effective, impacts["time_s"])
-            state = self._without(after, impacts, turned_s, spins)
+            bodies = np.concatenate([after["first"], after["second"]])
+            discs, until_s = np.unique(bodies[bodies >= 0]), self.taken * self.dt_s
+            if self.slowing.table_m_s2:  # one that has stopped since then comes from nobody knows where
+                discs, until_s, missing = np.arange(len(self.scene.discs)), self.scene.duration_s, 0.0
+            state = self._flown_to(until_s, discs.tolist(), impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
                 for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
             ]
-        flown, kept = self.damping.undamped(missing), self.damping.kept(missing)
+        speed = np.hypot(*state.velocity_m_s.T)
+        flown, kept = (
+            np.array([of(missing, fast) for fast in speed.tolist()]) for of in (self.slowing.flown, self.slowing.kept)
+        )
         pull, spin_rate = self._pull(state) if missing < 0.0 else (self.gravity, None)
         final_spins = _final_spins(self.scene, state)
         if final_spins is not None:
@@ -241,9 +249,9 @@ class _Run:
             method=method,
             scene=self.scene,
             impacts=impacts,
-            final_position_m=state.position_m + state.velocity_m_s * flown + pull * (missing * missing / 2),
-            final_velocity_m_s=state.velocity_m_s * kept + pull * missing,
-            end_time_s=self.taken * self.dt_s + missing,
+            final_position_m=state.position_m + state.velocity_m_s * flown[:, None] + pull * (missing * missing / 2),
+            final_velocity_m_s=state.velocity_m_s * kept[:, None] + pull * missing,
+            end_time_s=end_s,
             outcome=self.outcome,
             dt_s=self.dt_s,
             effective_time_s=effective,
@@ -275,23 +283,22 @@ class _Run:
             return pull, None
         return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
 
-    def _without(
+    def _flown_to(
         self,
-        later: NDArray[np.void],
+        until_s: float,
+        discs: list[int],
         kept: NDArray[np.void],
         kept_s: NDArray[np.float64],
         spins: NDArray[np.void] | None,
     ) -> Observation:
-        """Return the last state as it would be without some impacts, which came after the scene's end.
+        """Return the last state with some discs where free flight takes them, by a time, from the state before it.
 
-        Others of the last step came before it: the disc flies from where the last of them has turned it.
+        Where an impact that is kept has turned one since then, it flies from there; others came after the scene's end.
         """
-        bodies = np.concatenate([later["first"], later["second"]])
         begun_s, before = self.earlier
-        end_s = self.taken * self.dt_s
         position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
         spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()
-        for disc in np.unique(bodies[bodies >= 0]).tolist():
+        for disc in discs:
             place, speed, since_s = before.position_m[disc], before.velocity_m_s[disc], begun_s
             turning = None if before.spin_rad_s is None else before.spin_rad_s[disc]
             for row in np.flatnonzero(
@@ -301,18 +308,18 @@ class _Run:
                 place, _ = self._flown(disc, place, speed, float(kept_s[row]) - since_s)
                 speed, since_s = kept[f"velocity_{side}_after"][row], float(kept_s[row])
                 turning = turning if spins is None else spins[f"{side}_after"][row]
-            position[disc], velocity[disc] = self._flown(disc, place, speed, end_s - since_s)
+            position[disc], velocity[disc] = self._flown(disc, place, speed, until_s - since_s)
             if spin is not None and turning is not None:
-                spin[disc] = turning * self.damping.kept(end_s - since_s)
+                spin[disc] = turning * self.slowing.damping.kept(until_s - since_s)
         return replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
 
     def _flown(
         self, disc: int, place: NDArray[np.float64], speed: NDArray[np.float64], seconds: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return place and velocity of a disc after some seconds of free flight."""
-        pull = self.gravity[disc]
-        moved = speed * self.damping.undamped(seconds) + pull * (seconds * seconds / 2)
-        return place + moved, speed * self.damping.kept(seconds) + pull * seconds
+        pull, fast = self.gravity[disc], float(np.hypot(*speed))
+        moved = speed * self.slowing.flown(seconds, fast) + pull * (seconds * seconds / 2)
+        return place + moved, speed * self.slowing.kept(seconds, fast) + pull * seconds
 
 
 def _states(looks: Sequence[tuple[float, Observation]]) -> States:

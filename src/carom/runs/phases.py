@@ -63,7 +63,7 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     that for certain where it lasts a step, and with the probability of its length in steps where it does not. That is
     so of straight paths at constant speeds, relative to each other, that meet within the run.
     """
-    if len(scene.discs) != 2 or scene.walls or scene.damping_per_s:
+    if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
     one, two = scene.discs
     if any(scene.gravity_m_s2) and one.immovable is not two.immovable:

@@ -18,17 +18,14 @@ from carom.comparator.local_truth.score import local_score
 from carom.comparator.scales import scales_of
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
-from carom.scene import Need
 from carom.scenes.catalogue import all_scenes
 from carom.solvers.pic import pic_run, solve_pic
 from carom.studies.bench.gas import gas_scene
 from carom.windows import LocalTruth, States
 
 SHORT = [name for name in all_scenes() if name.startswith(("paper/", "classics/"))]
-#: Steps on a table are not scored yet, and no adapter declares one.
-SCORED = [name for name, entry in all_scenes().items() if Need.TABLE_FRICTION not in entry.scene.needs]
 each_scene = pytest.mark.parametrize(
-    "name", [*SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in SCORED if name not in SHORT)]
+    "name", [*SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in all_scenes() if name not in SHORT)]
 )
 
 

@@ -76,7 +76,7 @@ class StepWatch:
         self._windows: list[tuple[float | int | bool, ...]] = []
         self._meetings: list[tuple[float | int | bool, ...]] = []
         self._slips: dict[tuple[int, str], tuple[float | int, ...]] = {}
-        self._scale = np.zeros(len(scene.discs))
+        self._scale = np.full(len(scene.discs), self._law.fast)
         self._ahead = 0
         self._turned = self._moved = self._steps = self._resting = 0
         self._rest = Rest()
@@ -177,8 +177,8 @@ class StepWatch:
             free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
         free[: flown.start] = free[flown.stop :] = False
         h = block.step_s[:, None]
-        # What bends paths: gravity, or damping, which slows a disc down by c v.
-        bends = np.hypot(*block.pull.T) + self._law.damping.per_s * block.own_speed
+        # What bends paths: gravity, or what slows discs down.
+        bends = np.hypot(*block.pull.T) + self._law.slowing.all_bends(block.own_speed)
         turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
         rounding = block.place_rounding
         allowed = 0.5 * bends * h * h

@@ -67,8 +67,9 @@ class Block:
     ) -> Block:
         """Return a block of steps; `unit`, `place_unit` and `agreement` as above."""
         h = np.diff(states.time_s)[:, None]
-        kept, flown_s = law.damping.all_kept(h), law.damping.all_undamped(h)
         p, v = states.position_m, states.velocity_m_s
+        speed = np.hypot(*np.moveaxis(v, 2, 0))
+        kept, flown_s = law.slowing.all_kept(h, speed[:-1]), law.slowing.all_flown(h, speed[:-1])
         radius = scene.arrays.radius_m
         pull = np.where(scene.arrays.movable[:, None], np.array(law.gravity), 0.0)
         fallen = pull * h[..., None]
@@ -80,13 +81,12 @@ class Block:
         # What is driven turns by itself, as it is to.
         driven = list(scene.arrays.driven_discs)
         turned_by[:, driven] = moved_by[:, driven] = 0.0
-        speed = np.hypot(*np.moveaxis(v, 2, 0))
-        own_speed = np.maximum(speed[1:], speed[:-1]) + np.hypot(*pull.T) * h
+        own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + law.slowing.table_m_s2) * h
         own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))
         far = np.max(np.abs(p), axis=2) + radius
         reach = np.maximum(far[1:], far[:-1]) + own_speed * h
         clock_s = _CLOCK * states.time_s[1:, None]
-        turned = (turned_by > unit * own_speed) | (spun_by > unit * own_rim)
+        turned = (turned_by > unit * (own_speed + law.fast)) | (spun_by > unit * own_rim)
         return cls(
             scene=scene,
             law=law,

@@ -11,7 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from carom.damping import Damping
+import numpy as np
+
+from carom.comparator.slowing import Slowing
 from carom.disc_arrays import HalfPlane
 from carom.driving import Course, Drive
 from carom.physics.contact_law import rub
@@ -60,7 +62,9 @@ class Law:
         self.driven = arrays.driven
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
-        self.damping = Damping(scene.damping_per_s)
+        self.slowing = Slowing.of(scene)
+        #: What speeds on a table round to besides their own, metres a second: what is slow there was fast before.
+        self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
         self.disc_restitution = scene.restitution
         self.wall_restitutions = [material.restitution for material in arrays.materials]
@@ -77,6 +81,14 @@ class Law:
     def falls(self, body: int) -> bool:
         """Whether gravity acts on a body."""
         return self.pull > 0.0 and self.movable(body)
+
+    def slowed(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
+        """Return the acceleration of a disc of some velocity on a table; that of one at rest is 0."""
+        speed = math.hypot(*velocity)
+        if not (speed and self.movable(body)):
+            return 0.0, 0.0
+        a = -self.slowing.table_m_s2
+        return a * (velocity[0] / speed), a * (velocity[1] / speed)
 
     def restitution(self, pair: Pair) -> float:
         """Return the coefficient of restitution of two bodies."""
@@ -193,13 +205,14 @@ class BodyStates:
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths; what rests on a wall is not pulled into it."""
         law = self.law
-        # There is no gravity where there is damping, so that only the one or the other bends a path in time.
-        flown, kept = law.damping.undamped(seconds), law.damping.kept(seconds)
+        # There is no gravity where something slows discs down, so that only one of them bends a path in time.
         for disc, (x, y) in self.xy.items():
             if (drive := law.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
                 self._drive_on(disc, drive, seconds)
                 continue
             vx, vy = self.velocity[disc]
+            speed = math.hypot(vx, vy)
+            flown, kept = law.slowing.flown(seconds, speed), law.slowing.kept(seconds, speed)
             ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
             if resting is not None and resting[0] == disc and resting[1] >= law.n:
                 _, nx, ny = law.side_of(resting[1] - law.n, x, y, self.time_s)
@@ -257,7 +270,9 @@ class BodyStates:
 
         `last` is what the disc has just met of a finite wall.
         """
-        wait = self.law.damping.damped(self.undamped_wait(pair, last))
+        if self.law.slowing.table_m_s2:
+            return self._wait_on_table(pair, last, None)
+        wait = self.law.slowing.damping.damped(self.undamped_wait(pair, last))
         later = self.law.later_legs(pair, self.time_s)
         return wait if not later or self.time_s + wait < later[0].begin_s else self.wait_later(pair)
 
@@ -271,6 +286,55 @@ class BodyStates:
                 self.met |= {pair: there.met[pair]} if pair in there.met else {}
                 return there.time_s + wait - self.time_s
         return math.inf
+
+    def wait_again(self, pair: Pair) -> float:
+        """Return the seconds until two that have just met meet once more before a third turns one of them.
+
+        That may be on a leg of a driven one; and on a table, which slows each down in a direction of its own.
+        """
+        if not self.law.slowing.table_m_s2:
+            return self.wait_later(pair)
+        return self._wait_on_table(pair, None, max(0.0, -self.contact(pair).closing))
+
+    def _wait_on_table(self, pair: Pair, last: Feature | None, leaving: float | None) -> float:
+        """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
+        (i, j), law, there, passed = pair, self.law, self.of_pair(pair), 0.0
+        speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
+        if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
+            return math.inf  # both have stopped before
+        while True:
+            stops = min(law.slowing.stops_s(math.hypot(*there.velocity[disc])) for disc in there.xy)
+            (x, y), (vx, vy) = there.xy[i], there.velocity[i]
+            pull = law.slowed(i, there.velocity[i])
+            if j < law.n:
+                (ox, oy), (ux, uy), other = there.xy[j], there.velocity[j], law.slowed(j, there.velocity[j])
+                one = (x - ox, y - oy, vx - ux, vy - uy, law.radius[i])
+                wait = encounter_time(one, (0.0, 0.0, law.radius[j]), (pull[0] - other[0], pull[1] - other[1]), leaving)
+            elif isinstance(wall := law.walls[j - law.n], tuple):
+                wait = self._wall_wait(i, wall, there, pull)
+            else:
+                disc = Mover.at((x, y), (vx, vy), law.radius[i])
+                wait, part = first_feature_falling(disc, wall.features, pull, last, self._leaving(disc, last))
+                if part is not None:
+                    self.met[pair] = part.feature
+            if wait <= stops:
+                return passed + wait
+            if stops == math.inf:
+                return math.inf
+            there.fly(stops)
+            passed, leaving, last = passed + stops, None, None
+
+    def of_pair(self, pair: Pair) -> BodyStates:
+        """Return the state of the discs of a pair alone."""
+        alone = self.only(pair[0])
+        if pair[1] < self.law.n:
+            alone.take(self.only(pair[1]))
+        return alone
+
+    def _wall_wait(self, i: int, wall: HalfPlane, there: BodyStates, pull: tuple[float, float]) -> float:
+        (x, y), (vx, vy), normal = there.xy[i], there.velocity[i], wall[2:]
+        gap, speed = wall_gap(x, y, self.law.radius[i], *wall), wall_speed(vx, vy, *normal)
+        return descent_time(gap, speed, wall_speed(*pull, *normal))
 
     def undamped_wait(self, pair: Pair, last: Feature | None) -> float:
         """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""
@@ -419,7 +483,7 @@ def exact_run(
                 waits[other] = now_s + state.wait(other, state.met[pair])
             elif struck.intersection(other):
                 again = other == pair and not falls_back
-                waits[other] = now_s + (state.wait_later(other) if again else state.wait(other))
+                waits[other] = now_s + (state.wait_again(other) if again else state.wait(other))
     return met, None
 
 

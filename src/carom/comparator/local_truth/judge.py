@@ -10,13 +10,19 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from carom.comparator.local_truth.activity import Activity
 from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import BodyStates, Law, Met, Pair, exact_run, sampled_run
 from carom.comparator.local_truth.chains import StepChain
 from carom.comparator.local_truth.pairs import MARGIN_STEPS
 from carom.comparator.local_truth.rest import RESTING_STEPS
+from carom.comparator.slowing import nearest_s
 from carom.comparator.thresholds import THRESHOLDS
+
+Array = NDArray[np.float64]
 
 #: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
 #: at; what turns a body by less is an error of velocity.
@@ -317,7 +323,7 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
     closing = max(first.contact.closing, 1e-300)
     judged.late_known = window.touching / closing / dt_s
     # A step looks at its end; a path that is a polygon gets there later by half of what a step bends it by.
-    bends = law.pull + law.damping.per_s * window.speed
+    bends = law.pull + law.slowing.bends(window.speed)
     judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
     if agrees:
         judged.late_steps = 0.0
@@ -327,6 +333,12 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
         return
     grip = law.contact_of(first.pair)
     was, now = _relative(window.free, first.pair), _relative(window.now, first.pair)
+    if law.slowing.table_m_s2:  # which leaves no part of all velocities: they are those at the turn
+        turned_s = first.time_s + judged.late_steps * dt_s
+        before, after = window.start.copy(), window.now.copy()
+        before.fly(turned_s)
+        after.fly(turned_s - window.lasts)
+        was, now = _relative(before, first.pair), _relative(after, first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if grip.friction == 0.0 and size > window.still:
@@ -347,6 +359,8 @@ def _turn_s(window: _Window, pair: Pair) -> float:
     fallen = window.start.copy()
     fallen.fly(lasts)
     was, now = _relative(fallen, pair), _relative(window.now, pair)
+    if window.law.slowing.table_m_s2:
+        return _turn_on_table_s(window, pair)
     slope = (was[0] - now[0], was[1] - now[1])
     squared = slope[0] ** 2 + slope[1] ** 2
     if squared == 0.0:
@@ -355,7 +369,26 @@ def _turn_s(window: _Window, pair: Pair) -> float:
     # both are straight in undamped time.
     there, here = apart(fallen), apart(window.now)
     ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
-    return lasts + window.law.damping.damped(-ago_s)
+    return lasts + window.law.slowing.damping.damped(-ago_s)
+
+
+def _turn_on_table_s(window: _Window, pair: Pair) -> float:
+    """Return what `_turn_s` does on a table, where both paths bend."""
+
+    def apart(time_s: float) -> tuple[Array, Array]:
+        before, after = window.start.of_pair(pair), window.now.of_pair(pair)
+        before.fly(time_s)
+        after.fly(time_s - window.lasts)
+        (p, u), (q, v) = ((_between(state, pair)) for state in (before, after))
+        return p - q, u - v
+
+    return nearest_s(apart, window.lasts)
+
+
+def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
+    """Return place and velocity of the second body as seen from the first."""
+    (p, u), (q, v) = (state.of_body(body) for body in pair)
+    return np.subtract(q, p), np.subtract(v, u)
 
 
 def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
@@ -367,14 +400,18 @@ def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
         looks.append(truth[0].time_s + judged.late_steps * dt_s)
     until_s = truth[need - 1].time_s + 2.0 * dt_s
     until_there = [met for met in truth if met.time_s <= until_s]
-    kept = window.law.damping.kept(window.lasts - until_s)  # as the run's own errors are told, at the window's end
+    # As the run's own errors are told, at the window's end: damping leaves the same part of all, a table does not.
+    slowing, told_s = window.law.slowing, until_s
+    kept = slowing.damping.kept(window.lasts - until_s)
+    if slowing.table_m_s2:
+        told_s = window.lasts
     costs: list[tuple[float, float, float]] = []
     finds: list[bool] = []
     for first_s in looks:
         met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
         end = (met[-1].after if met else window.start).copy()
-        end.fly(until_s - (met[-1].time_s if met else 0.0))
-        off = window.nearest(end, until_there, until_s, None)
+        end.fly(told_s - (met[-1].time_s if met else 0.0))
+        off = window.nearest(end, until_there, told_s, None)
         costs.append((off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2))
         finds.append(len(met) >= min(need, len(until_there)))
     paid = [cost for cost, found_it in zip(costs, finds, strict=True) if found_it] or costs

@@ -73,10 +73,11 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
             a, c = np.sum(u * u, axis=2)[:-1], (gap * (distance + contact))[:-1]
             root = b[:-1] ** 2 - a * c
             wait = np.where((b[:-1] < 0.0) & (root > 0.0), c / (-b[:-1] + np.sqrt(np.maximum(root, 0.0))), np.inf)
-            wait = law.damping.all_damped(wait)
+            wait = law.slowing.damping.all_damped(wait)
         wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
         wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
-        _fall_on_fixed(block, begin, pairs, pulled, gap, wait)
+        bent = np.flatnonzero((pulled > 0.0) | (law.slowing.table_m_s2 > 0.0))
+        _meet_on_bent_paths(block, begin, pairs, bent.tolist(), gap, wait)
         yield NearPairs(begin, pairs, gap, closing, wait, pulled, touching, still)
 
 
@@ -95,7 +96,8 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
     centre, reach = _reach(block, begin, end, drive)
     p, v = _seen(block, begin, end, drive)
     speeds = block.own_speed[begin:end] + drive.fastest
-    one_by_one = [k for k in walls_of_it if len(drive.legs) > 1 or not isinstance(arrays.walls[k], tuple)]
+    bends = len(drive.legs) > 1 or law.slowing.table_m_s2 > 0.0
+    one_by_one = [k for k in walls_of_it if bends or not isinstance(arrays.walls[k], tuple)]
     yield from _found_one_by_one(block, begin, end, centre, reach, one_by_one)
     numbers = np.array([k for k in walls_of_it if k not in one_by_one], dtype=np.intp)
     walls = np.array([arrays.walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
@@ -111,7 +113,7 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
         touching, still = block.place_rounding[begin:end, disc] + far, block.unit * speeds[:, disc]
         g, s = gap[:-1], speed[:-1]
         with np.errstate(divide="ignore", invalid="ignore"):
-            straight = law.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
+            straight = law.slowing.damping.all_damped(np.where(s < 0.0, g / -s, np.inf))
             root = s * s - 2.0 * pull * g
             high = np.sqrt(np.maximum(root, 0.0))
             # The root at which the gap closes, without cancellation.
@@ -179,9 +181,11 @@ def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[A
     return 0.5 * (low + high), reach
 
 
-def _fall_on_fixed(block: Block, begin: int, pairs: list[Pair], pulled: Array, gap: Array, wait: Array) -> None:
-    """Put in the waits of discs that fall onto immovable ones, which are near enough: there the path is no line."""
-    for column in np.flatnonzero(pulled > 0.0).tolist():
+def _meet_on_bent_paths(
+    block: Block, begin: int, pairs: list[Pair], columns: list[int], gap: Array, wait: Array
+) -> None:
+    """Put in the waits of pairs that are near enough: of discs that fall onto immovable ones, and of all on a table."""
+    for column in columns:
         i, j = pairs[column]
         fast = block.own_speed[begin : begin + len(wait), [i, j]].max(axis=1)
         h = block.step_s[begin : begin + len(wait)]

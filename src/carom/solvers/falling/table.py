@@ -44,8 +44,8 @@ class TableBodies(FallingBodies):
         if self.inverse_mass[i] == 0.0 or speed == 0.0:
             self.acceleration[i], self.stops[i] = (0.0, 0.0), NEVER
             return
-        rate = -self._deceleration / speed
-        self.acceleration[i] = (rate * self.vx[i], rate * self.vy[i])
+        a = -self._deceleration  # times a unit vector: over the least of speeds it would be infinite
+        self.acceleration[i] = (a * (self.vx[i] / speed), a * (self.vy[i] / speed))
         self.stops[i] = after(self.instant[i], speed / self._deceleration)
 
     def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:

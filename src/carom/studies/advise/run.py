@@ -235,8 +235,9 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 
 
 def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Return what PIT needs; None where friction, damping, a third body or a fall beside what is fixed leaves none."""
-    apart = scene.damping_per_s or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
+    """Return what PIT needs; None where friction, what slows discs, a third body or a fall onto one leaves none."""
+    slowed = scene.damping_per_s or scene.table_deceleration_m_s2
+    apart = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
     if len(scene.discs) != 2 or scene.walls or scene.arrays.rubs_discs or apart:
         return None
     windows = [impact.limit.window for impact in hardest]

@@ -68,7 +68,7 @@ def _pic(scene: Scene, trace: Trace) -> str:
     if scene.damping_per_s:
         undamped = _pic(scene.undamped, trace)
         return f"in the time in which damped discs move in straight lines, {undamped}"
-    if scene.gravity_m_s2 != (0.0, 0.0):
+    if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
         return f"event-driven along parabolas, in plain Python{walls}: {found}"
     if "crossings" in trace.counts:  # which form ran is told by what it counts
         return f"event-driven, in the compiled kernel with cells{walls}: {found}"
@@ -98,8 +98,9 @@ def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
         if reference.contact_s < math.inf:
             ends = f", and PIC is compared up to {reference.contact_s:.4g} s, where a disc {reference.contact_of_disc}"
         return f"{every}: under gravity no flight keeps its velocity{ends}"
-    if scene.damping_per_s:
-        return f"{every}: with damping no flight keeps its velocity"
+    if scene.damping_per_s or scene.table_deceleration_m_s2:
+        slows = "with damping" if scene.damping_per_s else "on a table"
+        return f"{every}: {slows} no flight keeps its velocity"
     until = "their own state shows nothing but free flight"
     if not _nothing_follows(scene, reference):
         return f"{every}, or until {until}: PIC's discs have impacts to come within twice the duration"
