@@ -2,7 +2,8 @@
 
 ``row``: of five equal discs in a line, how far the velocities at the end are from the exchanged ones, over the fastest.
 ``box``: how often the velocity of a disc turns in a box. ``leans``: by how much the normal of a contact of two spheres
-that meet off centre leaves the plane at most.
+that meet off centre leaves the plane at most. ``head_on`` and ``cradle``: as `row`, of these scenes of `classics`.
+``ladder`` and ``bank``: how often velocities turn in them.
 """
 
 from __future__ import annotations
@@ -19,9 +20,17 @@ STEP, PHASES = 1 / 60, 32
 
 
 def world_of(
-    discs: list[tuple[tuple[float, float], tuple[float, float], float]], phase: float
+    discs: list[tuple[tuple[float, float], tuple[float, float], float]],
+    phase: float,
+    walls: tuple[tuple[tuple[float, float], float], ...] = (),
+    masses: tuple[float, ...] = (),
+    coefficients: tuple[float, float] = (1.0, 1.0),
 ) -> tuple[Any, list[Any]]:
-    """Return a world of spheres on slides, each set back by a part of its first step."""
+    """Return a world of spheres on slides, each set back by a part of its first step, and of planes.
+
+    A wall is its normal and how far along that it stands; masses are 1 kg unless given. The coefficients are those of
+    discs and walls, which DART multiplies.
+    """
     world = dartpy.simulation.World()
     world.setGravity([0, 0, 0])
     world.setTimeStep(STEP)
@@ -29,20 +38,26 @@ def world_of(
     for k, ((x, y), (vx, vy), radius) in enumerate(discs):
         skeleton = dartpy.dynamics.Skeleton(f"disc {k}")
         _, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
-        elastic(body.createShapeNode(dartpy.dynamics.SphereShape(radius)))
-        body.setMass(1.0)
+        frictionless(body.createShapeNode(dartpy.dynamics.SphereShape(radius)), coefficients[0])
+        body.setMass(masses[k] if masses else 1.0)
         world.addSkeleton(skeleton)
         skeleton.setPositions([x - phase * STEP * vx, y - phase * STEP * vy])
         skeleton.setVelocities([vx, vy])
         skeletons.append(skeleton)
+    for k, (normal, offset) in enumerate(walls):
+        wall = dartpy.dynamics.Skeleton(f"wall {k}")
+        plane = dartpy.dynamics.PlaneShape([*normal, 0.0], offset)
+        frictionless(wall.createWeldJointAndBodyNodePair()[1].createShapeNode(plane), coefficients[1])
+        wall.setMobile(False)
+        world.addSkeleton(wall)
     return world, skeletons
 
 
-def elastic(node: Any) -> None:
-    """Let a shape bounce without loss or friction."""
+def frictionless(node: Any, coefficient: float) -> None:
+    """Let a shape bounce with a coefficient, and without friction."""
     node.createCollisionAspect()
     node.createDynamicsAspect()
-    node.getDynamicsAspect().setRestitutionCoeff(1.0)
+    node.getDynamicsAspect().setRestitutionCoeff(coefficient)
     node.getDynamicsAspect().setFrictionCoeff(0.0)
 
 
@@ -51,28 +66,57 @@ def row(phase: float) -> float:
     velocities = (2.5, 1.6, 0.5, -0.8, -1.9)
     places = (0.0, 0.65, 1.9, 2.45, 3.9)
     world, discs = world_of([((x, 0.0), (v, 0.0), 0.1) for x, v in zip(places, velocities, strict=True)], phase)
-    for _ in range(round(1.75 / STEP)):
-        world.step()
-    wanted = sorted(velocities)
-    return float(max(math.dist(disc.getVelocities(), (v, 0.0)) for disc, v in zip(discs, wanted, strict=True)) / 2.5)
+    return off(world, discs, 1.75, sorted(velocities)) / 2.5
 
 
 def box(phase: float) -> int:
     """Return in how many steps the velocity of the disc of `classics/box` turns."""
-    world, (disc,) = world_of([((0.7, 0.5), (5.3, 3.7), 0.2)], phase)
-    for k, (normal, offset) in enumerate((((1, 0), 0.0), ((-1, 0), -2.4), ((0, 1), 0.0), ((0, -1), -1.6))):
-        wall = dartpy.dynamics.Skeleton(f"wall {k}")
-        elastic(
-            wall.createWeldJointAndBodyNodePair()[1].createShapeNode(dartpy.dynamics.PlaneShape([*normal, 0.0], offset))
-        )
-        wall.setMobile(False)
-        world.addSkeleton(wall)
-    turns = 0
-    for _ in range(round(2.5 / STEP)):
-        before = tuple(disc.getVelocities())
+    walls = (((1.0, 0.0), 0.0), ((-1.0, 0.0), -2.4), ((0.0, 1.0), 0.0), ((0.0, -1.0), -1.6))
+    return turns(*world_of([((0.7, 0.5), (5.3, 3.7), 0.2)], phase, walls), 2.5)
+
+
+def turns(world: Any, discs: list[Any], seconds: float) -> int:
+    """Return how often the velocity of a disc turns from a step to the next."""
+    count = 0
+    for _ in range(round(seconds / STEP)):
+        before = [tuple(disc.getVelocities()) for disc in discs]
         world.step()
-        turns += math.dist(before, disc.getVelocities()) > 0.01 * math.hypot(*before)
-    return turns
+        moved = zip(before, discs, strict=True)
+        count += sum(math.dist(old, disc.getVelocities()) > 0.01 * math.hypot(*old) for old, disc in moved)
+    return count
+
+
+def off(world: Any, discs: list[Any], seconds: float, wanted: list[float]) -> float:
+    """Return how far the velocities end from those that are wanted, along x."""
+    for _ in range(round(seconds / STEP)):
+        world.step()
+    return float(max(math.dist(disc.getVelocities(), (v, 0.0)) for disc, v in zip(discs, wanted, strict=True)))
+
+
+def head_on(phase: float) -> float:
+    """Return how far off discs of 1 and 3 kg part with half of the 6 m/s that they close at, over the fastest."""
+    discs = [((-3.04, 0.0), (4.0, 0.0), 0.2), ((1.72, 0.0), (-2.0, 0.0), 0.3)]
+    return off(*world_of(discs, phase, masses=(1.0, 3.0), coefficients=(0.5**0.5, 1.0)), 1.5, [-2.75, 0.25]) / 4.0
+
+
+def cradle(phase: float) -> float:
+    """Return how far the first velocity of `classics/cradle-gaps` is from the last disc's at the end, over itself."""
+    places = (0.0, 1.08, 1.5, 2.06, 2.54)
+    world, discs = world_of([((x, 0.0), (0.0 if x else 2.0, 0.0), 0.125) for x in places], phase)
+    return off(world, discs, 1.5, [0.0, 0.0, 0.0, 0.0, 2.0]) / 2.0
+
+
+def ladder(phase: float) -> int:
+    """Return how often the disc of `classics/restitution-ladder` turns."""
+    walls = (((1.0, 0.0), 0.0), ((-1.0, 0.0), -1.7))
+    return turns(*world_of([((0.6, 0.0), (11.0, 0.3), 0.1)], phase, walls, coefficients=(1.0, 0.8)), 3.0)
+
+
+def bank(phase: float) -> int:
+    """Return how often velocities turn in `classics/bank-shot`."""
+    at = (2.317284844477174, 2.1379636333578804)
+    discs = [((-1.36, 1.22), (4.0, -3.0), 0.2), (at, (0.0, 0.0), 0.2)]
+    return turns(*world_of(discs, phase, (((0.0, 1.0), 0.0),)), 1.75)
 
 
 def lean(phase: float) -> float:
@@ -87,5 +131,6 @@ def lean(phase: float) -> float:
 
 
 phases = [k / PHASES for k in range(PHASES)]
-found = {"row": [*map(row, phases)], "box": [*map(box, phases)], "leans": [*map(lean, phases)]}
+measures = {"row": row, "box": box, "leans": lean, "head_on": head_on, "cradle": cradle, "ladder": ladder, "bank": bank}
+found = {name: [*map(measure, phases)] for name, measure in measures.items()}
 sys.stdout.write(json.dumps(found) + "\n")

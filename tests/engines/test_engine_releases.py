@@ -126,12 +126,13 @@ def test_walls_fill_the_grid_of_old_releases_of_matter(kept: Kept) -> None:
     assert bare_matter("0.18.0", kept)["cells"] == [0, 0]
 
 
-#: Of releases of DART, bare, over 32 phases: the worst row, fewest and most turns in a box, how far normals lean.
+#: Of releases of DART, bare, over 32 phases: the worst row, how far normals lean, the worst of `head-on` and the least
+#: of `cradle-gaps`; then fewest and most turns in `box`, `restitution-ladder` and `bank-shot`: 13, 8 and 3 are right.
 DART_BARE = {
-    "6.16.2": (1.1768, 0, 0, 0.3764),
-    "6.17.1": (1.1768, 22, 30, 0.3764),
-    "6.19.5": (1.1768, 22, 30, 0.3764),
-    "6.20.0": (4.56e-5, 13, 13, 0.0),
+    "6.16.2": ((1.1768, 0.3764, 7.292e-6, 0.19509), ((0, 0), (1, 1), (1, 2))),
+    "6.17.1": ((1.1768, 0.3764, 7.292e-6, 0.19509), ((22, 30), (8, 10), (3, 3))),
+    "6.19.5": ((1.1768, 0.3764, 7.292e-6, 0.19509), ((22, 30), (8, 10), (3, 3))),
+    "6.20.0": ((4.56e-5, 0.0, 1.687e-5, 4.0e-5), ((13, 13), (8, 8), (3, 3))),
 }
 
 
@@ -141,10 +142,10 @@ def test_spheres_of_dart_are_spheres_since_6_20(version: str, kept: Kept) -> Non
     script = Path(__file__).with_name("dart_releases.py")
     command = [sys.executable, str(script), str(release(kept, "pip", "dartpy", version))]
     told = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
-    row, fewest, most, lean = DART_BARE[version]
-    assert max(told["row"]) == pytest.approx(row, rel=1e-3)  # as the numbers are rounded
-    assert (min(told["box"]), max(told["box"])) == (fewest, most)
-    assert max(told["leans"]) == pytest.approx(lean, abs=5e-5)
+    errors, counts = DART_BARE[version]
+    found = (max(told["row"]), max(told["leans"]), max(told["head_on"]), min(told["cradle"]))
+    assert found == pytest.approx(errors, rel=1e-3)  # as the numbers are rounded
+    assert tuple((min(told[name]), max(told[name])) for name in ("box", "ladder", "bank")) == counts
 
 
 def told(engine: str, versions: str, kept: Kept, *scenes: str) -> dict[str, set[Moved]]:
