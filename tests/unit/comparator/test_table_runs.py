@@ -114,7 +114,8 @@ def test_another_deceleration_is_no_better_than_inaccurate(scene: Scene, factor:
     score = judged(scene, Otherwise("table_deceleration_m_s2", factor))
     assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
     assert score.local_truth is not None
-    assert score.local_truth.slipped > 1e-3  # at full speed a dt / v is 1.7e-3, and near the stop half of the part
+    # At full speed a dt / v is 1.7e-3, and near the stop half of the part; what changes by over 1 % turns by itself.
+    assert score.local_truth.slipped > 1e-3 or score.local_truth.invented > 0
 
 
 def pair() -> Scene:
