@@ -376,7 +376,6 @@ def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -
         Cause.GRAZE: f"a graze, at {wording.number(window.share, 4)} of the contact distance off centre",
         Cause.FAST: f"fast for their size, {size}",
         Cause.TURN: f"their line of centres turns fast, at {size}",
-        Cause.WALL: impact.cause.value,
     }[impact.cause]
     late = impact.limit.direction_dt_s
     direction = (

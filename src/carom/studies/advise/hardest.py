@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 from carom.errors import InputError
+from carom.scene import Scene, Wall
 from carom.studies.advise.sampling_limit import PairLimit, Window, pair_limit
-from carom.trace import Trace
+from carom.trace import Trace, wall_index
 
 #: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
 GRAZE = math.cos(math.pi / 6)
@@ -21,6 +22,7 @@ class Cause(Enum):
     FAST = "a fast small disc"
     TURN = "the line of centres turns fast"
     WALL = "a wall, which nothing passes unseen"
+    EDGE = "a wall of two sides, which a disc may pass unseen that goes further than its reach in a step"
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
     impact, scene = reference.impacts[number], reference.scene
     first, second, at = int(impact["first"]), int(impact["second"]), float(impact["time_s"])
     if second < 0:
-        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), Cause.WALL)
+        return HardImpact(at, first, second, PairLimit(None, math.inf, math.inf), _of_wall(scene, second))
     fields = ("normal", "velocity_first_before", "velocity_second_before")
     normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
@@ -90,3 +92,7 @@ def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
     )
     soft = Cause.TURN if limit.direction_dt_s < limit.miss_dt_s else Cause.FAST
     return HardImpact(at, first, second, limit, Cause.GRAZE if window.share >= GRAZE else soft)
+
+
+def _of_wall(scene: Scene, body: int) -> Cause:
+    return Cause.WALL if isinstance(scene.walls[wall_index(body)], Wall) else Cause.EDGE

@@ -131,7 +131,7 @@ class PairLimit:
     """What one impact allows a method that looks once a step.
 
     Attributes:
-        window: The two discs at contact; None for a wall, through which nothing passes unseen.
+        window: The two discs at contact; None for a wall.
         miss_dt_s: Largest step that finds it with the probability asked for.
         direction_dt_s: Largest step at which no disc's direction is wrong by more than the angle asked for.
     """

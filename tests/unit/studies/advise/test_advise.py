@@ -264,3 +264,10 @@ def test_an_impact_in_the_last_step_is_asked_for() -> None:
     assert found.lost == 0
     assert found.completed
     assert 0.0 < found.direction_error_rad < math.inf
+
+
+@pytest.mark.parametrize(("name", "cause"), [("driven/paddle", Cause.WALL), ("driven/swatter", Cause.EDGE)])
+def test_only_of_a_half_plane_it_is_said_that_nothing_passes(name: str, cause: Cause) -> None:
+    """A swatter, which a disc is beyond after one step, has another phrase than a wall without a far side."""
+    (hard,) = hardest_impacts(solve_pic(name), Demand(DEGREE))
+    assert hard.cause is cause
