@@ -62,7 +62,7 @@ def _taken(page: Page, clip: dict[str, float] | None = None) -> Image.Image:
 def take_first_screen(browser: Browser, scheme: Scheme) -> None:
     """Write the picture of the page's first screen."""
     page = _opened(browser, scheme, 1280, 900)
-    _taken(page).save(first_screen(scheme), quality=62, method=6)
+    _taken(page).save(first_screen(scheme), quality=58, method=6)
     page.close()
 
 

@@ -224,6 +224,9 @@ def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyTy
     text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
     # A hundredth of a point is nothing that an eye can see; what stands between the tags is text, and stays.
     text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
+    # Paths are read without blanks round their letters, and elements without indents.
+    text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)
+    text = re.sub(r"\n\s*<", "\n<", text)
     for colour, variable in _VARIABLES.items():
         text = text.replace(colour, f"var({variable},{colour})")
     for anchor, said in links.items():

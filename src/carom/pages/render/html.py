@@ -37,8 +37,8 @@ _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("ro
 
 #: Before what a module gives others: on a page all scripts are one.
 _EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
-#: Imports, and comments of whole lines, which are for who reads the modules.
-_IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n', re.MULTILINE)
+#: Imports, comments of whole lines and indents, which are for who reads the modules; no text of one goes over lines.
+_IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
 
 
 def html(document: Document) -> str:
