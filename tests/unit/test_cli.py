@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 import os
 import signal
 import subprocess
@@ -213,7 +214,7 @@ def test_settings_are_printed_to_paste() -> None:
 
 
 def test_help_says_what_each_command_does() -> None:
-    """`carom --help` shows the first sentence of every command whole, and `carom COMMAND --help` all of its options."""
+    """`carom --help` shows each command's first sentence whole, `carom COMMAND --help` all options, types by plain words."""
     listing = " ".join(carom_command("--help").output.split())
     commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
     assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
@@ -222,6 +223,7 @@ def test_help_says_what_each_command_does() -> None:
         shown = carom_command(name, "--help").output
         offered = [parameter for parameter in command.params if not getattr(parameter, "hidden", False)]
         assert all(option in shown for parameter in offered for option in parameter.opts if "--" in option)
+        assert not re.search(r"<\w|--[\w-]+ (str|int|float|list|path)\b", shown)
 
 
 def test_help_imports_nothing_heavy() -> None:

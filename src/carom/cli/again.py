@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from contextvars import ContextVar
+from functools import partial
 from typing import Any
 
 from typer.core import TyperCommand
 
 #: They continue a run, or print more of it: its result is the same without.
 _NO_PART = {"resume", "retry", "verbose"}
+
+#: Types by Typer's names, in the words of `carom.declared`.
+_WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
 
 _ASKED: ContextVar[str] = ContextVar("asked", default="carom")
 
@@ -19,8 +24,20 @@ def command_line() -> str:
     return _ASKED.get()
 
 
+def _plain_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
+    """Return what `--help` calls the type of an option: a word as those of declared options, or the choices."""
+    named = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
+    return "" if argument and "|" not in named else _WORDS.get(named, named)
+
+
 class Command(TyperCommand):
-    """A command that keeps what it was asked."""
+    """A command that keeps what it was asked, and names types in `--help` by plain words."""
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        for one in self.params:
+            if typed := getattr(one, "display_type", None):  # older Typers name types by plain words themselves
+                one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
 
     def invoke(self, ctx: Any) -> Any:
         """Carry it out."""
