@@ -1,8 +1,8 @@
 from __future__ import annotations
 
 import json
-import re
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -214,7 +214,7 @@ def test_settings_are_printed_to_paste() -> None:
 
 
 def test_help_says_what_each_command_does() -> None:
-    """`carom --help` shows each command's first sentence whole, `carom COMMAND --help` all options, types by plain words."""
+    """`carom --help` shows first sentences whole, `carom COMMAND --help` all options, their types by plain words."""
     listing = " ".join(carom_command("--help").output.split())
     commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
     assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
