@@ -1,0 +1,126 @@
+"""Scenes of a file in a release of pymunk, MuJoCo or Newton, bare: ``python bare_releases.py ENGINE FOLDER SCENES``.
+
+At 32 phases of the step, as JSON: of each scene and phase, places and velocities at the end.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+engine, folder, scenes = sys.argv[1:]
+sys.path.insert(0, folder)
+PHASES, FAR = 32, 100.0
+State = list[list[float]]
+
+
+def pymunk(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
+    """Run discs as circles and walls as segments 100 m long and thick, as shipped."""
+    import pymunk
+
+    space = pymunk.Space()
+    bodies = []
+    for disc, place in zip(scene["discs"], places, strict=True):
+        body = pymunk.Body(disc["mass_kg"], math.inf)
+        vx, vy = disc["velocity_m_s"]
+        body.position, body.velocity = (place[0], place[1]), (vx, vy)
+        shape = pymunk.Circle(body, disc["radius_m"])
+        shape.elasticity, shape.friction = math.sqrt(scene["restitution"]), 0.0  # the two of a pair are multiplied
+        space.add(body, shape)
+        bodies.append(body)
+    for wall in scene["walls"]:
+        (x, y), (nx, ny) = wall["point_m"], wall["normal"]
+        middle = (x - FAR * nx, y - FAR * ny)
+        first, second = [(middle[0] - side * FAR * ny, middle[1] + side * FAR * nx) for side in (-1, 1)]
+        line = pymunk.Segment(space.static_body, first, second, FAR)
+        line.elasticity, line.friction = scene["wall_restitution"] / math.sqrt(scene["restitution"]), 0.0
+        space.add(line)
+    for _ in range(steps):
+        space.step(dt)
+    return [[*body.position, *body.velocity] for body in bodies]
+
+
+def mujoco(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
+    """Run discs as free spheres and walls as planes, with a contact of -1000 that the coefficient damps."""
+    mujoco: Any = import_module("mujoco")  # without types
+
+    def contact(restitution: float) -> str:
+        # Of a linear oscillator that is let go when it is back: damping over that at which it no longer swings.
+        log = math.log(restitution) if restitution else -math.inf
+        ratio = -log / math.hypot(math.pi, log) if restitution else 1.0
+        return f'solref="-1000 {-2 * ratio * math.sqrt(1000):.17g}" condim="1"'
+
+    bodies = "".join(
+        f'<body><freejoint/><geom type="sphere" size="{disc["radius_m"]}" mass="{disc["mass_kg"]}" '
+        f"{contact(scene['restitution'])}/></body>"
+        for disc in scene["discs"]
+    ) + "".join(
+        f'<geom type="plane" size="0 0 1" pos="{wall["point_m"][0]} {wall["point_m"][1]} 0" '
+        f'zaxis="{wall["normal"][0]} {wall["normal"][1]} 0" priority="1" {contact(scene["wall_restitution"])}/>'
+        for wall in scene["walls"]
+    )
+    option = f'<option timestep="{dt!r}" gravity="0 0 0"/>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco>{option}<worldbody>{bodies}</worldbody></mujoco>")
+    data = mujoco.MjData(model)
+    for k, (disc, place) in enumerate(zip(scene["discs"], places, strict=True)):
+        data.qpos[7 * k : 7 * k + 2] = place
+        data.qvel[6 * k : 6 * k + 2] = disc["velocity_m_s"]
+    mujoco.mj_step(model, data, nstep=steps)
+    return [
+        [*map(float, data.qpos[7 * k : 7 * k + 2]), *map(float, data.qvel[6 * k : 6 * k + 2])]
+        for k in range(len(places))
+    ]
+
+
+def newton(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
+    """Run discs as spheres by XPBD on the processor, with its restitution turned on and a `gap` of 0."""
+    import numpy as np
+    import warp
+
+    warp.config.log_level = warp.LOG_ERROR
+    import newton
+
+    if scene["walls"]:
+        return []
+    builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
+    shape = builder.ShapeConfig(density=0.0, restitution=scene["restitution"], mu=0.0, gap=0.0)
+    for disc, (x, y) in zip(scene["discs"], places, strict=True):
+        at, inertia = warp.transform((x, 0.0, y), warp.quat_identity()), 0.4 * disc["mass_kg"] * disc["radius_m"] ** 2
+        body = builder.add_body(xform=at, mass=disc["mass_kg"], inertia=np.eye(3) * inertia, lock_inertia=True)
+        builder.body_qd[body] = warp.spatial_vector(
+            disc["velocity_m_s"][0], 0.0, disc["velocity_m_s"][1], 0.0, 0.0, 0.0
+        )
+        builder.add_shape_sphere(body, radius=disc["radius_m"], cfg=shape)
+    model = builder.finalize(device="cpu")
+    pipeline = newton.CollisionPipeline(model)
+    contacts, solver = pipeline.contacts(), newton.solvers.SolverXPBD(model, enable_restitution=True)
+    now, then = model.state(), model.state()
+    for _ in range(steps):
+        now.clear_forces()
+        pipeline.collide(now, contacts)
+        solver.step(now, then, None, contacts, dt)
+        now, then = then, now
+    ends = (now.body_q.numpy()[:, (0, 2)], now.body_qd.numpy()[:, (0, 2)])
+    return [[float(value) for value in row] for row in np.hstack(ends)]
+
+
+def run(scene: dict[str, Any], phase: float) -> State:
+    """Return x, y and velocity of each disc at the end, each set back by a part of its first step."""
+    dt = 1 / scene["frame_rate_hz"]
+    moved = [
+        [x - phase * dt * v for x, v in zip(disc["position_m"], disc["velocity_m_s"], strict=True)]
+        for disc in scene["discs"]
+    ]
+    return {"pymunk": pymunk, "mujoco": mujoco, "newton": newton}[engine](
+        scene, moved, round(scene["duration_s"] / dt) + 1, dt
+    )
+
+
+found = {
+    scene["name"]: [run(scene, k / PHASES) for k in range(PHASES)] for scene in json.loads(Path(scenes).read_text())
+}
+sys.stdout.write(json.dumps(found) + "\n")
