@@ -300,8 +300,9 @@ class BodyStates:
         """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
         (i, j), law, there, passed = pair, self.law, self.of_pair(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
+        # Both stop before. A hundredth is far more than either side is rounded by: whatever is nearer is solved for.
         if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
-            return math.inf  # both have stopped before
+            return math.inf
         while True:
             stops = min(law.slowing.stops_s(math.hypot(*there.velocity[disc])) for disc in there.xy)
             (x, y), (vx, vy) = there.xy[i], there.velocity[i]
