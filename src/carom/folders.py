@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -137,6 +138,11 @@ def write_file(path: Path, content: str | bytes) -> Path:
         part.unlink(missing_ok=True)
     _settle(place.parent)
     return path
+
+
+def temporary(name: str) -> Path:
+    """Return a path of that name in a new folder for temporary files; ask only when there is what to write."""
+    return Path(tempfile.mkdtemp(prefix="carom-")) / name
 
 
 def _put(path: Path, content: str | bytes) -> None:

@@ -44,10 +44,17 @@ def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
         (["nowhere.toml"], "nowhere.toml"),
     ],
 )
-def test_what_the_page_can_t_show_is_refused(words: list[str], why: str) -> None:
-    """A crowd, several scenes, an engine that no browser runs and a file of another kind are bad usage, and say why."""
+def test_what_the_page_can_t_show_is_refused(
+    words: list[str], why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A crowd, several scenes, an engine that no browser runs and a file of another kind are bad usage, and say why.
+
+    No folder is left for a page that is not written.
+    """
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     code, said = _play(*words)
     assert code == 2
+    assert [*tmp_path.iterdir()] == []
     assert why in " ".join(said.split())
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
@@ -36,7 +35,7 @@ def play(
 
     Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
     """
-    from carom.folders import write_file
+    from carom.folders import temporary, write_file
     from carom.live.installed import DEFAULT_ENGINES, page_engines
     from carom.live.opened import open_page
     from carom.live.page import page_html, with_gallery
@@ -48,8 +47,8 @@ def play(
         raise InputError(f"{scene} are {len(own)} scenes: name one")
     asked = [] if engine == ["none"] else engine
     installed = page_engines(DEFAULT_ENGINES if asked is None else asked, required=asked is not None)
-    page = Path(tempfile.mkdtemp(prefix="carom-")) / "play.html" if out is None else out
-    write_file(page, page_html(with_gallery(*own), installed))
+    html = page_html(with_gallery(*own), installed)
+    page = write_file(temporary("play.html") if out is None else out, html)
     say(f"Methods: PIC, PIT{''.join(f', {one.label}' for one in installed)}.")
     shared.say_place("page", page)
     if opened and not open_page(page.resolve()):

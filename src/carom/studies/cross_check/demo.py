@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from carom.errors import AdapterError, CaromError, InputError
-from carom.folders import write_file
+from carom.folders import temporary, write_file
 from carom.live.installed import DEFAULT_ENGINES, page_engines
 from carom.live.opened import open_page
 from carom.live.page import page_html, with_gallery
@@ -69,9 +68,8 @@ def demo(path: str | Path | None = None) -> Demo:
     if path is not None and Path(path).suffix != ".html":
         raise InputError(f"the page of the demo ends in .html, got {str(path)!r}")
     shown = _missed()
-    page = Path(tempfile.mkdtemp(prefix="carom-")) / "demo.html" if path is None else Path(path)
-    engines_here = page_engines(DEFAULT_ENGINES, required=False)
-    write_file(page, page_html(with_gallery(all_scenes()[_SCENE].scene), engines_here))
+    html = page_html(with_gallery(all_scenes()[_SCENE].scene), page_engines(DEFAULT_ENGINES, required=False))
+    page = write_file(temporary("demo.html") if path is None else Path(path), html)
     return Demo(shown, page.resolve(), open_page(page.resolve()))
 
 
