@@ -251,6 +251,7 @@ def test_pybullet_keeps_nothing_of_one_world_in_the_next(named: Named) -> None:
     assert first == second
 
 
+@pytest.mark.long
 def test_box2d_survives_warnings_that_are_errors() -> None:
     """Where warnings are errors, importing Box2D ends the process; its adapter doesn't let it come to that."""
     program = (

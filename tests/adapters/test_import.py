@@ -39,7 +39,8 @@ def ball(space: pymunk.Space, x: float, y: float, radius: float = 0.5, *, elasti
     return body
 
 
-@pytest.mark.parametrize("protocol", long_after(1, range(pickle.HIGHEST_PROTOCOL, -1, -1)))
+@pytest.mark.long
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL, -1, -1))
 def test_a_scene_that_becomes_a_space_comes_back(tmp_path: Path, protocol: int) -> None:
     """The space that the printed settings build, pickled by pymunk's own means, is the scene that it was built from."""
     adapter = load_adapter("pymunk")
@@ -107,6 +108,7 @@ def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
         assert what in told
 
 
+@pytest.mark.long
 def test_pixels_become_metres_and_the_run_stays_the_same(tmp_path: Path) -> None:
     """A space in pixels is the scene in metres: lengths over the pixels of a metre, times and masses as they are."""
     space = pymunk.Space()
@@ -163,16 +165,14 @@ def carom_function(body: pymunk.Body, gravity: tuple[float, float], damping: flo
     pymunk.Body.update_velocity(body, gravity, damping, dt)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("content", "words"),
-    long_after(
-        1,
-        [
-            (pickle.dumps([1, 2]), "it holds a list, where a pymunk.Space must be"),
-            (b"no pickle", "it is no pickle of a pymunk.Space"),
-            (pickle.dumps(pymunk.Space()), "must hold at least one disc"),
-        ],
-    ),
+    [
+        (pickle.dumps([1, 2]), "it holds a list, where a pymunk.Space must be"),
+        (b"no pickle", "it is no pickle of a pymunk.Space"),
+        (pickle.dumps(pymunk.Space()), "must hold at least one disc"),
+    ],
 )
 def test_a_file_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: bytes, words: str) -> None:
     """What is no space, or has no disc, is told so by the file's name."""

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from tests.adapters.test_code import CORNER
-from tests.lengths import long_after
 
 from carom import Disc, Scene, Wall
 from carom.errors import AdapterError
@@ -22,7 +21,8 @@ def model_of(scene: Scene, profile: str, folder: Path) -> Path:
     return path
 
 
-@pytest.mark.parametrize("profile", long_after(1, ["tuned", "default"]))
+@pytest.mark.long
+@pytest.mark.parametrize("profile", ["tuned", "default"])
 def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -> None:
     """The model that the printed settings are, with its start, is the scene that it was made of, at its mass unit."""
     scene = import_scene(model_of(CORNER, profile, tmp_path), duration_s=1.0).scene
@@ -97,18 +97,16 @@ def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
         assert what in told
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("text", "words"),
-    long_after(
-        1,
-        [
-            ("no model", "it is no XML"),
-            ("<mujoco><worldbody><geom type='sphere'/></worldbody></mujoco>", "MuJoCo compiles no model of it"),
-            ("<mujoco><include file='/etc/hostname'/></mujoco>", "its <include> names another file"),
-            ("<mujoco><asset><mesh file='/etc/hostname'/></asset></mujoco>", "its <mesh> names another file"),
-            ("<mujoco/>", "must hold at least one disc"),
-        ],
-    ),
+    [
+        ("no model", "it is no XML"),
+        ("<mujoco><worldbody><geom type='sphere'/></worldbody></mujoco>", "MuJoCo compiles no model of it"),
+        ("<mujoco><include file='/etc/hostname'/></mujoco>", "its <include> names another file"),
+        ("<mujoco><asset><mesh file='/etc/hostname'/></asset></mujoco>", "its <mesh> names another file"),
+        ("<mujoco/>", "must hold at least one disc"),
+    ],
 )
 def test_a_file_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, text: str, words: str) -> None:
     """What is no model, or names other files, which are not read, or has no disc, is told so by the file's name."""

@@ -29,6 +29,7 @@ def test_pic_comes_to_the_bits_that_the_page_says() -> None:
     assert f"| pic | default | 4 of 4 | {row} |" in determinism.PAGE.read_text(encoding="utf-8")
 
 
+@pytest.mark.long
 def test_a_run_that_ends_its_process_is_not_the_same() -> None:
     """An engine that is not there fails in a process of its own: that is told as ended, and counts as not the same."""
     assert determinism.in_threads("no-such-engine", "default", "") == "ended"

@@ -194,6 +194,7 @@ def test_what_is_reported_gains_nothing(begins: str) -> None:
     require(score, Grade.WRONG, Grade.WRONG, Verdict.PASSED_THROUGH, "its states decide")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("told", [False, True])
 def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
     """PIT's states in a crowd are another path, each step of which is right to sampling: never exact, never close."""

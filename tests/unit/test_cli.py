@@ -125,6 +125,7 @@ def test_an_unavailable_engine_that_was_asked_for_is_exit_code_3(
     assert "it is on strike" in result.output
 
 
+@pytest.mark.long
 def test_nothing_that_could_be_run_is_exit_code_3(tmp_path: Path) -> None:
     """A scene that no engine asked for supports conforms to nothing: exit code 3, with the reason."""
     path = tmp_path / "mine.toml"

@@ -72,6 +72,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert str(tmp_path / "journal.jsonl") in result.output
 
 
+@pytest.mark.long
 def test_ctrl_c_before_the_first_cell_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Interrupted before anything is finished, the command ends with 130 and names no journal, for there is none."""
     monkeypatch.setattr(campaign.TableCell, "answer", _interrupted)

@@ -37,6 +37,7 @@ def test_a_certified_run_and_its_horizon_take_a_name() -> None:
     assert carom.horizon(NAME) == carom.horizon(SCENE)
 
 
+@pytest.mark.long
 def test_a_run_takes_a_name_and_the_scenes_frame() -> None:
     """A run without a step takes the scene's own frame, in which PIT misses this impact."""
     trace = carom.run(NAME, "pit")

@@ -29,7 +29,7 @@ from carom.solvers.run import Run
 from carom.trace import Outcome
 
 #: Scenes of a kind, and how many times as many with `-m long`.
-SCENES, MORE = 24, 20
+SCENES, MORE = 8, 60
 #: Of the kinds of few discs there are more; half of all scenes are rough.
 TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6)
 GRAVITY = (0.25, -1.0)

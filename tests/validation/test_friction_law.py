@@ -104,6 +104,7 @@ def test_impacts_of_extreme_sizes_are_those_of_the_exact_law() -> None:
         assert worst_of_impact(start, impact_array([record])[0], spin_array([record])[0]) < ULPS, number
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("wall", [False, True])
 def test_between_stick_and_slide_both_branches_are_exact(wall: bool) -> None:
     """On a lattice of dyadic numbers full of ties of stick and slide the result is the exact law's, bit for bit.

@@ -31,6 +31,7 @@ def test_energy_and_momentum_over_a_million_impacts() -> None:
     assert own.momentum(own.mixed_gas(), 1_000_000) <= 1e-12
 
 
+@pytest.mark.long
 def test_no_two_bodies_overlap_beyond_rounding() -> None:
     """Over a hundred thousand impacts the deepest overlap is what rounding of the instant and of places explains."""
     assert own.overlap(own.mixed_gas(), IMPACTS) <= 1.0

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.lengths import long_after
 from tests.unit.program.programs import manifest_of
 
 from carom.conformance.known_failures import FILE_NAME
@@ -122,7 +121,8 @@ def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(run_pytest: Py
         assert message in done.stderr, done.stderr
 
 
-@pytest.mark.parametrize(("option", "what"), long_after(1, [("time", "seconds"), ("memory", "megabytes")]))
+@pytest.mark.long
+@pytest.mark.parametrize(("option", "what"), [("time", "seconds"), ("memory", "megabytes")])
 def test_a_wrong_limit_is_refused_by_its_name(option: str, what: str, run_pytest: Pytest) -> None:
     """Pytest's options of the limits are refused as `carom run` refuses its own, under the names that pytest has."""
     done = run_pytest("--carom-engine", "pit", f"--carom-{option}-limit", "0")

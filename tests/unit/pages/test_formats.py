@@ -157,6 +157,7 @@ def one_scene(results: Results) -> Results:
     return replace(results, rows=tuple(row for row in results.rows if row.job.scene.name == "paper/late"))
 
 
+@pytest.mark.long
 def test_report_is_the_same_when_written_again(results: Results, folder: Path, tmp_path: Path) -> None:
     """The same results give the same bytes, so that a committed report differs only where its results do."""
     write_report(results, tmp_path)

@@ -99,6 +99,7 @@ def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path) -> None:
         os.kill(int(pid.read_text()), 0)
 
 
+@pytest.mark.long
 def test_a_run_in_python_takes_a_manifest(tmp_path: Path) -> None:
     """`carom.run` finds an engine by its manifest as the command line does."""
     scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)

@@ -200,6 +200,7 @@ def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_pa
     assert load_manifest(path).missing(tmp_path) == reason
 
 
+@pytest.mark.long
 def test_another_release_comes_from_its_folder(tmp_path: Path) -> None:
     """`--path` is looked in first: the version is that of the release there."""
     lay(tmp_path / "other", "talkative", {}, version="3.0")

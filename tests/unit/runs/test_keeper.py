@@ -62,6 +62,7 @@ def pipe() -> Iterator[tuple[int, int]]:
         os.close(end)
 
 
+@pytest.mark.long
 def test_it_ends_when_it_is_told_to(pipe: tuple[int, int], tmp_path: Path) -> None:
     """Told to end, it takes along what left its session, though its input is held open."""
     keeper = subprocess.Popen(KEEPER, stdin=pipe[0], stdout=subprocess.DEVNULL, cwd=tmp_path)

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from tests.stage import disc_at, staged
 
-import carom
 from carom import solve_pic
 from carom.adapter import Capabilities, Engine, Observation, Profile, Scene, Setting
 from carom.errors import AdapterError
+from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.scenes import all_scenes
 
@@ -110,7 +110,7 @@ def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, ste
     """A last step that reaches beyond the end is taken back by what the wall leaves of gravity, not by all of it."""
     scene = all_scenes()[name].scene
     scene = scene.model_copy(update={"duration_s": scene.duration_s * 0.9973})
-    truth, seen = solve_pic(scene), carom.run(scene, "pic", dt=1 / steps_per_s)
+    truth, seen = solve_pic(scene), observe_run(load_adapter("pic"), scene, "tuned", 1 / steps_per_s)
     assert seen.end_time_s == scene.duration_s
     assert np.abs(seen.final_velocity_m_s - truth.final_velocity_m_s).max() <= 1e-12
     assert np.abs(seen.final_position_m - truth.final_position_m).max() <= 1e-12

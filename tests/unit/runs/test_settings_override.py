@@ -101,6 +101,7 @@ def test_a_value_of_another_kind_is_refused(settings: dict[str, Setting], words:
         tried_by(engine_of("pymunk"), settings, ["tuned"], 1 / 60, pool)
 
 
+@pytest.mark.long
 def test_an_unknown_setting_is_refused_with_those_that_there_are(scene: Scene) -> None:
     """A setting that no profile and no knob has is refused for the engine that lacks it, with its names."""
     with pytest.raises(

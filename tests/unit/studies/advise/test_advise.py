@@ -170,6 +170,7 @@ def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
         assert answer.fails.dt_s <= 1.5 * answer.passes.dt_s * (1 + 1e-9)
 
 
+@pytest.mark.long
 def test_what_cannot_run_the_scene_is_not_searched_and_what_can_not_take_a_step_does_not_fail_at_it() -> None:
     """PyBullet's default is clamped at 100 m/s: no row. Box2D moves nothing by 2 m a step: no larger one is run."""
     for module in ("Box2D", "pybullet"):

@@ -197,12 +197,14 @@ def test_run_gives_the_trace_of_the_method_itself(scene: Scene) -> None:
     assert through.samples.position_m.shape == (121, 2, 2)
 
 
+@pytest.mark.long
 def test_pit_through_the_seam_is_pit(scene: Scene) -> None:
     """PIT through the seam finds the impacts that PIT finds when called directly."""
     direct, through = carom.solve_pit(scene, frame_rate_hz=60), carom.run(scene, "pit", dt=1 / 60)
     assert (direct.impacts == through.impacts).all()
 
 
+@pytest.mark.long
 def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
     """However small the step, a trace holds a few thousand states, evenly spaced, the first at time 0."""
     scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1)

@@ -290,6 +290,7 @@ def test_runs_without_a_common_cell_are_refused(write: Write) -> None:
         diff(write("old", {"a": right}), write("new", {"a": Status.UNAVAILABLE}))
 
 
+@pytest.mark.long
 def test_every_medium_shows_the_change_and_escapes_names(write: Write) -> None:
     """Markdown and page begin with the sum; a name is text in both; what is too much for one is on the other."""
     engines: Engines = {f"<b>{k}|": sideways(0.0) for k in range(MOST_ROWS + 2)}

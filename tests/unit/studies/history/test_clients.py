@@ -131,6 +131,7 @@ def test_pip_lays_a_release_with_what_it_lacks_here(wheels: Path, tmp_path: Path
         assert {path.name for path in folder.glob("*.py")} == {f"{one.partition('==')[0]}.py" for one in holds}
 
 
+@pytest.mark.long
 def test_pip_takes_no_source_distribution(wheels: Path, tmp_path: Path) -> None:
     """One would run a program of its author's: there is no release, and nothing of it ran."""
     source = tmp_path / "caromtoy-3.0"

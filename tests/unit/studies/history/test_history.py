@@ -128,6 +128,7 @@ def test_the_release_that_changed_a_cell_is_found(
     assert (found.last, found.first) == (last, first)
 
 
+@pytest.mark.long
 def test_where_nothing_changed_no_release_is_found(registry: Toys, tmp_path: Path) -> None:
     """Two releases are asked, and no more."""
     assert bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked("1.2", "1.3")) is None

@@ -50,6 +50,7 @@ def test_the_methods_are_told_apart(results: StressResults) -> None:
     assert "gravity" in cells["rapier-97", "pic/tuned"].reason or cells["rapier-97", "pic/tuned"].value is not None
 
 
+@pytest.mark.long
 def test_a_number_can_be_had_again_from_its_file(results: StressResults, folder: Path) -> None:
     """Running the file beside PIT's number shows the miss that the cell tells of."""
     scene = load_scene(folder / results.spots["tunnelling", "pit/tuned"].scenes[0])
