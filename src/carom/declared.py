@@ -18,6 +18,7 @@ from typing import Any, ClassVar, Self
 
 from carom.errors import InputError
 from carom.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
+from carom.number_text import number
 from carom.text import shown
 
 
@@ -205,7 +206,7 @@ def megabytes() -> ValueKind:
 
 def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
     """Return steps; `read` reads a text that may say several, as `also` says."""
-    limits = f"above 0: from {SMALLEST:.3g} to {LARGEST:.3g}"
+    limits = f"above 0: from {number(SMALLEST, 3)} to {number(LARGEST, 3)}"
     said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
     return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction)
 

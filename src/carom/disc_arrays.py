@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from carom.driving import Drive
 from carom.errors import InputError
 from carom.limits import LARGEST, ORDINARY, require_within
+from carom.number_text import number
 from carom.outline import Outline
 from carom.overlap import Overlap, overlaps
 
@@ -107,7 +108,7 @@ class DiscArrays:
     def _require_sound_turning(self) -> None:
         for name in ("friction", "wall_friction"):
             if not 0 <= getattr(self, name) <= LARGEST:
-                raise InputError(f"{name} must be a number from 0 to {LARGEST:.3g}, got {getattr(self, name)}")
+                raise InputError(f"{name} must be a number from 0 to {number(LARGEST, 3)}, got {getattr(self, name)}")
         for name in ("tangential_restitution", "wall_tangential_restitution"):
             if not -1 <= getattr(self, name) <= 1:
                 raise InputError(f"{name} must lie in -1 to 1, got {getattr(self, name)}")
@@ -117,7 +118,7 @@ class DiscArrays:
                 raise InputError(f"{name} must have the shape {(len(self),)}, got {array.shape}")
         spin, inertia = self.spins, self.inertia
         if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
-            raise InputError(f"inertia_factor must lie in {1 / ORDINARY:.3g} to 1, or be infinite, everywhere")
+            raise InputError(f"inertia_factor must lie in {number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere")
         if np.any(spin[self._stands | (self.movable & (inertia == math.inf))]):
             raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
 

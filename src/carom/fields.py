@@ -22,6 +22,7 @@ from pydantic import (
 from carom.arguments import shown
 from carom.errors import Problem, SceneError
 from carom.limits import LARGEST, ORDINARY, SMALLEST, beyond
+from carom.number_text import number
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -47,7 +48,7 @@ def _mass_of_size(mass: float) -> float:
 
 def _inertia_of_size(factor: float) -> float:
     if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
-        least = f"{1.0 / ORDINARY:.3g}"
+        least = number(1.0 / ORDINARY, 3)
         raise ValueError(f'must lie between {least} and 1, where all mass is in the rim, or be "inf" for no turning')
     return factor
 

@@ -15,6 +15,7 @@ import math
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
+from carom.number_text import number
 
 if TYPE_CHECKING:
     import numpy as np
@@ -65,7 +66,11 @@ MOST_MB = 1e9
 
 def beyond(least: float, most: float) -> str:
     """Return what to say of a number that is not between two limits."""
-    span = f"lie between {least:.3g} and {most:.3g}" if least > 0.0 else f"be at most {most:.3g} in magnitude"
+    span = (
+        f"lie between {number(least, 3)} and {number(most, 3)}"
+        if least > 0.0
+        else f"be at most {number(most, 3)} in magnitude"
+    )
     return f"must {span} (measure in other units)"
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.broad_phase import near_pairs, near_walls
+from carom.number_text import metres
 from carom.outline import Outline
 
 Floats = NDArray[np.float64]
@@ -108,7 +109,7 @@ def _of_discs(
                 j,
                 i,
                 f"must not overlap {name.format(i)} at the start, got {tuple(position[j].tolist())}: "
-                f"the two overlap by {-gap[k]:.3g} m; move them apart",
+                f"the two overlap by {metres(-gap[k])}; move them apart",
             )
 
 
@@ -132,7 +133,7 @@ def _of_walls(
                 i,
                 k,
                 f"must not overlap {name.format(k)} at the start, got {tuple(position[i].tolist())}: "
-                f"the disc reaches {-gap[n]:.3g} m into it; move the disc, or turn the wall's normal round",
+                f"the disc reaches {metres(-gap[n])} into it; move the disc, or turn the wall's normal round",
             )
 
 
@@ -158,7 +159,7 @@ def _of_outlines(
             yield Overlap(i, k, f"{found}the disc is inside it, and it is solid; move the disc")
         else:
             edge = "" if wall.radius is not None else f"edge {wall.nearest(x, y).edge} of "
-            yield Overlap(i, k, f"{found}the disc reaches {-gap:.3g} m into {edge}it; move the disc")
+            yield Overlap(i, k, f"{found}the disc reaches {metres(-gap)} into {edge}it; move the disc")
 
 
 def _near_outlines(

@@ -34,6 +34,7 @@ from carom.fields import (
     Vector,
 )
 from carom.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
+from carom.number_text import number
 from carom.shorthand import with_shorthand, written_out
 from carom.sizes import span_problems
 from carom.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
@@ -403,7 +404,7 @@ def steps_to_cover(duration_s: float, dt_s: float) -> int:
     whole, part = a * d, b * c  # the quotient is whole / part
     if whole > MOST_STEPS * part:
         raise InputError(
-            f"a step must be at least {1 / MOST_STEPS:.3g} of the scene's duration ({duration_s} s), "
+            f"a step must be at least {number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} s), "
             f"got {dt_s}: lengthen it, or shorten the scene"
         )
     nearest = (2 * whole + part) // (2 * part)

@@ -15,6 +15,7 @@ import numpy as np
 from carom.disc_arrays import DiscArrays, wall_lengths
 from carom.errors import Problem
 from carom.limits import SPAN
+from carom.number_text import metres, number
 from carom.outline import Outline
 
 Vector = tuple[float, float]
@@ -68,11 +69,11 @@ class Sizes(NamedTuple):
 def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
     """Yield what spans too much."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
-    least = f"{1.0 / SPAN:.3g}"
+    least = number(1.0 / SPAN)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(
             ("discs", int(start.radius_m.argmin()), "radius_m"),
-            f"must be at least {least} of the greatest length in the scene, {sizes.length:.3g} m, "
+            f"must be at least {least} of the greatest length in the scene, {metres(sizes.length)}, "
             f"got {sizes.radius}; leave out what is so small, or so far away",
         )
     for index, wall in enumerate(start.walls):
@@ -81,20 +82,20 @@ def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) ->
     if sizes.heaviest > SPAN * sizes.lightest:
         yield Problem(
             ("discs", int(start.mass_kg.argmin()), "mass_kg"),
-            f"must be at least {least} of the greatest finite mass in the scene, {sizes.heaviest:.3g} kg, "
+            f"must be at least {least} of the greatest finite mass in the scene, {number(sizes.heaviest, 3)} kg, "
             f"got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
         )
     if sizes.speed > 0.0 and SPAN * sizes.way < sizes.length:
         yield Problem(
             ("duration_s",),
             f"must be so long that the fastest disc moves by {least} of the greatest length in the scene, "
-            f"{sizes.length:.3g} m, got {sizes.duration}: it moves by {sizes.way:.3g} m; lengthen it",
+            f"{metres(sizes.length)}, got {sizes.duration}: it moves by {metres(sizes.way)}; lengthen it",
         )
     if not sizes.way <= SPAN * sizes.radius:
         yield Problem(
             ("duration_s",),
-            f"must be so short that no disc flies further than {SPAN:.3g} times the smallest radius, "
-            f"got {sizes.duration}: the way is {sizes.way:.3g} m; shorten it",
+            f"must be so short that no disc flies further than {number(SPAN, 3)} times the smallest radius, "
+            f"got {sizes.duration}: the way is {metres(sizes.way)}; shorten it",
         )
 
 
@@ -103,6 +104,6 @@ def _short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem
         if greatest > SPAN * (length := math.dist(a, b)):
             yield Problem(
                 ("walls", index, "points_m", (edge + 1) % len(wall.points)),
-                f"makes edge {edge} {length:.3g} m long, which must be at least {1.0 / SPAN:.3g} of the greatest "
-                f"length in the scene, {greatest:.3g} m; leave the point out",
+                f"makes edge {edge} {metres(length)} long, which must be at least {number(1.0 / SPAN)} of the greatest "
+                f"length in the scene, {metres(greatest)}; leave the point out",
             )

@@ -17,6 +17,7 @@ from carom.driving import Drive
 from carom.errors import Problem, SceneError
 from carom.fields import Direction, Friction, Model, Number, Since, Vector
 from carom.limits import LARGEST, MOST_LEGS, MOST_WALLS, SMALLEST
+from carom.number_text import metres, number
 from carom.outline import Outline
 from carom.outline_checks import meetings
 
@@ -247,7 +248,7 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
     for k, bulge in enumerate(chain.bulges[:edges]):
         chord = math.dist(chain.points_m[k], chain.points_m[(k + 1) % points])
         if bulge and not chord * (1.0 / abs(bulge) + abs(bulge)) / 4.0 <= LARGEST:
-            yield Problem(("bulges", k), f"makes edge {k} an arc of a radius above {LARGEST:.3g} m: 0 is straight")
+            yield Problem(("bulges", k), f"makes edge {k} an arc of a radius above {metres(LARGEST)}: 0 is straight")
     if chain.solid and not chain.closed:
         yield Problem(("solid",), "needs closed = true: an open chain has no inside")
     for k in range(edges):
@@ -256,7 +257,10 @@ def _shape_problems(chain: Chain) -> Iterator[Problem]:
         if a == b:
             yield Problem(place, f"must not be where edge {k} begins, got {a}: it has no length")
         elif (length := math.dist(a, b)) < SMALLEST:
-            yield Problem(place, f"makes edge {k} {length:.3g} m long: {SMALLEST:.3g} m is the least, as of a radius")
+            yield Problem(
+                place,
+                f"makes edge {k} {metres(length)} long: {metres(SMALLEST)} is the least, as of a radius",
+            )
 
 
 def _crossing_problems(chain: Chain) -> Iterator[Problem]:
@@ -264,7 +268,7 @@ def _crossing_problems(chain: Chain) -> Iterator[Problem]:
         yield Problem(
             ("points_m",),
             "must not cross, touch or run back over itself other than at its joints: "
-            f"edge {met.second} meets edge {met.first} at ({met.x:.6g}, {met.y:.6g})",
+            f"edge {met.second} meets edge {met.first} at ({number(met.x, 6)}, {number(met.y, 6)})",
         )
 
 

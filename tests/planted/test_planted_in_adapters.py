@@ -32,7 +32,7 @@ SAID: dict[str, tuple[Grade, dict[Verdict, str]]] = {
     "told-before": (Grade.INACCURATE, {Verdict.TURNS: f"{0.5 / SPEED:.3g} of the scene's speed"}),
     "told-stamped-early": (
         Grade.INACCURATE,
-        {Verdict.EARLY: "0.5 dt", Verdict.DRIFTS: f"{SPEED * DT / 2 / LENGTH:.3g}"},
+        {Verdict.EARLY: "0.5 steps", Verdict.DRIFTS: f"{SPEED * DT / 2 / LENGTH:.3g}"},
     ),
     "dropped": (Grade.WRONG, {Verdict.MISSED: "1 of 2", Verdict.TURNS: "1 of the scene's speed"}),
     "told-dropped": (Grade.WRONG, {Verdict.MISSED: "1 of 2", Verdict.TURNS: "1 of the scene's speed"}),

@@ -99,6 +99,20 @@ def test_the_documents_are_in_british_english() -> None:
     assert found == []
 
 
+def test_numbers_are_rounded_for_a_reader_in_one_place() -> None:
+    """Only `carom.number_text` rounds for a reader: 17 digits are the very float, and what two modules cut goes on."""
+    computed = {"studies/stress/attack.py", "pages/replay.py"}
+    found = [
+        (path, ast.unparse(node))
+        for path, tree in trees().items()
+        if path not in {"number_text.py", *computed}
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FormattedValue | ast.Constant)
+        and re.search(r":\.\d+g\b", ast.unparse(node).replace(":.17g", ""))
+    ]
+    assert found == []
+
+
 # CONTRIBUTING's table of words ----------------------------------------------------------------------------------------
 
 

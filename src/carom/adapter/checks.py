@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from carom.adapter.protocol import Capabilities
 from carom.errors import AdapterError
+from carom.number_text import number
 from carom.scene import Disc, Need, Scene
 from carom.trace import Setting
 
@@ -117,7 +118,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
         return (
             f"discs fall onto what does not fall, and this profile cuts its steps: an engine's step of {dt_s:g} s "
             "leaves the parabola by g dt^2/2, and where steps end at the impact, each bounce gains or loses up to g dt "
-            f"({gained:.3g} m/s) by that"
+            f"({number(gained, 3)} m/s) by that"
         )
     low, high = capabilities.restitution
     used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []

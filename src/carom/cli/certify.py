@@ -11,6 +11,7 @@ import typer
 
 from carom.cli import shared
 from carom.cli.asked import asking
+from carom.number_text import number
 from carom.solvers.certified.options import CertifyOptions
 
 if TYPE_CHECKING:
@@ -73,4 +74,4 @@ def certify(
 
 def _progress(show: Progress, scene: Scene, most: int | None, impacts: int, time_s: float, bits: int) -> None:
     done, total = (round(100 * time_s / scene.duration_s), 100) if most is None else (impacts, most)
-    show(done, total, f"{impacts} impacts to {time_s:.4g} s with {bits} bits")
+    show(done, total, f"{impacts} impacts to {number(time_s, 4)} s with {bits} bits")

@@ -22,6 +22,7 @@ from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.touches import LAST, ContactQuality, Ends, ends, kept, touches
+from carom.number_text import instant, metres, number, seconds
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
@@ -307,24 +308,24 @@ def in_contact(score: ContactScore) -> str:
     """Return how far a run is off in contact, as the reason of a verdict."""
 
     def told(errors: ContactErrors) -> str:
-        rim = f" and {errors.rim_m_s:.3g} m/s of the rim" if errors.rim_m_s else ""
-        return f"{errors.place_m:.3g} m, {errors.velocity_m_s:.3g} m/s{rim}"
+        rim = f" and {number(errors.rim_m_s, 3)} m/s of the rim" if errors.rim_m_s else ""
+        return f"{metres(errors.place_m)}, {number(errors.velocity_m_s, 3)} m/s{rim}"
 
     pit = f"; PIT by {told(score.pit)}" if score.pit is not None else ""
     wrong = "; stands still where it moves" if score.frozen else ""
     if score.beyond_m < 0.5 * score.own.place_m:
-        wrong += f"; all but {score.beyond_m:.3g} m is half a step of an integrator's, v dt / 2"
+        wrong += f"; all but {metres(score.beyond_m)} is half a step of an integrator's, v dt / 2"
     place, speed = (THRESHOLDS.close * part for part in score.allowed[:2])
     if abs(score.kept.gap_m) > place:
-        wrong += f"; held {abs(score.kept.gap_m):.3g} m {'off' if score.kept.gap_m > 0.0 else 'inside'} its wall"
+        wrong += f"; held {metres(abs(score.kept.gap_m))} {'off' if score.kept.gap_m > 0.0 else 'inside'} its wall"
     if score.rest_m_s > speed:
-        wrong += f"; still at {score.rest_m_s:.3g} m/s on average where it rests"
+        wrong += f"; still at {number(score.rest_m_s, 3)} m/s on average where it rests"
     if score.kept.hop_m_s > speed:
-        part = f", taking off in {100.0 * score.kept.take_offs:.2g} % of the states" if score.kept.take_offs else ""
-        wrong += f"; hops at {score.kept.hop_m_s:.3g} m/s in contact{part}"
+        part = f", taking off in {number(100.0 * score.kept.take_offs)} % of the states" if score.kept.take_offs else ""
+        wrong += f"; hops at {number(score.kept.hop_m_s, 3)} m/s in contact{part}"
     for what, late_s, most_s in zip(("bounces", "slips"), score.late, score.late_allowed, strict=True):
         if abs(late_s) > most_s:
-            wrong += f"; its {what} end {abs(late_s):.3g} s {'late' if late_s > 0.0 else 'early'}"
+            wrong += f"; its {what} end {seconds(abs(late_s))} {'late' if late_s > 0.0 else 'early'}"
     if score.momentum_m_s > THRESHOLDS.close * score.allowed.velocity_m_s:
-        wrong += f"; angular momentum about the wall, which no friction changes, by {score.momentum_m_s:.3g} m/s"
-    return f"from {score.begin_s:.6g} s on by up to {told(score.own)}{wrong}{pit}"
+        wrong += f"; angular momentum about the wall, which no friction changes, by {number(score.momentum_m_s, 3)} m/s"
+    return f"from {instant(score.begin_s)} on by up to {told(score.own)}{wrong}{pit}"

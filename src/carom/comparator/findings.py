@@ -26,6 +26,7 @@ from carom.comparator.step_findings import (
 )
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
+from carom.number_text import instant, number, seconds
 from carom.trace import Outcome, pair_name
 
 #: What a disc does that neither comes to rest nor slides or rolls, by how the reference ended.
@@ -51,28 +52,30 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
         found.append(Finding(Verdict.UNCOMPARED, "whether sampling explains the errors is not known"))
     if evidence.nothing_compared and evidence.contact is None:
         times = evidence.reference.impacts["time_s"]
-        first = f"the first impact, at {times[0]:.6g} s, lies beyond it" if len(times) else "there is none in the scene"
-        found.append(Finding(Verdict.NOTHING_COMPARED, f"{evidence.reach.until_s:.6g} s; {first}"))
+        first = (
+            f"the first impact, at {instant(times[0])}, lies beyond it" if len(times) else "there is none in the scene"
+        )
+        found.append(Finding(Verdict.NOTHING_COMPARED, f"{instant(evidence.reach.until_s)}; {first}"))
     if not found and not evidence.reach.impacts and evidence.reach.whole:
         local = evidence.local_truth
         steps = "; every step agrees with free flight to rounding" if local is not None and local.agrees_alone else ""
-        found.append(Finding(Verdict.NO_IMPACT, f"{evidence.scales.time_s:.6g} s of free flight{steps}"))
+        found.append(Finding(Verdict.NO_IMPACT, f"{instant(evidence.scales.time_s)} of free flight{steps}"))
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
         unknown = "".join(f"; not told apart: {finding.reason}" for finding in _not_told(evidence))
-        until = "" if evidence.reach.whole else f" up to the horizon, {evidence.reach.until_s:.6g} s"
+        until = "" if evidence.reach.whole else f" up to the horizon, {instant(evidence.reach.until_s)}"
         looked = not (evidence.reach.whole or crushed or evidence.local_truth is None)
         rest = "; to the end every step agrees with PIC from its own state" if looked else ""
         reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{unknown}{rest}"
         if (contact := evidence.contact) is not None:
-            reason += f"; from {contact.begin_s:.6g} s on {contact.looks} states are as Coulomb's law says"
+            reason += f"; from {instant(contact.begin_s)} on {contact.looks} states are as Coulomb's law says"
         found.append(Finding(Verdict.CONFORMS, reason))
     if evidence.reference.contact_s < math.inf:
         beyond = "its states were not looked at" if evidence.local_truth is None else "steps are compared to the end"
         if crushed:
             beyond = "nothing is compared"
         there = _OTHERWISE.get(evidence.reference.outcome, "")
-        found.append(Finding(Verdict.RESTED, f"at {evidence.reference.contact_s:.6g} s{there}; from there {beyond}"))
+        found.append(Finding(Verdict.RESTED, f"at {instant(evidence.reference.contact_s)}{there}; from there {beyond}"))
     return tuple(found)
 
 
@@ -96,7 +99,7 @@ def _convention(evidence: Evidence) -> Iterator[Finding]:
         return
     reason = (
         f"{len(reference.ambiguous)} of {len(reference.impacts)} impacts share a disc with another at the very same "
-        f"instant, the first at {match.group.time_s:.6g} s"
+        f"instant, the first at {instant(match.group.time_s)}"
     )
     count = len(match.outcomes)
     if match.nearest is None:
@@ -104,9 +107,11 @@ def _convention(evidence: Evidence) -> Iterator[Finding]:
     else:
         which = f"admissible outcome {match.nearest + 1} of {count} ({match.outcomes[match.nearest].how})"
         if match.matches:
-            reason += f"; matches {which}, to {match.distance:.2g} of the speed"
+            reason += f"; matches {which}, to {number(match.distance)} of the speed"
         else:
-            reason += f"; matches none of {count} admissible outcomes: {match.distance:.3g} of the speed from {which}"
+            reason += (
+                f"; matches none of {count} admissible outcomes: {number(match.distance, 3)} of the speed from {which}"
+            )
     if evidence.up_to_tie is not None:
         word = (
             "undecided" if evidence.up_to_tie is Grade.UNGRADED else evidence.up_to_tie.name.lower().replace("_", ", ")
@@ -119,10 +124,10 @@ def _ending(evidence: Evidence) -> Iterator[Finding]:
     observed = evidence.observed
     if evidence.cut_short:
         note = f": {observed.notes[0]}" if observed.notes else ""
-        yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {observed.end_time_s:.6g} s")
+        yield Finding(Verdict.CUT_SHORT, f"{observed.outcome.value}{note}, at {instant(observed.end_time_s)}")
     elif evidence.ended_otherwise:
         reference = evidence.reference
-        yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {reference.end_time_s:.6g} s")
+        yield Finding(Verdict.WENT_ON, f"{reference.outcome.value}, at {instant(reference.end_time_s)}")
 
 
 def _hits(evidence: Evidence) -> Iterator[Finding]:
@@ -135,12 +140,12 @@ def _hits(evidence: Evidence) -> Iterator[Finding]:
         yield Finding(Verdict.SPURIOUS, f"{len(alignment.spurious)}, {_first(alignment.spurious, found)}")
     if undecided := alignment.undecided:
         first_s = expected["time_s"][undecided[0]]
-        yield Finding(Verdict.UNDECIDED, f"{len(undecided)} of {believed} impacts, the first at {first_s:.6g} s")
+        yield Finding(Verdict.UNDECIDED, f"{len(undecided)} of {believed} impacts, the first at {instant(first_s)}")
 
 
 def _first(indices: Sequence[int], impacts: NDArray[np.void]) -> str:
     first = impacts[indices[0]]
-    return f"the first at {first['time_s']:.6g} s between {pair_name(first)}"
+    return f"the first at {instant(first['time_s'])} between {pair_name(first)}"
 
 
 def _order(evidence: Evidence) -> Iterator[Finding]:
@@ -152,7 +157,7 @@ def _order(evidence: Evidence) -> Iterator[Finding]:
     yield Finding(
         Verdict.WRONG_ORDER,
         f"{len(order.inverted)} inverted, edit distance {edits}; first that of {pair_name(impacts[a])} before "
-        f"that of {pair_name(impacts[b])}, {float(impacts['time_s'][b] - impacts['time_s'][a]):.3g} s apart",
+        f"that of {pair_name(impacts[b])}, {seconds(float(impacts['time_s'][b] - impacts['time_s'][a]))} apart",
     )
 
 
@@ -173,20 +178,20 @@ def _motion(evidence: Evidence) -> Iterator[Finding]:
     ]
     worst = max(off, key=lambda error: error.velocity, default=None)
     if worst is not None:
-        reason = f"by up to {worst.velocity:.3g} of the scene's speed"
+        reason = f"by up to {number(worst.velocity, 3)} of the scene's speed"
         if own[worst.reference] < 0.5 * scales.speed_m_s:
             part = worst.velocity * scales.speed_m_s / own[worst.reference]
-            reason += f", {part:.3g} of the greatest that led to it"
+            reason += f", {number(part, 3)} of the greatest that led to it"
         if worst.normal_rad > evidence.rounding:
-            reason += f", where the normal is turned by {math.degrees(worst.normal_rad):.3g} degrees"
+            reason += f", where the normal is turned by {number(math.degrees(worst.normal_rad), 3)} degrees"
         yield Finding(Verdict.WRONG_VELOCITY, reason)
     turned, energy = evidence.measured.largest.direction_rad, evidence.measured.largest.energy
     if turned > THRESHOLDS.direction_rad:
-        yield Finding(Verdict.WRONG_DIRECTION, f"by up to {math.degrees(turned):.3g} degrees")
+        yield Finding(Verdict.WRONG_DIRECTION, f"by up to {number(math.degrees(turned), 3)} degrees")
     falls = any(evidence.reference.scene.gravity_m_s2)  # then what is higher is slower, and has lost nothing
     if abs(energy) > THRESHOLDS.energy and not falls:
         verdict = Verdict.ENERGY_GAINED if energy > 0 else Verdict.ENERGY_LOST
-        yield Finding(verdict, f"{abs(energy):.3g} of the energy at the start")
+        yield Finding(verdict, f"{number(abs(energy), 3)} of the energy at the start")
 
 
 def _not_told(evidence: Evidence) -> Iterator[Finding]:
@@ -205,7 +210,7 @@ def _turning(evidence: Evidence) -> Iterator[Finding]:
     off = [e.spin for e in evidence.measured.errors if e.spin * scales.rim_m_s > evidence.rounding * own[e.reference]]
     if off:
         worst = max(off)
-        yield Finding(Verdict.WRONG_SPIN, f"by up to {worst:.3g} of the scene's speed of rims")
+        yield Finding(Verdict.WRONG_SPIN, f"by up to {number(worst, 3)} of the scene's speed of rims")
     for verdict, wrong in ((Verdict.SLID, evidence.branches.slid), (Verdict.STUCK, evidence.branches.stuck)):
         if wrong:
             yield Finding(verdict, f"{len(wrong)} of {len(impacts)}, {_first(wrong, impacts)}")
@@ -219,9 +224,9 @@ def _end(evidence: Evidence) -> Iterator[Finding]:
     beyond = evidence.measured.ends > evidence.end_rounding(evidence.measured, exactly=True)
     off_place, off_velocity, off_spin = (bool(np.any(row)) for row in beyond)
     if off_place:
-        yield Finding(Verdict.MISPLACED, f"by up to {place:.3g} of the largest radius")
+        yield Finding(Verdict.MISPLACED, f"by up to {number(place, 3)} of the largest radius")
     if off_velocity:
-        yield Finding(Verdict.WRONG_END, f"by up to {velocity:.3g} of the scene's speed")
+        yield Finding(Verdict.WRONG_END, f"by up to {number(velocity, 3)} of the scene's speed")
     if off_spin:
         spin = evidence.measured.largest.final_spin
-        yield Finding(Verdict.WRONG_LAST_SPIN, f"by up to {spin:.3g} of the scene's speed of rims")
+        yield Finding(Verdict.WRONG_LAST_SPIN, f"by up to {number(spin, 3)} of the scene's speed of rims")

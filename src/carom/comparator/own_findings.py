@@ -8,22 +8,23 @@ from collections.abc import Iterator
 from carom.comparator.consistency import Slip
 from carom.comparator.evidence import Evidence
 from carom.comparator.verdict import Finding, Verdict
+from carom.number_text import instant, number, seconds, steps
 
 
 def own_path(evidence: Evidence) -> Iterator[Finding]:
     """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""
     own = evidence.consistency
     if own is not None and own.strayed > evidence.place_rounding:
-        reason = f"by up to {own.position.size:.3g} of the largest radius, {_since(own.position)}"
+        reason = f"by up to {number(own.position.size, 3)} of the largest radius, {_since(own.position)}"
         if own.strayed_excess > evidence.place_rounding:
-            reason += f"; {own.excess.size:.3g} more than bodies close in a step"
+            reason += f"; {number(own.excess.size, 3)} more than bodies close in a step"
         yield Finding(Verdict.DRIFTS, reason)
     if own is not None and own.angular > evidence.rounding:
-        reason = f"by up to {own.angular:.3g} of the scene's speed of rims"
+        reason = f"by up to {number(own.angular, 3)} of the scene's speed of rims"
         if math.isfinite(own.arm):
-            reason += f"; friction turns a disc as if at {own.arm:.4g} times its radius"
+            reason += f"; friction turns a disc as if at {number(own.arm, 4)} times its radius"
         if own.angular_excess > evidence.rounding:
-            reason += f"; {own.angular_excess:.3g} more than bodies close in a step"
+            reason += f"; {number(own.angular_excess, 3)} more than bodies close in a step"
         yield Finding(Verdict.ANGULAR, reason)
     yield from contradictions(evidence)
 
@@ -37,23 +38,28 @@ def contradictions(evidence: Evidence) -> Iterator[Finding]:
     rims = "of the scene's speed of rims"
     degrees, rounding_s = math.degrees(own.normal_rad), rounding * evidence.scales.time_s
     for verdict, size, allowed, reason in (
-        (Verdict.TURNS, own.velocity.size, rounding, f"{own.velocity.size:.3g} {speed}, {_since(own.velocity)}"),
-        (Verdict.SPINS, own.spin.size, rounding, f"{own.spin.size:.3g} {rims}, {_since(own.spin)}"),
-        (Verdict.MOMENTUM, own.momentum, rounding, f"{own.momentum:.3g} {speed}, {two_discs}"),
+        (Verdict.TURNS, own.velocity.size, rounding, f"{number(own.velocity.size, 3)} {speed}, {_since(own.velocity)}"),
+        (Verdict.SPINS, own.spin.size, rounding, f"{number(own.spin.size, 3)} {rims}, {_since(own.spin)}"),
+        (Verdict.MOMENTUM, own.momentum, rounding, f"{number(own.momentum, 3)} {speed}, {two_discs}"),
         (Verdict.WRONG_STAMP, own.stamp_s, rounding_s, in_seconds(own.stamp_s, evidence)),
-        (Verdict.WRONG_NORMAL, own.across, rounding, f"{degrees:.3g} degrees from what the velocities change by"),
+        (
+            Verdict.WRONG_NORMAL,
+            own.across,
+            rounding,
+            f"{number(degrees, 3)} degrees from what the velocities change by",
+        ),
     ):
         if not size <= allowed:
             yield Finding(verdict, f"by up to {reason}")
     if not own.normal_length <= rounding:
-        yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {own.normal_length:.3g} off 1")
+        yield Finding(Verdict.WRONG_NORMAL, f"their length is up to {number(own.normal_length, 3)} off 1")
 
 
 def _since(slip: Slip) -> str:
-    return f"disc {slip.disc} after {slip.since_s:.6g} s"
+    return f"disc {slip.disc} after {instant(slip.since_s)}"
 
 
 def in_seconds(time_s: float, evidence: Evidence) -> str:
     """Return a time in seconds and, if the run has steps, in steps."""
     dt_s = evidence.observed.dt_s
-    return f"{time_s:.3g} s" + (f", {time_s / dt_s:.3g} dt" if dt_s else "")
+    return seconds(time_s) + (f", {steps(time_s, dt_s)}" if dt_s else "")

@@ -13,6 +13,7 @@ import numpy as np
 from carom.comparator.finite import not_finite
 from carom.comparator.slowing import Slowing
 from carom.errors import InputError, SceneError
+from carom.number_text import seconds
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.trace import Trace, Vector
@@ -87,7 +88,7 @@ def begun_earlier(scene: Scene, by_s: float) -> Scene:
         if shift_s < scene.duration_s and _nothing_meets(scene, shift_s):
             return _shifted(scene, shift_s)
     raise InputError(
-        f"the scene can't begin {by_s:.3g} s earlier or later: bodies meet within that time on either side"
+        f"the scene can't begin {seconds(by_s)} earlier or later: bodies meet within that time on either side"
     )
 
 

@@ -13,6 +13,7 @@ from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.own_findings import own_path
 from carom.comparator.slowing import Slowing
 from carom.comparator.verdict import Finding, Verdict
+from carom.number_text import instant, metres, number
 
 
 def steps_are_exact(evidence: Evidence) -> bool:
@@ -70,11 +71,11 @@ def parted(evidence: Evidence) -> Iterator[Finding]:
         return
     pit = ""
     if evidence.sampling is not None:
-        pit = " (PIT's not)" if evidence.pit_parted_s is None else f" (PIT's at {evidence.pit_parted_s:.6g} s)"
+        pit = " (PIT's not)" if evidence.pit_parted_s is None else f" (PIT's at {instant(evidence.pit_parted_s)})"
     alignment = evidence.measured.alignment
     yield Finding(
         Verdict.PARTED,
-        f"at {evidence.parted_s:.6g} s{pit}; of {evidence.reach.impacts} impacts it does not have "
+        f"at {instant(evidence.parted_s)}{pit}; of {evidence.reach.impacts} impacts it does not have "
         f"{len(alignment.missed)}, and has {len(alignment.spurious)} others; {_own_word(local)}",
     )
 
@@ -105,7 +106,7 @@ def sinking(evidence: Evidence) -> Iterator[Finding]:
     local = evidence.local_truth
     if local is not None and (local.sinks or local.sunk_radii > evidence.rounding):
         held = "faster than by falling for each step anew" if local.sinks else "by what it falls in each step"
-        yield Finding(Verdict.SINKS, f"by up to {local.sunk_radii:.3g} of the distance of contact, {held}")
+        yield Finding(Verdict.SINKS, f"by up to {number(local.sunk_radii, 3)} of the distance of contact, {held}")
 
 
 def polygons(evidence: Evidence) -> Iterator[Finding]:
@@ -117,12 +118,12 @@ def polygons(evidence: Evidence) -> Iterator[Finding]:
         bend = "c |v|" if scene.damping_per_s else "a"
         yield Finding(
             Verdict.DAMPED_POLYGON,
-            f"each step ends up to half of {bend} dt^2 off its path, {off_m:.3g} m at the scene's speed; it adds up",
+            f"each step ends up to half of {bend} dt^2 off its path, {metres(off_m)} at the scene's speed; it adds up",
         )
     elif local is not None and local.polygon:
         off_m = 0.5 * math.hypot(*scene.gravity_m_s2) * dt_s * dt_s
         yield Finding(
-            Verdict.POLYGON, f"each step ends up to half of |g| dt^2 off its parabola, {off_m:.3g} m; it adds up"
+            Verdict.POLYGON, f"each step ends up to half of |g| dt^2 off its parabola, {metres(off_m)}; it adds up"
         )
 
 
@@ -146,11 +147,11 @@ def _costs(local: LocalScore) -> Iterator[str]:
     """Yield what the steps of a run are off by where that is sampling's, each with its numbers."""
     if local.judged:
         yield (
-            f"velocities of {local.judged} impacts that stand alone by up to {local.velocity[1]:.3g} of their bodies' "
-            f"speed, {local.ratio[1]:.3g} of what PIT pays"
+            f"velocities of {local.judged} impacts that stand alone by up to {number(local.velocity[1], 3)} of their "
+            f"bodies' speed, {number(local.ratio[1], 3)} of what PIT pays"
         )
     if local.late_steps[1] > 0.0:
-        yield f"late by up to {local.late_steps[1]:.3g} steps"
+        yield f"late by up to {number(local.late_steps[1], 3)} steps"
     if local.entangled:
         yield f"{local.entangled} windows hold several impacts"
     if local.missed:
@@ -162,20 +163,25 @@ def _faults(local: LocalScore) -> Iterator[str]:
     judged = f"of {local.judged} impacts that stand alone"
     if local.worse_than_pit:
         free = math.isinf(local.ratio[1])
-        worst = "some where PIT pays nothing" if free else f"up to {local.ratio[1]:.4g} times as much"
-        off = f", restitution off by {local.restitution[0]:.3g} at the median" if local.restitution[0] > 0.0 else ""
+        worst = "some where PIT pays nothing" if free else f"up to {number(local.ratio[1], 4)} times as much"
+        off = (
+            f", restitution off by {number(local.restitution[0], 3)} at the median"
+            if local.restitution[0] > 0.0
+            else ""
+        )
         yield f"{local.worse_than_pit} {judged} pay more than PIT, {worst}{off}"
     if local.early:
-        yield f"{local.early} {judged} come early, by up to {local.early_steps:.3g} steps"
+        yield f"{local.early} {judged} come early, by up to {number(local.early_steps, 3)} steps"
     if local.ahead:
         yield f"{local.ahead} turns answer a meeting more than two steps ahead of it, by a margin of length"
     if local.too_late:
-        yield f"{local.too_late} {judged} come later than a step, by up to {local.late_steps[1]:.3g} steps"
+        yield f"{local.too_late} {judged} come later than a step, by up to {number(local.late_steps[1], 3)} steps"
     if local.drifts:
-        yield f"places move other than by their velocities in {local.drifts} steps, by up to {local.drift:.3g} radii"
+        drift = number(local.drift, 3)
+        yield f"places move other than by their velocities in {local.drifts} steps, by up to {drift} radii"
     if local.slipped > local.rounding:
-        yield f"velocities change with nothing near, by up to {local.slipped:.3g} of themselves"
+        yield f"velocities change with nothing near, by up to {number(local.slipped, 3)} of themselves"
     if local.energy > local.energy_rounding:
-        yield f"{local.energy:.3g} of the energy is gained or lost that PIT's steps do not gain or lose"
+        yield f"{number(local.energy, 3)} of the energy is gained or lost that PIT's steps do not gain or lose"
     if local.sinks:
         yield "a disc sinks into what it rests on"

@@ -267,7 +267,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
     rounding_s = THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, row.job.dt_s)
     if velocity <= rounding and not spin > rounding and abs(time_s) > rounding_s:
         away = wording.steps(abs(time_s), row.job.dt_s)
-        return f"{away} {'late' if time_s > 0 else 'early'}", away.replace(" steps", " dt").replace(" step", " dt")
+        return f"{away} {'late' if time_s > 0 else 'early'}", away
     symbol, worse = ("RΔω", spin) if spin > velocity else ("Δv", velocity)  # if no disc spins, spin is NaN
     shown = wording.number(worse)
     paid = "" if math.isnan(score.price_paid) else f", pays {wording.number(score.price_paid)}"

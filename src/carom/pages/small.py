@@ -80,7 +80,7 @@ def _spins(certified: CertifiedTrace, k: int) -> str:
 def _reach(certified: CertifiedTrace) -> Iterator[str]:
     """Say how far the run is certified, and why it ended."""
     impacts, end_s = wording.count(len(certified), "impact"), certified.trace.end_time_s
-    reach = f"certified to {certified.digits} digits for {impacts}, to {end_s:.6g} s"
+    reach = f"certified to {certified.digits} digits for {impacts}, to {wording.instant(end_s)}"
     cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} lost, {certified.elapsed_s:.2f} s"
     yield f"{certified.trace.scene.name}: {reach} of {certified.trace.scene.duration_s:g} s ({cost})."
     yield f"{wording.capitalised(certified.ending.value)}."

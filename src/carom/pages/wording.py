@@ -1,40 +1,17 @@
-"""How the report writes numbers and lists: the only place where a number becomes text."""
+"""How pages and reports write numbers and lists; numbers of so many digits by `carom.number_text`."""
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 
+from carom.number_text import ABSENT, instant, metres, number, seconds, steps
 from carom.trace import Setting
 
-#: Numbers that are not a number, or were not measured.
-ABSENT = "n/a"
+__all__ = ["ABSENT", "instant", "metres", "number", "seconds", "steps"]
 
 #: A step is written 1/n where its inverse is whole to this, relative: a float holds 1/240 to 1e-16.
 WHOLE = 1e-9
-
-
-def number(value: float, digits: int = 2) -> str:
-    """Return a number to this many significant digits: 0.075, 1.5e-16, 120."""
-    if math.isnan(value):
-        return ABSENT
-    if math.isinf(value):
-        return "∞" if value > 0 else "-∞"
-    if value == 0.0:
-        return "0"
-    rounded = float(f"{value:.{digits - 1}e}")  # before the exponent is read: 0.0999 to one digit is 0.1
-    exponent = math.floor(math.log10(abs(rounded)))
-    if -4 <= exponent < 6:
-        text = f"{value:.{max(0, digits - 1 - exponent)}f}"
-        return re.sub(r"\.?0+$", "", text) if "." in text else text
-    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
-    return f"{re.sub(r'[.]?0+$', '', mantissa) if '.' in mantissa else mantissa}e{int(power)}"
-
-
-def seconds(value: float) -> str:
-    """Return a length of time: 0.0375 s."""
-    return ABSENT if math.isnan(value) else f"{number(value, 3)} s"
 
 
 def step(dt_s: float) -> str:
@@ -54,14 +31,6 @@ def part(share: float) -> str:
     """Return a part of a whole, as a fraction where it is one: 1/16."""
     inverse = round(1.0 / share)
     return f"1/{inverse}" if inverse > 1 and math.isclose(share * inverse, 1.0, rel_tol=WHOLE) else number(share)
-
-
-def steps(error_s: float, dt_s: float) -> str:
-    """Return an error of time in steps: 0.9 steps."""
-    if math.isnan(error_s) or dt_s <= 0.0:
-        return ABSENT
-    shown = number(error_s / dt_s, 3)
-    return f"{shown} step" if shown in {"1", "-1"} else f"{shown} steps"
 
 
 def percent(share: float) -> str:

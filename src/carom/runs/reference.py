@@ -10,6 +10,7 @@ from carom.comparator.finite import not_finite
 from carom.comparator.horizon import estimate_horizon
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError, MissingExtraError
+from carom.number_text import instant
 from carom.runs.job import Job, UnsupportedError
 from carom.runs.options import CERTIFY_SECONDS
 from carom.scene import Scene
@@ -50,7 +51,7 @@ def reference_trace(scene: Scene) -> Trace | str:
     except InputError as error:
         return str(error)
     if trace.outcome is Outcome.MAX_IMPACTS:
-        at = f"{MOST_IMPACTS} impacts come before {trace.end_time_s:.6g} s of its {scene.duration_s:g} s"
+        at = f"{MOST_IMPACTS} impacts come before {instant(trace.end_time_s)} of its {scene.duration_s:g} s"
         return f"{at}, more than a cross-check follows; shorten duration_s"
     if broken := not_finite(trace):
         return f"PIC's own answer is no number: {broken}"

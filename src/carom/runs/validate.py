@@ -22,6 +22,7 @@ from carom.adapter import Adapter, Capabilities, Contact, Engine, Knob, Observat
 from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
 from carom.errors import AdapterError
 from carom.limits import LARGEST, beyond
+from carom.number_text import number
 from carom.scene import Scene
 from carom.trace import Setting, wall_index
 
@@ -277,8 +278,10 @@ class Validator:
         (time_s,) = _numbers((found.time_s,), f"time_s {of}", 1)
         # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
-            step = f"{begin_s:.9g} to {end_s:.9g} s"
-            raise adapter_error(f"time_s {of} must lie within the step that reports it, {step}, got {time_s:.9g}")
+            step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
+            raise adapter_error(
+                f"time_s {of} must lie within the step that reports it, {step}, got {number(time_s, 9)}"
+            )
         x, y = _numbers(found.normal, f"normal {of}", 2)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
             raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")

@@ -9,6 +9,7 @@ import numpy as np
 from carom.arguments import count, number, times
 from carom.errors import InputError
 from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
+from carom.number_text import number as number_text
 from carom.sizes import span_problems
 from carom.solvers.options import PLAIN, RunOptions
 from carom.trace import Outcome, Samples
@@ -106,6 +107,6 @@ def frames_of(scene: Scene, frame_rate_hz: object) -> tuple[float, int]:
     if rate > MOST_STEPS / scene.duration_s:
         raise InputError(
             f"frame_rate_hz must give at most {MOST_STEPS} frames in {scene.duration_s} s "
-            f"({MOST_STEPS / scene.duration_s:.3g} Hz), got {rate}; lower it, or shorten the scene"
+            f"({number_text(MOST_STEPS / scene.duration_s, 3)} Hz), got {rate}; lower it, or shorten the scene"
         )
     return rate, scene.step_count(1.0 / rate)

@@ -56,7 +56,7 @@ def test_late_by_three_tenths_of_a_step(reference: Trace) -> None:
     """The last impact carried out 0.3 dt late is late by 0.3 dt, its discs end elsewhere, and nothing else is wrong."""
     score = scored(reference, faults.delayed(reference, 0.3))
     assert set(score.verdicts) == {Verdict.LATE, Verdict.MISPLACED}
-    assert "0.3 dt" in score.findings[0].reason
+    assert "0.3 steps" in score.findings[0].reason
     assert score.total.time_s / DT == pytest.approx(0.3, abs=fault_size(1 / DT))
     assert [error.time_s != 0.0 for error in score.errors].count(True) == 1
     assert score.total.velocity == 0

@@ -95,7 +95,7 @@ def test_a_late_stamp_is_no_wrong_path() -> None:
     impacts["time_s"][0] += 0.5 * DT
     unknown = np.array([np.nan, impacts["time_s"][1]])
     score = compare(reference, dataclasses.replace(observed, impacts=impacts, effective_time_s=unknown))
-    assert "0.5 dt" in reason(score, Verdict.LATE)
+    assert "0.5 steps" in reason(score, Verdict.LATE)
     assert "path" not in Verdict.LATE.value
 
 

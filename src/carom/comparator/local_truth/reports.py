@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.number_text import instant
 from carom.trace import Trace, body_name
 from carom.windows import LocalTruth
 
@@ -96,7 +97,7 @@ def _first(found: Sequence[tuple[float, _Bodies]]) -> str:
         return ""
     time_s, bodies = min(found)
     first, second = sorted(bodies, key=lambda body: (body < 0, body))  # a wall comes last
-    return f"at {time_s:.6g} s between {body_name(first)} and {body_name(second)}"
+    return f"at {instant(time_s)} between {body_name(first)} and {body_name(second)}"
 
 
 def shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:

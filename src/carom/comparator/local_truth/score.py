@@ -12,6 +12,7 @@ from carom.comparator.grades import Grade
 from carom.comparator.local_truth.judge import PASSED
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
+from carom.number_text import instant
 from carom.trace import pair_name
 from carom.windows import LocalTruth
 
@@ -251,7 +252,7 @@ def _once(meetings: NDArray[np.void]) -> NDArray[np.void]:
 
 
 def _where(meeting: np.void) -> str:
-    return f"at {float(meeting['begin_s']):.6g} s between {pair_name(meeting)}"
+    return f"at {instant(float(meeting['begin_s']))} between {pair_name(meeting)}"
 
 
 def _inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
@@ -262,13 +263,13 @@ def _inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float
     for row in turned:
         size = max(float(row["velocity"]), float(row["spin"])) / (float(row["rim"]) or 1.0)
         if size > PASSED:
-            found.append((float(row["begin_s"]), f"at {float(row['begin_s']):.6g} s"))
+            found.append((float(row["begin_s"]), f"at {instant(float(row['begin_s']))}"))
         else:
             slipped = max(slipped, size)
     for row in truth.slips:
         size = max(float(row["velocity"]), float(row["rim"])) / (float(row["speed"]) or 1.0)
         if size > PASSED:
-            found.append((float(row["time_s"]), f"at {float(row['time_s']):.6g} s, of disc {int(row['disc'])}"))
+            found.append((float(row["time_s"]), f"at {instant(float(row['time_s']))}, of disc {int(row['disc'])}"))
         else:
             slipped = max(slipped, size)
     first_s, first = min(found, default=(None, ""))

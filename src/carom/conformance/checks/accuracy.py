@@ -18,6 +18,7 @@ from carom.comparator import ImpactError, Score
 from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject
 from carom.conformance.violation import Violation, require
+from carom.number_text import instant, number, seconds, steps
 from carom.scenes import all_scenes
 from carom.trace import Outcome, Trace, body_name
 
@@ -69,9 +70,9 @@ def times_are_right(subject: Subject, profile: str, name: str) -> None:
         require(
             min(-early_s, shifted_s) - rounding_s <= error.time_s <= late_s + rounding_s,
             f"the impact of {_bodies(impact.first, impact.second)} comes at the wrong time",
-            f"{impact.time_s:.9g} s, and up to {late_s:.3g} s later ({late_s / setup.dt_s:.3g} dt)"
-            + (f" or {-shifted_s:.3g} s earlier" if shifted_s < 0 else ""),
-            f"{impact.time_s + error.time_s:.9g} s ({error.time_s / setup.dt_s:+.3g} dt)",
+            f"{number(impact.time_s, 9)} s, and up to {seconds(late_s)} later ({steps(late_s, setup.dt_s)})"
+            + (f" or {seconds(-shifted_s)} earlier" if shifted_s < 0 else ""),
+            f"{number(impact.time_s + error.time_s, 9)} s ({steps(error.time_s, setup.dt_s)} off)",
             setup,
         )
 
@@ -115,12 +116,13 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
         impact, row = known.impacts[error.reference], trace.impacts[error.observed]
         told = [field for field in ("velocity_first_after", "velocity_second_after") if getattr(impact, field)]
         wanted, got = [getattr(impact, field) for field in told], [row[field].tolist() for field in told]
-        why = f"PIT {allowed.sampled:.3g}, promised {allowed.promise:.3g}, margin {turned:.3g} of {speed:g}"
+        sampled, promised, margin = (number(part, 3) for part in (allowed.sampled, allowed.promise, turned))
+        why = f"PIT {sampled}, promised {promised}, margin {margin} of {speed:g}"
         require(
             error.velocity <= most,
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong velocities",
-            f"{_all(wanted)} m/s to {most * speed:.3g} m/s ({why})",
-            f"{_all(got)} m/s, off by {error.velocity * speed:.3g} m/s",
+            f"{_all(wanted)} m/s to {number(most * speed, 3)} m/s ({why})",
+            f"{_all(got)} m/s, off by {number(error.velocity * speed, 3)} m/s",
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
@@ -129,8 +131,8 @@ def velocities_are_right(subject: Subject, profile: str, name: str) -> None:
     require(
         off <= allowed.end,
         "discs end with wrong velocities",
-        f"{_all(known.final_velocity_m_s or ())} m/s to {allowed.end * speed:.3g} m/s",
-        f"{_all(trace.final_velocity_m_s.tolist())} m/s, off by up to {off * speed:.3g} m/s",
+        f"{_all(known.final_velocity_m_s or ())} m/s to {number(allowed.end * speed, 3)} m/s",
+        f"{_all(trace.final_velocity_m_s.tolist())} m/s, off by up to {number(off * speed, 3)} m/s",
         setup,
     )
 
@@ -140,7 +142,7 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
     setup, trace, score, pit = subject.score(profile, name)
     known, speed = all_scenes()[name].known, score.scales.rim_m_s
     allowed = _allowed(subject, profile, name, "spin")
-    why = f"PIT {allowed.sampled:.3g}, promised {allowed.promise:.3g}"
+    why = f"PIT {number(allowed.sampled, 3)}, promised {number(allowed.promise, 3)}"
     for error in sorted(_compared(score, pit), key=lambda error: -error.spin):
         most, impact = allowed.of(error.reference), known.impacts[error.reference]
         told = [spin for spin in (impact.spin_first_after, impact.spin_second_after) if spin is not None]
@@ -148,14 +150,14 @@ def spins_are_right(subject: Subject, profile: str, name: str) -> None:
         require(
             error.spin <= most,  # NaN fails this too
             f"the impact of {_at(impact.first, impact.second, impact.time_s)} leaves wrong spins",
-            f"{numbers(told)} rad/s, rims to {most * speed:.3g} m/s ({why})",
-            f"{numbers(got)} rad/s, rims off by {error.spin * speed:.3g} m/s",
+            f"{numbers(told)} rad/s, rims to {number(most * speed, 3)} m/s ({why})",
+            f"{numbers(got)} rad/s, rims off by {number(error.spin * speed, 3)} m/s",
             setup,
         )
     if score.missed or score.undecided or pit.missed or pit.undecided:
         return
     found = [] if trace.final_spin_rad_s is None else trace.final_spin_rad_s.tolist()
-    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rims to {allowed.end * speed:.3g} m/s"
+    wanted = f"{numbers(known.final_spin_rad_s or ())} rad/s, rims to {number(allowed.end * speed, 3)} m/s"
     right = score.total.final_spin <= allowed.end
     require(right, "discs end with wrong spins", wanted, f"{numbers(found)} rad/s", setup)
 
@@ -176,7 +178,7 @@ def _bodies(first: int, second: int) -> str:
 
 
 def _at(first: int, second: int, time_s: float) -> str:
-    return f"{_bodies(first, second)} at {time_s:.6g} s"
+    return f"{_bodies(first, second)} at {instant(time_s)}"
 
 
 def _row_at(row: np.void) -> str:

@@ -36,6 +36,7 @@ from carom.conformance.suite_scenes import (
 )
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
 from carom.limits import LARGEST
+from carom.number_text import number
 from carom.scene import Scene
 
 #: An engine without a declared limit is tried this far out and this fast: three orders of magnitude beyond any scene
@@ -104,7 +105,7 @@ def slows_as_declared(subject: Subject) -> None:
     if disc.spin_rad_s:
         found.append(math.nan if end.spin_rad_s is None else end.spin_rad_s[0] / disc.spin_rad_s)
     slowed = all(least - subject.rounding <= kept <= most + subject.rounding for kept in found)
-    expected = f"{least:.6g} to {most:.6g} of its velocity" + " and of its spin" * bool(disc.spin_rad_s)
+    expected = f"{number(least, 6)} to {number(most, 6)} of its velocity" + " and of its spin" * bool(disc.spin_rad_s)
     require(slowed, "a disc is not damped by the scene's rate", expected, numbers(found), setup)
 
 
@@ -117,7 +118,13 @@ def rolls_as_declared(subject: Subject) -> None:
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     right = abs(found - expected) <= rate * setup.dt_s + subject.rounding + promise
     wrong = "a disc that rolls is not slowed down by c g/(1 + k)"
-    require(right, wrong, f"{expected:.6g} m/s to {rate * setup.dt_s + promise:.2g}", f"{found:.6g} m/s", setup)
+    require(
+        right,
+        wrong,
+        f"{number(expected, 6)} m/s to {number(rate * setup.dt_s + promise)}",
+        f"{number(found, 6)} m/s",
+        setup,
+    )
 
 
 def slows_on_a_table_as_declared(subject: Subject) -> None:
@@ -128,7 +135,7 @@ def slows_on_a_table_as_declared(subject: Subject) -> None:
     expected = tuple(left * part for part in scene.discs[0].velocity_m_s)
     allowed = scene.table_deceleration_m_s2 * setup.dt_s + subject.rounding
     wrong = "a disc on a table is not slowed down against its motion"
-    told = f"{numbers(expected)} m/s to {allowed:.2g}"
+    told = f"{numbers(expected)} m/s to {number(allowed)}"
     require(math.dist((u, v), expected) <= allowed, wrong, told, f"{numbers((u, v))} m/s", setup)
 
 
@@ -162,7 +169,7 @@ def moves_as_declared(subject: Subject) -> None:
     wanted, found = speed * setup.scene.duration_s, float(end.position_m[0][0])
     what = f"a disc does not get as far as its {speed * DT_S:g} m a step take it"
     there = abs(found - wanted) <= subject.rounding * wanted
-    require(there, what, f"{wanted:.10g} m", f"{found:.10g} m", setup)
+    require(there, what, f"{number(wanted, 10)} m", f"{number(found, 10)} m", setup)
 
 
 def small_as_declared(subject: Subject) -> None:
@@ -195,7 +202,7 @@ def detects_continuously(subject: Subject) -> None:
         struck = float(subject.watch(setup).seen[-1].velocity_m_s[1][0])
         what = "a fast disc passes through another, and continuous detection is declared"
         expected = "an impact that drives disc 1 forward, 50 m/s by conservation of momentum and energy"
-        require(struck > 0, what, expected, f"{struck:.6g} m/s", setup)
+        require(struck > 0, what, expected, f"{number(struck, 6)} m/s", setup)
 
 
 def _twice(limit: float, what: str) -> Scene | None:

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from carom.adapter import Capabilities, Observation
 from carom.conformance.subject import Subject, greatest_speed
 from carom.conformance.violation import NotApplicable, Setup, require
+from carom.number_text import number
 from carom.scene import Scene
 
 
@@ -48,12 +49,12 @@ def end_with_velocities(
     allowed = (subject.rounding + promise) * greatest_speed(setup.scene)
     for i, (wanted, found) in enumerate(zip(expected, end.velocity_m_s.tolist(), strict=True)):
         error = math.dist(wanted, found)
-        off = f"{numbers(found)} m/s, off by {error:.3g}"
+        off = f"{numbers(found)} m/s, off by {number(error, 3)}"
         wrong = f"{what}: disc {i} leaves with a wrong velocity"
-        require(error <= allowed, wrong, f"{numbers(wanted)} m/s to {allowed:.2g}", off, setup)
+        require(error <= allowed, wrong, f"{numbers(wanted)} m/s to {number(allowed)}", off, setup)
     return end
 
 
 def numbers(vector: Sequence[float]) -> str:
     """Return a vector as (x, y), no longer than it has to be."""
-    return f"({', '.join(f'{x:.10g}' for x in vector)})"
+    return f"({', '.join(f'{number(x, 10)}' for x in vector)})"

@@ -14,6 +14,7 @@ from carom.conformance.probe import Raised
 from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import approach, crowd
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
+from carom.number_text import number
 
 #: An idle pymunk space, the smallest world there is, holds 10 kB: 180 that are not let go of leave 1.8 MB.
 WORLDS = 190
@@ -117,7 +118,7 @@ def lets_go_of_worlds(subject: Subject) -> None:
     raise Violation(
         "close() does not release what the engine holds",
         expected=expected,
-        found=f"at least {least / 1e6:.3g} MB, in each of them",
+        found=f"at least {number(least / 1e6, 3)} MB, in each of them",
         setup=setup,
     )
 

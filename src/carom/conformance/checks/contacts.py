@@ -13,6 +13,7 @@ from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject, greatest_speed, masses
 from carom.conformance.suite_scenes import mixed_contacts
 from carom.conformance.violation import NotApplicable, Setup, require
+from carom.number_text import number
 from carom.trace import wall_index
 
 
@@ -67,11 +68,11 @@ def contacts_are_stamped(subject: Subject, profile: str) -> None:
             begin, end = (step - 1) * setup.dt_s, step * setup.dt_s
             what = f"a contact of disc {contact.first} in step {step} has a time outside that step"
             sound = begin - rounding_s <= contact.time_s <= end + rounding_s
-            require(sound, what, f"{begin:.9g} to {end:.9g} s", f"{contact.time_s:.9g} s", setup)
+            require(sound, what, f"{number(begin, 9)} to {number(end, 9)} s", f"{number(contact.time_s, 9)} s", setup)
             declared = {Stamp.START: begin, Stamp.END: end}.get(stamp, contact.time_s)
             what = f"a contact of disc {contact.first} in step {step} is not stamped with {stamp.value}, as declared"
             sound = abs(contact.time_s - declared) <= rounding_s
-            require(sound, what, f"{declared:.9g} s", f"{contact.time_s:.9g} s", setup)
+            require(sound, what, f"{number(declared, 9)} s", f"{number(contact.time_s, 9)} s", setup)
 
 
 def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
@@ -84,7 +85,8 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
         acting = [contact for contact in after.contacts if contact.impulse_n_s != 0]
         touched = {body for contact in acting for body in (contact.first, contact.second)}
         for body, size in enumerate(np.hypot(*change.T).tolist()):
-            what = f"the velocity of disc {body} changes by {size:.3g} m/s in step {step}, but no contact is reported"
+            by = number(size, 3)
+            what = f"the velocity of disc {body} changes by {by} m/s in step {step}, but no contact is reported"
             require(size <= allowed or body in touched, what, "a contact with an impulse", acting, setup)
         if any(contact.impulse_n_s is None for contact in acting):
             continue
@@ -96,7 +98,7 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
                     told[body] += sign * push / mass[body]
         for body, (wanted, found) in enumerate(zip(change.tolist(), told.tolist(), strict=True)):
             what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
-            expected, worth = f"{numbers(wanted)} m/s to {allowed:.2g}", f"impulses worth {numbers(found)} m/s"
+            expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses worth {numbers(found)} m/s"
             require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
 
 

@@ -9,6 +9,7 @@ from carom.conformance.checks.common import numbers
 from carom.conformance.subject import Subject, greatest_speed, masses, momentum
 from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, require
+from carom.number_text import number
 from carom.trace import kinetic_energy
 
 #: The comparator's own threshold: float32 engines drift by 1e-7 through rounding, and that is no gain or loss.
@@ -24,7 +25,7 @@ def momentum_is_kept(subject: Subject, profile: str) -> None:
     allowed = subject.rounding * sum(masses(setup.scene)) * greatest_speed(setup.scene)
     for step, now in enumerate(seen):
         found = momentum(setup.scene, now)
-        what, expected = f"momentum is not kept in step {step}", f"{numbers(start)} kg m/s to {allowed:.2g}"
+        what, expected = f"momentum is not kept in step {step}", f"{numbers(start)} kg m/s to {number(allowed)}"
         require(math.dist(start, found) <= allowed, what, expected, f"{numbers(found)} kg m/s", setup)
     _require_something_happened(setup, seen[0], seen[-1])
 
@@ -39,8 +40,10 @@ def energy_is_kept(subject: Subject, profile: str) -> None:
     found = kinetic_energy(setup.scene, last.velocity_m_s)
     allowed = max(ENERGY, subject.adapter.profiles[profile].accuracy.energy)
     what = "energy is gained" if found > start else "energy is lost"
-    off = f"{found:.10g} J, {(found - start) / start:+.3g} of it"
-    require(abs(found - start) <= allowed * start, what, f"{start:.10g} J to {allowed:.2g} of it", off, setup)
+    off = f"{number(found, 10)} J, {number((found - start) / start, 3)} of it more"
+    require(
+        abs(found - start) <= allowed * start, what, f"{number(start, 10)} J to {number(allowed)} of it", off, setup
+    )
     _require_something_happened(setup, seen[0], last)
 
 

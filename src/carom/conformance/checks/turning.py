@@ -13,6 +13,7 @@ from carom.conformance.subject import Subject, greatest_speed, masses
 from carom.conformance.suite_scenes import DT_S, rubbing, rubbing_crowd, spinning
 from carom.conformance.violation import NotApplicable, Setup, require
 from carom.limits import LARGEST
+from carom.number_text import number
 from carom.scene import Disc, Scene, Wall
 
 #: Within the declared range: the ends of it, and a coefficient at which the suite's discs slide through their impacts.
@@ -58,7 +59,7 @@ def spins_as_declared(subject: Subject) -> None:
         found = _spins(now, setup)
         what = f"a free disc spins otherwise than it did at the start, in step {step}"
         off = abs(found[0] - spin) <= subject.rounding * spin  # NaN fails this too
-        require(off, what, f"{spin:.10g} rad/s", f"{found[0]:.10g} rad/s", setup)
+        require(off, what, f"{number(spin, 10)} rad/s", f"{number(found[0], 10)} rad/s", setup)
 
 
 def rubs_as_told(subject: Subject, profile: str) -> None:
@@ -122,9 +123,9 @@ def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
     promise = subject.adapter.profiles[setup.profile].accuracy.velocity
     allowed = (subject.rounding + promise) * max(fastest, greatest_speed(scene) / scene.discs[0].radius_m)
     for i, ((_, spin), found) in enumerate(zip(wanted, _spins(end, setup), strict=True)):
-        off = f"{found:.10g} rad/s, off by {abs(found - spin):.3g}"
+        off = f"{number(found, 10)} rad/s, off by {number(abs(found - spin), 3)}"
         wrong = f"{what}: disc {i} leaves with a wrong spin"
-        require(abs(found - spin) <= allowed, wrong, f"{spin:.10g} rad/s to {allowed:.2g}", off, setup)
+        require(abs(found - spin) <= allowed, wrong, f"{number(spin, 10)} rad/s to {number(allowed)}", off, setup)
 
 
 def _after(
@@ -159,7 +160,7 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
         rub, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
         what = f"friction of bodies {contact.first} and {contact.second} in step {step} is more than there can be"
         held = rub <= most * (1 + allowed) + allowed
-        require(held, what, f"{friction:g} of the push, {most:.6g} N s", f"{rub:.6g} N s", setup)
+        require(held, what, f"{friction:g} of the push, {number(most, 6)} N s", f"{number(rub, 6)} N s", setup)
 
 
 def _require_cause(
@@ -167,7 +168,8 @@ def _require_cause(
 ) -> None:
     touched = {body for contact in acting for body in (contact.first, contact.second)}
     for body, (then, now) in enumerate(zip(_spins(before, setup), _spins(after, setup), strict=True)):
-        what = f"the spin of disc {body} changes by {now - then:.3g} rad/s in step {step}, but no contact is reported"
+        by = number(now - then, 3)
+        what = f"the spin of disc {body} changes by {by} rad/s in step {step}, but no contact is reported"
         kept = abs(now - then) <= allowed * max(1.0, abs(then))
         require(kept or body in touched, what, "a contact with an impulse", acting, setup)
 
@@ -196,10 +198,13 @@ def _require_whole_change(
     for body in range(len(discs)):
         wanted, found = change[body].tolist(), told[body].tolist()
         what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
-        expected, worth = f"{numbers(wanted)} m/s to {allowed:.2g}", f"impulses worth {numbers(found)} m/s"
+        expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses worth {numbers(found)} m/s"
         require(math.dist(wanted, found) <= allowed, what, expected, worth, setup)
         what = f"the tangential impulses of step {step} are not what changes the spin of disc {body}"
-        expected, worth = f"{spun[body]:.6g} rad/s to {arm_short[body]:.2g}", f"impulses worth {turned[body]:.6g} rad/s"
+        expected, worth = (
+            f"{number(spun[body], 6)} rad/s to {number(arm_short[body])}",
+            f"impulses worth {number(turned[body], 6)} rad/s",
+        )
         require(abs(spun[body] - turned[body]) <= arm_short[body], what, expected, worth, setup)
 
 

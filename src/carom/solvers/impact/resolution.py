@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 
 from carom.errors import InputError
+from carom.number_text import number
 
 #: A unit in the last place of 1: at least one of any number, in parts of it.
 ULP = 2.0**-52
@@ -33,8 +34,8 @@ def are_told_apart(x1: float, y1: float, x2: float, y2: float, reach: float) -> 
 def too_far_out() -> InputError:
     """Return the refusal of an impact of two discs whose centres are not told apart."""
     return InputError(
-        f"two discs met more than {FARTHEST / 2:.3g} radii from the origin, where floats do not tell their centres "
-        "apart: end the run before that, or move the scene to the origin"
+        f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats do not tell their "
+        "centres apart: end the run before that, or move the scene to the origin"
     )
 
 

@@ -381,11 +381,11 @@ def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -
     direction = (
         "however late they are found, the directions stay right to what was asked"
         if math.isinf(late)
-        else f"found more than {wording.number(late, 3)} s late, a direction is wrong by more than asked"
+        else f"found more than {wording.seconds(late)} late, a direction is wrong by more than asked"
     )
     if rough:  # how friction turns with the line of centres has no closed form
         direction += ", were there no friction"
     return (
-        f"{which}, of {where}: {why}. They overlap and approach for {wording.number(window.length_s, 3)} s, and "
-        f"a frame of {wording.number(rate_hz, 4)} Hz is {wording.number(1.0 / rate_hz, 3)} s; {direction}."
+        f"{which}, of {where}: {why}. They overlap and approach for {wording.seconds(window.length_s)}, and "
+        f"a frame of {wording.number(rate_hz, 4)} Hz is {wording.seconds(1.0 / rate_hz)}; {direction}."
     )

@@ -15,6 +15,7 @@ from functools import partial
 
 import numpy as np
 
+from carom.number_text import seconds
 from carom.registry import load_adapter
 from carom.runs.desk import Talk
 from carom.runs.environment import environment
@@ -235,7 +236,7 @@ class TimeScene(Talk[SceneTiming]):
             if turn >= LEAST_ROUNDS and began + last_s > until_s:
                 rounds = turn  # the machine was slower than the warm-up said
                 break
-            for number, k in enumerate(draw.permutation(len(tasks))):
+            for place, k in enumerate(draw.permutation(len(tasks))):
                 at = list(tasks)[k]
                 if at not in untimed:
                     probe.take()
@@ -244,8 +245,8 @@ class TimeScene(Talk[SceneTiming]):
                         untimed[at] = answer.said
                     else:
                         visits[at].append(answer.value)
-                what = f"timing {at[0].engine} at {at[1]:.3g} s"
-                progress(turn * len(tasks) + number + 1, rounds * len(tasks), what)
+                what = f"timing {at[0].engine} at {seconds(at[1])}"
+                progress(turn * len(tasks) + place + 1, rounds * len(tasks), what)
             last_s = time.perf_counter() - began
         probe.take()
         timed = {at: found for at, found in visits.items() if at not in untimed}
@@ -305,7 +306,7 @@ def _fit(costs: dict[At, float], untimed: dict[At, str], rounds: int, left_s: fl
         if costs[most_expensive] <= VISIT_S:  # nothing left that is worth leaving out
             break
         cost = costs.pop(most_expensive)
-        untimed[most_expensive] = f"{cost:.3g} s a run is more than the timing budget has left; raise --budget"
+        untimed[most_expensive] = f"{seconds(cost)} a run is more than the timing budget has left; raise --budget"
     if not costs:
         return LEAST_ROUNDS
     return max(LEAST_ROUNDS, int(min(rounds, left_s / round_s())))

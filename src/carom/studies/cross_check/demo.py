@@ -44,7 +44,7 @@ class Demo:
         rate = f"{1 / observed.dt_s:g} steps a second"
         due = wording.count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
-        told = f"{method} misses {len(missed)} of {due} at {rate}; the exact run has the first at {when:.4g} s."
+        told = f"{method} misses {len(missed)} of {due} at {rate}; the first is at {wording.number(when, 4)} s."
         return f"{told}\nThrow the discs yourself: {self.page}"
 
     def _repr_html_(self) -> str | None:

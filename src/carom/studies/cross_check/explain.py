@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.comparator.shift import shifted_references
 from carom.limits import MOST_DISCS_DRAWN
+from carom.number_text import instant, number
 from carom.registry import EngineInfo
 from carom.runs.engines import to_run
 from carom.runs.job import Job
@@ -37,13 +38,13 @@ def explain(plan: Plan) -> Iterator[str]:
             continue
         yield f"  PIC: {_pic(scene, reference)}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
-            yield f"  PIT at {dt_s:.6g} s: {_pit(scene, dt_s)}"
+            yield f"  PIT at {instant(dt_s)}: {_pit(scene, dt_s)}"
         yield f"  engines: {_engines(scene, reference, steps[0])}"
         yield f"  states: {_samples(scene, drawn=options.samples)}"
         if options.phases:
             kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
             why = "a shift that changes which impacts happen is left out"
-            yield f"  phases: {kept} of {options.phases} at {steps[0]:.6g} s; {why}"
+            yield f"  phases: {kept} of {options.phases} at {instant(steps[0])}; {why}"
         for info in run:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
@@ -92,11 +93,12 @@ def _pit(scene: Scene, dt_s: float) -> str:
 
 def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
-    every = f"followed through all {steps} steps at {dt_s:.6g} s"
+    every = f"followed through all {steps} steps at {instant(dt_s)}"
     if any(scene.gravity_m_s2):
         ends = ""
         if reference.contact_s < math.inf:
-            ends = f", and PIC is compared up to {reference.contact_s:.4g} s, where a disc {reference.contact_of_disc}"
+            until = number(reference.contact_s, 4)
+            ends = f", and PIC is compared up to {until} s, where a disc {reference.contact_of_disc}"
         return f"{every}: under gravity no flight keeps its velocity{ends}"
     if scene.damping_per_s or scene.table_deceleration_m_s2:
         slows = "with damping" if scene.damping_per_s else "on a table"
@@ -109,8 +111,8 @@ def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     last_s = float(reference.impacts["time_s"][-1])
     needed = min(steps, math.ceil(last_s / dt_s) + 1)
     return (
-        f"stopped once {until}: PIC's does after its last impact at {last_s:.4g} s, step {needed} of {steps} at "
-        f"{dt_s:.6g} s"
+        f"stopped once {until}: PIC's does after its last impact at {number(last_s, 4)} s, step {needed} of {steps} at "
+        f"{instant(dt_s)}"
     )
 
 
@@ -136,8 +138,8 @@ def _fate(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, st
     refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.refusal(job)) is not None}
     if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"
-    left_out = [f"skipped at {dt_s:.6g} s: {reason}" for dt_s, reason in refused.items()]
-    runs = ", ".join(f"{job.dt_s:.6g}" for job in planned if job.dt_s not in refused)
+    left_out = [f"skipped at {instant(dt_s)}: {reason}" for dt_s, reason in refused.items()]
+    runs = ", ".join(number(job.dt_s, 6) for job in planned if job.dt_s not in refused)
     if runs and len(planned) < steps:
         runs += " s only, the coarsest; finer ones with --dt"
     elif runs:

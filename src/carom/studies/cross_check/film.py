@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.driving import Drive
+from carom.number_text import number
 from carom.pages.paths import exact_paths, extent_of, observed_paths
 from carom.pages.picture import Limits, draw_walls, limits_of
 from carom.pages.replay import first_fault, held_at_s, impact_rows, meetings
@@ -114,7 +115,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
             cross.set_visible(bool(now >= since))
         for artist in near:
             artist.set_visible(held_s is not None and bool(abs(now - held_s) <= _lead_s(scene)))
-        clock.set_text(f"{now:.4g} s of {scene.duration_s:.4g} s")
+        clock.set_text(f"{number(now, 4)} s of {number(scene.duration_s, 4)} s")
         said = [became for when, became in told if when is not None and 0 <= now - when < _SAID_FOR * scene.duration_s]
         words.set_text(f"impact {said[-1]}" if said else " ")
         return [circle for circle, *_ in moving]

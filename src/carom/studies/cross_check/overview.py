@@ -228,7 +228,7 @@ class _Impact(NamedTuple):
     @property
     def when(self) -> str:
         """The time in seconds; empty where it is not known."""
-        return "" if self.time_s is None else f"{self.time_s:.6g}"
+        return "" if self.time_s is None else wording.number(self.time_s, 6)
 
 
 def _held(row: GridRow) -> list[GridCell]:
@@ -262,4 +262,4 @@ def _impact_table(row: GridRow, impacts: Sequence[_Impact], only: Media) -> Tabl
 
 
 def _became(method: GridColumn, impact: _Impact) -> str:
-    return impact.became.get(method, "").replace(" steps", " dt").replace(" step", " dt")
+    return impact.became.get(method, "")

@@ -54,7 +54,7 @@ FIGURE_NOTE = (
 SHORT_NOTE = (
     "0.075: largest velocity error, over the scene's greatest speed; or spin error, where that is more\n"
     "-1 +2: impacts missed and invented\n"
-    "0.4 dt: velocities right to rounding, found this many steps late or early"
+    "0.4 steps: velocities right to rounding, found this many steps late or early"
 )
 SPREAD_NOTE = (
     "Where in a step an impact falls is luck. Each cell was run again with its scene shifted along its own motion by "
@@ -345,7 +345,7 @@ class _Found(NamedTuple):
 
     @property
     def true_time(self) -> str:
-        return "does not happen" if self.time_s is None else f"{self.time_s:.9g}"
+        return "does not happen" if self.time_s is None else wording.number(self.time_s, 9)
 
 
 def _found(say: Callable[[float, ImpactError], str]) -> Callable[[_Found], str]:
@@ -358,12 +358,12 @@ _IMPACT_COLUMNS = (
     Column("PIC, s", lambda impact: impact.true_time, number=True),
     Column(
         "reported, s",
-        lambda impact: impact.otherwise or _found(lambda time, e: f"{time + e.reported_time_s:.9g}")(impact),
+        lambda impact: impact.otherwise or _found(lambda time, e: wording.number(time + e.reported_time_s, 9))(impact),
         number=True,
     ),
     Column("path turned, s", _found(lambda time, e: _unless_nan(time + e.effective_time_s, 9)), number=True),
-    Column("velocity error", _found(lambda _, e: f"{e.velocity:.3g}"), number=True),
-    Column("direction, degrees", _found(lambda _, e: f"{math.degrees(e.direction_rad):.3g}"), number=True),
+    Column("velocity error", _found(lambda _, e: wording.number(e.velocity, 3)), number=True),
+    Column("direction, degrees", _found(lambda _, e: wording.number(math.degrees(e.direction_rad), 3)), number=True),
     Column("restitution", _found(lambda _, e: _unless_nan(e.restitution, 6)), number=True),
 )
 #: Beside these where discs turn.
@@ -380,7 +380,7 @@ def _impact_tables(results: Results) -> Iterator[Table]:
         yield Table(
             _IMPACT_COLUMNS if trace.spins is None else (*_IMPACT_COLUMNS, _SPIN_COLUMN),
             tuple(_impacts(score, trace, reference)),
-            title=f"{job.scene.name} on {job.engine} ({job.method.profile_shown}), dt = {job.dt_s:.6g} s: "
+            title=f"{job.scene.name} on {job.engine} ({job.method.profile_shown}), dt = {wording.instant(job.dt_s)}: "
             f"{mark_of(row).sentence}",
             note="\n".join((*reasons_of(row), *more)),
             only=DETAIL,
@@ -393,7 +393,7 @@ def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Found]:
         otherwise = "" if k in found else _not_found(k, score)
         yield _Found(pair_name(impact), float(impact["time_s"]), found.get(k), otherwise)
     for k in score.spurious:
-        yield _Found(pair_name(trace.impacts[k]), None, None, f"{float(trace.impacts[k]['time_s']):.9g}")
+        yield _Found(pair_name(trace.impacts[k]), None, None, wording.number(float(trace.impacts[k]["time_s"]), 9))
 
 
 def _not_found(k: int, score: Score) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 
 from carom.comparator import Grade, Verdict, compare
 from carom.comparator.thresholds import THRESHOLDS
+from carom.number_text import number
 from carom.runs.job import Answer, JobTask
 from carom.runs.journal import Entry, Journal
 from carom.runs.keys import JobKey
@@ -275,7 +276,7 @@ def _range(values: Sequence[float]) -> str:
     known = [value for value in values if not math.isnan(value)]
     if not known:
         return "not known"
-    low, high = f"{min(known):.3g}", f"{max(known):.3g}"
+    low, high = number(min(known), 3), number(max(known), 3)
     return low if low == high else f"{low} to {high}"
 
 

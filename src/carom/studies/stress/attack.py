@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from carom.number_text import number
 from carom.runs.job import Status
 from carom.scene import Scene
 from carom.scenes.entry import deepest_overlap
@@ -153,7 +154,7 @@ def closed_form_judge(
         if found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
         counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
-        return Judgement(error, f"{counted}, a velocity wrong by {error:.2g} of what an impact changes")
+        return Judgement(error, f"{counted}, a velocity wrong by {number(error)} of what an impact changes")
 
     return judge
 
@@ -167,10 +168,10 @@ def energy_judge(scene: Scene) -> Judge:
             return cut
         gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
         if not abs(gained) <= TOLERANCE:
-            return Judgement(abs(gained), f"{abs(gained):.2g} of the energy {'gained' if gained > 0 else 'lost'}")
+            return Judgement(abs(gained), f"{number(abs(gained))} of the energy {'gained' if gained > 0 else 'lost'}")
         overlap = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
         if not overlap <= 1.0:
-            return Judgement(abs(gained), f"discs {overlap:.2g} radii inside each other or a wall")
+            return Judgement(abs(gained), f"discs {number(overlap)} radii inside each other or a wall")
         return Judgement(abs(gained))
 
     return judge

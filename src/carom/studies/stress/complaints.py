@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from carom.folders import file_name
+from carom.number_text import number
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
@@ -78,16 +79,16 @@ def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
         seen, reason = invented > 0, f"{invented} impact{'' if invented == 1 else 's'} invented"
     elif symptom is Symptom.ESCAPES:
         depth = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
-        seen, reason = not depth <= 1.0, f"{depth:.2g} radii inside another body or beyond a wall"
+        seen, reason = not depth <= 1.0, f"{number(depth)} radii inside another body or beyond a wall"
     elif symptom is Symptom.GAINS_ENERGY:
-        seen, reason = energy > least, f"{energy:.2g} of the energy gained"
+        seen, reason = energy > least, f"{number(energy)} of the energy gained"
     elif symptom is Symptom.LOSES_ENERGY:
-        seen, reason = energy < -least, f"{-energy:.2g} of the energy lost"
+        seen, reason = energy < -least, f"{number(-energy)} of the energy lost"
     elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
-        seen, reason = velocity > least, f"velocities off by {velocity:.2g} of the scene's speed"
+        seen, reason = velocity > least, f"velocities off by {number(velocity)} of the scene's speed"
     if seen:
         return True, figure, reason
-    return False, figure, f"off by {figure:.2g} of the scene's {what}" if abs(figure) > NOTICED else ""
+    return False, figure, f"off by {number(figure)} of the scene's {what}" if abs(figure) > NOTICED else ""
 
 
 def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:

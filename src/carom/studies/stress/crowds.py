@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from carom.number_text import metres, number
 from carom.scene import Disc, Scene, Wall
 from carom.scenes.closed_forms import disc
 from carom.scenes.walled import box_walls
@@ -71,7 +72,7 @@ def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after
 
 
 def _cradle(gap: float) -> list[Trial]:
-    shows = f"Newton's cradle of five, its gaps {gap:.3g} m: only the last disc must leave."
+    shows = f"Newton's cradle of five, its gaps {metres(gap)}: only the last disc must leave."
     # Three gaps to be crossed, and as much time again as a late method may need.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
     return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
@@ -117,7 +118,7 @@ def _packed(gap: float) -> list[Trial]:
     width = 2 * margin + (columns - 0.5) * pitch
     height = 2 * margin + (rows - 1) * pitch * math.sqrt(3) / 2
     packing = math.pi / (2 * math.sqrt(3)) / (1 + gap) ** 2
-    shows = f"Nine discs packed hexagonally, {gap:.3g} diameters apart (packing {packing:.4f}), in a box."
+    shows = f"Nine discs packed hexagonally, {number(gap, 3)} diameters apart (packing {packing:.4f}), in a box."
     return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=box_walls(width, height))]
 
 
@@ -135,7 +136,7 @@ def _lasting(impacts: float) -> list[Trial]:
     # four radii's width relative to the others.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
-    shows = f"Nine discs in a box for as long as about {impacts:.3g} impacts take."
+    shows = f"Nine discs in a box for as long as about {number(impacts, 3)} impacts take."
     return [_trial("duration", shows, discs, duration_s, energy_judge, rate_hz=rate, walls=box_walls(width, width))]
 
 
@@ -160,7 +161,7 @@ def _pressed(advance: float) -> list[Trial]:
         place = complex(radius + column * pitch, radius + row * pitch)
         discs.append(disc(place, cmath.rect(speed, _TURN * k), radius))
     width = free + 2 * radius
-    shows = f"{count} discs at packing {PACKING} in a box, {advance:.3g} radii a step."
+    shows = f"{count} discs at packing {PACKING} in a box, {number(advance, 3)} radii a step."
     # Some fifteen impacts a disc: the virial of a thousand impacts is good to 3 %.
     duration_s = round(1.25 * rate) / rate
     judge = partial(pressure_judge, compressibility=COMPRESSIBILITY)
@@ -179,13 +180,13 @@ def _inelastic(restitution: float) -> list[Trial]:
         # Impacts without end close every gap in finite time: the three then move with their centre of mass, at rest.
         return closed_form_judge(scene, [(0.0, 0.0)] * 3, 0, [1.0] * 3)
 
-    shows = f"Three equal discs in line close on each other with restitution {restitution:.4g}."
+    shows = f"Three equal discs in line close on each other with restitution {number(restitution, 4)}."
     return [_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
 
 
 def _galperin(mass_ratio: float) -> list[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
-    shows = f"A disc of {mass_ratio:.4g} kg drives one of 1 kg against a wall."
+    shows = f"A disc of {number(mass_ratio, 4)} kg drives one of 1 kg against a wall."
     discs = [disc(light_gap + radius, 0j, radius), disc(heavy_gap + 3 * radius, -speed, radius, mass_ratio)]
     wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))
     root = math.sqrt(mass_ratio)

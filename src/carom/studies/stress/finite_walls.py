@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from decimal import Decimal
 
+from carom.number_text import metres, number
 from carom.scene import Chain, Disc, Scene, Wall
 from carom.studies.stress.attack import Attack, Trial, closed_form_judge, velocity_judge
 from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_AFTER, STEPS_BEFORE
@@ -60,7 +61,7 @@ def _thin(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     scene = _scene(
         "thin-wall",
-        f"A disc that moves {value:.3g} radii a step meets a wall without thickness head-on.",
+        f"A disc that moves {number(value, 3)} radii a step meets a wall without thickness head-on.",
         phase,
         complex(-_RADIUS_M - speed * _until(phase), 0.0),
         complex(speed),
@@ -72,7 +73,7 @@ def _thin(value: float, phase: float) -> Trial:
 def _wide(value: float, phase: float) -> Trial:
     scene = _scene(
         "wall-width",
-        f"A disc meets a wall of half width {value:.3g} m head-on.",
+        f"A disc meets a wall of half width {metres(value)} head-on.",
         phase,
         complex(-value - _RADIUS_M - _SPEED_M_S * _until(phase), 0.0),
         complex(_SPEED_M_S),
@@ -89,7 +90,7 @@ def _end(value: float, phase: float) -> Trial:
     after = complex(float(2 * offset * offset - 1), float(2 * offset * along)) * _SPEED_M_S
     scene = _scene(
         "wall-end",
-        f"A disc grazes the end of a thin wall; 1 - b/R is {value:.3g}.",
+        f"A disc grazes the end of a thin wall; 1 - b/R is {number(value, 3)}.",
         phase,
         complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height),
         complex(_SPEED_M_S),
@@ -125,7 +126,7 @@ def _corner(value: float, phase: float) -> Trial:
     side = abs(apex) + _HALF_LENGTH_M
     scene = _scene(
         "corner",
-        f"A disc is thrown into a corner of {value:.3g} degrees.",
+        f"A disc is thrown into a corner of {number(value, 3)} degrees.",
         phase,
         start,
         velocity,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from carom.number_text import number
 from carom.scene import Disc, Scene
 from carom.studies.stress.attack import Attack, Trial, velocity_judge
 from carom.studies.stress.truth import true_motion
@@ -73,10 +74,8 @@ def _attack(
 
     def trials(value: float) -> Sequence[Trial]:
         sizes = {key: function(value) for key, function in of.items()}
-        return [
-            _meeting(f"stress/{name}", f"{shows.format(value=value)} Phase {phase:g} of a step.", phase, **sizes)
-            for phase in PHASES
-        ]
+        met = shows.format(value=number(value, 3))
+        return [_meeting(f"stress/{name}", f"{met} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
 
     return Attack(name, axis, *ends, trials, truth, gives_way)
 
@@ -87,7 +86,7 @@ def _of_size(name: str, absurd: float) -> Attack:
         name,
         "radius in metres, the whole scene with it",
         (1.0, absurd),
-        "Discs of radius {value:.3g} m meet head-on at a fiftieth of it a step.",
+        "Discs of radius {value} m meet head-on at a fiftieth of it a step.",
         gives_way=f"{_VELOCITY}; nothing varies but the unit of length, so whatever gives way is an absolute length or "
         "speed",
         radius=lambda value: value,
@@ -102,14 +101,14 @@ def pair_attacks() -> list[Attack]:
             "grazing",
             "1 - b/R, how far from a miss",
             (0.1, 1e-15),
-            "A disc grazes another; 1 - b/R is {value:.3g}.",
+            "A disc grazes another; 1 - b/R is {value}.",
             offset=lambda value: 1.0 - value,
         ),
         _attack(
             "mass-ratio",
             "mass of the disc struck over that of the striker",
             (1.0, 1e12),
-            "A disc of 1 kg meets one of {value:.3g} kg head-on.",
+            "A disc of 1 kg meets one of {value} kg head-on.",
             gives_way=f"{_VELOCITY}; the heavy disc's small change counts as much as the light one's",
             mass=lambda value: value,
         ),
@@ -117,7 +116,7 @@ def pair_attacks() -> list[Attack]:
             "tunnelling",
             "speed x dt / radius",
             (0.01, 1e4),
-            "A disc that moves {value:.3g} radii a step meets one at rest head-on.",
+            "A disc that moves {value} radii a step meets one at rest head-on.",
             speed=lambda value: value * _RADIUS_M * RATE_HZ,
         ),
         _of_size("small", 1e-6),
@@ -126,7 +125,7 @@ def pair_attacks() -> list[Attack]:
             "far-away",
             "distance from the origin in metres, in x and in y",
             (1.0, 1e12),
-            "Two discs meet head-on {value:.3g} m from the origin.",
+            "Two discs meet head-on {value} m from the origin.",
             truth=f"{_TRUTH}, its positions rounded as they are there",
             origin=lambda value: value,
         ),
@@ -134,7 +133,7 @@ def pair_attacks() -> list[Attack]:
             "slow",
             "approach speed in m/s, at a fixed step",
             (10.0, 1e-9),
-            "Two discs meet head-on at {value:.3g} m/s.",
+            "Two discs meet head-on at {value} m/s.",
             gives_way=f"{_VELOCITY}; an engine's restitution threshold shows here",
             speed=lambda value: value,
         ),

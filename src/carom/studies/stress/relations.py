@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.errors import InputError
+from carom.number_text import number
 from carom.runs.job import Job, Method, Status
 from carom.runs.plan import trace_of
 from carom.runs.pool import Asker
@@ -317,7 +318,7 @@ def relation_spot(relation: Relation, method: Method, asker: Asker, *, scenes: P
     value, status = None, Status.RAN
     try:
         value = relation.deviation(relation.base(), run)
-        reason = "" if value <= HOLDS else f"off by {value:.2g} of the scene's length or speed"
+        reason = "" if value <= HOLDS else f"off by {number(value)} of the scene's length or speed"
     except NotRunError as error:
         return Spot("relation", relation.name, method.name, SpotEnding.NOT_RUN, reason=str(error), status=error.status)
     except _StoppedError as error:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from carom.number_text import number
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import disc
 from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, closed_form_judge
@@ -58,7 +59,7 @@ def spin_judge(
         error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
         if error <= TOLERANCE:
             return Judgement(max(error, found.error), note=found.note)
-        return Judgement(error, f"a rim's speed wrong by {error:.2g} of what an impact changes")
+        return Judgement(error, f"a rim's speed wrong by {number(error)} of what an impact changes")
 
     return judge
 
@@ -105,19 +106,19 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
 
 
 def _friction(value: float) -> list[Trial]:
-    shows = f"Friction of {value:.3g}: a disc on a floor at 45 degrees, and a spinning disc head-on to another."
+    shows = f"Friction of {number(value, 3)}: a disc on a floor at 45 degrees, and a spinning disc head-on to another."
     name = "stress/friction"
     walls = [_on_wall(name, shows, phase, value, 0.5) for phase in PHASES]
     return walls + [_head_on(name, shows, phase, value, 5.0) for phase in PHASES]
 
 
 def _spin(value: float) -> list[Trial]:
-    shows = f"A disc that spins at {value:.3g} rad/s slides along another, head-on, with friction of 0.1."
+    shows = f"A disc that spins at {number(value, 3)} rad/s slides along another, head-on, with friction of 0.1."
     return [_head_on("stress/spin", shows, phase, 0.1, value) for phase in PHASES]
 
 
 def _inertia(value: float) -> list[Trial]:
-    shows = f"A disc of moment of inertia {value:.3g} m R^2 grips a floor at 45 degrees, and leaves rolling."
+    shows = f"A disc of moment of inertia {number(value, 3)} m R^2 grips a floor at 45 degrees, and leaves rolling."
     return [_on_wall("stress/inertia", shows, phase, _GRIP, value) for phase in PHASES]
 
 
@@ -161,7 +162,7 @@ def _rolling(value: float) -> list[Trial]:
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
     scene = Scene(
         name="stress/rolling",
-        description=f"A disc thrown along a floor bounces with restitution {value:.3g}, slides, and ends rolling.",
+        description=f"A disc thrown along a floor bounces at restitution {number(value, 3)}, slides, and ends rolling.",
         discs=[disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
         walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
         wall_friction=friction,

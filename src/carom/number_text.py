@@ -1,0 +1,49 @@
+"""How a number is written for a reader: the only place where what is measured is rounded to so many digits."""
+
+from __future__ import annotations
+
+import math
+import re
+
+#: Numbers that are not a number, or were not measured.
+ABSENT = "n/a"
+
+
+def number(value: float, digits: int = 2) -> str:
+    """Return a number to this many significant digits: 0.075, 1.5e-16, 120."""
+    if math.isnan(value):
+        return ABSENT
+    if math.isinf(value):
+        return "∞" if value > 0 else "-∞"
+    if value == 0.0:
+        return "0"
+    rounded = float(f"{value:.{digits - 1}e}")  # before the exponent is read: 0.0999 to one digit is 0.1
+    exponent = math.floor(math.log10(abs(rounded)))
+    if -4 <= exponent < 6:
+        text = f"{value:.{max(0, digits - 1 - exponent)}f}"
+        return re.sub(r"\.?0+$", "", text) if "." in text else text
+    mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
+    return f"{re.sub(r'[.]?0+$', '', mantissa) if '.' in mantissa else mantissa}e{int(power)}"
+
+
+def seconds(value: float) -> str:
+    """Return a length of time: 0.0375 s."""
+    return ABSENT if math.isnan(value) else f"{number(value, 3)} s"
+
+
+def instant(value: float) -> str:
+    """Return a point in time: 0.0375123 s."""
+    return ABSENT if math.isnan(value) else f"{number(value, 6)} s"
+
+
+def metres(value: float) -> str:
+    """Return a length: 0.0375 m."""
+    return ABSENT if math.isnan(value) else f"{number(value, 3)} m"
+
+
+def steps(error_s: float, dt_s: float) -> str:
+    """Return an error of time in steps: 0.9 steps."""
+    if math.isnan(error_s) or dt_s <= 0.0:
+        return ABSENT
+    shown = number(error_s / dt_s, 3)
+    return f"{shown} step" if shown in {"1", "-1"} else f"{shown} steps"
