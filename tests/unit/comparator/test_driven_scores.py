@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +12,8 @@ import pytest
 import carom
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic
 from carom.comparator.grades import Grade
-from carom.comparator.local_truth import StepWatch
+from carom.comparator.local_truth import StepWatch, bodies, judge
+from carom.comparator.local_truth.bodies import BodyStates
 from carom.errors import InputError
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
@@ -188,6 +190,69 @@ def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart() -> N
     scores = [row.score for row in results.rows if row.score is not None]
     assert {score.expected for score in scores} == {1, 4}  # of impacts at 1.25, 1.625, 1.75, 1.8125, 1.85, ... s
     assert all(score.findings[-1].reason.endswith("from there nothing is compared") for score in scores)
+
+
+_SLANT = (0.6, 0.8)
+_PRESSES = {
+    "half-plane": Wall(point_m=(2.5, 0.0), normal=(-1.0, 0.0), velocity_m_s=(-1.0, 0.0)),
+    "edge": Chain(points_m=((2.5, -1.1), (2.5, 1.2)), velocity_m_s=(-1.0, 0.0)),
+    "disc": Disc(position_m=(3.0, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True),
+}
+
+
+@pytest.mark.parametrize("turned", [(1.0, 0.0), _SLANT], ids=["upright", "slanted"])
+@pytest.mark.parametrize("press", _PRESSES.values(), ids=_PRESSES)
+def test_no_exact_run_begins_where_a_disc_has_no_room(
+    press: Wall | Chain | Disc, turned: tuple[float, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A disc is crushed at 2 s: of steps that begin later PIC is not asked, and nothing is due or missed in them."""
+    cos, sin = turned
+
+    def to(x: float, y: float) -> tuple[float, float]:
+        return x * cos - y * sin, x * sin + y * cos
+
+    def placed(thing: Any) -> Any:
+        told = {
+            name: tuple(to(*point) for point in value) if name == "points_m" else to(*value)
+            for name in ("point_m", "normal", "points_m", "position_m", "velocity_m_s")
+            if (value := getattr(thing, name, None)) is not None
+        }
+        return type(thing)(**{**thing.model_dump(exclude_unset=True), **told})
+
+    begun, exact_run = list[float](), bodies.exact_run
+
+    def asked(start: BodyStates, *rest: Any) -> Any:
+        begun.append(start.time_s)
+        return exact_run(start, *rest)
+
+    monkeypatch.setattr(judge, "exact_run", asked)
+    monkeypatch.setattr(bodies, "MOST_IMPACTS", 50)  # of the window in which it is crushed
+    things = [
+        placed(Disc(position_m=(1.25, 0.0), velocity_m_s=(-0.5, 0.0), radius_m=0.25)),
+        placed(crush().walls[0]),
+        placed(press),
+    ]
+    scene = Scene(
+        name="crush",
+        discs=[thing for thing in things if isinstance(thing, Disc)],
+        walls=[thing for thing in things if not isinstance(thing, Disc)],
+        duration_s=3.0,
+    )
+    dt_s = 0.01
+    watch = StepWatch(scene, dt_s, 64)
+    for step in range(1, 221):
+        time_s = (step + 0.5) * dt_s  # so that both come to it within a step
+        place, speed = (1.25 - 0.5 * time_s, -0.5) if time_s < 2.0 else (0.25 + 0.02 * (step % 2), (-1.0) ** step)
+        rows, speeds = [to(place, 0.0), to(3.0 - time_s, 0.0)], [to(speed, 0.0), to(-1.0, 0.0)]
+        n = len(scene.discs)
+        watch.add(time_s, np.array(rows[:n]), np.array(speeds[:n]), np.zeros(n))
+    told = watch.finish()
+    assert any(time_s < 2.0 for time_s in begun)
+    assert not any(time_s > 2.0 for time_s in begun)
+    after = told.windows[told.windows["begin_s"] > 2.0]
+    assert len(after) >= 2
+    assert not np.any(after["due"])
+    assert not np.any(after["missed"])
 
 
 def test_an_impact_that_is_missed_before_a_crush_still_is() -> None:

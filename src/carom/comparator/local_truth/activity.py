@@ -14,6 +14,7 @@ from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import MOST_IMPACTS, BodyStates, Pair
 from carom.comparator.local_truth.pairs import MARGIN_STEPS, NearPairs, disc_pairs, wall_pairs
 from carom.comparator.local_truth.rest import RESTING_STEPS, Rest, rests
+from carom.comparator.local_truth.room import has_room
 
 Flags = NDArray[np.bool_]
 
@@ -88,6 +89,9 @@ def _take_consequences(block: Block, found: Activity, near: dict[int, list[Pair]
         active = found.due.get(step)
         due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0] if active else []
         if active is None or not due or _all_active(active, due, near):
+            continue
+        struck = (body for _, pair in due for body in pair if body in near)
+        if not has_room(block, step, {pair for body in struck for pair in near[body]}):
             continue
         seconds = float(block.step_s[step])
         for time_s, pair, closing in _impacts_of(block, step, due, near):

@@ -78,6 +78,10 @@ class Law:
         """Whether a body is a disc that an impact moves."""
         return body < self.n and self.inverse_mass[body] > 0.0
 
+    def is_driven(self, body: int) -> bool:
+        """Whether a body moves as the scene says, whatever meets it."""
+        return body in self.disc_drives if body < self.n else not self.wall_drives[body - self.n].stands
+
     def falls(self, body: int) -> bool:
         """Whether gravity acts on a body."""
         return self.pull > 0.0 and self.movable(body)

@@ -19,6 +19,7 @@ from carom.comparator.local_truth.bodies import BodyStates, Law, Met, Pair, exac
 from carom.comparator.local_truth.chains import StepChain
 from carom.comparator.local_truth.pairs import MARGIN_STEPS
 from carom.comparator.local_truth.rest import RESTING_STEPS
+from carom.comparator.local_truth.room import has_room
 from carom.comparator.slowing import nearest_s
 from carom.comparator.thresholds import THRESHOLDS
 
@@ -167,6 +168,8 @@ def judge(
         ends: Whether the run ends with the block.
         speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
     """
+    if not has_room(block, chain.begin, block.law.pairs_of(chain.discs)):
+        return _of_no_room(chain)
     window = _Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
@@ -206,6 +209,12 @@ def judge(
         first = due[0] if due else math.nan
         judged.meetings.append(WindowPair(pair, steps[0], steps[-1] + 1, first, pair in missed, pair in also))
     return judged
+
+
+def _of_no_room(chain: StepChain) -> Comparison:
+    """Return what is said of a window whose first state no motion can follow: nothing is due, and nothing missed."""
+    pairs = [WindowPair(pair, steps[0], steps[-1] + 1, math.nan, False, False) for pair, steps in chain.pairs.items()]
+    return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0, meetings=pairs)
 
 
 def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
