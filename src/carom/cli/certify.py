@@ -32,7 +32,8 @@ def certify(
 ) -> None:
     """Run scenes in ball arithmetic: every digit printed is proven.
 
-    A run ends at the end of its scene, at a limit, or at an event that has no certain answer, which is named.
+    A run ends at the end of its scene, at a limit, or at an event that has no certain answer, which is named. Discs
+    that slide, roll and rest on straight walls are proven, too.
     Needs python-flint: `pip install 'carom[certify]'`. Exit code 1: a scene was not certified to its end or limit.
 
     Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,

@@ -15,7 +15,7 @@ from carom.scene import Disc, Scene, as_scene
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
-from carom.trace import Trace, Vector, rim_speeds, velocities
+from carom.trace import Mode, Trace, Vector, rim_speeds, velocities
 
 #: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
 #: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
@@ -98,7 +98,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BE
     if not 0 < tolerance < math.inf:
         raise InputError(f"tolerance must be above 0, got {tolerance}")
     scene, truth = trace.scene, certified.trace.impacts
-    order = _certified_order(certified, trace)
+    order = _certified_order(certified, trace, tolerance * scene.duration_s)
     found = trace.impacts[order]
     complete = certified.trace.end_time_s == scene.duration_s
     common = min(len(found), len(truth))
@@ -138,15 +138,34 @@ def _apart(
     return found
 
 
-def _certified_order(certified: CertifiedTrace, trace: Trace) -> NDArray[np.intp]:
-    """Return which of the trace's impacts come where: two that commute stand as the certified run has them."""
-    found, truth, order = trace.impacts.copy(), certified.trace.impacts, np.arange(len(trace.impacts))
+def _certified_order(certified: CertifiedTrace, trace: Trace, alike_s: float) -> NDArray[np.intp]:
+    """Return which of the trace's impacts come where: two that commute stand as the certified run has them.
+
+    Of infinitely many bounces those are left out that the certified run has as part of a landing no later than that.
+    """
+    truth, order = certified.trace.impacts, np.flatnonzero(~_of_landings(certified.trace, trace, alike_s))
+    found = trace.impacts[order]
     bodies = ["first", "second"]
     for a, b in certified.commuted:
         swapped = b < len(found) and found[a][bodies] == truth[b][bodies] and found[b][bodies] == truth[a][bodies]
         if swapped:
             found[[a, b]], order[[a, b]] = found[[b, a]], order[[b, a]]
     return order
+
+
+def _of_landings(certified: Trace, trace: Trace, alike_s: float) -> NDArray[np.bool_]:
+    """Return which impacts of a trace are bounces that another ends by a landing, so near to it that they are alike."""
+    parts = np.zeros(len(trace.impacts), bool)
+    for mode in () if certified.modes is None else certified.modes[certified.modes["before"] == Mode.FLIGHT]:
+        theirs, ours = (
+            (rows["first"] == mode["disc"])
+            & (rows["second"] == mode["wall"])
+            & (rows["time_s"] <= mode["time_s"] + alike_s)
+            for rows in (trace.impacts, certified.impacts)
+        )
+        more = np.flatnonzero(theirs)[int(ours.sum()) :]
+        parts[more] = trace.impacts["time_s"][more] >= mode["time_s"] - alike_s
+    return parts
 
 
 def reach_of(reference: Trace, horizon: float | None) -> Reach:

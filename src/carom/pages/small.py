@@ -10,9 +10,12 @@ import tomli_w
 from carom.pages import wording
 from carom.pages.document import Column, Document, Headline, Section, Table
 from carom.scenes import CatalogueScene, Complaint
-from carom.trace import pair_name
+from carom.trace import Mode, body_name, pair_name
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from carom.solvers.certified.result import CertifiedTrace
 
 
@@ -48,8 +51,34 @@ def certified_document(certified: CertifiedTrace, most: int) -> Document:
         title=f"{certified.trace.scene.name}: every digit proven",
         note=f"and {left_out} more" if left_out > 0 else "",
     )
-    blocks = (table,) if most and len(certified) else ()
+    blocks: tuple[Table, ...] = (table,) if most and len(certified) else ()
+    if most and certified.trace.modes is not None:
+        blocks = (*blocks, _modes(certified, certified.trace.modes, most))
     return Document("Carom: certified", Headline.of(_reach(certified)), (Section(table.title, blocks),))
+
+
+def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Table:
+    """Return the first changes of how discs move in contact."""
+    from carom.solvers.certified.result import proven_decimal
+
+    def number(k: int, field: str, *part: int) -> str:
+        radii = certified.mode_radii
+        bound = 0.0 if radii is None else radii[field][k][part[0]] if part else radii[field][k]
+        return proven_decimal(float(modes[field][k][part[0]] if part else modes[field][k]), float(bound))
+
+    left_out = len(modes) - most
+    return Table(
+        (
+            Column("time, s", lambda k: number(k, "time_s")),
+            Column("disc", lambda k: body_name(int(modes["disc"][k]))),
+            Column("on", lambda k: body_name(int(modes["wall"][k]))),
+            Column("goes over into", lambda k: Mode(modes["after"][k]).name.lower()),
+            Column("velocity, m/s", lambda k: f"({number(k, 'velocity', 0)}, {number(k, 'velocity', 1)})"),
+        ),
+        range(min(most, len(modes))),
+        title=f"{certified.trace.scene.name}: contact",
+        note=f"and {left_out} more" if left_out > 0 else "",
+    )
 
 
 def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:

@@ -99,9 +99,9 @@ def reference_of(trace: Trace, asked: bool | None, time_budget_s: float = CERTIF
         MissingExtraError: It was asked for, and python-flint is not installed.
     """
     reference = _certified(trace, asked, time_budget_s) if will_certify(trace.scene, asked) else Reference(trace)
-    if trace.contact_s < math.inf and reference.trace is trace:
+    if reference.trace.contact_s < math.inf:
         believed_s = math.inf if reference.horizon_s is None else reference.horizon_s
-        return replace(reference, horizon_s=min(trace.contact_s, believed_s))
+        return replace(reference, horizon_s=min(reference.trace.contact_s, believed_s))
     if reference.horizon_s is not None or isinstance(reference.certified, Horizon):
         return reference
     return replace(reference, horizon_s=estimate_horizon(reference.trace))

@@ -11,7 +11,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.scene import Scene
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome, Trace
+from carom.trace import IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, Outcome, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -48,6 +48,7 @@ def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
         **{name: getattr(certified, name).tolist() for name in _FINAL_RADII},
         **{name: getattr(certified, name) for name in _NUMBERS},
         **_turning(certified),
+        **_in_contact(certified),
     }
 
 
@@ -70,6 +71,7 @@ def from_enclosures(document: Mapping[str, Any]) -> CertifiedTrace:
         outcome=Outcome[document["outcome"]],
         settings={"digits": document["digits"], "precision_bits": document["precision_bits"]},
         counts={"impacts": len(document["impacts"])},
+        modes=_modes(document, "modes"),
         **final,
         **_read(document, "spins", "final_spin_rad_s"),
     )
@@ -86,6 +88,7 @@ def from_enclosures(document: Mapping[str, Any]) -> CertifiedTrace:
         degeneracy=trouble,
         commuted=tuple((a, b) for a, b in document["commuted"]),
         **same,
+        mode_radii=_modes(document, "mode_radii"),
         **_read(document, "spin_radii", "final_spin_radius_rad_s"),
     )
 
@@ -103,6 +106,22 @@ def _turning(certified: CertifiedTrace) -> dict[str, Any]:
     }
 
 
+def _in_contact(certified: CertifiedTrace) -> dict[str, Any]:
+    """Return what there is where discs are in contact with walls."""
+    if certified.trace.modes is None or certified.mode_radii is None:
+        return {}
+    fields = list(MODE_DTYPE.names or ())
+    return {
+        "mode_fields": fields,
+        "modes": _plain(certified.trace.modes),
+        "mode_radii": _plain(certified.mode_radii),
+    }
+
+
+def _modes(document: Mapping[str, Any], rows: str) -> NDArray[np.void] | None:
+    return _array(document[rows], MODE_DTYPE) if rows in document else None
+
+
 def _read(document: Mapping[str, Any], rows: str, final: str) -> dict[str, Any]:
     if rows not in document:
         return {}
@@ -115,7 +134,7 @@ def _plain(rows: NDArray[np.void]) -> list[list[Any]]:
     return [[value.tolist() if isinstance(value, np.ndarray) else value for value in row] for row in rows.tolist()]
 
 
-def _array(rows: list[list[Any]]) -> NDArray[np.void]:
-    array = np.array([tuple(tuple(v) if isinstance(v, list) else v for v in row) for row in rows], dtype=IMPACT_DTYPE)
+def _array(rows: list[list[Any]], dtype: np.dtype[np.void] = IMPACT_DTYPE) -> NDArray[np.void]:
+    array = np.array([tuple(tuple(v) if isinstance(v, list) else v for v in row) for row in rows], dtype=dtype)
     array.flags.writeable = False
     return array

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.scene import Scene
+from carom.solvers.certified.contacts import Contacts
 from carom.solvers.certified.legs import BallLeg, ball, legs_of
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 from carom.trace import wall_body, wall_index
@@ -115,6 +116,9 @@ class BallBodies:
             or 0 for any disc.
         last_met: A float64 no less than any time at which each disc has met anybody; 0 before its first impact.
         partner: Body that each disc met last; None before its first impact.
+        acceleration: Of a disc in contact, whose state is seen from the walls; None of one in flight.
+        spin_rate: Radians a second squared, at which contact turns each disc.
+        contacts: Which discs are in contact, and how.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -135,6 +139,9 @@ class BallBodies:
         self.met: list[dict[int, arb]] = [{} for _ in discs]
         self.last_met = [0.0] * len(discs)
         self.partner: list[int | None] = [None] * len(discs)
+        self.acceleration: list[tuple[arb, arb] | None] = [None] * len(discs)
+        self.spin_rate = [ZERO] * len(discs)
+        self.contacts = Contacts(self)
         self.falls = scene.gravity_m_s2 != (0.0, 0.0)
         self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
         self.pulls = [_pull(scene, obstacle.shape) for obstacle in self.obstacles]
@@ -255,6 +262,8 @@ class BallBodies:
     def bends(self, body: int) -> bool:
         """Whether a body's path is not straight in the frame of the discs that impacts move."""
         fixed = body < 0 or not self.movable[body]
+        if body >= 0 and self.acceleration[body] is not None:
+            return True
         return fixed and (self.falls or len(self.legs(body)) > 1)
 
     def state(self, i: int, at: float) -> State:
@@ -278,13 +287,35 @@ class BallBodies:
         if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
             x, y = leg.moved_at(arb(at))
             return self.x[i] + x, self.y[i] + y
-        if not self.movable[i] or at == self.time[i]:
+        if not self.movable[i] or (at == self.time[i] and self.acceleration[i] is None):
             return self.x[i], self.y[i]
+        if self.acceleration[i] is not None:
+            (x, y), half_square = self.place_at(i, arb(at)), arb(at) * arb(at) / 2
+            return x - self.gravity[0] * half_square, y - self.gravity[1] * half_square
         dt = arb(at) - self.time[i]
         return self.x[i] + self.vx[i] * dt, self.y[i] + self.vy[i] * dt
 
+    def place_at(self, i: int, time: arb) -> tuple[arb, arb]:
+        """Return the centre of disc `i`, which nothing drives, at a time on its path, as seen from the walls."""
+        if not self.movable[i]:
+            return self.x[i], self.y[i]
+        dt, pull = time - self.time[i], self.acceleration[i]
+        # In flight: from the frame that has fallen since time 0.
+        (ax, ay), half_square = (self.gravity, time * time / 2) if pull is None else (pull, dt * dt / 2)
+        return (
+            self.x[i] + self.vx[i] * dt + ax * half_square,
+            self.y[i] + self.vy[i] * dt + ay * half_square,
+        )
+
+    def pull(self, i: int) -> tuple[arb, arb]:
+        """Return the acceleration of disc `i` as seen from the walls."""
+        own = self.acceleration[i]
+        return own if own is not None else self.gravity if self.movable[i] else (ZERO, ZERO)
+
     def place(self, i: int, at: float) -> tuple[arb, arb]:
         """Return the centre of disc `i` at the exact instant `at`, as seen from the walls."""
+        if self.acceleration[i] is not None:
+            return self.place_at(i, arb(at))
         x, y = self.moved(i, at)
         if not (self.falls and self.movable[i]):
             return x, y
@@ -295,9 +326,31 @@ class BallBodies:
         """Return the velocity of disc `i` at a time on its present path, or its leg at `at`, as seen from the walls."""
         if not self.movable[i] and (leg := self.legs_from(i, at)[0]) is not None:
             return leg.vx, leg.vy
+        if (own := self.acceleration[i]) is not None:
+            dt = time - self.time[i]
+            return self.vx[i] + own[0] * dt, self.vy[i] + own[1] * dt
         if not (self.falls and self.movable[i]):
             return self.vx[i], self.vy[i]
         return self.vx[i] + self.gravity[0] * time, self.vy[i] + self.gravity[1] * time
+
+    def spin_at(self, i: int, time: arb) -> arb:
+        """Return the spin of disc `i` at a time on its present path."""
+        return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
+
+    def surface_at(self, i: int, time: arb) -> arb:
+        """Return the speed of the rim of disc `i` at a time as seen from its centre, counterclockwise."""
+        return arb(self.scene.discs[i].radius_m) * self.spin_at(i, time)
+
+    def strongest_pull(self) -> arb:
+        """Return a bound on how fast gravity, or a wall that it presses to, changes the speed of a disc or rim."""
+        gx, gy = self.gravity
+        friction = arb(max((material.friction for material in self.materials), default=0.0))
+        turns = max([arb(1), *self.inverse_inertia_ratio], key=float)
+        return (gx * gx + gy * gy).sqrt() * (1 + 2 * (friction + arb(self.scene.wall_rolling_resistance)) * turns)
+
+    def exactly(self, x: Fraction, y: Fraction) -> tuple[arb, arb]:
+        """Return a rational point in balls."""
+        return ball(x), ball(y)
 
     def surface(self, i: int) -> arb:
         """Return the speed of the rim of disc `i` as seen from its centre, counterclockwise."""

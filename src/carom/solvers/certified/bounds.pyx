@@ -272,7 +272,7 @@ cdef class LowerBounds:
         if partner is not None and (not self.table.falls if partner < 0 else bodies.have_just_met(i, partner)):
             path.met = self._column(partner)
             hollow = partner < 0 and self.table.walls[path.met - self.table.discs].form == HOLLOW
-            if hollow or (partner >= 0 and bodies.bends(partner)):
+            if hollow or path.bends or (partner >= 0 and bodies.bends(partner)):
                 path.met = NOBODY
 
     cdef _load_wall(self, Py_ssize_t k):

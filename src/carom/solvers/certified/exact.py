@@ -17,6 +17,8 @@ from carom.trace import wall_body, wall_index
 from carom.walls import Wall
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from carom.scene import Scene
     from carom.solvers.certified.obstacles import Obstacle
 
@@ -24,12 +26,14 @@ if TYPE_CHECKING:
 _SLACK = 2.0**-40
 
 
-def contact_at_start(scene: Scene) -> Degeneracy | None:
+def contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach; None where none do.
 
-    Such a state has no past, so no certain future.
+    Such a state has no past, so no certain future, except of a disc with the wall that it has `begun` in contact with.
     """
     for i, j in _near_bodies(scene):
+        if begun.get(i) == j:
+            continue
         if j >= 0:
             spread, speed, gap = _pair_terms(scene, i, j)
             pull = _pull_of_pair(scene, i, j, spread)

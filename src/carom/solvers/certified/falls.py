@@ -18,6 +18,7 @@ _FIRST = 8
 #: it is so short that the polynomial changes along it by no more than this many times what its balls leave open.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
+_ZERO = arb(0)
 
 
 class Fall(NamedTuple):
@@ -62,6 +63,9 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
         yield Fall(arb(0), certain=False)
     if len(left) < 2:
         return
+    if len(left) <= 3 and (found := _of_parabola(*left)) is not None:
+        yield from (fall for fall in found if not fall.time > until)
+        return
     polynomial = arb_poly(left)
     sign = 1 if left[0] > 0 else -1 if left[0] < 0 else 0
     pending: list[_Piece] = []
@@ -76,6 +80,18 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
         sign, pending = at_end, []
     if any(piece.slope <= 0 for piece in pending) and sign >= 0:
         yield Fall(pending[0].low.union(pending[-1].high), certain=False)
+
+
+def _of_parabola(c: arb, b: arb, a: arb = _ZERO) -> tuple[Fall, ...] | None:
+    """Return where ``c + b t + a t^2``, which is above zero at 0, falls through zero, if at all; None if undecided."""
+    d = b * b - 4 * a * c
+    if not c > 0:
+        return None
+    if d < 0 or (a >= 0 and b >= 0):
+        return ()
+    if d > 0 and b < 0:
+        return (Fall(2 * c / (d.sqrt() - b), certain=True),)
+    return (Fall((_ZERO - b - d.sqrt()) / (2 * a), certain=True),) if d > 0 and b >= 0 and a < 0 else None
 
 
 def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:
@@ -145,22 +161,24 @@ def _reach(powers: Sequence[arb], until: float | arb) -> arb:
 
 
 def _refined(polynomial: arb_poly, low: arb, high: arb) -> arb:
-    """Return the zero between two instants, between which the polynomial falls, as narrow as its balls have it."""
-    zero = low.union(high)
+    """Return the zero between two instants, between which the polynomial falls, as narrow as its balls have it.
+
+    Both are kept as they are: one ball around them reaches further, where there may be another zero.
+    """
     while True:
-        middle, half = zero.mid(), zero.rad()
+        middle, half = ((low + high) / 2).mid(), ((high - low) / 2).upper()
         here = _around(polynomial, middle)
         most = _spread([k * here[k] for k in range(1, len(here))], half)
         slope = here[1] + (arb(0) - most).union(most)
         if slope < 0:
-            nearer = middle - here[0] / slope
-            if not nearer.overlaps(zero):
-                return zero
-            nearer = nearer.intersection(zero)
+            zero = middle - here[0] / slope
+            first, last = low.max(zero.lower()), high.min(zero.upper())
+            if not first <= last:
+                return low.union(high)
         elif here[0] > 0 or here[0] < 0:
-            nearer = middle.union(zero.upper()) if here[0] > 0 else zero.lower().union(middle)
+            first, last = (middle, high) if here[0] > 0 else (low, middle)
         else:
-            return zero
-        if not 4 * nearer.rad() < 3 * half:
-            return nearer
-        zero = nearer
+            return low.union(high)
+        if not 4 * (last - first) < 3 * (high - low):
+            return first.union(last)
+        low, high = first, last

@@ -22,11 +22,13 @@ from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ball
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
-from carom.solvers.certified.planes import fall_on_plane, meet_plane
+from carom.solvers.certified.planes import to_plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from carom.outline import Outline
     from carom.scene import Scene
     from carom.solvers.certified.legs import BallLeg
@@ -54,6 +56,15 @@ class _Touch(NamedTuple):
 
 def meet_finite(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on an obstacle of a finite wall on a leg; None where it certainly never comes."""
+    launch = bodies.contacts.launch(i, second)
+    if launch is not None:  # its gap and the rate of that were 0 then: it is met again where the rest falls through 0
+        fall = next(falls_of(launch.powers), None)
+        if fall is None:
+            return None
+        again = launch.time + fall.time
+        if not fall.certain or not again.lower() > launch.time.upper():
+            return undecided(i, second, at, again.lower().max(arb(at)), resting=False)
+        at = max(at, float((launch.time + again) / 2))
     touch = _touch(bodies, i, second, at, leg)
     if touch is None or touch.on is On.BESIDE:
         return None
@@ -77,19 +88,20 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
         return (_fall_on_round if bodies.falls else _touch_round)(bodies, i, second, at, leg)
     x, y, vx, vy = bodies.seen(i, at, leg)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
-    if not bodies.pulls[k] and x * law.nx + y * law.ny < law.level:  # behind the edge, or beside it
+    straight = not bodies.pulls[k] and bodies.acceleration[i] is None
+    if straight and x * law.nx + y * law.ny < law.level:  # behind the edge, or beside it
         return None
-    meeting = (fall_on_plane if bodies.pulls[k] else meet_plane)(bodies, i, second, at, leg)
+    meeting = to_plane(bodies, i, second, at, leg)
     if meeting is None or shape.stretch is None:
         return None if meeting is None else _Touch(meeting, On.INSIDE)
-    return _Touch(meeting, _foot(shape.stretch, *_flown(bodies, x, y, vx, vy, meeting.time - at)))
+    return _Touch(meeting, _foot(shape.stretch, *_flown(bodies, i, x, y, vx, vy, meeting.time - at)))
 
 
-def _flown(bodies: BallBodies, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
-    """Return where a disc is after a wait."""
+def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
+    """Return where disc `i` is after a wait."""
     if not bodies.falls:
         return x + vx * wait, y + vy * wait
-    (gx, gy), half = bodies.gravity, wait / 2
+    (gx, gy), half = bodies.pull(i), wait / 2
     return x + wait * (vx + gx * half), y + wait * (vy + gy * half)
 
 
@@ -105,11 +117,11 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     if law.reach <= 0:
         return None
     x, y, ux, uy = bodies.seen(i, at, leg)
-    dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.gravity
+    dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
     powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
     begin = bodies.began(i, second, at)
     for wait, certain in falls_of(powers, math.inf if leg is None else leg.end_s - at):
-        px, py = _flown(bodies, dx, dy, ux, uy, wait)
+        px, py = _flown(bodies, i, dx, dy, ux, uy, wait)
         on, time = On.INSIDE if shape.sector is None else _place(shape.sector, px, py), arb(at) + wait
         if on is On.BESIDE or time < (arb(at) if begin is None else begin):
             continue
@@ -211,8 +223,10 @@ def _root(square: arb) -> arb:
     return square.upper().max(ZERO).sqrt()
 
 
-def finite_contact_at_start(scene: Scene) -> Degeneracy | None:
+def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first disc that touches or overlaps a finite wall at the start and approaches it; None if none does.
+
+    One that has `begun` in contact with that wall is left out.
 
     Contact is told by balls of many bits. Where these do not tell it from a gap, it is called contact, not proven.
     """
@@ -224,7 +238,7 @@ def finite_contact_at_start(scene: Scene) -> Degeneracy | None:
                 far = isinstance(wall, tuple) or wall.gap(*disc.position_m, disc.radius_m) > size + _SLACK * _extent(
                     wall
                 )
-                if far or not bodies.movable[i]:
+                if far or not bodies.movable[i] or begun.get(i) == wall_body(k):
                     continue
                 for number, obstacle in enumerate(bodies.obstacles):
                     found = _start_contact(bodies, i, number) if obstacle.wall == k else None

@@ -13,7 +13,10 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies, PairLaw
+from carom.solvers.certified.contacts import BallMode
+from carom.solvers.certified.landing import Bounce
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
+from carom.solvers.certified.two_frictions import BallHeld, cut, held
 from carom.trace import NO_EDGE, wall_index
 
 
@@ -34,10 +37,55 @@ class BallImpact(NamedTuple):
     before: tuple[arb, arb, arb, arb] | None = None
     spins_after: tuple[arb, arb] = (ZERO, ZERO)
     edge: tuple[int, int] = NO_EDGE
+    spins_before: tuple[arb, arb] | None = None
 
 
-def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
-    """Give both bodies the state after an impact that is certain, and return it."""
+class BallEvent(NamedTuple):
+    """What has happened: an impact, and the changes of how discs move in contact."""
+
+    impact: BallImpact | None
+    modes: tuple[BallMode, ...] = ()
+
+
+def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
+    """Give all bodies the state after a meeting that is certain, and return what has happened.
+
+    Raises:
+        Undecided: What follows in contact is not decided.
+    """
+    contacts, (first, second) = bodies.contacts, meeting[:2]
+    if first == second:
+        return BallEvent(None, (contacts.go_on(meeting),))
+    discs = [body for body in (first, second) if body >= 0 and bodies.movable[body]]
+    in_contact = contacts.strike(discs, meeting.time, meeting.at)
+    if in_contact and isinstance(meeting.near, PairApproach):
+        meeting = meeting._replace(near=_straight(bodies, meeting, meeting.near))
+    spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
+    impact = _carry_out(bodies, meeting)._replace(spins_before=spins)
+    normal = (impact.nx, impact.ny)
+    modes = [contacts.after_impact(i, was, meeting, normal) for i, was in in_contact.items()]
+    return BallEvent(impact, tuple(mode for mode in modes if mode is not None))
+
+
+def _straight(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairApproach:
+    """Return what is left of the way of two discs if both were on the straight paths that they are on just then."""
+    wait, places, speeds = near.wait, [], []
+    for i in meeting[:2]:
+        u, v = bodies.velocity(i, meeting.time, meeting.at)
+        if bodies.movable[i]:
+            places.append(bodies.place_at(i, meeting.time))
+        else:
+            x, y = bodies.moved(i, meeting.at)
+            places.append((x + u * wait, y + v * wait))
+        speeds.append((u, v))
+    ux, uy = speeds[1][0] - speeds[0][0], speeds[1][1] - speeds[0][1]
+    dx, dy = places[1][0] - places[0][0] - ux * wait, places[1][1] - places[0][1] - uy * wait
+    alike = bodies.movable[meeting.first] and bodies.movable[meeting.second]
+    ways = (*bodies.moved(meeting.first, meeting.at), *bodies.moved(meeting.second, meeting.at), dx, dy, ux, uy)
+    return PairApproach(*ways, near.root, wait, None if alike else (ZERO, ZERO))
+
+
+def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     if isinstance(meeting.near, Seam):
         return _carry_out_either(bodies, meeting, meeting.near)
     before = _velocities(bodies, meeting) if bodies.falls or bodies.fastest_drive else None
@@ -50,7 +98,10 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
         edge = _edge(bodies, meeting)
         velocity = _seen_from_wall(bodies, meeting)
         normal = _bounce(bodies, meeting, meeting.near)
-        _slide_on_wall(bodies, meeting, velocity, normal)
+        rubbed = _slide_on_wall(bodies, meeting, velocity, normal)
+        if isinstance(meeting.near, WallApproach):
+            leaves = _restitution(bodies, meeting) * meeting.near.root / normal[2]
+            bodies.contacts.bounces[meeting.first] = Bounce(meeting.time, meeting.second, leaves, rubbed)
     first, second, at, time, latest = meeting[:5]
     for disc, other in ((first, second), (second, first)):
         if disc >= 0 and bodies.movable[disc]:
@@ -64,12 +115,13 @@ def _carry_out_either(bodies: BallBodies, meeting: Meeting, seam: Seam) -> BallI
     """Give a disc the hull of the states after each of two impacts, one of which takes place, and return it."""
     i, states = meeting.first, (bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.spin)
     begun, time = [state[i] for state in states], bodies.time[i]
-    other = carry_out(bodies, seam.other)
+    other = _carry_out(bodies, seam.other)
     after_other = [state[i] for state in states]
     for state, value in zip(states, begun, strict=True):
         state[i] = value
     bodies.time[i] = time
-    one = carry_out(bodies, seam.one)
+    one = _carry_out(bodies, seam.one)
+    bodies.contacts.bounces[i] = None  # there is no one wall that it was on
     for state, value in zip(states, after_other, strict=True):
         state[i] = state[i].union(value)
     nx = (one.nx / one.length).union(other.nx / other.length)
@@ -190,9 +242,7 @@ def _tangential_impulse(
     friction: float, restitution: float, slip: arb, inverse_effective_mass: arb, pressed: arb
 ) -> arb:
     """Return the impulse of `carom.physics.friction.tangential_impulse`; the hull of both branches where undecided."""
-    sticking = (arb(restitution) + 1) * slip / inverse_effective_mass
-    most = arb(friction) * pressed
-    return sticking.min(most).max(ZERO - most)
+    return cut((arb(restitution) + 1) * slip / inverse_effective_mass, arb(friction) * pressed)
 
 
 def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
@@ -217,22 +267,35 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
 
 def _slide_on_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
-) -> None:
-    """Let the friction of a wall act on a disc that came at a velocity, as seen from the wall."""
+) -> BallHeld:
+    """Let the frictions of a wall act on a disc that came at a velocity, as seen from there; return what they took."""
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]
-    if not material.friction:
-        return
+    rolling = bodies.scene.wall_rolling_resistance
+    if not material.friction and not rolling:
+        return BallHeld(ZERO, ZERO, slip=False, rim=False)
     nx, ny = ((ZERO - part) / normal[2] for part in normal[:2])
     vx, vy = velocity
     approach = near.root / normal[2] if isinstance(near, WallApproach | RoundApproach) else ZERO - vx * nx - vy * ny
     slip = vx * ny - vy * nx + bodies.surface(i) + bodies.scene.arrays.belt_of_wall(wall)
     pressed = (arb(material.restitution) + 1) * approach
-    regain = bodies.scene.wall_tangential_restitution
-    tangential = _tangential_impulse(material.friction, regain, slip, 1 + bodies.inverse_inertia_ratio[i], pressed)
+    y, most = bodies.inverse_inertia_ratio[i], (arb(material.friction) * pressed, arb(rolling) * pressed)
+    if rolling:
+        rim = bodies.surface(i)
+        taken = held(slip, rim, most, y)
+        bodies.turn(i, taken.friction + taken.rolling)
+        if taken.rim:
+            bodies.spin[i] = ZERO
+    else:
+        regain = arb(bodies.scene.wall_tangential_restitution) + 1
+        sticking = regain * slip / (1 + y)
+        holds = True if abs(sticking) <= most[0] else False if abs(sticking) > most[0] else None
+        taken = BallHeld(cut(sticking, most[0]), ZERO, slip=holds, rim=False)
+        bodies.turn(i, taken.friction)
+    tangential = taken.friction
     _change_velocity(bodies, i, ZERO - tangential * ny, tangential * nx, meeting.time - meeting.at)
-    bodies.turn(i, tangential)
+    return taken
 
 
 def _change_velocity(bodies: BallBodies, i: int, dvx: arb, dvy: arb, wait: arb) -> None:

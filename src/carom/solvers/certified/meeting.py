@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.ball_bodies import RoundLaw
 from carom.solvers.certified.floats import float_above
+
+if TYPE_CHECKING:
+    from carom.solvers.certified.ball_bodies import RoundLaw
 
 
 class PairApproach(NamedTuple):
@@ -77,7 +79,8 @@ class Meeting(NamedTuple):
 
     Attributes:
         first: Disc.
-        second: Disc, of a higher number, or obstacle, as `wall_body` of its number.
+        second: Disc, of a higher number, or obstacle, as `wall_body` of its number; the same disc, where how it moves
+            ends by itself.
         at: Float64 instant from which it was solved, seconds; the impact is not before it.
         time: Ball that holds the time of impact; where undecided, that of the earliest it could be.
         latest: Float64 no less than anything in `time`.

@@ -20,7 +20,7 @@ from carom.solvers.certified.falls import falls_of, squared_gap
 from carom.solvers.certified.finite_walls import meet_finite
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.meeting import Meeting, PairApproach, undecided
-from carom.solvers.certified.planes import fall_on_plane, meet_plane
+from carom.solvers.certified.planes import to_plane
 from carom.trace import wall_index
 
 if TYPE_CHECKING:
@@ -29,9 +29,15 @@ if TYPE_CHECKING:
 
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""
+    if disc == body:
+        return bodies.contacts.meet_end(disc, at)
+    if body < 0 and bodies.contacts.bars(disc, body):
+        return None
     fixed = body if body < 0 or not bodies.movable[body] else disc
     if fixed >= 0 and bodies.movable[fixed]:
-        return _meet_pair(bodies, min(disc, body), max(disc, body), at)
+        pair = min(disc, body), max(disc, body)
+        curved = bodies.bends(disc) or bodies.bends(body)
+        return _meet_on_curves(bodies, *pair, at, None) if curved else _meet_pair(bodies, *pair, at)
     for leg in bodies.legs_from(fixed, at):
         begin_s = at if leg is None else max(at, leg.begin_s)
         meeting = _meet_on_leg(bodies, disc, body, begin_s, leg)
@@ -47,21 +53,21 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallL
     """Return what `meet` does of a body that no impact moves, and that goes on a leg for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
-        return _fall_on_disc(bodies, *pair, at, leg) if bodies.falls else _meet_pair(bodies, *pair, at)
+        return _meet_on_curves(bodies, *pair, at, leg) if bodies.falls else _meet_pair(bodies, *pair, at)
     k = wall_index(body)
     if bodies.obstacles[k].kind is not None:
         return meet_finite(bodies, disc, body, at, leg)
-    return (fall_on_plane if bodies.pulls[k] else meet_plane)(bodies, disc, body, at, leg)
+    return to_plane(bodies, disc, body, at, leg)
 
 
-def _fall_on_disc(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
-    """Return the impact of discs `i` < `j`, of which one falls and the other does not, along a parabola."""
-    law, (gx, gy) = bodies.pair_law(i, j), bodies.gravity
-    pull = (ZERO - gx, ZERO - gy) if bodies.movable[i] else (gx, gy)
+def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of discs `i` < `j`, of which one falls as the other does not, along a parabola."""
+    law, (ax, ay), (bx, by) = bodies.pair_law(i, j), bodies.pull(i), bodies.pull(j)
+    pull = (bx - ax, by - ay)
     (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
-    powers = squared_gap(d, u, pull, law.reach2)
+    powers = bodies.contacts.along_one(i, j, at, law.reach) or squared_gap(d, u, pull, law.reach2)
     begin = bodies.began(i, j, at)
     for wait, certain in falls_of(powers, math.inf if leg is None else leg.end_s - at):
         time = arb(at) + wait

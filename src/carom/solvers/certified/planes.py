@@ -6,12 +6,14 @@ Under gravity the gap is ``w + s t + a t^2 / 2``. Its derivative where it is 0 i
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies
 from carom.solvers.certified.exact import exactly_grazing_wall
+from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.meeting import Meeting, WallApproach, undecided
 from carom.trace import wall_index
@@ -20,7 +22,31 @@ if TYPE_CHECKING:
     from carom.solvers.certified.legs import BallLeg
 
 
-def meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact of disc `i` on a plane on a leg, along its path; None where it certainly never comes."""
+    if bodies.acceleration[i] is not None:
+        return _glide_to_plane(bodies, i, second, at, leg)
+    return (_fall_on_plane if bodies.pulls[wall_index(second)] else _meet_plane)(bodies, i, second, at, leg)
+
+
+def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+    """Return the impact on a plane of disc `i`, which is in contact with another."""
+    law, begin = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m), bodies.since(i, second)
+    x, y, vx, vy = bodies.seen(i, at, leg)
+    gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
+    pull = bodies.pull(i)[0] * law.nx + bodies.pull(i)[1] * law.ny
+    for wait, certain in falls_of([gap, speed, pull / 2], math.inf if leg is None else leg.end_s - at):
+        time = arb(at) + wait
+        if time < begin or time < at:
+            continue
+        if not (certain and time > begin):
+            earliest = arb(at) + wait.lower().max(ZERO)
+            return undecided(i, second, at, earliest, resting=certain or not gap > 0)
+        return Meeting(i, second, at, time, float_above(time), near=WallApproach(ZERO - speed - pull * wait, wait))
+    return None
+
+
+def _meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on a plane on a leg, along a path whose part along the normal is straight."""
     law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.less(leg, at, *bodies.moved(i, at), bodies.vx[i], bodies.vy[i])
@@ -39,7 +65,7 @@ def meet_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg 
     return Meeting(i, second, at, time, float_above(time), decided, resting=not decided)
 
 
-def fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
+def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact of disc `i` on a plane on a leg, along a parabola."""
     k = wall_index(second)
     law, pulled = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.pulls[k]

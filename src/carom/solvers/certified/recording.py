@@ -9,7 +9,7 @@ from flint import arb, ctx
 
 from carom.solvers.certified.ball_bodies import greatest_speed
 from carom.solvers.certified.floats import nearest, quotient
-from carom.trace import NO_EDGE, ImpactRecord, edge_array, impact_array, spin_array
+from carom.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 
 if TYPE_CHECKING:
     import numpy as np
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
     from carom.solvers.certified.ball_bodies import BallBodies
-    from carom.solvers.certified.impacts import BallImpact
+    from carom.solvers.certified.contacts import BallMode
+    from carom.solvers.certified.impacts import BallEvent, BallImpact
 
 Spins = tuple[float, float, float, float]
 
@@ -43,6 +44,13 @@ class RecordedImpact(NamedTuple):
     decimals: tuple[str, ...]
 
 
+class RecordedMode(NamedTuple):
+    """One change of how a disc moves: its values, and their radii in the same fields."""
+
+    values: ModeRecord
+    radii: ModeRecord
+
+
 AT_REST = Vector((0.0, 0.0), (0.0, 0.0))
 
 
@@ -61,17 +69,21 @@ class Recording:
         digits: Decimal digits asked for.
         bits: Bits to which balls are converted.
         rows: The impacts, in order.
+        mode_rows: The changes of how discs move in contact, in order.
+        events: How many events, of one impact or change and those that came with it, these are.
     """
 
     def __init__(self, scene: Scene, digits: int) -> None:
         self.digits = digits
         self.bits = math.ceil(digits * BITS_A_DIGIT) + GUARD_BITS
         self.rows: list[RecordedImpact] = []
+        self.mode_rows: list[RecordedMode] = []
+        self.events = 0
         speed = greatest_speed(scene)
         length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
         self._tolerance = arb(10) ** -digits
         self._speed_tolerance, self._length_tolerance = self._tolerance * speed, self._tolerance * length
-        self._pending: list[BallImpact] = []
+        self._pending: list[BallEvent] = []
         self._skip = 0
         self._velocity = [Vector(disc.velocity_m_s, (0.0, 0.0)) for disc in scene.discs]
         self._turns = scene.arrays.turns
@@ -108,30 +120,39 @@ class Recording:
         return edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return None: a certified run ends before contact that lasts."""
-        return None
+        """Return the changes of how discs move, as an array of `carom.trace.MODE_DTYPE`; None without contact."""
+        return mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
+
+    def mode_radii(self) -> NDArray[np.void] | None:
+        """Return how far the truth can be from each number of `modes`; the whole numbers are repeated."""
+        return mode_array(row.radii for row in self.mode_rows) if self.mode_rows else None
+
+    def last_s(self) -> float:
+        """Return when the last event was, seconds; 0 before the first."""
+        impacts, modes = self.rows[-1:], self.mode_rows[-1:]
+        return max([0.0, *(row.values.time_s for row in impacts), *(row.values.time_s for row in modes)])
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return no rows: a certified run ends before an impact without a unique answer."""
         return ()
 
     def begin_again(self) -> None:
-        """Expect the impacts from the first on: those that are recorded are left out."""
+        """Expect the events from the first on: those that are recorded are left out."""
         self._pending.clear()
-        self._skip = len(self.rows)
+        self._skip = self.events
 
-    def add(self, impact: BallImpact) -> None:
-        """Append one impact; it is converted later, many at a time."""
+    def add(self, event: BallEvent) -> None:
+        """Append one event; it is converted later, many at a time."""
         if self._skip:
             self._skip -= 1
         else:
-            self._pending.append(impact)
+            self._pending.append(event)
 
     def convert(self) -> bool:
         """Convert what was added; return False at the first that is not known to the digits asked for."""
         with ctx.workprec(self.bits):
             try:
-                return all(self._convert(impact) for impact in self._pending)
+                return all(self._take(event) for event in self._pending)
             finally:
                 self._pending.clear()
 
@@ -141,6 +162,34 @@ class Recording:
             all(ball.rad() <= self._speed_tolerance for ball in (*bodies.vx, *bodies.vy))
             and all(ball.rad() <= self._length_tolerance for ball in (*bodies.x, *bodies.y))
             and all(bodies.surface(i).rad() <= self._speed_tolerance for i in range(len(bodies)))
+        )
+
+    def _take(self, event: BallEvent) -> bool:
+        found = [self._mode(mode) for mode in event.modes]
+        if None in found or (event.impact is not None and not self._convert(event.impact)):
+            return False
+        self.mode_rows += [row._replace(values=row.values._replace(impacts=len(self.rows))) for row in found if row]
+        self.events += 1
+        return True
+
+    def _mode(self, mode: BallMode) -> RecordedMode | None:
+        """Convert a change of how a disc moves; None where it is not known to the digits asked for."""
+        time, spin, spin_rate = +mode.time, +mode.spin, +mode.spin_rate
+        place, velocity, acceleration = ([+part for part in vector] for vector in mode[5:8])
+        good = (
+            time.rad() <= self._tolerance * time
+            and (self._radius[mode.disc] * spin).rad() <= self._speed_tolerance
+            and all(part.rad() <= self._speed_tolerance for part in velocity)
+            and all(part.rad() <= self._length_tolerance for part in place)
+        )
+        if not good:
+            return None
+        (t, dt), (w, dw), (a, da) = nearest(time), nearest(spin), nearest(spin_rate)
+        x, v, g = (enclosed(*vector) for vector in (place, velocity, acceleration))
+        named = (mode.disc, mode.wall, mode.before, mode.after)
+        return RecordedMode(
+            ModeRecord(t, 0, *named, x.value, v.value, g.value, w, a),
+            ModeRecord(dt, 0, *named, x.radius, v.radius, g.radius, dw, da),
         )
 
     def _convert(self, impact: BallImpact) -> bool:
@@ -167,6 +216,9 @@ class Recording:
         if second >= 0:
             self._velocity[second] = velocities[1]
         n, v1, v2, w1, w2 = (self._normal(impact), *before, *velocities)
+        if impact.spins_before is not None and self._turns:
+            for disc, spin in zip(discs, impact.spins_before, strict=False):
+                self._spin[disc] = nearest(+spin)
         spins, spin_radii = self._spins(discs, spins_after)
         told = (v1.value, v2.value, w1.value, w2.value)
         values = ImpactRecord(t, first, second, n.value, *told, spins, impact.edge)

@@ -42,6 +42,8 @@ class Degenerate(Enum):
         "an impact falls at the very instant at which a driven body turns, and cannot be told to be before or after"
     )
     AT_THE_END = "an impact falls at the very end of the scene, and cannot be told to belong to it"
+    MODE = "a disc in contact is so near to where friction just holds it that it cannot be told how it goes on"
+    EDGE = "a disc comes to the end of a straight edge and does not fly off: how it goes on there is not solved"
     COLLAPSE = "impacts without end in a finite time (inelastic collapse)"
     CRUSH = "impacts without end before two half-planes that close on a disc leave it no room"
 
@@ -77,6 +79,14 @@ class Degeneracy:
         return f"{self.kind.value}: {names}, {when} ({how})"
 
 
+class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
+    """What comes next is not decided at this precision; holds what to report if no precision decides it."""
+
+    def __init__(self, degeneracy: Degeneracy) -> None:
+        super().__init__(str(degeneracy))
+        self.degeneracy = degeneracy
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class CertifiedTrace(ByValue, Drawn):
     """A trace with a proven bound on the error of every number in it; compared as a trace is, and without a hash, too.
@@ -90,6 +100,7 @@ class CertifiedTrace(ByValue, Drawn):
         final_velocity_radius_m_s: Shape ``(n, 2)``, the same for `trace.final_velocity_m_s`.
         spin_radii: Structured array shaped as ``trace.spins``, the same for these; None as they.
         final_spin_radius_rad_s: Shape ``(n,)``, the same for `trace.final_spin_rad_s`.
+        mode_radii: Structured array shaped as ``trace.modes``, the same for these; None as they.
         digits: The decimal digits asked for.
         decimals: For more than 15 digits: time and velocities after, ``(t, x1, y1, x2, y2)``, of each impact as decimal
             numbers of which every digit is right to one unit in the last one; then its discs' spins after, where
@@ -118,6 +129,7 @@ class CertifiedTrace(ByValue, Drawn):
     elapsed_s: float = field(default=0.0, compare=False)
     spin_radii: NDArray[np.void] | None = None
     final_spin_radius_rad_s: NDArray[np.float64] | None = None
+    mode_radii: NDArray[np.void] | None = None
 
     def __len__(self) -> int:
         return len(self.trace.impacts)

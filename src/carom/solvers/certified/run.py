@@ -20,12 +20,12 @@ from carom.solvers.certified.endless import without_end
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.finite_walls import finite_contact_at_start
 from carom.solvers.certified.floats import nearest
-from carom.solvers.certified.impacts import carry_out
+from carom.solvers.certified.impacts import BallEvent, carry_out
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
-from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending
-from carom.solvers.certified.selection import OutOfTime, Selection, Undecided
+from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending, Undecided
+from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.options import require_goal
 from carom.trace import Outcome, Trace
 
@@ -54,6 +54,10 @@ _GOES_ON = {
     Ending.COMPLETED: Outcome.COMPLETED,
     Ending.MAX_IMPACTS: Outcome.MAX_IMPACTS,
 }
+
+
+#: Stands for an event of the start.
+_START = (-1, -1, 0.0)
 
 
 class Goal(NamedTuple):
@@ -140,7 +144,7 @@ class CertifiedRun:
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
         goal = Goal(time_s, math.inf if max_impacts is None else max_impacts, deadline_s, progress)
-        start = self._contact_at_start() if self.ending is None else None
+        start = self._attempt.trouble_at_start() if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
         while stop.ending is None:
@@ -153,7 +157,7 @@ class CertifiedRun:
                 self.replays += 1
         self.log.convert()
         self.ending, self.degeneracy = stop
-        reached_s = self.log.rows[-1].values.time_s if self.log.rows else 0.0
+        reached_s = self.log.last_s()
         self.time_s = max(self.time_s, time_s if self.ending is Ending.COMPLETED else reached_s)
         self._elapsed_s += time.perf_counter() - begin_s
         return self.outcome
@@ -178,9 +182,9 @@ class CertifiedRun:
     def result(self) -> CertifiedTrace:
         """Return what is certified so far, with the state at the exact instant `time_s`."""
         attempt, impacts = self._attempt, len(self.log)
-        # An interrupt may have cut an impact in two.
-        if impacts < len(attempt.events) or self.ending is Ending.INTERRUPTED:
-            attempt = Attempt(self.scene, attempt.bits, self.log, attempt, impacts)
+        # An interrupt, or what can't be decided, may have cut an event in two.
+        if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
+            attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
             if attempt.advance(Goal(self.time_s, impacts, math.inf, None)).ending is Ending.INTERRUPTED:
                 raise KeyboardInterrupt
         bodies = attempt.bodies
@@ -189,7 +193,7 @@ class CertifiedRun:
             speeds = [bodies.velocity(i, arb(self.time_s), self.time_s) for i in range(len(bodies))]
         with ctx.workprec(min(self.log.bits, attempt.precision)):
             position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
-            spin = np.array([nearest(+spin) for spin in bodies.spin])
+            spin = np.array([nearest(+bodies.spin_at(i, arb(self.time_s))) for i in range(len(bodies))])
         trace = Trace(
             method="certified",
             scene=self.scene,
@@ -204,6 +208,7 @@ class CertifiedRun:
             impacts_per_disc=self.impacts_per_disc(),
             spins=self.log.spins(),
             edges=self.log.edges(),
+            modes=self.log.modes(),
             final_spin_rad_s=spin[:, 0].copy() if bodies.turns else None,
         )
         return CertifiedTrace(
@@ -212,6 +217,7 @@ class CertifiedRun:
             final_position_radius_m=position[:, 1].copy(),
             final_velocity_radius_m_s=velocity[:, 1].copy(),
             spin_radii=self.log.spin_radii(),
+            mode_radii=self.log.mode_radii(),
             final_spin_radius_rad_s=spin[:, 1].copy() if bodies.turns else None,
             digits=self.log.digits,
             ending=self.ending or Ending.COMPLETED,
@@ -223,10 +229,6 @@ class CertifiedRun:
             replays=self.replays,
             elapsed_s=self._elapsed_s,
         )
-
-    def _contact_at_start(self) -> Degeneracy | None:
-        found = contact_at_start(self.scene)
-        return found if found or self.scene.arrays.has_half_planes else finite_contact_at_start(self.scene)
 
     def _judged(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide whether more precision may help where an attempt did not get to its end."""
@@ -261,22 +263,43 @@ class Attempt:
         bits: Precision that it began with.
         precision: Working precision.
         bodies: Their state after the last of its impacts.
-        events: Its impacts as they can be carried out again: the bodies, and a lower bound of the time.
+        events: Its events as they can be carried out again: the bodies, and a lower bound of the time.
+        impacts: How many of them are impacts.
+        is_cut: Whether the last of them was left in the middle, undecided.
         commuted: Pairs of neighbouring impacts whose order is not known and makes no difference.
     """
 
     def __init__(
-        self, scene: Scene, bits: int, log: Recording, earlier: Attempt | None = None, impacts: int | None = None
+        self, scene: Scene, bits: int, log: Recording, earlier: Attempt | None = None, events: int | None = None
     ) -> None:
         self.bits = self.precision = bits
+        self.impacts, self.is_cut = 0, False
         with ctx.workprec(bits):
             self.bodies = BallBodies(scene)
+        self._tolerance = arb(10) ** -log.digits
         self.events: list[tuple[int, int, float]] = []
         self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []
-        self._known = earlier.events[:impacts] if earlier else []
+        self._known = earlier.events[:events] if earlier else []
         self._selection: Selection | None = None
         self._log = log
         log.begin_again()
+
+    def trouble_at_start(self) -> Degeneracy | None:
+        """Return what of the start has no certain future: contact, except with a wall that gravity presses to."""
+        bodies, scene = self.bodies, self.bodies.scene
+        with ctx.workprec(self.precision):
+            begun = {i: bodies.trace_body(ground.body) for i, ground in bodies.contacts.lying()} if bodies.falls else {}
+        found = contact_at_start(scene, begun)
+        return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
+
+    def _begin(self) -> None:
+        """Begin the contact of what lies on a wall at the start, or carry out its impact."""
+        contacts = self.bodies.contacts
+        for i, ground in list(contacts.lying()) if self.bodies.falls else ():
+            begun = contacts.begin(i, ground)
+            self._happened(
+                carry_out(self.bodies, begun) if isinstance(begun, Meeting) else BallEvent(None, (begun,)), _START
+            )
 
     @property
     def has_replayed(self) -> bool:
@@ -293,6 +316,9 @@ class Attempt:
         with ctx.workprec(self.precision):
             try:
                 return self._replay(goal) or self._select(goal)
+            except Undecided as undecided:
+                self.is_cut = True
+                return Stop(None, undecided.degeneracy if self._log.convert() else None)
             except OutOfTime:
                 return Stop(Ending.TIME_BUDGET)
             except KeyboardInterrupt:
@@ -301,18 +327,27 @@ class Attempt:
                 self.precision = ctx.prec
 
     def _replay(self, goal: Goal) -> Stop | None:
+        if not self.events:
+            self._begin()
         while not self.has_replayed:
-            meeting = meet(self.bodies, *self._known[len(self.events)])
+            first, second, at = self._known[len(self.events)]
+            if first == second:
+                self.bodies.contacts.consider_landing(first, None)
+            meeting = meet(self.bodies, first, second, at)
             stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
             if stop is not None:
                 return stop
         return None
 
     def _select(self, goal: Goal) -> Stop:
-        selection = self._selection = self._selection or Selection(self.bodies)
+        if self._selection is None:
+            for i in range(len(self.bodies)):
+                self.bodies.contacts.consider_landing(i, self._tolerance)
+            self._selection = Selection(self.bodies)
+        selection = self._selection
         selection.end_s, selection.deadline_s = goal.time_s, goal.deadline_s
         while True:
-            at_limit = len(self.events) >= goal.impacts
+            at_limit = self.impacts >= goal.impacts
             try:
                 choice = selection.next_impact()
             except Undecided as undecided:
@@ -322,8 +357,11 @@ class Attempt:
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
             if choice.commutes:
-                self.commuted.append((len(self.events), len(self.events) + 1))
+                self.commuted.append((self.impacts, self.impacts + 1))
             stop = self._carry_out(choice.meeting, goal)
+            for i in choice.meeting[:2]:
+                if i >= 0:
+                    self.bodies.contacts.consider_landing(i, self._tolerance)
             selection.changed(choice.meeting)
             if stop is not None:
                 return stop
@@ -331,16 +369,20 @@ class Attempt:
     def _end(self, ending: Ending) -> Stop:
         return Stop(ending if self._log.convert() and self._log.state_is_good(self.bodies) else None)
 
+    def _happened(self, event: BallEvent, how: tuple[int, int, float]) -> None:
+        self._log.add(event)
+        self.events.append(how)
+        self.impacts += event.impact is not None
+
     def _carry_out(self, meeting: Meeting, goal: Goal) -> Stop | None:
-        """Carry out and record an impact; now and then convert, lower the precision, and see whether to stop."""
-        self._log.add(carry_out(self.bodies, meeting))
-        self.events.append(meeting[:3])
+        """Carry out and record an event; now and then convert, lower the precision, and see whether to stop."""
+        self._happened(carry_out(self.bodies, meeting), meeting[:3])
         if len(self.events) % _CHUNK:
             return None
         if not self._log.convert():
             return Stop()
         if goal.progress is not None:
-            goal.progress(len(self.events), max(self.bodies.time))
+            goal.progress(self.impacts, max(self.bodies.time))
         if time.perf_counter() > goal.deadline_s:
             return Stop(Ending.TIME_BUDGET)
         enough = self.bodies.best_accuracy_bits() + _GUARD_BITS

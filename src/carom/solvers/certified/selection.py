@@ -22,18 +22,10 @@ from carom.solvers.certified.exact import exactly_simultaneous
 from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meetings import meet
-from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
 #: Solutions between two looks at the clock.
 _CHUNK = 1024
-
-
-class Undecided(Exception):  # noqa: N818 - not an error: a signal to look closer
-    """The next impact is not decided at this precision; holds what to report if no precision decides it."""
-
-    def __init__(self, degeneracy: Degeneracy) -> None:
-        super().__init__(str(degeneracy))
-        self.degeneracy = degeneracy
 
 
 class OutOfTime(Exception):  # noqa: N818 - not an error: a signal to stop
@@ -63,6 +55,14 @@ class Selection:
         self.solved = 0
         self._meetings: dict[tuple[int, int], Meeting] = {}
         self._of: list[set[tuple[int, int]]] = [set() for _ in range(len(bodies))]
+        for i in range(len(bodies)):
+            self.expect_end(i)
+
+    def expect_end(self, i: int) -> None:
+        """Look for the end of how disc `i` moves, if there is one."""
+        if self.bodies.contacts.has_end(i):
+            self._meetings.pop((i, i), None)
+            self.bounds.raise_to(i, i, self.bodies.time[i])
 
     def changed(self, meeting: Meeting) -> None:
         """Take over the state after an impact that was carried out."""
@@ -71,6 +71,8 @@ class Selection:
                 self._meetings.pop(key, None)
             self._of[i].clear()
         self.bounds.changed(*sorted(self._moved_by(meeting)))
+        for i in self._moved_by(meeting):
+            self.expect_end(i)
 
     def next_impact(self) -> Choice | None:
         """Return the impact that certainly comes next; None where certainly none comes before the end.
@@ -115,7 +117,7 @@ class Selection:
         if meeting is None or at <= start < bound:
             return None
         self._meetings[disc, body] = meeting
-        for each in (disc, body):
+        for each in {disc, body}:
             if each >= 0:
                 self._of[each].add((disc, body))
         return meeting
@@ -175,8 +177,7 @@ class Selection:
             fastest, most = max([fastest, *(abs(bodies.surface(k)).upper() for k in range(len(bodies)))]), 13
         # Both may move at 5 (13) times the fastest speed for twice the window's length, and from `at` to the window.
         length = 2 * (window.upper() - window.lower()) + abs(window - at).upper()
-        gx, gy = bodies.gravity
-        gained = (gx * gx + gy * gy).sqrt() * (window.upper() + length)  # the velocities are those at time 0
+        gained = bodies.strongest_pull() * (window.upper() + length)  # the velocities are those at time 0
         reach = bodies.pair_law(i, j).reach + 2 * most * (fastest + gained) * length
         return bool(dx * dx + dy * dy > reach * reach)
 

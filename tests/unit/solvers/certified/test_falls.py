@@ -44,6 +44,19 @@ def test_each_fall_is_found_in_order_and_holds_its_root(seed: int) -> None:
         assert fall.time.rad() < arb(2) ** -60
 
 
+def test_a_parabola_falls_where_its_roots_say() -> None:
+    """Of 300 with two real roots, a hair or more apart, one at most is a fall ahead; of 100 lines likewise."""
+    for seed in range(400):
+        rng = random.Random(seed)
+        roots = [Fraction(rng.gauss(0.5, 1.0))]
+        roots += [roots[0] + Fraction(rng.choice((1e-9, -1e-3, 1.0)))] if seed < 300 else []
+        leading = rng.choice((1, -1))
+        down = sorted(roots)[0 if leading > 0 else 1 :: 2] if seed < 300 else roots[: leading < 0]
+        falls, ahead = list(falls_of(powers_of(roots, leading))), [root for root in down if root > 0]
+        assert [fall.certain for fall in falls] == [True] * len(ahead), seed
+        assert all(fall.time.overlaps(ball(root)) for fall, root in zip(falls, ahead, strict=True))
+
+
 def test_a_touch_of_zero_is_not_called_certain_and_what_follows_it_is() -> None:
     """(t - 1)^2 (t - 3) (t - 4): open about 1, a fall at 3."""
     first, second = falls_of(powers_of([Fraction(1), Fraction(1), Fraction(3), Fraction(4)]))

@@ -7,8 +7,8 @@ from flint import arb, ctx
 
 from carom import Disc, Scene
 from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.result import Degenerate
-from carom.solvers.certified.selection import Selection, Undecided
+from carom.solvers.certified.result import Degenerate, Undecided
+from carom.solvers.certified.selection import Selection
 
 
 def in_two_rows(*, last_speed: float) -> BallBodies:

@@ -1,0 +1,447 @@
+"""Contact in certified runs: discs that slide, roll and rest on straight walls that gravity presses them to.
+
+The law is that of `carom.physics.contact_law`, and what discs do that of `carom.solvers.falling.contacts`, in balls.
+What the law makes 0 is exactly 0. A disc in contact is seen from its wall, on a path of its own acceleration; for an
+impact it is taken off its wall as if nothing held it there, and put back, or let go, after it. What is not decided ends
+the run by name.
+
+Bounces are carried out one by one until the digits asked for do not tell them from the last. From there on, once all
+that are left do the same (each slips one way or is held, and so is each spin), they are a geometric series.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from flint import arb
+
+from carom.solvers.certified.ball_grounds import Ground, ground_of, stretch_of
+from carom.solvers.certified.falls import falls_of
+from carom.solvers.certified.floats import float_above, float_below
+from carom.solvers.certified.landing import Bounce, State, after_all, is_alone
+from carom.solvers.certified.meeting import Meeting, WallApproach
+from carom.solvers.certified.obstacles import Plane, Round
+from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
+from carom.solvers.certified.two_frictions import held, sign
+from carom.solvers.impact.resolution import gap_resolution, size_of
+from carom.trace import Mode, wall_index
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from carom.solvers.certified.ball_bodies import BallBodies
+
+_ZERO = arb(0)
+
+
+class BallMode(NamedTuple):
+    """A row of `Trace.modes` in balls; the impacts before it are not counted."""
+
+    time: arb
+    disc: int
+    wall: int
+    before: Mode
+    after: Mode
+    place: tuple[arb, arb]
+    velocity: tuple[arb, arb]
+    acceleration: tuple[arb, arb]
+    spin: arb
+    spin_rate: arb
+
+
+class End(NamedTuple):
+    """When a mode ends by itself: after what wait, at what time, and how it goes on.
+
+    It has that state then, or it is over the end of its face.
+    """
+
+    wait: arb
+    time: arb
+    slip: bool = False
+    rim: bool = False
+    over: bool = False
+
+
+class Gliding(NamedTuple):
+    """A disc in contact: since when, on what and how, with what rates of speed and rim; its end, None for never.
+
+    `branch` says by which part of the law: the signs of slip and rim's speed, and what of them is held.
+    """
+
+    since: arb
+    ground: Ground
+    mode: Mode
+    begun: State
+    rate: arb
+    rim_rate: arb
+    branch: tuple[int, int, bool, bool]
+    end: End | None = None
+
+    def after(self, wait: arb) -> State:
+        """Return the state after a wait."""
+        place, speed, slip, rim = self.begun
+        return State(
+            place + wait * (speed + self.rate * wait / 2),
+            speed + self.rate * wait,
+            slip + (self.rate + self.rim_rate) * wait,
+            rim + self.rim_rate * wait,
+        )
+
+
+class Landing(NamedTuple):
+    """The end of a disc's bounces: when, on what, and its state then."""
+
+    time: arb
+    ground: Ground
+    state: State
+
+
+class Launch(NamedTuple):
+    """A disc that leaves the end of a face: the vertex, when, and the powers of its squared gap from t^2 on."""
+
+    vertex: int
+    time: arb
+    powers: tuple[arb, arb, arb]
+
+
+class Contacts:
+    """The contacts of all discs of an attempt.
+
+    Attributes:
+        gliding: The contact of each disc; None in flight.
+        bounces: The last impact of each on something straight.
+        landings: The ends of bounces that are known to come before anything else of the disc.
+    """
+
+    def __init__(self, bodies: BallBodies) -> None:
+        self._bodies = bodies
+        self.gliding: list[Gliding | None] = [None] * len(bodies)
+        self.bounces: list[Bounce | None] = [None] * len(bodies)
+        self.landings: list[Landing | None] = [None] * len(bodies)
+        self._launched: list[Launch | None] = [None] * len(bodies)
+        self._barred: list[frozenset[int]] = [frozenset()] * len(bodies)
+        self._was_on: dict[int, int] = {}  # the grounds of those that an impact has taken off
+
+    # What may come ----------------------------------------------------------------------------------------------------
+
+    def has_end(self, i: int) -> bool:
+        """Whether how disc `i` moves ends by itself."""
+        gliding = self.gliding[i]
+        return self.landings[i] is not None or (gliding is not None and gliding.end is not None)
+
+    def meet_end(self, i: int, at: float) -> Meeting | None:
+        """Return the end of how disc `i` moves, as a meeting with itself."""
+        gliding, landing = self.gliding[i], self.landings[i]
+        if landing is not None:
+            time = landing.time
+        elif gliding is not None and gliding.end is not None:
+            time = gliding.end.time
+        else:
+            return None
+        return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
+
+    def bars(self, i: int, body: int) -> bool:
+        """Whether disc `i` certainly does not meet an obstacle as long as it moves as it does."""
+        return body in self._barred[i]
+
+    def launch(self, i: int, body: int) -> Launch | None:
+        """Return how disc `i` has left an obstacle, if that is the vertex along which its rim moved."""
+        launch = self._launched[i]
+        return launch if launch is not None and launch.vertex == body else None
+
+    def along_one(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
+        """Return the gap of two discs on one ground along it, by powers of time from an instant on; None of others."""
+        one, other = self.gliding[i], self.gliding[j]
+        if one is None or other is None or one.ground.body != other.ground.body:
+            return None
+        bodies, ground = self._bodies, one.ground
+        kinds = [(bodies.scene.discs[k].inertia_factor, g.branch) for k, g in ((i, one), (j, other))]
+        rate = _ZERO if kinds[0] == kinds[1] else other.rate - one.rate
+        (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
+        (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
+        ahead, speed = ground.along_it(xj - xi, yj - yi), ground.along_it(uj - ui, vj - vi)
+        radii = [arb(bodies.scene.discs[k].radius_m) for k in (i, j)]
+        along = reach if (radii[0] - radii[1]).is_zero() else 2 * (radii[0] * radii[1]).sqrt()
+        side = 1 if ahead > 0 else -1
+        return [side * ahead - along, side * speed, side * rate / 2]
+
+    # The start --------------------------------------------------------------------------------------------------------
+
+    def lying(self) -> Iterator[tuple[int, Ground]]:
+        """Yield each disc that lies on something straight, up to what float64 tells of its start, and what that is."""
+        bodies = self._bodies
+        for i, disc in enumerate(bodies.scene.discs):
+            for k in range(len(bodies.obstacles)) if bodies.movable[i] else ():
+                ground = ground_of(bodies, i, k)
+                if ground is None:
+                    continue
+                centre, most = (bodies.x[i], bodies.y[i]), self._known(i, k)
+                gap, place = ground.off_it(*centre) - ground.level, ground.along_it(*centre)
+                beside = ground.span and not ground.span[0] < place < ground.span[1]
+                off = ground.off_it(bodies.vx[i], bodies.vy[i])
+                slow = off * off <= 2 * ground.presses * most
+                if not beside and -arb(disc.radius_m) < gap <= most and (slow or off < 0):
+                    yield i, ground
+                    break
+
+    def begin(self, i: int, ground: Ground) -> BallMode | Meeting:
+        """Set disc `i` on what it lies on, and begin its contact there; or return its impact, if it comes into it."""
+        bodies, k = self._bodies, wall_index(ground.body)
+        place, speed = ground.along_it(bodies.x[i], bodies.y[i]), ground.along_it(bodies.vx[i], bodies.vy[i])
+        off, rim = ground.off_it(bodies.vx[i], bodies.vy[i]), bodies.surface(i)
+        bodies.x[i], bodies.y[i] = ground.at(place)
+        if off * off <= 2 * ground.presses * self._known(i, k):
+            return self._settle(i, ground, _ZERO, 0.0, State(place, speed, speed + rim, rim))
+        near = WallApproach((_ZERO - off) * bodies.wall_law(k, None).length, _ZERO)
+        return Meeting(i, ground.body, 0.0, _ZERO, 0.0, near=near)
+
+    def _known(self, i: int, k: int) -> arb:
+        """Return how well float64 numbers tell the gap between disc `i` and what is straight at the start."""
+        disc, shape = self._bodies.scene.discs[i], self._bodies.obstacles[k].shape
+        point = shape.point if isinstance(shape, Plane) else (0, 0)
+        sizes = size_of(*disc.position_m, disc.radius_m) + size_of(float(point[0]), float(point[1]), 0.0)
+        return arb(gap_resolution(sizes))
+
+    # Modes ------------------------------------------------------------------------------------------------------------
+
+    def go_on(self, meeting: Meeting) -> BallMode:
+        """Carry out the end of how a disc moves."""
+        i, at, gliding, landing = meeting.first, meeting.at, self.gliding[meeting.first], self.landings[meeting.first]
+        if landing is not None:
+            return self._settle(i, landing.ground, landing.time, at, landing.state)
+        if gliding is None or gliding.end is None:
+            raise TypeError(f"disc {i} goes on as it does")
+        end, state = gliding.end, gliding.after(gliding.end.wait)
+        if end.over:
+            return self._leave_face(i, gliding, state, at)
+        slip, rim = (_ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
+        return self._settle(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
+
+    def release(self, i: int, time: arb, at: float) -> None:
+        """Take disc `i` off its wall for an impact: on the straight path, to one who falls, that it is on just then."""
+        bodies = self._bodies
+        place, velocity, spin = bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.spin_at(i, time)
+        self._fly(i, place, velocity, spin, time, at)
+
+    def after_impact(self, i: int, before: Gliding, meeting: Meeting, normal: tuple[arb, arb]) -> BallMode | None:
+        """Let disc `i`, released and struck just now, go on where it was in contact: it stays, or leaves its wall.
+
+        Raises:
+            Undecided: It is driven into its wall, for which there is no one answer, or that can't be told.
+        """
+        bodies, ground = self._bodies, before.ground
+        time, at = meeting.time, meeting.at
+        x, y = bodies.place_at(i, time)
+        vx, vy = bodies.velocity(i, time, at)
+        if not self._struck_along(i, ground, meeting, normal):
+            off = ground.off_it(vx, vy)
+            if off > 0:
+                return self._record(i, ground, time, at, before.mode, Mode.FLIGHT)
+            others = (body for body in (meeting.first, meeting.second) if body != i)
+            raise Undecided(self._trouble(Degenerate.RESTING_CONTACT, i, ground, time, *others, proven=bool(off < 0)))
+        rim = bodies.surface(i)
+        speed = ground.along_it(vx, vy)
+        settled = self._settle(i, ground, time, at, State(ground.along_it(x, y), speed, speed + rim, rim), before.mode)
+        now = self.gliding[i]
+        same = now is not None and now.mode is before.mode and now.rate.overlaps(before.rate)
+        return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
+
+    def _struck_along(self, i: int, ground: Ground, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
+        """Whether an impact changes nothing of the speed of disc `i` along the normal of its ground, exactly."""
+        bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
+        if other < 0:
+            rubs = bodies.materials[bodies.obstacles[wall_index(other)].wall].friction > 0.0
+            flat = isinstance(bodies.obstacles[wall_index(other)].shape, Plane)
+            return flat and not rubs and bodies.orthogonal(other, ground.body)
+        if bodies.scene.arrays.rubs_discs:
+            return False
+        theirs = self._was_on.get(other)
+        alike = bodies.scene.discs[i].radius_m == bodies.scene.discs[other].radius_m
+        return (alike and theirs == ground.body) or ground.off_it(*normal).is_zero()
+
+    def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
+        """Release the discs of an impact that are in contact; return how they were."""
+        before = {i: gliding for i in discs if (gliding := self.gliding[i]) is not None}
+        self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
+        for i in before:
+            self.release(i, time, at)
+        for i in discs:
+            self._forget(i)
+        return before
+
+    def _forget(self, i: int) -> None:
+        self.gliding[i] = self.bounces[i] = self.landings[i] = self._launched[i] = None
+        self._barred[i] = frozenset()
+
+    def _settle(
+        self, i: int, ground: Ground, time: arb, at: float, state: State, before: Mode | None = None
+    ) -> BallMode:
+        """Let disc `i` move on in contact from a time and a state on."""
+        bodies = self._bodies
+        gliding, material = self.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
+        if before is None:
+            before = Mode.FLIGHT if gliding is None else gliding.mode
+        self._forget(i)
+        y, (place, speed, slip, rim) = bodies.inverse_inertia_ratio[i], state
+        c = _ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
+        most = (arb(material.friction) * ground.presses, c * ground.presses)
+        resists = not c.is_zero()
+        if resists and slip.is_zero():  # of two numbers that the law makes one
+            speed = _ZERO if rim.is_zero() else speed
+            rim = _ZERO - speed
+        signs = sign(slip), sign(rim) if resists else 0
+        by = None if None in signs else held(ground.along, _ZERO, most, y, signs)  # type: ignore[arg-type]
+        if by is None or by.slip is None or by.rim is None:
+            raise Undecided(self._trouble(Degenerate.MODE, i, ground, time))
+        turns = _ZERO if by.rim else _ZERO - (by.friction + by.rolling) * y
+        rate = _ZERO - turns if by.slip else ground.along - by.friction
+        if by.slip:
+            slip = _ZERO
+            if y.is_zero():
+                speed = _ZERO - rim
+            else:
+                rim = _ZERO - speed
+        mode = (Mode.BLOCK if by.rim else Mode.SLIDE) if not by.slip else Mode.ROLL
+        if by.slip and speed.is_zero() and rate.is_zero():
+            mode = Mode.REST
+        branch = (signs[0] or 0, signs[1] or 0, by.slip, by.rim)
+        gliding = Gliding(time, ground, mode, State(place, speed, slip, rim), rate, turns, branch)
+        self.gliding[i] = gliding._replace(end=self._end_of(i, gliding, resists=resists))
+        self._barred[i] = ground.never_met
+        self._put(i, at)
+        return self._record(i, ground, time, at, before, mode)
+
+    def _put(self, i: int, at: float) -> None:
+        """Give disc `i` the path in contact that it is on."""
+        bodies, gliding, radius = self._bodies, self.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
+        assert gliding is not None  # noqa: S101 - it has just been put there
+        ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
+        wait = gliding.since - arb(at)
+        (ax, ay), (vx, vy) = ground.going(rate), ground.going(speed)
+        x, y = ground.at(place)
+        bodies.acceleration[i], bodies.spin_rate[i] = (ax, ay), gliding.rim_rate / radius
+        bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
+        bodies.vx[i], bodies.vy[i] = vx - ax * wait, vy - ay * wait
+        bodies.spin[i] = rim / radius - bodies.spin_rate[i] * wait
+        bodies.note(i, ground.body, at, gliding.since, float_above(gliding.since))
+
+    def _end_of(self, i: int, gliding: Gliding, *, resists: bool) -> End | None:
+        """Return when a mode ends by itself; None for never."""
+        (_, _, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
+        found = []
+        for value, rate, ends in ((slip, slips, End(_ZERO, _ZERO, slip=True)), (rim, gliding.rim_rate, _RIM)):
+            if value.is_zero() or (ends is _RIM and not resists):
+                continue
+            toward = value * rate
+            if toward < 0:
+                found.append(ends._replace(wait=_ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
+            elif not toward >= 0:
+                raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since))
+        found += self._over(i, gliding)
+        for end in found:
+            if all(end is other or end.wait < other.wait for other in found):
+                return end._replace(time=gliding.since + end.wait)
+        if found:
+            raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + found[0].wait))
+        return None
+
+    def _over(self, i: int, gliding: Gliding) -> list[End]:
+        """Return when a disc comes to the ends of its face, at those that it comes to."""
+        (place, speed, _, _), half = gliding.begun, gliding.rate / 2
+        found = []
+        for powers in (
+            ([], [])
+            if gliding.ground.span is None
+            else (
+                [place - gliding.ground.span[0], speed, half],
+                [gliding.ground.span[1] - place, _ZERO - speed, _ZERO - half],
+            )
+        ):
+            for wait, certain in falls_of(powers):
+                if not certain:
+                    raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + wait))
+                found.append(End(wait, _ZERO, over=True))
+                break
+        return found
+
+    def _leave_face(self, i: int, gliding: Gliding, state: State, at: float) -> BallMode:
+        """Let disc `i`, which has come to an end of its face, fly off, if it is fast enough."""
+        bodies, ground, end = self._bodies, gliding.ground, gliding.end
+        assert end is not None and ground.span is not None  # noqa: S101, PT018 - which is what this is asked of
+        obstacle = bodies.obstacles[wall_index(ground.body)]
+        last = bool(2 * state.place > ground.span[0] + ground.span[1])
+        place = ground.span[last]
+        (ax, ay), _ = (bodies.exactly(*point) for point in stretch_of(obstacle.shape))
+        begins_there = bool(place.overlaps(ground.along_it(ax, ay)))
+        vertex = obstacle.neighbours[not begins_there]
+        shape = None if vertex is None else bodies.obstacles[wall_index(vertex)].shape
+        trouble = self._trouble(Degenerate.EDGE, i, ground, end.time)
+        if vertex is None or not isinstance(shape, Round) or shape.radius2 != 0:
+            raise Undecided(replace(trouble, proven=True))
+        a, p, u = ground.along, ground.presses, state.speed
+        reach = bodies.round_law(wall_index(vertex), bodies.scene.discs[i].radius_m).reach
+        powers = (u * u - p * reach, a * u, (a * a + p * p) / 4)
+        if not powers[0] > 0:
+            raise Undecided(replace(trouble, proven=bool(powers[0] < 0)))
+        x, y = ground.at(place)
+        velocity = ground.going(u)
+        spin = state.rim / arb(bodies.scene.discs[i].radius_m)
+        self._forget(i)
+        self._fly(i, (x, y), velocity, spin, end.time, at)
+        bodies.note(i, vertex, at, end.time, float_above(end.time))
+        self._launched[i] = Launch(vertex, end.time, powers)
+        self._barred[i] = ground.never_met - {vertex}
+        return self._record(i, ground, end.time, at, gliding.mode, Mode.FLIGHT)
+
+    def _fly(self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, at: float) -> None:
+        bodies, (gx, gy), wait = self._bodies, self._bodies.gravity, time - arb(at)
+        half_square = time * time / 2
+        bodies.acceleration[i], bodies.spin_rate[i], bodies.spin[i] = None, _ZERO, spin
+        bodies.vx[i], bodies.vy[i] = velocity[0] - gx * time, velocity[1] - gy * time
+        bodies.x[i] = place[0] - gx * half_square - bodies.vx[i] * wait
+        bodies.y[i] = place[1] - gy * half_square - bodies.vy[i] * wait
+        bodies.time[i] = at
+
+    def _record(self, i: int, ground: Ground, time: arb, at: float, before: Mode, after: Mode) -> BallMode:
+        bodies = self._bodies
+        moves = (bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.pull(i))
+        wall = bodies.trace_body(ground.body)
+        return BallMode(time, i, wall, before, after, *moves, bodies.spin_at(i, time), bodies.spin_rate[i])
+
+    def _trouble(
+        self, kind: Degenerate, i: int, ground: Ground, time: arb, *others: int, proven: bool = False
+    ) -> Degeneracy:
+        bodies = self._bodies
+        named = tuple(sorted({i, bodies.trace_body(ground.body), *map(bodies.trace_body, others)}))
+        return Degeneracy(kind, named, max(0.0, float_below(time)), float_above(time), proven, bodies.state_bits(i))
+
+    # The end of bounces -----------------------------------------------------------------------------------------------
+
+    def consider_landing(self, i: int, tolerance: arb | None) -> bool:
+        """Let disc `i` land after all bounces that are left, if they do alike, and nothing else can come before.
+
+        They have to be over within that part of the time so far. Where it is None that was found before, and what is
+        near, too.
+        """
+        bodies, bounce = self._bodies, self.bounces[i]
+        if bounce is None or self.gliding[i] is not None or self.landings[i] is not None:
+            return False
+        k = wall_index(bounce.body)
+        ground, material = ground_of(bodies, i, k), bodies.materials[bodies.obstacles[k].wall]
+        if ground is None or not material.restitution < 1.0 or bodies.fastest_drive:
+            return False
+        hop = 2 * bounce.leaves / ground.presses
+        window = hop / (1 - arb(material.restitution))
+        if tolerance is not None and not window <= tolerance * bounce.time:
+            return False
+        state = after_all(bodies, i, ground, bounce, hop)
+        known = tolerance is None or window.is_zero()  # whether nothing else can come before
+        if state is None or not (known or is_alone(bodies, i, ground, bounce.time, window)):
+            return False
+        self.landings[i] = Landing(bounce.time + window, ground, state)
+        self._barred[i] = ground.never_met
+        return True
+
+
+_RIM = End(_ZERO, _ZERO, rim=True)

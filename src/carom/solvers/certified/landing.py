@@ -1,0 +1,129 @@
+"""The end of infinitely many bounces in certified runs: what comes of a disc, and whether anything interferes.
+
+Bounces that do alike (they slip one way or are held, and so does the spin) change speed, slip and place by geometric
+series: `docs/contact.md`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from flint import arb
+
+from carom.solvers.certified.obstacles import Round
+from carom.solvers.certified.two_frictions import BallHeld, held, sign
+from carom.trace import wall_body, wall_index
+
+if TYPE_CHECKING:
+    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.ball_grounds import Ground
+
+_ZERO = arb(0)
+
+
+class State(NamedTuple):
+    """A disc on its ground: place, speed along it, slip, and the rim's speed."""
+
+    place: arb
+    speed: arb
+    slip: arb
+    rim: arb
+
+
+class Bounce(NamedTuple):
+    """The last impact of a disc: when, on what, how fast it leaves, and what friction held of it."""
+
+    time: arb
+    body: int
+    leaves: arb
+    held: BallHeld
+
+
+def after_all(bodies: BallBodies, i: int, ground: Ground, bounce: Bounce, hop: arb) -> State | None:
+    """Return the state of a disc after all bounces that are left; None where they do not certainly do alike."""
+    material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
+    y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
+    speed = ground.along_it(*bodies.velocity(i, bounce.time, bodies.time[i]))
+    place, rim = ground.along_it(*bodies.place_at(i, bounce.time)), bodies.surface(i)
+    slip_held, rim_held = bounce.held.slip, bounce.held.rim
+    if slip_held is None or rim_held is None or (material.friction and bodies.scene.wall_tangential_restitution):
+        return None
+    slip, rim = _ZERO if slip_held else speed + rim, _ZERO if rim_held else rim
+    if bounce.leaves.is_zero():
+        return State(place, speed, slip, rim)
+    pressed, gained = (1 + e) * bounce.leaves, ground.along * hop
+    most = (arb(material.friction) * pressed, arb(c) * pressed)
+    by = held(slip + gained, rim, most, y) if material.friction or c else bounce.held
+    if (by.slip, by.rim) != (slip_held, rim_held):
+        return None
+    turned = (by.friction + by.rolling) * y
+    change, left = gained - by.friction, 1 - e
+    slips, turns = change - turned, _ZERO - turned
+    free_slip, free_rim = material.friction and not slip_held, c and not rim_held
+    for value, rate in (*([(slip, slips)] if free_slip else []), *([(rim, turns)] if free_rim else [])):
+        if sign(value) is None or {sign(value + rate), sign(value + rate / left)} != {sign(value)}:
+            return None
+    way = hop * ((speed + change / left) / left - (change / left - gained / 2) / (1 - e * e))
+    slip = _ZERO if slip_held else slip + slips / left
+    rim = _ZERO if rim_held else rim + turns / left
+    return State(place + way, speed + change / left, slip, rim)
+
+
+def is_alone(bodies: BallBodies, i: int, ground: Ground, time: arb, window: arb) -> bool:
+    """Whether disc `i` certainly meets nothing but its ground for a while.
+
+    No impact, friction or wall that stands adds to the energy of all discs, and gravity to the root of twice that
+    no more than ``sqrt(M) g`` a second: so fast a disc gets at most.
+    """
+    discs = bodies.scene.discs
+    movable = [j for j in range(len(bodies)) if bodies.movable[j]]
+    if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
+        return False  # which friction on its rim drives on
+    energy = mass = _ZERO
+    for j in movable:
+        (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s
+        turning = _ZERO if rim.is_zero() else rim * rim / bodies.inverse_inertia_ratio[j]
+        energy, mass = energy + arb(discs[j].mass_kg) * (u * u + v * v + turning), mass + arb(discs[j].mass_kg)
+    (gx, gy), (x, y) = bodies.gravity, bodies.place_at(i, time)
+    most = energy.sqrt() + mass.sqrt() * (gx * gx + gy * gy).sqrt() * (time + window)
+    own = most / arb(discs[i].mass_kg).sqrt() * window
+    for j, disc in enumerate(discs):
+        if j == i:
+            continue
+        far = own
+        if bodies.movable[j]:
+            fastest = most / arb(disc.mass_kg).sqrt()
+            since = [(last - time).upper() for last in bodies.met[j].values()]
+            late = max([_ZERO, *since])  # it may have met another a little later already
+            far = far + fastest * (window + 2 * late) + bodies.strongest_pull() * late * late
+        ox, oy = bodies.place_at(j, time)
+        reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far
+        if not (ox - x) ** 2 + (oy - y) ** 2 > reach * reach:
+            return False
+    if ground.span is not None:
+        place = ground.along_it(x, y)
+        if not (place - own > ground.span[0] and place + own < ground.span[1]):
+            return False
+    others = (k for k in range(len(bodies.obstacles)) if wall_body(k) not in ground.never_met)
+    return all(_is_beyond(bodies, i, k, (x, y), own) for k in others)
+
+
+def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: arb) -> bool:
+    """Whether disc `i` is certainly farther than that from an obstacle."""
+    (x, y), radius = place, bodies.scene.discs[i].radius_m
+    shape = bodies.obstacles[k].shape
+    if isinstance(shape, Round):
+        circle = bodies.round_law(k, radius)
+        distance = ((x - circle.cx) ** 2 + (y - circle.cy) ** 2).sqrt()
+        return bool(distance + far < circle.reach if shape.inside else distance > circle.reach + far)
+    law = bodies.wall_law(k, radius)
+    if x * law.nx + y * law.ny - law.level > far * law.length:
+        return True
+    if shape.stretch is None:
+        return False
+    (ax, ay), (bx, by) = (bodies.exactly(*point) for point in shape.stretch)
+    half = ((ax - bx) ** 2 + (ay - by) ** 2).sqrt() / 2
+    thick = (law.level - (law.nx * ax + law.ny * ay)) / law.length
+    if abs(law.nx * (x - ax) + law.ny * (y - ay)) > (thick + far) * law.length:  # on the other side
+        return True
+    return bool(((2 * x - ax - bx) ** 2 + (2 * y - ay - by) ** 2).sqrt() / 2 > half + thick + far)

@@ -1,0 +1,53 @@
+"""`carom.physics.contact_law` in balls: what two frictions take of a slip and of a rim's speed, and hold at 0.
+
+Forces are cuts, which are continuous: where it is not decided which side of one they are on, the ball holds both.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flint import arb
+
+_ZERO = arb(0)
+
+
+class BallHeld(NamedTuple):
+    """As `carom.physics.contact_law.Held`, of balls; None where it is not decided what is held."""
+
+    friction: arb
+    rolling: arb
+    slip: bool | None
+    rim: bool | None
+
+
+def sign(ball: arb) -> int | None:
+    """Return the sign of all of a ball; None where it has more than one."""
+    return 0 if ball.is_zero() else 1 if ball > 0 else -1 if ball < 0 else None
+
+
+def cut(x: arb, most: arb) -> arb:
+    """Return x, cut to between minus and plus `most`."""
+    return x.min(most).max(_ZERO - most)
+
+
+def held(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallHeld:
+    """Do as `carom.physics.contact_law.held`."""
+    (slip, rim), (f_most, h_most) = signs, most
+    f = h = _ZERO
+    rim_held: bool | None = False
+    if not y.is_zero() and rim:
+        h = h_most * rim
+    elif not y.is_zero() and not h_most.is_zero():
+        f = f_most * slip if slip else cut(s1 - q1, f_most)
+        h, rim_held = cut(q1 / y - f, h_most), _within(q1 / y - f, h_most)
+    if slip:
+        return BallHeld(f_most * slip, h, slip=False, rim=rim_held)
+    left = (s1 - h * y) / (1 + y)
+    return BallHeld(cut(left, f_most), h, slip=_within(left, f_most), rim=rim_held)
+
+
+def _within(x: arb, most: arb) -> bool | None:
+    if abs(x) <= most:
+        return True
+    return False if abs(x) > most else None

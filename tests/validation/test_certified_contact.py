@@ -1,0 +1,193 @@
+"""Certified runs in contact: closed forms, runs of 60 digits by every branch, PIC, and what ends by name."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from tests.campaign import contact
+from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
+from tests.validation import contact_runs
+from tests.validation.test_contact import drawn
+
+from carom import CertifiedTrace, Chain, Mode, Scene, certify, solve_pic
+from carom.comparator.horizon import horizon_of
+from carom.scenes import deviation, find_scenes
+from carom.solvers.certified.as_data import enclosures, from_enclosures
+from carom.solvers.certified.result import Degenerate, Ending
+from carom.trace import EdgeKind
+
+#: Of the group, those without one answer, or with one that is not solved; and those without gravity.
+ENDS = {"contact/pressed", "contact/corner"}
+SCENES = [
+    entry for entry in find_scenes(["contact"]) if entry.scene.gravity_m_s2 != (0.0, 0.0) and entry.name not in ENDS
+]
+#: What is left open of an end, metres, metres a second and radians a second.
+NARROW = 1e-14
+
+
+def widest(certified: CertifiedTrace) -> float:
+    radii = [certified.final_position_radius_m, certified.final_velocity_radius_m_s]
+    radii += [] if certified.final_spin_radius_rad_s is None else [certified.final_spin_radius_rad_s]
+    return max(float(radius.max()) for radius in radii)
+
+
+def beyond(certified: CertifiedTrace, end: contact_runs.End) -> list[str]:
+    """Return what of an end is not within its radius of the truth."""
+    trace = certified.trace
+    told: list[tuple[str, Any, Any, tuple[Any, ...]]] = [
+        ("place", trace.final_position_m[0], certified.final_position_radius_m[0], end.place),
+        ("velocity", trace.final_velocity_m_s[0], certified.final_velocity_radius_m_s[0], end.velocity),
+    ]
+    if trace.final_spin_rad_s is not None and certified.final_spin_radius_rad_s is not None:
+        told.append(("spin", trace.final_spin_rad_s[:1], certified.final_spin_radius_rad_s[:1], (end.spin,)))
+    if trace.modes is not None and certified.mode_radii is not None:
+        times = trace.modes["time_s"], certified.mode_radii["time_s"]
+        told.append(("changes", *times, tuple(end.changes) if len(end.changes) == len(times[0]) else ()))
+    return [
+        f"{name}: {value} within {radius}, not {truth}"
+        for name, values, radii, truths in told
+        for value, radius, truth in zip(values, radii, truths, strict=True)
+        if not abs(mpf(float(value)) - truth) <= mpf(float(radius)) + mpf(10) ** -30
+    ]
+
+
+@pytest.mark.parametrize("entry", SCENES, ids=lambda entry: entry.name)
+def test_every_scene_of_contact_with_one_answer_is_proven(entry: object) -> None:
+    """To its end, to within a few roundings of the closed form, and PIC is within 1e-12 of it."""
+    scene, known = entry.scene, entry.known  # type: ignore[attr-defined]
+    certified, trace = certify(scene), solve_pic(scene)
+    assert certified.ending is Ending.COMPLETED
+    assert widest(certified) < NARROW
+    assert deviation(certified.trace, known, scene) < NARROW
+    assert trace.modes is not None
+    assert certified.trace.modes is not None
+    assert trace.modes[["disc", "wall", "before", "after"]].tolist() == (
+        certified.trace.modes[["disc", "wall", "before", "after"]].tolist()
+    )
+    assert horizon_of(certified, trace).covers_the_scene
+    for field in ("time_s", "position", "velocity", "acceleration", "spin", "spin_rate"):
+        assert np.abs(trace.modes[field] - certified.trace.modes[field]).max() < 1e-12
+    assert np.abs(trace.final_position_m - certified.trace.final_position_m).max() < 1e-12
+    assert np.abs(trace.final_velocity_m_s - certified.trace.final_velocity_m_s).max() < 1e-12
+
+
+@pytest.mark.parametrize("first", long_after(1, range(0, 400, 40)))
+def test_discs_on_slopes_are_within_their_radii_of_runs_of_60_digits(first: int) -> None:
+    """Of 40 thrown with spin, with any friction and rolling resistance: where they end, and when modes change."""
+    with mp.workdps(contact_runs.DIGITS):
+        for seed in range(first, first + 40):
+            certified = certify(drawn(seed))
+            assert certified.ending is Ending.COMPLETED
+            assert widest(certified) < NARROW
+            assert beyond(certified, contact_runs.run(certified.trace.scene)) == [], f"drawn({seed})"
+
+
+def test_a_run_of_another_friction_is_beyond_the_radii() -> None:
+    """Of friction that is one part in 10^14 more, a disc that slides ends elsewhere than is proven."""
+    scene = next(entry.scene for entry in SCENES if entry.name == "contact/slide-to-roll")
+    other = Scene(**{**dict(scene), "wall_friction": scene.wall_friction * (1 + 1e-14)})
+    with mp.workdps(contact_runs.DIGITS):
+        assert beyond(certify(scene), contact_runs.run(scene)) == []
+        assert beyond(certify(scene), contact_runs.run(other)) != []
+
+
+@pytest.mark.parametrize("first", long_after(1, range(0, 240, 12)))
+def test_one_to_three_discs_end_where_pic_has_them(first: int) -> None:
+    """On edges, slopes and between walls: what is proven to the end is PIC's, and what ends before has a name."""
+    proven = 0
+    for seed in range(first, first + 12):
+        scene = contact.drawn(seed)
+        certified = certify(scene, max_impacts=60)
+        if certified.ending is not Ending.COMPLETED:
+            assert certified.degeneracy is not None or len(certified) == 60
+            continue
+        trace = solve_pic(scene)
+        assert np.abs(trace.final_position_m - certified.trace.final_position_m).max() < 1e-9, f"drawn({seed})"
+        proven += 1
+    assert proven > 4
+
+
+def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
+    """Dropped with e = 1/2, each hop half of the last: 3 to 4 bounces a digit, and the end by the series."""
+    scene = next(entry.scene for entry in SCENES if entry.name == "contact/drop")
+    few, many = certify(scene, digits=6), certify(scene, digits=30)
+    assert 15 <= len(few) <= 24
+    assert 90 <= len(many) <= 110
+    with mp.workdps(60):
+        ends = 3 * mp.sqrt(mpf(2) / 10)
+    for certified in (few, many):
+        assert certified.trace.modes is not None
+        assert certified.mode_radii is not None
+        assert abs(mpf(float(certified.trace.modes["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
+
+
+@pytest.mark.parametrize(("name", "bodies"), [("contact/pressed", (-1, 0, 1)), ("contact/corner", (-2, -1, 0))])
+def test_what_has_no_answer_ends_by_name(name: str, bodies: tuple[int, ...]) -> None:
+    """A disc that is driven into the wall that it lies on, and one that two walls hold."""
+    (entry,) = find_scenes([name])
+    certified = certify(entry.scene)
+    assert certified.degeneracy is not None
+    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, bodies)
+
+
+def test_a_disc_that_rolls_slowly_over_an_edge_ends_by_name() -> None:
+    """At 2 m/s, below sqrt(g R), it does not fly off; the edge's end is named."""
+    (entry,) = find_scenes(["contact/edge"])
+    disc = entry.scene.discs[0].model_copy(update={"velocity_m_s": (2.0, 0.0), "spin_rad_s": -4.0})
+    certified = certify(Scene(**{**dict(entry.scene), "discs": [disc]}))
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.EDGE
+    assert certified.degeneracy.proven
+    assert certified.degeneracy.earliest_s <= 0.5 <= certified.degeneracy.latest_s
+
+
+def test_a_disc_that_comes_back_to_the_vertex_it_has_left_meets_it() -> None:
+    """Rolling up to the end of a slope it flies off, falls back and strikes the vertex, as PIC has it."""
+    disc = disc_at(0.1, 0.7, 2.0, 1.5, spin_rad_s=-5.0)
+    scene = Scene(
+        name="back",
+        discs=[disc],
+        walls=[Chain(points_m=((-1.0, -0.75), (1.0, 0.75)))],
+        gravity_m_s2=(0.0, -6.0),
+        wall_friction=0.9,
+        wall_restitution=0.5,
+        duration_s=0.42,
+    )
+    certified, trace = certify(scene), solve_pic(scene)
+    assert len(trace.impacts) == 1
+    assert certified.trace.modes is not None
+    assert certified.trace.modes["after"].tolist() == [Mode.ROLL, Mode.FLIGHT]
+    assert certified.trace.edges is not None
+    assert certified.trace.edges["kind"][0] == EdgeKind.VERTEX
+    assert horizon_of(certified, trace).covers_the_scene
+
+
+@pytest.mark.parametrize(("factor", "steepest"), [(math.inf, 0.75), (0.5, 0.25)])
+def test_friction_holds_to_the_last_bit(factor: float, steepest: float) -> None:
+    """Under gravity of (3, -4) a floor of friction 3/4 holds a block, one of 1/4 a disc, and with less neither."""
+    modes = []
+    for friction in (steepest, math.nextafter(steepest, 0.0)):
+        law = {"gravity_m_s2": (3.0, -4.0), "wall_friction": friction, "wall_restitution": 0.0}
+        disc, floor = disc_at(0.0, 0.5, inertia_factor=factor), wall_at(0.0, 0.0, 0.0, 1.0)
+        certified = certify(staged("holds", disc, floor, **law, duration_s=1.0))
+        assert certified.trace.modes is not None
+        modes.append(Mode(certified.trace.modes["after"][0]))
+    assert modes == [Mode.REST if factor == math.inf else Mode.ROLL, Mode.SLIDE]
+
+
+def test_contact_survives_as_data() -> None:
+    """Modes and their radii are written and read with the rest."""
+    (entry,) = find_scenes(["contact/lands-sliding"])
+    certified = certify(entry.scene)
+    again = from_enclosures(enclosures(certified))
+    assert again.trace.modes is not None
+    assert again.mode_radii is not None
+    assert certified.trace.modes is not None
+    assert certified.mode_radii is not None
+    assert again.trace.modes.tobytes() == certified.trace.modes.tobytes()
+    assert again.mode_radii.tobytes() == certified.mode_radii.tobytes()
