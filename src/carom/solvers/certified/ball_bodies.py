@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.scene import Scene
-from carom.solvers.certified.contacts import Contacts
+from carom.solvers.certified.gliding import ContactStates
 from carom.solvers.certified.legs import BallLeg, ball, legs_of
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 from carom.trace import wall_body, wall_index
@@ -141,7 +141,7 @@ class BallBodies:
         self.partner: list[int | None] = [None] * len(discs)
         self.acceleration: list[tuple[arb, arb] | None] = [None] * len(discs)
         self.spin_rate = [ZERO] * len(discs)
-        self.contacts = Contacts(self)
+        self.contacts = ContactStates(len(discs))
         self.falls = scene.gravity_m_s2 != (0.0, 0.0)
         self.gravity = (arb(scene.gravity_m_s2[0]), arb(scene.gravity_m_s2[1]))
         self.pulls = [_pull(scene, obstacle.shape) for obstacle in self.obstacles]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from flint import arb
 
+from carom.solvers.certified.gliding import BallGround
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.trace import wall_body
 
@@ -16,48 +17,7 @@ if TYPE_CHECKING:
 _ZERO = arb(0)
 
 
-class Ground(NamedTuple):
-    """What a disc may be in contact with: the line on which its centre is then, of places p along it.
-
-    Attributes:
-        body: Body number of the obstacle.
-        nx: Normal of a length, exact where the wall's is; likewise `ny`. Along it is (ny, -nx).
-        level: The line's distance from the origin along the normal.
-        presses: Gravity into it.
-        along: Gravity along it.
-        span: Of a face, the places of its ends.
-        never_met: Body numbers of what a disc on a face does not meet there.
-    """
-
-    body: int
-    nx: arb
-    ny: arb
-    length: arb
-    level: arb
-    presses: arb
-    along: arb
-    span: tuple[arb, arb] | None
-    never_met: frozenset[int]
-
-    def at(self, place: arb) -> tuple[arb, arb]:
-        """Return the centre of a disc at a place."""
-        x, y = place * self.ny + self.level * self.nx, self.level * self.ny - place * self.nx
-        return x / self.length, y / self.length
-
-    def going(self, part: arb) -> tuple[arb, arb]:
-        """Return the vector of a part along it."""
-        return part * self.ny / self.length, _ZERO - part * self.nx / self.length
-
-    def along_it(self, x: arb, y: arb) -> arb:
-        """Return the part of a vector along it."""
-        return (x * self.ny - y * self.nx) / self.length
-
-    def off_it(self, x: arb, y: arb) -> arb:
-        """Return the part of a vector along the normal."""
-        return (x * self.nx + y * self.ny) / self.length
-
-
-def ground_of(bodies: BallBodies, i: int, k: int) -> Ground | None:
+def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
     """Return what disc `i` would lie on of an obstacle: what is straight, stands, and gravity presses discs to."""
     obstacle = bodies.obstacles[k]
     shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
@@ -74,7 +34,7 @@ def ground_of(bodies: BallBodies, i: int, k: int) -> Ground | None:
         one, other = ((x * ny - y * nx) / law.length for x, y in ends)
         span = (one, other) if one < other else (other, one)
         never |= {wall_body(m) for m, other in enumerate(bodies.obstacles) if _is_part_of(other, obstacle)}
-    return Ground(wall_body(k), nx, ny, law.length, level, presses, along, span, frozenset(never))
+    return BallGround(wall_body(k), nx, ny, law.length, level, presses, along, span, frozenset(never))
 
 
 def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:

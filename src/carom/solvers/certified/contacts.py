@@ -12,14 +12,15 @@ that are left do the same (each slips one way or is held, and so is each spin), 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from flint import arb
 
-from carom.solvers.certified.ball_grounds import Ground, ground_of, stretch_of
+from carom.solvers.certified.ball_grounds import ground_of, stretch_of
 from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above, float_below
-from carom.solvers.certified.landing import Bounce, State, after_all, is_alone
+from carom.solvers.certified.gliding import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
+from carom.solvers.certified.landing import after_all, is_alone
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
@@ -35,124 +36,25 @@ if TYPE_CHECKING:
 _ZERO = arb(0)
 
 
-class BallMode(NamedTuple):
-    """A row of `Trace.modes` in balls; the impacts before it are not counted."""
-
-    time: arb
-    disc: int
-    wall: int
-    before: Mode
-    after: Mode
-    place: tuple[arb, arb]
-    velocity: tuple[arb, arb]
-    acceleration: tuple[arb, arb]
-    spin: arb
-    spin_rate: arb
-
-
-class End(NamedTuple):
-    """When a mode ends by itself: after what wait, at what time, and how it goes on.
-
-    It has that state then, or it is over the end of its face.
-    """
-
-    wait: arb
-    time: arb
-    slip: bool = False
-    rim: bool = False
-    over: bool = False
-
-
-class Gliding(NamedTuple):
-    """A disc in contact: since when, on what and how, with what rates of speed and rim; its end, None for never.
-
-    `branch` says by which part of the law: the signs of slip and rim's speed, and what of them is held.
-    """
-
-    since: arb
-    ground: Ground
-    mode: Mode
-    begun: State
-    rate: arb
-    rim_rate: arb
-    branch: tuple[int, int, bool, bool]
-    end: End | None = None
-
-    def after(self, wait: arb) -> State:
-        """Return the state after a wait."""
-        place, speed, slip, rim = self.begun
-        return State(
-            place + wait * (speed + self.rate * wait / 2),
-            speed + self.rate * wait,
-            slip + (self.rate + self.rim_rate) * wait,
-            rim + self.rim_rate * wait,
-        )
-
-
-class Landing(NamedTuple):
-    """The end of a disc's bounces: when, on what, and its state then."""
-
-    time: arb
-    ground: Ground
-    state: State
-
-
-class Launch(NamedTuple):
-    """A disc that leaves the end of a face: the vertex, when, and the powers of its squared gap from t^2 on."""
-
-    vertex: int
-    time: arb
-    powers: tuple[arb, arb, arb]
-
-
-class Contacts:
-    """The contacts of all discs of an attempt.
-
-    Attributes:
-        gliding: The contact of each disc; None in flight.
-        bounces: The last impact of each on something straight.
-        landings: The ends of bounces that are known to come before anything else of the disc.
-    """
+class BallContacts:
+    """What becomes of the contacts of discs, which the bodies keep."""
 
     def __init__(self, bodies: BallBodies) -> None:
-        self._bodies = bodies
-        self.gliding: list[Gliding | None] = [None] * len(bodies)
-        self.bounces: list[Bounce | None] = [None] * len(bodies)
-        self.landings: list[Landing | None] = [None] * len(bodies)
-        self._launched: list[Launch | None] = [None] * len(bodies)
-        self._barred: list[frozenset[int]] = [frozenset()] * len(bodies)
+        self._bodies, self._states = bodies, bodies.contacts
         self._was_on: dict[int, int] = {}  # the grounds of those that an impact has taken off
 
     # What may come ----------------------------------------------------------------------------------------------------
 
-    def has_end(self, i: int) -> bool:
-        """Whether how disc `i` moves ends by itself."""
-        gliding = self.gliding[i]
-        return self.landings[i] is not None or (gliding is not None and gliding.end is not None)
-
     def meet_end(self, i: int, at: float) -> Meeting | None:
         """Return the end of how disc `i` moves, as a meeting with itself."""
-        gliding, landing = self.gliding[i], self.landings[i]
-        if landing is not None:
-            time = landing.time
-        elif gliding is not None and gliding.end is not None:
-            time = gliding.end.time
-        else:
+        time = self._states.end_of(i)
+        if time is None:
             return None
         return Meeting(i, i, max(at, min(float_below(time), float_above(time))), time, float_above(time))
 
-    def bars(self, i: int, body: int) -> bool:
-        """Whether disc `i` certainly does not meet an obstacle as long as it moves as it does."""
-        return body in self._barred[i]
-
-    def launch(self, i: int, body: int) -> Launch | None:
-        """Return how disc `i` has left an obstacle, if that is the vertex along which its rim moved."""
-        launch = self._launched[i]
-        return launch if launch is not None and launch.vertex == body else None
-
     def along_one(self, i: int, j: int, at: float, reach: arb) -> list[arb] | None:
         """Return the gap of two discs on one ground along it, by powers of time from an instant on; None of others."""
-        one, other = self.gliding[i], self.gliding[j]
+        one, other = self._states.gliding[i], self._states.gliding[j]
         if one is None or other is None or one.ground.body != other.ground.body:
             return None
         bodies, ground = self._bodies, one.ground
@@ -168,7 +70,7 @@ class Contacts:
 
     # The start --------------------------------------------------------------------------------------------------------
 
-    def lying(self) -> Iterator[tuple[int, Ground]]:
+    def lying(self) -> Iterator[tuple[int, BallGround]]:
         """Yield each disc that lies on something straight, up to what float64 tells of its start, and what that is."""
         bodies = self._bodies
         for i, disc in enumerate(bodies.scene.discs):
@@ -185,14 +87,14 @@ class Contacts:
                     yield i, ground
                     break
 
-    def begin(self, i: int, ground: Ground) -> BallMode | Meeting:
+    def begin(self, i: int, ground: BallGround) -> BallMode | Meeting:
         """Set disc `i` on what it lies on, and begin its contact there; or return its impact, if it comes into it."""
         bodies, k = self._bodies, wall_index(ground.body)
         place, speed = ground.along_it(bodies.x[i], bodies.y[i]), ground.along_it(bodies.vx[i], bodies.vy[i])
         off, rim = ground.off_it(bodies.vx[i], bodies.vy[i]), bodies.surface(i)
         bodies.x[i], bodies.y[i] = ground.at(place)
         if off * off <= 2 * ground.presses * self._known(i, k):
-            return self._settle(i, ground, _ZERO, 0.0, State(place, speed, speed + rim, rim))
+            return self._settle(i, ground, _ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
         near = WallApproach((_ZERO - off) * bodies.wall_law(k, None).length, _ZERO)
         return Meeting(i, ground.body, 0.0, _ZERO, 0.0, near=near)
 
@@ -207,7 +109,12 @@ class Contacts:
 
     def go_on(self, meeting: Meeting) -> BallMode:
         """Carry out the end of how a disc moves."""
-        i, at, gliding, landing = meeting.first, meeting.at, self.gliding[meeting.first], self.landings[meeting.first]
+        i, at, gliding, landing = (
+            meeting.first,
+            meeting.at,
+            self._states.gliding[meeting.first],
+            self._states.landings[meeting.first],
+        )
         if landing is not None:
             return self._settle(i, landing.ground, landing.time, at, landing.state)
         if gliding is None or gliding.end is None:
@@ -242,12 +149,14 @@ class Contacts:
             raise Undecided(self._trouble(Degenerate.RESTING_CONTACT, i, ground, time, *others, proven=bool(off < 0)))
         rim = bodies.surface(i)
         speed = ground.along_it(vx, vy)
-        settled = self._settle(i, ground, time, at, State(ground.along_it(x, y), speed, speed + rim, rim), before.mode)
-        now = self.gliding[i]
+        settled = self._settle(
+            i, ground, time, at, GlideState(ground.along_it(x, y), speed, speed + rim, rim), before.mode
+        )
+        now = self._states.gliding[i]
         same = now is not None and now.mode is before.mode and now.rate.overlaps(before.rate)
         return None if same and now is not None and now.rim_rate.overlaps(before.rim_rate) else settled
 
-    def _struck_along(self, i: int, ground: Ground, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
+    def _struck_along(self, i: int, ground: BallGround, meeting: Meeting, normal: tuple[arb, arb]) -> bool:
         """Whether an impact changes nothing of the speed of disc `i` along the normal of its ground, exactly."""
         bodies, other = self._bodies, meeting.second if meeting.first == i else meeting.first
         if other < 0:
@@ -262,27 +171,23 @@ class Contacts:
 
     def strike(self, discs: list[int], time: arb, at: float) -> dict[int, Gliding]:
         """Release the discs of an impact that are in contact; return how they were."""
-        before = {i: gliding for i in discs if (gliding := self.gliding[i]) is not None}
+        before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
         for i in before:
             self.release(i, time, at)
         for i in discs:
-            self._forget(i)
+            self._states.forget(i)
         return before
 
-    def _forget(self, i: int) -> None:
-        self.gliding[i] = self.bounces[i] = self.landings[i] = self._launched[i] = None
-        self._barred[i] = frozenset()
-
     def _settle(
-        self, i: int, ground: Ground, time: arb, at: float, state: State, before: Mode | None = None
+        self, i: int, ground: BallGround, time: arb, at: float, state: GlideState, before: Mode | None = None
     ) -> BallMode:
         """Let disc `i` move on in contact from a time and a state on."""
         bodies = self._bodies
-        gliding, material = self.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
+        gliding, material = self._states.gliding[i], bodies.materials[bodies.obstacles[wall_index(ground.body)].wall]
         if before is None:
             before = Mode.FLIGHT if gliding is None else gliding.mode
-        self._forget(i)
+        self._states.forget(i)
         y, (place, speed, slip, rim) = bodies.inverse_inertia_ratio[i], state
         c = _ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
         most = (arb(material.friction) * ground.presses, c * ground.presses)
@@ -306,15 +211,15 @@ class Contacts:
         if by.slip and speed.is_zero() and rate.is_zero():
             mode = Mode.REST
         branch = (signs[0] or 0, signs[1] or 0, by.slip, by.rim)
-        gliding = Gliding(time, ground, mode, State(place, speed, slip, rim), rate, turns, branch)
-        self.gliding[i] = gliding._replace(end=self._end_of(i, gliding, resists=resists))
-        self._barred[i] = ground.never_met
+        gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
+        self._states.gliding[i] = gliding._replace(end=self._end_of(i, gliding, resists=resists))
+        self._states.barred[i] = ground.never_met
         self._put(i, at)
         return self._record(i, ground, time, at, before, mode)
 
     def _put(self, i: int, at: float) -> None:
         """Give disc `i` the path in contact that it is on."""
-        bodies, gliding, radius = self._bodies, self.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
+        bodies, gliding, radius = self._bodies, self._states.gliding[i], arb(self._bodies.scene.discs[i].radius_m)
         assert gliding is not None  # noqa: S101 - it has just been put there
         ground, (place, speed, _, rim), rate = gliding.ground, gliding.begun, gliding.rate
         wait = gliding.since - arb(at)
@@ -365,7 +270,7 @@ class Contacts:
                 break
         return found
 
-    def _leave_face(self, i: int, gliding: Gliding, state: State, at: float) -> BallMode:
+    def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
         """Let disc `i`, which has come to an end of its face, fly off, if it is fast enough."""
         bodies, ground, end = self._bodies, gliding.ground, gliding.end
         assert end is not None and ground.span is not None  # noqa: S101, PT018 - which is what this is asked of
@@ -387,11 +292,11 @@ class Contacts:
         x, y = ground.at(place)
         velocity = ground.going(u)
         spin = state.rim / arb(bodies.scene.discs[i].radius_m)
-        self._forget(i)
+        self._states.forget(i)
         self._fly(i, (x, y), velocity, spin, end.time, at)
         bodies.note(i, vertex, at, end.time, float_above(end.time))
-        self._launched[i] = Launch(vertex, end.time, powers)
-        self._barred[i] = ground.never_met - {vertex}
+        self._states.launched[i] = Launch(vertex, end.time, powers)
+        self._states.barred[i] = ground.never_met - {vertex}
         return self._record(i, ground, end.time, at, gliding.mode, Mode.FLIGHT)
 
     def _fly(self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, at: float) -> None:
@@ -403,14 +308,14 @@ class Contacts:
         bodies.y[i] = place[1] - gy * half_square - bodies.vy[i] * wait
         bodies.time[i] = at
 
-    def _record(self, i: int, ground: Ground, time: arb, at: float, before: Mode, after: Mode) -> BallMode:
+    def _record(self, i: int, ground: BallGround, time: arb, at: float, before: Mode, after: Mode) -> BallMode:
         bodies = self._bodies
         moves = (bodies.place_at(i, time), bodies.velocity(i, time, at), bodies.pull(i))
         wall = bodies.trace_body(ground.body)
         return BallMode(time, i, wall, before, after, *moves, bodies.spin_at(i, time), bodies.spin_rate[i])
 
     def _trouble(
-        self, kind: Degenerate, i: int, ground: Ground, time: arb, *others: int, proven: bool = False
+        self, kind: Degenerate, i: int, ground: BallGround, time: arb, *others: int, proven: bool = False
     ) -> Degeneracy:
         bodies = self._bodies
         named = tuple(sorted({i, bodies.trace_body(ground.body), *map(bodies.trace_body, others)}))
@@ -424,8 +329,8 @@ class Contacts:
         They have to be over within that part of the time so far. Where it is None that was found before, and what is
         near, too.
         """
-        bodies, bounce = self._bodies, self.bounces[i]
-        if bounce is None or self.gliding[i] is not None or self.landings[i] is not None:
+        bodies, bounce = self._bodies, self._states.bounces[i]
+        if bounce is None or self._states.gliding[i] is not None or self._states.landings[i] is not None:
             return False
         k = wall_index(bounce.body)
         ground, material = ground_of(bodies, i, k), bodies.materials[bodies.obstacles[k].wall]
@@ -439,8 +344,8 @@ class Contacts:
         known = tolerance is None or window.is_zero()  # whether nothing else can come before
         if state is None or not (known or is_alone(bodies, i, ground, bounce.time, window)):
             return False
-        self.landings[i] = Landing(bounce.time + window, ground, state)
-        self._barred[i] = ground.never_met
+        self._states.landings[i] = Landing(bounce.time + window, ground, state)
+        self._states.barred[i] = ground.never_met
         return True
 
 

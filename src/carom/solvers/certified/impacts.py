@@ -13,8 +13,8 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies, PairLaw
-from carom.solvers.certified.contacts import BallMode
-from carom.solvers.certified.landing import Bounce
+from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.gliding import BallMode, Bounce
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.solvers.certified.two_frictions import BallHeld, cut, held
 from carom.trace import NO_EDGE, wall_index
@@ -53,7 +53,7 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
     Raises:
         Undecided: What follows in contact is not decided.
     """
-    contacts, (first, second) = bodies.contacts, meeting[:2]
+    contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
         return BallEvent(None, (contacts.go_on(meeting),))
     discs = [body for body in (first, second) if body >= 0 and bodies.movable[body]]

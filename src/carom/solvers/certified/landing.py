@@ -6,40 +6,22 @@ series: `docs/contact.md`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from flint import arb
 
+from carom.solvers.certified.gliding import BallGround, Bounce, GlideState
 from carom.solvers.certified.obstacles import Round
-from carom.solvers.certified.two_frictions import BallHeld, held, sign
+from carom.solvers.certified.two_frictions import held, sign
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
-    from carom.solvers.certified.ball_grounds import Ground
 
 _ZERO = arb(0)
 
 
-class State(NamedTuple):
-    """A disc on its ground: place, speed along it, slip, and the rim's speed."""
-
-    place: arb
-    speed: arb
-    slip: arb
-    rim: arb
-
-
-class Bounce(NamedTuple):
-    """The last impact of a disc: when, on what, how fast it leaves, and what friction held of it."""
-
-    time: arb
-    body: int
-    leaves: arb
-    held: BallHeld
-
-
-def after_all(bodies: BallBodies, i: int, ground: Ground, bounce: Bounce, hop: arb) -> State | None:
+def after_all(bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb) -> GlideState | None:
     """Return the state of a disc after all bounces that are left; None where they do not certainly do alike."""
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
@@ -50,7 +32,7 @@ def after_all(bodies: BallBodies, i: int, ground: Ground, bounce: Bounce, hop: a
         return None
     slip, rim = _ZERO if slip_held else speed + rim, _ZERO if rim_held else rim
     if bounce.leaves.is_zero():
-        return State(place, speed, slip, rim)
+        return GlideState(place, speed, slip, rim)
     pressed, gained = (1 + e) * bounce.leaves, ground.along * hop
     most = (arb(material.friction) * pressed, arb(c) * pressed)
     by = held(slip + gained, rim, most, y) if material.friction or c else bounce.held
@@ -66,10 +48,10 @@ def after_all(bodies: BallBodies, i: int, ground: Ground, bounce: Bounce, hop: a
     way = hop * ((speed + change / left) / left - (change / left - gained / 2) / (1 - e * e))
     slip = _ZERO if slip_held else slip + slips / left
     rim = _ZERO if rim_held else rim + turns / left
-    return State(place + way, speed + change / left, slip, rim)
+    return GlideState(place + way, speed + change / left, slip, rim)
 
 
-def is_alone(bodies: BallBodies, i: int, ground: Ground, time: arb, window: arb) -> bool:
+def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
     """Whether disc `i` certainly meets nothing but its ground for a while.
 
     No impact, friction or wall that stands adds to the energy of all discs, and gravity to the root of twice that

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies
+from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import exactly_grazing
 from carom.solvers.certified.falls import falls_of, squared_gap
 from carom.solvers.certified.finite_walls import meet_finite
@@ -30,8 +31,8 @@ if TYPE_CHECKING:
 def meet(bodies: BallBodies, disc: int, body: int, at: float) -> Meeting | None:
     """Return the impact of a disc on another body, known not to be before `at`; None where it certainly never comes."""
     if disc == body:
-        return bodies.contacts.meet_end(disc, at)
-    if body < 0 and bodies.contacts.bars(disc, body):
+        return BallContacts(bodies).meet_end(disc, at)
+    if body < 0 and body in bodies.contacts.barred[disc]:
         return None
     fixed = body if body < 0 or not bodies.movable[body] else disc
     if fixed >= 0 and bodies.movable[fixed]:
@@ -67,7 +68,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg 
     (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
-    powers = bodies.contacts.along_one(i, j, at, law.reach) or squared_gap(d, u, pull, law.reach2)
+    powers = BallContacts(bodies).along_one(i, j, at, law.reach) or squared_gap(d, u, pull, law.reach2)
     begin = bodies.began(i, j, at)
     for wait, certain in falls_of(powers, math.inf if leg is None else leg.end_s - at):
         time = arb(at) + wait

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
     from carom.solvers.certified.ball_bodies import BallBodies
-    from carom.solvers.certified.contacts import BallMode
+    from carom.solvers.certified.gliding import BallMode
     from carom.solvers.certified.impacts import BallEvent, BallImpact
 
 Spins = tuple[float, float, float, float]

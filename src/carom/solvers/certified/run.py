@@ -16,6 +16,7 @@ from flint import arb, ctx
 
 from carom.extension import extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.endless import without_end
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.finite_walls import finite_contact_at_start
@@ -288,13 +289,17 @@ class Attempt:
         """Return what of the start has no certain future: contact, except with a wall that gravity presses to."""
         bodies, scene = self.bodies, self.bodies.scene
         with ctx.workprec(self.precision):
-            begun = {i: bodies.trace_body(ground.body) for i, ground in bodies.contacts.lying()} if bodies.falls else {}
+            begun = (
+                {i: bodies.trace_body(ground.body) for i, ground in BallContacts(bodies).lying()}
+                if bodies.falls
+                else {}
+            )
         found = contact_at_start(scene, begun)
         return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
 
     def _begin(self) -> None:
         """Begin the contact of what lies on a wall at the start, or carry out its impact."""
-        contacts = self.bodies.contacts
+        contacts = BallContacts(self.bodies)
         for i, ground in list(contacts.lying()) if self.bodies.falls else ():
             begun = contacts.begin(i, ground)
             self._happened(
@@ -332,7 +337,7 @@ class Attempt:
         while not self.has_replayed:
             first, second, at = self._known[len(self.events)]
             if first == second:
-                self.bodies.contacts.consider_landing(first, None)
+                BallContacts(self.bodies).consider_landing(first, None)
             meeting = meet(self.bodies, first, second, at)
             stop = self._carry_out(meeting, goal) if meeting is not None and meeting.decided else Stop()
             if stop is not None:
@@ -342,7 +347,7 @@ class Attempt:
     def _select(self, goal: Goal) -> Stop:
         if self._selection is None:
             for i in range(len(self.bodies)):
-                self.bodies.contacts.consider_landing(i, self._tolerance)
+                BallContacts(self.bodies).consider_landing(i, self._tolerance)
             self._selection = Selection(self.bodies)
         selection = self._selection
         selection.end_s, selection.deadline_s = goal.time_s, goal.deadline_s
@@ -361,7 +366,7 @@ class Attempt:
             stop = self._carry_out(choice.meeting, goal)
             for i in choice.meeting[:2]:
                 if i >= 0:
-                    self.bodies.contacts.consider_landing(i, self._tolerance)
+                    BallContacts(self.bodies).consider_landing(i, self._tolerance)
             selection.changed(choice.meeting)
             if stop is not None:
                 return stop

@@ -60,7 +60,7 @@ class Selection:
 
     def expect_end(self, i: int) -> None:
         """Look for the end of how disc `i` moves, if there is one."""
-        if self.bodies.contacts.has_end(i):
+        if self.bodies.contacts.end_of(i) is not None:
             self._meetings.pop((i, i), None)
             self.bounds.raise_to(i, i, self.bodies.time[i])
 
