@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from tests.drawn import drawn
 from tests.stage import disc_at, staged, wall_at
 
-import carom
 from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
 from carom.adapter import Capabilities, Need, unsupported_reason
 from carom.errors import InputError
@@ -209,7 +208,7 @@ def test_a_rate_that_is_none_is_refused(rate: float) -> None:
 
 
 def test_what_damping_does_not_go_with_is_refused() -> None:
-    """Gravity, the contact time of the TC model, the kernel by itself and certified runs say that there is none."""
+    """Gravity, the contact time of the TC model and the kernel by itself say that there is none."""
     with pytest.raises(SceneError, match=r"must be 0 in a scene with gravity, got 0\.4"):
         staged("falls", disc_at(0, 0, 0, 0), duration_s=1.0, damping_per_s=0.4, gravity_m_s2=(0.0, -9.81))
     scene = box(damping_per_s=0.4)
@@ -217,8 +216,6 @@ def test_what_damping_does_not_go_with_is_refused() -> None:
         solve_pic(scene, contact_duration_s=0.1)
     with pytest.raises(InputError, match="the event-driven kernel does not support damping"):
         EventDrivenRun(scene)
-    with pytest.raises(InputError, match="a certified run does not support damping"):
-        carom.certify(scene)
 
 
 def test_an_adapter_that_does_not_declare_damping_is_skipped_by_name() -> None:

@@ -47,7 +47,7 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
-        InputError: The scene has damping or a table that slows discs down; or an option is outside
+        InputError: The scene has a table that slows discs down; or an option is outside
             its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
@@ -74,6 +74,5 @@ def certify(
 
 
 _UNSUPPORTED = {
-    "damping_per_s": "damping",
     "table_deceleration_m_s2": "a table that slows discs down",
 }

@@ -88,7 +88,8 @@ def _straight(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairA
 def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     if isinstance(meeting.near, Seam):
         return _carry_out_either(bodies, meeting, meeting.near)
-    before = _velocities(bodies, meeting) if bodies.falls or bodies.fastest_drive else None
+    changing = bodies.falls or bodies.fastest_drive or bodies.scene.damping_per_s
+    before = _velocities(bodies, meeting) if changing else None
     edge = NO_EDGE
     if isinstance(meeting.near, PairApproach):
         normal = _collide(bodies, meeting, meeting.near)

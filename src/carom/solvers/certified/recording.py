@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.solvers.certified.ball_bodies import greatest_speed
+from carom.solvers.certified.ball_damping import damped
 from carom.solvers.certified.floats import nearest, quotient
 from carom.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 
@@ -81,6 +82,7 @@ class Recording:
         self.events = 0
         speed = greatest_speed(scene)
         length = max(max(map(abs, disc.position_m)) + disc.radius_m for disc in scene.discs)
+        self._damping_per_s = scene.damping_per_s
         self._tolerance = arb(10) ** -digits
         self._speed_tolerance, self._length_tolerance = self._tolerance * speed, self._tolerance * length
         self._pending: list[BallEvent] = []
@@ -192,7 +194,8 @@ class Recording:
             ModeRecord(dt, 0, *named, x.radius, v.radius, g.radius, dw, da),
         )
 
-    def _convert(self, impact: BallImpact) -> bool:
+    def _convert(self, undamped: BallImpact) -> bool:
+        impact = damped(self._damping_per_s, undamped)
         first, second = impact.first, impact.second
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)

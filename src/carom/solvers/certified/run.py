@@ -16,11 +16,12 @@ from flint import arb, ctx
 
 from carom.extension import extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.ball_damping import kept, undamped
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.endless import without_end
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.finite_walls import finite_contact_at_start
-from carom.solvers.certified.floats import nearest
+from carom.solvers.certified.floats import float_above, nearest
 from carom.solvers.certified.impacts import BallEvent, carry_out
 from carom.solvers.certified.meeting import Meeting
 from carom.solvers.certified.meetings import meet
@@ -62,9 +63,9 @@ _START = (-1, -1, 0.0)
 
 
 class Goal(NamedTuple):
-    """How far a run is to be taken: to a time, an impact, or an instant of the clock."""
+    """How far a run is to be taken: to a time, without damping, an impact, or an instant of the computer's clock."""
 
-    time_s: float
+    time: arb
     impacts: float
     deadline_s: float
     progress: Progress | None
@@ -144,7 +145,7 @@ class CertifiedRun:
             return self.outcome
         begin_s = time.perf_counter()
         deadline_s = math.inf if time_budget_s is None else begin_s + time_budget_s
-        goal = Goal(time_s, math.inf if max_impacts is None else max_impacts, deadline_s, progress)
+        goal = Goal(self._undamped(time_s), math.inf if max_impacts is None else max_impacts, deadline_s, progress)
         start = self._attempt.trouble_at_start() if self.ending is None else None
         stop = Stop() if start is None else Stop(Ending.DEGENERATE, start)
         attempt = self._attempt
@@ -186,15 +187,23 @@ class CertifiedRun:
         # An interrupt, or what can't be decided, may have cut an event in two.
         if self.log.events < len(attempt.events) or attempt.is_cut or self.ending is Ending.INTERRUPTED:
             attempt = Attempt(self.scene, attempt.bits, self.log, attempt, self.log.events)
-            if attempt.advance(Goal(self.time_s, impacts, math.inf, None)).ending is Ending.INTERRUPTED:
+            if attempt.advance(Goal(self._undamped(self.time_s), impacts, math.inf, None)).ending is Ending.INTERRUPTED:
                 raise KeyboardInterrupt
         bodies = attempt.bodies
         with ctx.workprec(attempt.precision):
-            places = [bodies.place(i, self.time_s) for i in range(len(bodies))]
-            speeds = [bodies.velocity(i, arb(self.time_s), self.time_s) for i in range(len(bodies))]
+            now = undamped(self.scene.damping_per_s, arb(self.time_s))
+            left = kept(self.scene.damping_per_s, now)
+            states = [
+                (bodies.place_at(i, now), bodies.velocity(i, now, self.time_s))
+                if bodies.movable[i]
+                else (bodies.place(i, self.time_s), bodies.velocity(i, now, self.time_s))
+                for i in range(len(bodies))
+            ]
+            places = [place for place, _ in states]
+            speeds = [(vx * left, vy * left) for _, (vx, vy) in states]
         with ctx.workprec(min(self.log.bits, attempt.precision)):
             position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
-            spin = np.array([nearest(+bodies.spin_at(i, arb(self.time_s))) for i in range(len(bodies))])
+            spin = np.array([nearest(+(bodies.spin_at(i, now) * left)) for i in range(len(bodies))])
         trace = Trace(
             method="certified",
             scene=self.scene,
@@ -231,6 +240,10 @@ class CertifiedRun:
             elapsed_s=self._elapsed_s,
         )
 
+    def _undamped(self, time_s: float) -> arb:
+        with ctx.workprec(self._most_bits):
+            return undamped(self.scene.damping_per_s, arb(time_s))
+
     def _judged(self, stop: Stop, attempt: Attempt) -> Stop:
         """Decide whether more precision may help where an attempt did not get to its end."""
         trouble = stop.degeneracy
@@ -247,7 +260,7 @@ class CertifiedRun:
         """Return the precision that the bits lost so far let expect to be enough."""
         done = max(len(attempt.events), 1)
         reached_s = max(attempt.bodies.time)
-        expected = done * (goal.time_s / reached_s) if reached_s > 0 else math.inf
+        expected = done * (float_above(goal.time) / reached_s) if reached_s > 0 else math.inf
         target = min(expected * _MARGIN, goal.impacts)
         lost = attempt.bits_lost() / done
         wanted = self._digits_bits + (lost * target * _MARGIN if lost else 0) + _FIRST_BITS
@@ -350,7 +363,7 @@ class Attempt:
                 BallContacts(self.bodies).consider_landing(i, self._tolerance)
             self._selection = Selection(self.bodies)
         selection = self._selection
-        selection.end_s, selection.deadline_s = goal.time_s, goal.deadline_s
+        selection.end_s, selection.deadline_s = float_above(goal.time), goal.deadline_s
         while True:
             at_limit = self.impacts >= goal.impacts
             try:
@@ -361,6 +374,10 @@ class Attempt:
                 return Stop(None, undecided.degeneracy if self._log.convert() else None)
             if choice is None or at_limit:
                 return self._end(Ending.COMPLETED if choice is None else Ending.MAX_IMPACTS)
+            if not choice.meeting.time <= goal.time:  # within the last unit of a time that is no float64
+                if choice.meeting.time > goal.time:
+                    return self._end(Ending.COMPLETED)
+                selection.is_at_the_end(choice.meeting)
             if choice.commutes:
                 self.commuted.append((self.impacts, self.impacts + 1))
             stop = self._carry_out(choice.meeting, goal)

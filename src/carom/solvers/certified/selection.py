@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 import time
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 from flint import arb
 
@@ -143,10 +143,18 @@ class Selection:
                 break
             else:
                 if not candidate.time <= self.end_s:
-                    raise Undecided(self._report(Degenerate.AT_THE_END, (candidate,), candidate.time))
+                    self.is_at_the_end(candidate)
                 return Choice(candidate, commutes)
         assert blocking is not None  # noqa: S101 - one meeting at least may be in time, and none was returned
         raise blocking
+
+    def is_at_the_end(self, meeting: Meeting) -> NoReturn:
+        """Say that an impact can't be told to belong to the scene.
+
+        Raises:
+            Undecided: Always.
+        """
+        raise Undecided(self._report(Degenerate.AT_THE_END, (meeting,), meeting.time))
 
     def _commute(self, one: Meeting, other: Meeting) -> bool:
         """Whether two impacts whose times overlap give the same in either order."""
