@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.adapter import (
+    AdapterError,
     Capabilities,
     Chain,
     Contact,
@@ -29,8 +30,9 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
-from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
+from carom_adapters.code import arguments, assignments, comment, steps_of
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.legs import Driven, Legs, first_velocity, has_legs, legs_by_step, python_end
 from carom_adapters.pieces import factored_walls
 from carom_adapters.pymunk_space import scene_of
 from carom_adapters.pymunk_walls import Post, Shaped, shapes_of_walls
@@ -80,6 +82,8 @@ CAPABILITIES = Capabilities(
     wall_materials=True,
     driven_walls=True,
     driven_discs=True,
+    legs=True,
+    belts=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),
@@ -102,6 +106,12 @@ def _usable_step(scene: Scene, settings: Mapping[str, Setting]) -> float:
     require_sound("pymunk", scene, settings, SETTINGS, LEAST, {"dt_s": LARGEST, NEIGHBORS: 1})
     dt_s = float(settings["dt_s"])
     require_supported("pymunk", scene, CAPABILITIES, dt_s)
+    for k, wall in enumerate(scene.walls):
+        if wall.surface_speed_m_s and not isinstance(wall, Wall):
+            raise AdapterError(
+                f"pymunk: walls[{k}] is a belt that can be met from either side, and a shape's surface_velocity is one "
+                "vector for both; a half-plane can be a belt"
+            )
     return dt_s
 
 
@@ -127,10 +137,11 @@ class PymunkWorld:
         self._bodies: list[pymunk.Body] = []
         self._movable: list[pymunk.Body] = []
         self._driven: list[pymunk.Body] = []
+        self._legs = Legs[pymunk.Body]()
         self._number: dict[pymunk.Shape, int] = {}
         for i, disc in enumerate(scene.discs):
             if disc.immovable:
-                body = self._held(disc.driven, disc.velocity_m_s, disc.spin_rad_s)
+                body = self._held(disc, disc.spin_rad_s)
             else:
                 # An infinite moment for a disc that does not turn, or has nothing to turn it.
                 factor = disc.inertia_factor if self._turns else math.inf
@@ -143,10 +154,13 @@ class PymunkWorld:
             self._add(pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
             self._bodies.append(body)
         for k, (shaped, material) in enumerate(zip(shapes_of_walls(scene, dt_s), of_walls, strict=True)):
-            body = self._held(scene.walls[k].driven, scene.walls[k].velocity_m_s)
+            body = self._held(wall := scene.walls[k])
             self._space.add(body)
             if isinstance(shaped, list):
-                self._add(pymunk.Poly(body, shaped), *material, wall_body(k))
+                face = pymunk.Poly(body, shaped)
+                if isinstance(wall, Wall) and wall.surface_speed_m_s:
+                    face.surface_velocity = _belt(wall)
+                self._add(face, *material, wall_body(k))
                 continue
             if isinstance(shaped, Post):
                 self._add(pymunk.Circle(body, shaped.radius, shaped.centre), *material, wall_body(k))
@@ -157,15 +171,16 @@ class PymunkWorld:
                     shape.set_neighbors(segment.before, segment.after)
                 self._add(shape, *material, wall_body(k))
 
-    def _held(self, driven: bool, velocity: tuple[float, float], spin: float = 0.0) -> pymunk.Body:
+    def _held(self, of: Driven, spin: float = 0.0) -> pymunk.Body:
         """Return a body that no impact moves: it stands, or moves by itself."""
         import pymunk
 
-        if not driven:
+        if not of.driven:
             return pymunk.Body(body_type=pymunk.Body.STATIC)
         body = pymunk.Body(body_type=pymunk.Body.KINEMATIC)
-        body.velocity, body.angular_velocity = velocity, spin
+        body.velocity, body.angular_velocity = first_velocity(of), spin
         self._driven.append(body)
+        self._legs.add(body, of)
         return body
 
     def _add(self, shape: pymunk.Shape, elasticity: float, friction: float, number: int) -> None:
@@ -181,11 +196,14 @@ class PymunkWorld:
         return read | {name: getattr(self._space, name) for name in SPACE_SETTINGS} | {NEIGHBORS: int(self._neighbors)}
 
     def advance(self, steps: int) -> None:
-        """Call `Space.step` this many times, and nothing else."""
+        """Call `Space.step` this many times; between steps driven bodies are told of their legs."""
         step, dt_s = self._space.step, self._clock.dt_s
-        for _ in range(steps):
-            step(dt_s)
-        self._clock.count(steps)
+        for count in self._legs.stretches(steps):
+            for body, velocity in self._legs.begun(self._clock.now_s):
+                body.velocity = velocity
+            for _ in range(count):
+                step(dt_s)
+            self._clock.count(count)
         self._arbiters = None
 
     def observe(self) -> Observation:
@@ -259,23 +277,38 @@ class PymunkWorld:
         """Return positions, velocities and spins; whatever else a space keeps is of no effect on a tuned one."""
         moving = [*self._movable, *self._driven]
         bodies = [(body, body.position, body.velocity, body.angular_velocity) for body in moving]
-        return (self._clock.now_s, bodies)
+        return (self._clock.now_s, bodies, self._legs.told)
 
     def restore(self, state: Any) -> None:
         """Put positions, velocities and spins back."""
-        time_s, bodies = state
+        time_s, bodies, self._legs.told = state
         self._clock.restart(time_s)
         for body, position, velocity, spin in bodies:
             body.position, body.velocity, body.angular_velocity = position, velocity, spin
 
     def close(self) -> None:
         """Let go of the space; its memory goes with the last reference."""
-        del self._space, self._bodies, self._movable, self._driven, self._number
+        del self._space, self._bodies, self._movable, self._driven, self._legs, self._number
+
+
+def _belt(wall: Wall) -> tuple[float, float]:
+    """Return the `surface_velocity` of a belt, which runs to the left of the normal."""
+    nx, ny = wall.normal
+    return (-wall.surface_speed_m_s * ny, wall.surface_speed_m_s * nx)
 
 
 _ADD_WALL = """def add_wall(corners, elasticity, friction, velocity=None):  # a deep polygon has no far side
     body = held_body(velocity)
     add(body, pymunk.Poly(body, corners), elasticity, friction)
+
+
+"""
+
+_ADD_BELT = """def add_belt(corners, surface_velocity, elasticity, friction, velocity=None):
+    body = held_body(velocity)
+    face = pymunk.Poly(body, corners)
+    face.surface_velocity = surface_velocity
+    add(body, face, elasticity, friction)
 
 
 """
@@ -302,7 +335,9 @@ def _code_of_wall(
     wall: Wall | Chain | Ring, shape: Shaped, material: tuple[float, float], settings: Mapping[str, Setting]
 ) -> list[str]:
     of_wall = f"elasticity={material[0]!r}, friction={material[1]!r}"
-    of_wall += f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
+    of_wall += f", velocity={first_velocity(wall)!r}" if wall.driven else ""
+    if isinstance(wall, Wall) and wall.surface_speed_m_s:
+        return [f"add_belt({shape!r}, {_belt(wall)!r}, {of_wall})"]
     if isinstance(shape, list):
         return [f"add_wall({shape!r}, {of_wall})"]
     if isinstance(shape, Post):
@@ -324,18 +359,26 @@ def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
         moment = (disc.inertia_factor if turns else math.inf) * disc.mass_kg * disc.radius_m**2
         given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg, "moment": moment}
         if not disc.immovable or disc.driven:
-            given |= {"velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            given |= {"velocity": first_velocity(disc), "spin": disc.spin_rad_s}
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     shapes = shapes_of_walls(scene, dt_s)
+    walls = list(zip(scene.walls, shapes, strict=True))
     lines += [
-        line for made in zip(scene.walls, shapes, of_walls, strict=True) for line in _code_of_wall(*made, settings)
+        line
+        for made, material in zip(walls, of_walls, strict=True)
+        for line in _code_of_wall(*made, material, settings)
     ]
     set_up = assignments("space", settings, SPACE_SETTINGS)
     if scene.damping_per_s:
         set_up += f"space.damping = {math.exp(-scene.damping_per_s)!r}  # what is kept of a speed in a second\n"
-    end = PYTHON_END.format(step="space.step(dt)", state="*body.position, *body.velocity, body.angular_velocity")
+    state = "*body.position, *body.velocity, body.angular_velocity"
+    pieces = [[wall] * (1 if isinstance(shape, list | Post) else len(shape[0])) for wall, shape in walls]
+    driven = [body for body in (*scene.discs, *(one for each in pieces for one in each)) if body.driven]
+    end = python_end(scene, "space.step(dt)", state, legs_by_step(driven, dt_s), "driven[k].velocity = velocity")
     bodies = "\n".join(lines)
-    functions = _ADD_WALL if any(isinstance(shape, list) for shape in shapes) else ""
+    belts = [bool(wall.surface_speed_m_s) for wall in scene.walls]
+    plain = (isinstance(shape, list) and not belt for shape, belt in zip(shapes, belts, strict=True))
+    functions = (_ADD_WALL if any(plain) else "") + (_ADD_BELT if any(belts) else "")
     functions += _ADD_CIRCLE if any(isinstance(shape, Post) for shape in shapes) else ""
     functions += _ADD_SEGMENT if any(type(shape) is tuple for shape in shapes) else ""
     return f"""{comment(heading)}
@@ -347,7 +390,7 @@ dt, steps = {dt_s!r}, {steps_of(scene, settings)}
 space = pymunk.Space()
 space.gravity = {scene.gravity_m_s2!r}
 {set_up}discs = []
-
+{"driven = []" + chr(10) if has_legs(scene) else ""}
 
 def add(body, shape, elasticity, friction):
     # pymunk multiplies the two coefficients of a pair.
@@ -359,7 +402,7 @@ def held_body(velocity, spin=0.0):  # which no impact moves: it stands, or moves
     body = pymunk.Body(body_type=pymunk.Body.STATIC if velocity is None else pymunk.Body.KINEMATIC)
     if velocity is not None:
         body.velocity, body.angular_velocity = velocity, spin
-    return body
+{"        driven.append(body)" + chr(10) if has_legs(scene) else ""}    return body
 
 
 def add_disc(position, radius, mass=None, moment=0.0, velocity=None, spin=0.0):

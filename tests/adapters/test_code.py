@@ -69,6 +69,24 @@ EDGES = CORNER.model_copy(
         ),
     }
 )
+#: Walls of each kind that come and go, one a belt, and a disc among them that does.
+_LEGS = [{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in ((0.0, (0.0, 0.0)), (0.31, (0.5, -0.25)))]
+TOLD = CORNER.model_copy(
+    update={
+        "name": "told",
+        "discs": (
+            *CORNER.discs[:2],
+            Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf, driven=True, legs=_LEGS),
+        ),
+        "walls": (
+            Wall(point_m=(0, 0), normal=(0, 1), legs=[*_LEGS, {"from_s": 0.5, "velocity_m_s": (0.0, 0.125)}]),
+            Chain(points_m=[(-1, -1), (-1, 2), (3, 2)], half_width_m=0.05, legs=_LEGS),
+        ),
+    }
+)
+BELT = CORNER.model_copy(
+    update={"name": "belt", "walls": (Wall(point_m=(0, 0), normal=(0, 1), surface_speed_m_s=2.0), CORNER.walls[1])}
+)
 #: A fast disc among them is what continuous detection is for.
 SCENES = {
     "corner": CORNER,
@@ -79,6 +97,8 @@ SCENES = {
     "damped box": all_scenes()["contact/damped-box"].scene,
     "seams": along_a_floor(10, 11 / 16, half_width_m=0.01),
     "edges": EDGES,
+    "told": TOLD,
+    "belt": BELT,
     "rolling": all_scenes()["contact/rolling-resistance-on-a-slope"].scene,
 }
 

@@ -9,7 +9,8 @@ from carom.adapter import Chain, Scene, Setting, Wall, is_fast, reach, require_s
 from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_usable
 from carom_adapters.box2d.walls import edges_of, rectangle_of
 from carom_adapters.box2d.world import BEFORE_WALLS, shapes_of_disc, sweeps
-from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
+from carom_adapters.code import arguments, assignments, comment, steps_of
+from carom_adapters.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
 from carom_adapters.pieces import thickness_of
 
 #: What is said of the scale of velocities, in the program.
@@ -21,17 +22,17 @@ SCALED = (
 NOT_SCALED = "As shipped: contacts that close at less than 1 m/s are inelastic (b2_velocityThreshold, compiled in)."
 
 
-ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0, velocity=None):
+ADD_SHAPE = """def add_shape(shape, position=(0.0, 0.0), half_width=0.0, velocity=None{takes}):
     wall = held_body(position, velocity)
     fixture = wall.CreateFixture(shape=shape, {of_wall}, categoryBits={bits}, maskBits={bits})
     fixture.shape.radius = {skin} + half_width
-
+{runs}
 
 """
-ADD_CIRCLE = """def add_circle(position, radius, velocity=None):
+ADD_CIRCLE = """def add_circle(position, radius, velocity=None{takes}):
     wall, shape = held_body(position, velocity), Box2D.b2CircleShape(radius=radius)
     wall.CreateFixture(shape=shape, {of_wall}, categoryBits={bits}, maskBits={bits})
-
+{runs}
 
 """
 ADD_WALL = """def add_wall(position, corners, **moves):  # a deep polygon: a half-plane has no far side
@@ -44,11 +45,26 @@ ADD_EDGE = """def add_edge(points, half_width, **moves):
 
 
 """
-ADD_CHAIN = """def add_chain(half_width, velocity=None, **points):  # so that no disc catches on the joint of two edges
-    add_shape(Box2D.b2ChainShape(**points), half_width=half_width, velocity=velocity)
+ADD_CHAIN = """def add_chain(half_width, velocity=None{takes}, **points):  # so that no disc catches on joints
+    add_shape(Box2D.b2ChainShape(**points), half_width=half_width, velocity=velocity{gives})
 
 
 """
+#: Of belts: what each function takes, does, and gives, and what tells a contact of one.
+BELTS = {"takes": ", belt=0.0", "runs": "    wall.userData = -belt * scale\n", "gives": ", belt=belt"}
+LISTENER = """class Belts(Box2D.b2ContactListener):
+    def PreSolve(self, contact, _old):  # Box2D's tangent is to the right of the normal
+        contact.tangentSpeed = sum(fixture.body.userData or 0.0 for fixture in (contact.fixtureA, contact.fixtureB))
+
+
+world.contactListener = belts = Belts()
+
+
+"""
+
+#: How a driven body is made, and how where it is told of legs.
+_MADE = "return world.CreateKinematicBody(position=position, linearVelocity=velocity, angularVelocity=spin * scale)"
+_KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
 
 
 def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -71,13 +87,18 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             # Swept against all others, as it moves by more than its radius in a step.
             given["bullet"] = settings.get("sweep") == "fast" and is_fast(disc, float(settings["dt_s"]))
         elif disc.driven:
-            given = {"velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
+            given = {"velocity": first_velocity(disc), "spin": disc.spin_rad_s}
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     centre, radius = reach(fast_clock, dt_s)
     functions = {}
+    runs = any(wall.surface_speed_m_s for wall in scene.walls)
+    belts = {name: text * runs for name, text in BELTS.items()}
+    driven: list[Driven] = [disc for disc in scene.discs if disc.driven]
     of_wall = f"friction={scene.wall_friction!r}, restitution={scene.wall_restitution!r}"
     for asked, wall in zip(scene.walls, fast_clock.walls, strict=True):
-        moves = f", velocity={asked.velocity_m_s!r}" if asked.driven else ""
+        moves = f", velocity={first_velocity(asked)!r}" if asked.driven else ""
+        moves += f", belt={asked.surface_speed_m_s!r}" if asked.surface_speed_m_s else ""
+        before = len(lines)
         if isinstance(wall, Wall):
             place, corners = rectangle_of(fast_clock, wall, centre, radius)
             lines.append(f"add_wall({place!r}, {corners!r}{moves})")
@@ -90,10 +111,11 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             else:
                 points, kind = (pieces[0][:-1], "loop") if wall.closed else (pieces[0], "chain")
                 lines.append(f"add_chain({wall.half_width_m!r}, vertices_{kind}={points!r}{moves})")
-                functions["chain"] = ADD_CHAIN
+                functions["chain"] = ADD_CHAIN.format(**belts)
         else:
             lines.append(f"add_circle({wall.centre_m!r}, {thickness_of(fast_clock, wall)!r}{moves})")
-            functions["circle"] = ADD_CIRCLE.format(of_wall=of_wall, bits=BEFORE_WALLS)
+            functions["circle"] = ADD_CIRCLE.format(of_wall=of_wall, bits=BEFORE_WALLS, **belts)
+        driven += [asked] * (len(lines) - before) if asked.driven else []
     circles = ", ".join(
         f"dict(friction={friction!r}, restitution={restitution!r}, categoryBits={bits}, maskBits={bits})"
         for bits, restitution, friction in shapes_of_disc(scene)
@@ -101,10 +123,13 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     skin = repr(float(settings["polygon_radius_m"])) if "polygon_radius_m" in settings else "fixture.shape.radius"
     add_walls = ""
     if functions:
-        add_walls = ADD_SHAPE.format(of_wall=of_wall, bits=BEFORE_WALLS, skin=skin) + "".join(functions.values())
+        add_walls = ADD_SHAPE.format(of_wall=of_wall, bits=BEFORE_WALLS, skin=skin, **belts)
+        add_walls += "".join(functions.values()) + (LISTENER if any(belts.values()) else "")
     iterations = f"{int(settings['velocityIterations'])}, {int(settings['positionIterations'])}"
     state = "*body.position, *(v / scale for v in body.linearVelocity), body.angularVelocity / scale"
-    end = PYTHON_END.format(step=f"world.Step(dt / scale, {iterations})", state=state)
+    legs = legs_by_step(driven, float(settings["dt_s"]))
+    told = "driven[k].linearVelocity = tuple(v * scale for v in velocity)"
+    end = python_end(scene, f"world.Step(dt / scale, {iterations})", state, legs, told)
     bodies = "\n".join(lines)
     return f"""{comment(heading)}
 import Box2D
@@ -116,13 +141,13 @@ world = Box2D.b2World(gravity=({scene.gravity_m_s2[0]!r} * scale * scale, {scene
 {assignments("world", settings, WORLD_SETTINGS)}world.continuousPhysics = {sweeps(fast_clock, settings, dt_s)}
 circles = [{circles}]
 discs = []
-
+{"driven = []" + chr(10) if has_legs(scene) else ""}
 
 def held_body(position, velocity, spin=0.0):  # which no impact moves: it stands, or moves by itself
     if velocity is None:
         return world.CreateStaticBody(position=position)
     velocity = tuple(v * scale for v in velocity)
-    return world.CreateKinematicBody(position=position, linearVelocity=velocity, angularVelocity=spin * scale)
+    {_KEPT if has_legs(scene) else _MADE}
 
 
 def add_disc(position, radius, mass=None, inertia=0.0, velocity=None, spin=0.0, **of_body):

@@ -36,6 +36,7 @@ from carom_adapters.box2d.limits import (
     require_usable,
 )
 from carom_adapters.box2d.walls import rectangle_of, shapes_of_chain
+from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.pieces import thickness_of
 
 #: Collision categories of the shapes that a disc has for other discs, and for walls.
@@ -100,6 +101,8 @@ class Box2dWorld:
         self._chains: set[int] = set()
         self._movable: list[Any] = []
         self._driven: list[Any] = []
+        self._legs = Legs[Any]()
+        self._belts = {wall_body(k): wall.surface_speed_m_s for k, wall in enumerate(scene.walls)}
         self._turns = scene.arrays.turns
         self._solved: list[tuple[Any, Any, Point, float, float]] = []
         self._normals: dict[tuple[Any, ...], Point] = {}
@@ -117,11 +120,13 @@ class Box2dWorld:
                 self._add_wall(scene, k, (0.0, 0.0), shapes, wall.half_width_m)
             else:
                 self._add_wall(scene, k, wall.centre_m, [self._box2d.b2CircleShape(radius=thickness_of(scene, wall))])
+        if any(self._belts.values()):  # which only a listener can tell a contact
+            self._listen()
 
     def _add_disc(self, scene: Scene, i: int, immovable: bool) -> None:
         box2d, disc = self._box2d, scene.discs[i]
         if immovable:
-            body = self._held(disc.position_m, disc.driven, disc.velocity_m_s, disc.spin_rad_s)
+            body = self._held(disc.position_m, disc, disc.spin_rad_s)
         else:
             body = self._world.CreateDynamicBody(
                 position=disc.position_m,
@@ -150,18 +155,20 @@ class Box2dWorld:
         body.userData = i
         self._bodies.append(body)
 
-    def _held(self, place: Point, driven: bool, velocity: Point, spin: float = 0.0) -> Any:
+    def _held(self, place: Point, of: Driven, spin: float = 0.0) -> Any:
         """Return a body that no impact moves: it stands, or moves by itself."""
-        if not driven:
+        if not of.driven:
             return self._world.CreateStaticBody(position=place)
+        velocity = first_velocity(of)
         body = self._world.CreateKinematicBody(position=place, linearVelocity=velocity, angularVelocity=spin)
         self._driven.append(body)
+        self._legs.add(body, of)
         return body
 
     def _add_wall(
         self, scene: Scene, k: int, place: Point, shapes: list[Any], half_width_m: float | None = None
     ) -> None:
-        body = self._held(place, scene.walls[k].driven, scene.walls[k].velocity_m_s)
+        body = self._held(place, scene.walls[k])
         for number, shape in enumerate(shapes):
             fixture = body.CreateFixture(
                 shape=shape,
@@ -203,12 +210,15 @@ class Box2dWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Call `b2World.Step` this many times, and nothing else."""
-        step, dt_s, (velocity, position) = self._world.Step, self._clock.dt_s, self._iterations
+        """Call `b2World.Step` this many times; between steps driven bodies are told of their legs."""
+        step, dt_s, iterations = self._world.Step, self._clock.dt_s, self._iterations
         self._solved.clear()
-        for _ in range(steps):
-            step(dt_s, velocity, position)
-        self._clock.count(steps)
+        for count in self._legs.stretches(steps):
+            for body, velocity in self._legs.begun(self._clock.now_s):
+                body.linearVelocity = velocity
+            for _ in range(count):
+                step(dt_s, *iterations)
+            self._clock.count(count)
 
     def observe(self) -> Observation:
         """Read every body, and what Box2D told its listener of the contacts that it solved.
@@ -227,12 +237,15 @@ class Box2dWorld:
         return replace(seen, warning=self._warning(seen))
 
     def _listen(self) -> None:
-        solved, normals = self._solved, self._normals
+        solved, normals, belts = self._solved, self._normals, self._belts
 
         class Listener(self._box2d.b2ContactListener):  # type: ignore[misc, name-defined] # made at run time
             def PreSolve(self, contact: Any, _old: Any) -> None:  # noqa: N802 - Box2D's name
                 manifold = contact.worldManifold  # held on to: its normal is a view into it
                 normals[_key(contact)] = tuple(manifold.normal)
+                for fixture in (contact.fixtureA, contact.fixtureB):
+                    if belt := belts.get(fixture.body.userData, 0.0):
+                        contact.tangentSpeed = -belt  # Box2D's tangent is to the right of the normal
 
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
                 # By now the bodies have moved on, and the manifold's normal with them.
@@ -304,11 +317,11 @@ class Box2dWorld:
             (body, tuple(body.position), tuple(body.linearVelocity), body.angularVelocity)
             for body in (*self._movable, *self._driven)
         ]
-        return (self._clock.now_s, bodies)
+        return (self._clock.now_s, bodies, self._legs.told)
 
     def restore(self, state: Any) -> None:
         """Put positions, velocities and spins back."""
-        time_s, bodies = state
+        time_s, bodies, self._legs.told = state
         self._clock.restart(time_s)
         for body, position, velocity, spin in bodies:
             body.position, body.linearVelocity, body.angularVelocity = position, velocity, spin
@@ -316,4 +329,13 @@ class Box2dWorld:
     def close(self) -> None:
         """Let go of the world; its memory goes with the last reference."""
         self._world.contactListener = None
-        del self._bodies, self._movable, self._driven, self._walls, self._skinned, self._listener, self._world
+        del (
+            self._bodies,
+            self._movable,
+            self._driven,
+            self._legs,
+            self._walls,
+            self._skinned,
+            self._listener,
+            self._world,
+        )

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.adapter import Chain, Ring, Scene, Setting, Wall, is_fast
-from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
+from carom_adapters.code import arguments, comment, steps_of
+from carom_adapters.legs import Driven, first_velocity, legs_by_step, python_end
 from carom_adapters.pieces import cut_chain, factored_walls, thickness_of
 from carom_adapters.pybullet.limits import WORLD_SETTINGS
 from carom_adapters.pybullet.world import capsule_of, dynamics_of, moments_of, require_usable, resistance_of
@@ -24,10 +25,11 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     world = {"fixedTimeStep": dt_s} | {name: settings[name] for name in WORLD_SETTINGS if name in settings}
     dynamics = dynamics_of(scene, settings)
     lines = []
+    starts: list[Driven] = []  # in the order of the program's
     for disc in scene.discs:
         given: dict[str, object] = {}
         if disc.driven:
-            given = {"velocity": disc.velocity_m_s, "spin": disc.spin_rad_s, "driven": True}
+            given = {"velocity": first_velocity(disc), "spin": disc.spin_rad_s, "driven": True}
         if not disc.immovable:
             given = {"mass": disc.mass_kg, "velocity": disc.velocity_m_s, "spin": disc.spin_rad_s}
             if (moments := moments_of(scene, settings, disc)) is not None:
@@ -35,8 +37,11 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
             if ccd_fraction > 0 and is_fast(disc, dt_s):  # moves by more than its radius in a step
                 given["swept_radius"] = ccd_fraction * disc.radius_m
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
+        starts += [disc] if disc.driven or not disc.immovable else []
     for wall, material in zip(scene.walls, of_walls, strict=True):
-        lines += _lines_of_wall(scene, wall, material, resistance_of(scene, friction))
+        made = _lines_of_wall(scene, wall, material, resistance_of(scene, friction))
+        lines += made
+        starts += [wall] * len(made) if wall.driven else []
     if turns and maximal:
         lines.append(
             "pybullet.stepSimulation()  # a changed inertia counts from the next step on: all are at rest in this one"
@@ -46,7 +51,8 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     resists = scene.wall_rolling_resistance > 0.0
     shape = "CYLINDER" if settings.get("shape", "sphere") == "cylinder" else "SPHERE"
     state = "*place(body), *pybullet.getBaseVelocity(body)[0][:2], pybullet.getBaseVelocity(body)[1][2]"
-    end = PYTHON_END.format(step="pybullet.stepSimulation()", state=state)
+    told = "pybullet.resetBaseVelocity(starts[k][0], [*velocity, 0.0], [0.0, 0.0, starts[k][4]])"
+    end = python_end(scene, "pybullet.stepSimulation()", state, legs_by_step(starts, dt_s), told)
     bodies = "\n".join(lines)
     return f"""{comment(heading)}
 import pybullet
@@ -98,7 +104,7 @@ for body, position, turn, velocity, spin in starts:
 
 def _lines_of_wall(scene: Scene, wall: Wall | Chain | Ring, material: tuple[float, float], rolling: float) -> list[str]:
     """Return a line for each body that a wall is."""
-    driven = f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
+    driven = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
     own = f"restitution={material[0]!r}, friction={material[1]!r}"
     own += f", rolling={rolling!r}" if rolling else ""
 

@@ -66,6 +66,7 @@ CAPABILITIES = Capabilities(
     wall_materials=True,
     driven_walls=True,
     driven_discs=True,
+    legs=True,
     gravity=True,
     damping=True,
     rolling_resistance=True,

@@ -29,6 +29,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.pieces import cut_chain, factored_walls, pieced, summed, thickness_of
 from carom_adapters.pybullet.limits import (
     BODY_SETTINGS,
@@ -65,18 +66,17 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     require_supported("PyBullet", scene, CAPABILITIES, float(settings["dt_s"]))
     for name, bodies in (("discs", scene.discs), ("walls", scene.walls)):
         for i, body in enumerate(bodies):
-            if body.driven and max(map(abs, body.velocity_m_s)) > SHIPPED_SPEED_CLAMP_M_S:
-                most = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
-                raise AdapterError(
-                    f"PyBullet: {name}[{i}] is driven at {body.velocity_m_s}, and it clamps that to {most}"
-                )
+            for velocity in (leg.velocity for leg in body.drive.legs if body.driven):
+                if max(map(abs, velocity)) > SHIPPED_SPEED_CLAMP_M_S:
+                    most = f"{SHIPPED_SPEED_CLAMP_M_S:g} m/s"
+                    raise AdapterError(f"PyBullet: {name}[{i}] is driven at {velocity}, and it clamps that to {most}")
     if scene.wall_rolling_resistance and len(radii := {d.radius_m for d in scene.discs if not d.immovable}) > 1:
         raise AdapterError(
             f"PyBullet: wall_rolling_resistance is a torque by radius, and a wall of Bullet's has one for all discs; "
             f"there are radii from {min(radii):g} to {max(radii):g} m"
         )
     for i, disc in enumerate(scene.discs):
-        if disc.driven and disc.spin_rad_s and any(disc.velocity_m_s):
+        if disc.driven and disc.spin_rad_s and not disc.drive.stands:
             raise AdapterError(
                 f"PyBullet: discs[{i}] is driven and spins at {disc.spin_rad_s:g} rad/s, and Bullet turns the velocity "
                 "of a multibody by its spin; without the one or the other it goes as it is told"
@@ -179,7 +179,8 @@ class PybulletWorld:
         self._discs: list[int] = []
         self._movable: list[int] = []
         self._number: dict[int, int] = {}
-        self._driven: list[tuple[int, Point, float]] = []  # with their velocities and spins
+        self._driven: list[tuple[int, Driven]] = []
+        self._legs = Legs[tuple[int, float]]()  # of bodies with their spins
         self._pieced = pieced(scene)
         self._client = -1
         kept = _take_kept(self._key)
@@ -206,8 +207,10 @@ class PybulletWorld:
             if not scene.discs[i].immovable:
                 bullet.resetBasePositionAndOrientation(body, [*disc.position_m, 0.0], [0, 0, 0, 1], client)
                 bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0.0], [0, 0, disc.spin_rad_s], client)
-        for body, velocity, spin in self._driven:
-            bullet.resetBaseVelocity(body, [*velocity, 0.0], [0, 0, spin], client)
+        for body, of in self._driven:
+            spin = of.spin_rad_s if isinstance(of, Disc) else 0.0
+            bullet.resetBaseVelocity(body, [*first_velocity(of), 0.0], [0, 0, spin], client)
+            self._legs.add((body, spin), of)
         self._seen = ()
 
     def _build(self, scene: Scene) -> None:
@@ -224,7 +227,7 @@ class PybulletWorld:
             mass = 0.0 if disc.immovable else disc.mass_kg  # 0 is how Bullet spells immovable
             body = self._add(shape, mass, disc.position_m, disc_restitution, disc_friction, driven=disc.driven)
             if disc.driven:
-                self._driven.append((body, disc.velocity_m_s, disc.spin_rad_s))
+                self._driven.append((body, disc))
             if not disc.immovable:
                 self._movable.append(body)
                 self._set_inertia(scene, body, disc)
@@ -240,7 +243,7 @@ class PybulletWorld:
                     bullet.changeDynamics(body, -1, rollingFriction=resists, physicsClientId=client)
                 self._number[body] = wall_body(k)
                 if wall.driven:
-                    self._driven.append((body, wall.velocity_m_s, 0.0))
+                    self._driven.append((body, wall))
         if self._turns and asked.get("useMaximalCoordinates", False):
             # Of a body with maximal coordinates Bullet takes note of a changed inertia at the end of a step only. In
             # this one all are at rest where the scene has them.
@@ -318,11 +321,14 @@ class PybulletWorld:
         }
 
     def advance(self, steps: int) -> None:
-        """Call `stepSimulation` this many times, and nothing else."""
+        """Call `stepSimulation` this many times; between steps driven bodies are told of their legs."""
         step, client = self._bullet.stepSimulation, self._client
-        for _ in range(steps):
-            step(client)
-        self._clock.count(steps)
+        for count in self._legs.stretches(steps):
+            for (body, spin), velocity in self._legs.begun(self._clock.now_s):
+                self._bullet.resetBaseVelocity(body, [*velocity, 0.0], [0, 0, spin], client)
+            for _ in range(count):
+                step(client)
+            self._clock.count(count)
         self._seen = None
 
     def observe(self) -> Observation:
@@ -404,14 +410,14 @@ class PybulletWorld:
         bullet, client = self._bullet, self._client
         bodies = [
             (body, bullet.getBasePositionAndOrientation(body, client), bullet.getBaseVelocity(body, client))
-            for body in (*self._movable, *(body for body, _, _ in self._driven))
+            for body in (*self._movable, *(body for body, _ in self._driven))
         ]
-        return (self._clock.now_s, bodies)
+        return (self._clock.now_s, bodies, self._legs.told)
 
     def restore(self, state: Any) -> None:
         """Put positions, velocities and spins back."""
         bullet, client = self._bullet, self._client
-        time_s, bodies = state
+        time_s, bodies, self._legs.told = state
         self._clock.restart(time_s)
         for body, place, velocity in bodies:
             bullet.resetBasePositionAndOrientation(body, *place, client)
