@@ -92,9 +92,13 @@ ANSWERED = [entry for entry in find_scenes(["tables", "driven", "issues"]) if no
     ids=lambda entry: entry.name,
 )
 def test_scenes_of_finite_walls_are_certified_to_their_end_and_agree_with_their_answers(entry: CatalogueScene) -> None:
-    """Chains, circles and what is driven have one answer each, the known one to the closed form's rounding."""
+    """Chains, circles and what is driven have one answer each, the known one to the closed form's rounding.
+
+    Where the answer has impacts without end, since a disc is crushed, the run is followed up to where that is declared.
+    """
     certified = certify(entry.scene)
-    assert certified.ending is Ending.COMPLETED
+    crushed = entry.name == "driven/crush"
+    assert certified.ending is (Ending.DEGENERATE if crushed else Ending.COMPLETED)
     assert deviation(certified.trace, entry.known, entry.scene) <= CLOSED_FORM_ROUNDING
 
 

@@ -35,8 +35,13 @@ def half_plane(x: float, nx: float, speed: float = 0.0) -> Wall:
 
 @pytest.mark.parametrize("entry", DRIVEN, ids=lambda entry: entry.name)
 def test_every_driven_scene_has_its_known_answer(entry: CatalogueScene) -> None:
-    """Times, velocities and the end are those of the closed form, to 1e-14 of the scene's own sizes."""
-    assert deviation(solve_pic(entry.scene), entry.known, entry.scene) < 1e-14
+    """Times, velocities and the end are those of the closed form, to 1e-14 of the scene's own sizes.
+
+    Of a disc that is about to be crushed the place is known to what it flies in the last digit of the time.
+    """
+    trace = solve_pic(entry.scene)
+    flown = np.spacing(trace.end_time_s) * float(np.hypot(*trace.final_velocity_m_s.T).max())
+    assert deviation(trace, entry.known, entry.scene) < 1e-14 + flown
 
 
 def test_a_run_in_pieces_is_the_same_run() -> None:
@@ -170,7 +175,10 @@ def test_speed_times_room_stays_the_same_before_a_disc_is_crushed() -> None:
         duration_s=5.0,
     )
     trace = solve_pic(scene)
-    assert trace.outcome is Outcome.CRUSHED
+    (listed,) = find_scenes(["driven/crush"])
+    for crushed in (trace, solve_pic(listed.scene)):
+        assert crushed.outcome is Outcome.CRUSHED
+        assert crushed.notes == trace.notes
     assert trace.notes[:1] == ("disc 0 is crushed between wall 0 and wall 1 at 3 s",)  # 1.5 m of room at 0.5 m/s
     assert trace.end_time_s < 3.0
     on_piston = trace.impacts[trace.impacts["second"] == -2]

@@ -123,6 +123,18 @@ def _piston() -> Staged:
 
 
 @listed("driven")
+def _crush() -> Staged:
+    """A piston and a wall leave a disc no room from 3 s on: infinitely many impacts, ever faster, come before that."""
+    pressed = _in_a_cylinder(-0.5, Fraction(93, 32))
+    source = (
+        "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so that (v - U) times the room stays the same; "
+        "1.5 m of room are used up at 0.5 m/s after 3 s"
+    )
+    scene = pressed.scene.model_copy(update={"duration_s": 4.0})
+    return Staged(scene, KnownAnswer(source, pressed.known.impacts))
+
+
+@listed("driven")
 def _piston_that_recedes() -> Staged:
     """A piston goes back: each impact on it takes speed, and after the last one the disc does not catch up."""
     return _in_a_cylinder(0.125, Fraction(64))

@@ -40,7 +40,7 @@ def test_pit_is_graded_as_it_is_on_what_stands() -> None:
     assert grades.pop("driven/swatter") is Grade.WRONG
     assert grades.pop("driven/fast-cup") is Grade.WRONG
     assert grades.pop("driven/piston") is Grade.PARTED
-    assert len(grades) == 10
+    assert len(grades) == 11
     assert set(grades.values()) == {Grade.SAMPLED, Grade.EXACT}
     found = {name for name, grade in grades.items() if grade is Grade.EXACT}
     assert found == {"driven/start-at-a-touch", "driven/conveyor"}  # at a look, and on a flat floor
