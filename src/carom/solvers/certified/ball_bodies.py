@@ -259,6 +259,11 @@ class BallBodies:
         """Return the leg that a body is on at an instant, and those after it; one None of what is not driven."""
         return tuple(leg for leg in self.legs(body) if leg.end_s > at) or (None,)
 
+    def until(self, at: float, leg: BallLeg | None, *discs: int) -> arb:
+        """Return how long after an instant some discs move as they do, and what goes on a leg; or a little longer."""
+        ends = self.contacts.until(at, *discs)
+        return ends if leg is None else ends.min(arb(leg.end_s) - at)
+
     def bends(self, body: int) -> bool:
         """Whether a body's path is not straight in the frame of the discs that impacts move."""
         fixed = body < 0 or not self.movable[body]
@@ -346,7 +351,9 @@ class BallBodies:
         gx, gy = self.gravity
         friction = arb(max((material.friction for material in self.materials), default=0.0))
         turns = max([arb(1), *self.inverse_inertia_ratio], key=float)
-        return (gx * gx + gy * gy).sqrt() * (1 + 2 * (friction + arb(self.scene.wall_rolling_resistance)) * turns)
+        table = arb(self.scene.table_deceleration_m_s2)
+        resists = friction + arb(self.scene.wall_rolling_resistance)
+        return table + (gx * gx + gy * gy).sqrt() * (1 + 2 * resists * turns)
 
     def exactly(self, x: Fraction, y: Fraction) -> tuple[arb, arb]:
         """Return a rational point in balls."""

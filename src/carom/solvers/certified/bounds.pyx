@@ -114,7 +114,7 @@ cdef inline double pair_bound(const Path *p, const Path *q, const Table *table) 
 
 cdef inline double wall_bound(const Path *p, const Wall *wall, const Table *table) noexcept nogil:
     """Return a lower bound of the time at which a disc meets a wall, seconds."""
-    if table.falls or wall.form == HOLLOW:
+    if table.falls or p.bends or wall.form == HOLLOW:
         return p.time
     if wall.form == ROUND:
         return pair_bound(p, &wall.round, table)

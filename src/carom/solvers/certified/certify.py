@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom.errors import InputError, MissingExtraError
+from carom.errors import MissingExtraError
 from carom.scene import Scene, as_scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS, CertifyOptions
 from carom.solvers.options import require_compiled
@@ -47,15 +47,11 @@ def certify(
 
     Raises:
         MissingExtraError: python-flint is not installed, or the compiled extension not there.
-        InputError: The scene has a table that slows discs down; or an option is outside
-            its range.
+        InputError: An option is outside its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
         scene = as_scene(scene)
-    for field, what in _UNSUPPORTED.items():
-        if value := getattr(scene, field):
-            raise InputError(f"{field} is {value}: a certified run does not support {what}; solve_pic does")
     require_compiled("certify")
     try:
         import flint  # noqa: F401 - what follows needs it
@@ -71,8 +67,3 @@ def certify(
 
     run.advance_to(scene.duration_s, asked.max_impacts, report, asked.time_budget_s)
     return run.result()
-
-
-_UNSUPPORTED = {
-    "table_deceleration_m_s2": "a table that slows discs down",
-}

@@ -173,8 +173,9 @@ class BallContacts:
         """Release the discs of an impact that are in contact; return how they were."""
         before = {i: gliding for i in discs if (gliding := self._states.gliding[i]) is not None}
         self._was_on = {i: gliding.ground.body for i, gliding in before.items()}
-        for i in before:
-            self.release(i, time, at)
+        for i in discs:
+            if self._bodies.acceleration[i] is not None:
+                self.release(i, time, at)
         for i in discs:
             self._states.forget(i)
         return before

@@ -9,7 +9,6 @@ hulls of both. All is seen from the wall, on one leg of its path where it is dri
 
 from __future__ import annotations
 
-import math
 from enum import Enum, auto
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
@@ -84,8 +83,9 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
     """Return when a disc touches the line or the circle of an obstacle, and where; None if never."""
     k = wall_index(second)
     shape = bodies.obstacles[k].shape
+    curved = bodies.falls or bodies.acceleration[i] is not None
     if isinstance(shape, Round):
-        return (_fall_on_round if bodies.falls else _touch_round)(bodies, i, second, at, leg)
+        return (_fall_on_round if curved else _touch_round)(bodies, i, second, at, leg)
     x, y, vx, vy = bodies.seen(i, at, leg)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
@@ -99,7 +99,7 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
 
 def _flown(bodies: BallBodies, i: int, x: arb, y: arb, vx: arb, vy: arb, wait: arb) -> tuple[arb, arb]:
     """Return where disc `i` is after a wait."""
-    if not bodies.falls:
+    if not bodies.falls and bodies.acceleration[i] is None:
         return x + vx * wait, y + vy * wait
     (gx, gy), half = bodies.pull(i), wait / 2
     return x + wait * (vx + gx * half), y + wait * (vy + gy * half)
@@ -120,7 +120,7 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
     powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
     begin = bodies.began(i, second, at)
-    for wait, certain in falls_of(powers, math.inf if leg is None else leg.end_s - at):
+    for wait, certain in falls_of(powers, bodies.until(at, leg, i)):
         px, py = _flown(bodies, i, dx, dy, ux, uy, wait)
         on, time = On.INSIDE if shape.sector is None else _place(shape.sector, px, py), arb(at) + wait
         if on is On.BESIDE or time < (arb(at) if begin is None else begin):

@@ -148,6 +148,7 @@ class ContactStates:
         gliding: The contact of each disc; None in flight.
         bounces: The last impact of each on something straight.
         landings: The ends of bounces that are known to come before anything else of the disc.
+        stops: When each stops on a table; None for one that does not move, or without a table.
         launched: How each has left the end of a face, if it was that.
         barred: Obstacles that each certainly does not meet as long as it moves as it does, by their body numbers.
     """
@@ -156,12 +157,13 @@ class ContactStates:
         self.gliding: list[Gliding | None] = [None] * discs
         self.bounces: list[Bounce | None] = [None] * discs
         self.landings: list[Landing | None] = [None] * discs
+        self.stops: list[arb | None] = [None] * discs
         self.launched: list[Launch | None] = [None] * discs
         self.barred: list[frozenset[int]] = [frozenset()] * discs
 
     def forget(self, i: int) -> None:
         """Forget how disc `i` has moved."""
-        self.gliding[i] = self.bounces[i] = self.landings[i] = self.launched[i] = None
+        self.gliding[i] = self.bounces[i] = self.landings[i] = self.stops[i] = self.launched[i] = None
         self.barred[i] = frozenset()
 
     def end_of(self, i: int) -> arb | None:
@@ -169,7 +171,12 @@ class ContactStates:
         gliding, landing = self.gliding[i], self.landings[i]
         if landing is not None:
             return landing.time
-        return None if gliding is None or gliding.end is None else gliding.end.time
+        return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
+
+    def until(self, at: float, *discs: int) -> arb:
+        """Return how long after an instant the first of some discs no more moves as it does, or a little longer."""
+        ends = [end.upper() - at for i in discs if (end := self.end_of(i)) is not None]
+        return min(ends, default=arb("inf"))
 
     def launch(self, i: int, body: int) -> Launch | None:
         """Return how disc `i` has left an obstacle, if that is the vertex along which its rim moved."""

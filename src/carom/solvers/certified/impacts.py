@@ -13,6 +13,7 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies, PairLaw
+from carom.solvers.certified.ball_table import slow, stop
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.gliding import BallMode, Bounce
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
@@ -55,15 +56,21 @@ def carry_out(bodies: BallBodies, meeting: Meeting) -> BallEvent:
     """
     contacts, (first, second) = BallContacts(bodies), meeting[:2]
     if first == second:
+        if bodies.contacts.stops[first] is not None:
+            stop(bodies, meeting)
+            return BallEvent(None)
         return BallEvent(None, (contacts.go_on(meeting),))
     discs = [body for body in (first, second) if body >= 0 and bodies.movable[body]]
+    curved = any(bodies.acceleration[i] is not None for i in discs)
     in_contact = contacts.strike(discs, meeting.time, meeting.at)
-    if in_contact and isinstance(meeting.near, PairApproach):
+    if curved and isinstance(meeting.near, PairApproach):
         meeting = meeting._replace(near=_straight(bodies, meeting, meeting.near))
     spins = (bodies.spin[first], bodies.spin[second] if second >= 0 else ZERO)
     impact = _carry_out(bodies, meeting)._replace(spins_before=spins)
     normal = (impact.nx, impact.ny)
     modes = [contacts.after_impact(i, was, meeting, normal) for i, was in in_contact.items()]
+    for i in discs if bodies.scene.table_deceleration_m_s2 else ():
+        slow(bodies, i, meeting.time, meeting.at)
     return BallEvent(impact, tuple(mode for mode in modes if mode is not None))
 
 
@@ -88,7 +95,8 @@ def _straight(bodies: BallBodies, meeting: Meeting, near: PairApproach) -> PairA
 def _carry_out(bodies: BallBodies, meeting: Meeting) -> BallImpact:
     if isinstance(meeting.near, Seam):
         return _carry_out_either(bodies, meeting, meeting.near)
-    changing = bodies.falls or bodies.fastest_drive or bodies.scene.damping_per_s
+    scene = bodies.scene
+    changing = bodies.falls or bodies.fastest_drive or scene.damping_per_s or scene.table_deceleration_m_s2
     before = _velocities(bodies, meeting) if changing else None
     edge = NO_EDGE
     if isinstance(meeting.near, PairApproach):

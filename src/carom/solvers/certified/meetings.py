@@ -9,7 +9,6 @@ What is driven is met leg by leg of its path: on each as seen from there, and no
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from flint import arb
@@ -54,7 +53,8 @@ def _meet_on_leg(bodies: BallBodies, disc: int, body: int, at: float, leg: BallL
     """Return what `meet` does of a body that no impact moves, and that goes on a leg for ever."""
     if body >= 0:
         pair = min(disc, body), max(disc, body)
-        return _meet_on_curves(bodies, *pair, at, leg) if bodies.falls else _meet_pair(bodies, *pair, at)
+        curved = bodies.falls or any(bodies.acceleration[i] is not None for i in pair)
+        return _meet_on_curves(bodies, *pair, at, leg) if curved else _meet_pair(bodies, *pair, at)
     k = wall_index(body)
     if bodies.obstacles[k].kind is not None:
         return meet_finite(bodies, disc, body, at, leg)
@@ -70,7 +70,7 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg 
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
     powers = BallContacts(bodies).along_one(i, j, at, law.reach) or squared_gap(d, u, pull, law.reach2)
     begin = bodies.began(i, j, at)
-    for wait, certain in falls_of(powers, math.inf if leg is None else leg.end_s - at):
+    for wait, certain in falls_of(powers, bodies.until(at, leg, i, j)):
         time = arb(at) + wait
         if time < (arb(at) if begin is None else begin):
             continue

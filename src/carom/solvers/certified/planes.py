@@ -6,7 +6,6 @@ Under gravity the gap is ``w + s t + a t^2 / 2``. Its derivative where it is 0 i
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
 from flint import arb
@@ -35,7 +34,7 @@ def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Bal
     x, y, vx, vy = bodies.seen(i, at, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
     pull = bodies.pull(i)[0] * law.nx + bodies.pull(i)[1] * law.ny
-    for wait, certain in falls_of([gap, speed, pull / 2], math.inf if leg is None else leg.end_s - at):
+    for wait, certain in falls_of([gap, speed, pull / 2], bodies.until(at, leg, i)):
         time = arb(at) + wait
         if time < begin or time < at:
             continue

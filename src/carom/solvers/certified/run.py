@@ -17,6 +17,7 @@ from flint import arb, ctx
 from carom.extension import extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.ball_damping import kept, undamped
+from carom.solvers.certified.ball_table import slow
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.endless import without_end
 from carom.solvers.certified.exact import contact_at_start
@@ -290,6 +291,9 @@ class Attempt:
         self.impacts, self.is_cut = 0, False
         with ctx.workprec(bits):
             self.bodies = BallBodies(scene)
+            for i in range(len(scene.discs)) if scene.table_deceleration_m_s2 else ():
+                if self.bodies.movable[i]:
+                    slow(self.bodies, i, arb(0), 0.0)
         self._tolerance = arb(10) ** -log.digits
         self.events: list[tuple[int, int, float]] = []
         self.commuted: list[tuple[int, int]] = list(earlier.commuted) if earlier else []

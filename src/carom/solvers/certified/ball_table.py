@@ -1,0 +1,48 @@
+"""Discs on a table in certified runs: each is slowed down by one deceleration, against its motion, until it stops."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from flint import arb
+
+from carom.solvers.certified.floats import float_above, float_below
+from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
+
+if TYPE_CHECKING:
+    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.meeting import Meeting
+
+_ZERO = arb(0)
+
+
+def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
+    """Let the table act on disc `i`, which goes straight on at a new velocity from a time on.
+
+    Raises:
+        Undecided: It can't be told whether it moves.
+    """
+    vx, vy = bodies.velocity(i, time, at)
+    if vx.is_zero() and vy.is_zero():
+        return
+    speed, wait = (vx * vx + vy * vy).sqrt(), time - arb(at)
+    if not speed > 0:
+        when = max(0.0, float_below(time)), float_above(time)
+        raise Undecided(Degeneracy(Degenerate.MODE, (i,), *when, proven=False, bits=bodies.state_bits(i)))
+    deceleration = arb(bodies.scene.table_deceleration_m_s2)
+    ax, ay = _ZERO - deceleration * vx / speed, _ZERO - deceleration * vy / speed
+    x, y = bodies.place_at(i, time)
+    bodies.acceleration[i] = (ax, ay)
+    bodies.contacts.stops[i] = time + speed / deceleration
+    bodies.x[i], bodies.y[i] = x - wait * (vx - ax * wait / 2), y - wait * (vy - ay * wait / 2)
+    bodies.vx[i], bodies.vy[i], bodies.time[i] = vx - ax * wait, vy - ay * wait, at
+
+
+def stop(bodies: BallBodies, meeting: Meeting) -> None:
+    """Let a disc lie where it has stopped."""
+    i = meeting.first
+    bodies.x[i], bodies.y[i] = bodies.place_at(i, meeting.time)
+    bodies.vx[i] = bodies.vy[i] = _ZERO
+    bodies.contacts.forget(i)
+    bodies.acceleration[i] = None
+    bodies.note(i, i, meeting.at, meeting.time, meeting.latest)

@@ -1,0 +1,100 @@
+"""Certified runs on a table that slows discs down: closed forms, and PIC on drawn tables."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
+
+from carom import Chain, Disc, Outcome, Ring, Scene, certify, solve_pic
+from carom.comparator.horizon import horizon_of
+from carom.scenes import deviation, find_scenes
+from carom.solvers.certified.result import Degenerate, Ending
+
+TABLES = [entry for entry in find_scenes(["contact"]) if entry.scene.table_deceleration_m_s2]
+BOX = [wall_at(-1, 0, 1, 0), wall_at(4, 0, -1, 0), wall_at(0, -1, 0, 1), wall_at(0, 3, 0, -1)]
+SURROUNDS = (
+    (),
+    BOX,
+    [Chain(points_m=((-1, -1), (4, -1.2), (4.2, 3), (-1, 3.1)), closed=True)],
+    [Ring(centre_m=(1.2, 0.8), radius_m=3.0)],
+)
+
+
+@pytest.mark.parametrize("entry", TABLES, ids=lambda entry: entry.name)
+def test_every_table_of_contact_is_proven(entry: object) -> None:
+    """To within a few roundings of its closed form."""
+    scene, known = entry.scene, entry.known  # type: ignore[attr-defined]
+    certified = certify(scene)
+    assert certified.ending is Ending.COMPLETED
+    assert max(certified.final_position_radius_m.max(), certified.final_velocity_radius_m_s.max()) < 1e-15
+    assert deviation(certified.trace, known, scene) < 1e-15
+
+
+def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() -> None:
+    """A disc that comes at an angle is braked, bounces, and is braked on: v^2 falls by 2 a s, and that stops it."""
+    disc, wall = disc_at(0.0, 0.0, 1.5, -2.0, r=0.25), wall_at(0.0, -1.0, 0.0, 1.0)
+    scene = staged("bank", disc, wall, wall_restitution=0.8, table_deceleration_m_s2=0.7, duration_s=9.0)
+    certified = certify(scene)
+    with mp.workdps(60):
+        a, e = mpf(0.7), mpf(0.8)
+        way = mpf(0.75) * mpf(2.5) / 2  # at 2.5 m/s, of which 2 are towards the wall
+        left = mp.sqrt(mpf(2.5) ** 2 - 2 * a * way)
+        met = (mpf(2.5) - left) / a
+        after = (left * mpf(3) / 5, e * left * 4 / 5)
+        speed = mp.sqrt(after[0] ** 2 + after[1] ** 2)
+        on = speed**2 / (2 * a)
+        place = (way * 3 / 5 + on * after[0] / speed, -mpf(0.75) + on * after[1] / speed)
+        assert abs(mpf(float(certified.trace.impacts["time_s"][0])) - met) <= certified.radii["time_s"][0]
+        for k in (0, 1):
+            found = mpf(float(certified.trace.final_position_m[0, k]))
+            assert abs(found - place[k]) <= certified.final_position_radius_m[0, k]
+            value = mpf(float(certified.trace.impacts["velocity_first_after"][0, k]))
+            assert abs(value - after[k]) <= certified.radii["velocity_first_after"][0, k]
+    assert certified.trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
+
+
+def drawn(seed: int) -> Scene:
+    rng, discs = random.Random(seed), []
+    for i in range(rng.choice((1, 2, 3, 5))):
+        mass = rng.choice((1.0, 2.0, 5.0, math.inf) if i else (1.0, 2.0))
+        moves = mass < math.inf and rng.random() < 0.7
+        place = (1.3 * (i % 3) + rng.uniform(-0.1, 0.1), 1.3 * (i // 3) + rng.uniform(-0.1, 0.1))
+        velocity = (rng.uniform(-3, 3), rng.uniform(-3, 3)) if moves else (0.0, 0.0)
+        discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=rng.uniform(0.2, 0.5), mass_kg=mass))
+    return Scene(
+        name=f"table {seed}",
+        discs=discs,
+        walls=list(rng.choice(SURROUNDS)),
+        restitution=rng.choice((1.0, 0.8)),
+        wall_restitution=rng.choice((1.0, 0.7)),
+        table_deceleration_m_s2=rng.uniform(0.2, 1.5),
+        duration_s=rng.uniform(1.0, 6.0),
+    )
+
+
+@pytest.mark.parametrize("first", long_after(1, range(0, 300, 20)))
+def test_pic_is_right_on_drawn_tables(first: int) -> None:
+    """With walls of every kind and immovable discs: all impacts and ends of 20 tables are proven, and are PIC's."""
+    for seed in range(first, first + 20):
+        scene = drawn(seed)
+        trace = solve_pic(scene)
+        if trace.outcome is Outcome.GLIDES:  # it ends after infinitely many hops along a ring
+            continue
+        certified = certify(scene)
+        assert certified.ending is Ending.COMPLETED, seed
+        assert horizon_of(certified, trace).covers_the_scene, seed
+        assert np.abs(certified.trace.final_position_m - trace.final_position_m).max() < 1e-11, seed
+
+
+def test_a_disc_that_stops_where_it_would_touch_is_named() -> None:
+    """Its way, v^2/(2 a), is exactly as long as the gap: a touch at speed 0, which no precision tells from a miss."""
+    disc, wall = disc_at(0.0, 0.0, 2.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
+    degeneracy = certify(staged("touch", disc, wall, table_deceleration_m_s2=1.0, duration_s=5.0)).degeneracy
+    assert degeneracy is not None
+    assert degeneracy.kind is Degenerate.GRAZE
