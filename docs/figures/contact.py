@@ -24,7 +24,7 @@ from carom.scenes import find_scenes
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "contact.md", HERE / "contact.json"
 DT_S, STARTS = 1 / 240, 8
-PROFILES = ("default", "tuned")
+PROFILES = ("default", "tuned", "resting")  # the last of Box2D alone
 #: The one scene without friction.
 SMOOTH = "drop"
 
