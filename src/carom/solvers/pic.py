@@ -59,8 +59,12 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
             del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
             return BallisticRun(start, **asked)
-        driven = start.arrays.driven
-        if extension_available() and not (all_pairs or driven) and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
+        compiled, driven = extension_available() and not all_pairs, start.arrays.driven
+        if compiled and driven:
+            from carom.solvers.plain.driven import DrivenRun
+
+            return DrivenRun(start, **asked)
+        if compiled and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
             return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
 

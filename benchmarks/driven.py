@@ -1,0 +1,70 @@
+"""What a driven wall costs: ``python -m benchmarks.driven [discs ...]``.
+
+A gas at packing .3 in a box of which one wall recedes at a thousandth of the discs' speed, beside the same gas in the
+box at rest, which the kernel runs; and both ways of running the former, all pairs one by one and together. Each row
+prints ratios of processor time an impact, the medians of paired ones with the quartiles.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from benchmarks.arguments import count, parser, run
+
+from carom import Disc, Scene, Wall
+from carom.solvers.pic import pic_run
+from carom.studies.bench.gas import hard_disc_gas
+
+if TYPE_CHECKING:
+    from carom.solvers.run import Run
+
+_SIZES = (3, 10, 30, 100, 300)
+_LONG_S = 1e9
+
+
+def gas(discs: int, speed: float) -> Scene:
+    """Return the gas in its box, whose first wall recedes at a speed."""
+    drawn = hard_disc_gas(discs, 0.3)
+    free = [
+        Disc(position_m=(x, y), velocity_m_s=(u, v), radius_m=r)
+        for (x, y), (u, v), r in zip(
+            drawn.position_m.tolist(), drawn.velocity_m_s.tolist(), drawn.radius_m.tolist(), strict=True
+        )
+    ]
+    walls = [Wall(point_m=(x, y), normal=(nx, ny)) for x, y, nx, ny in drawn.half_planes()]
+    nx, ny = walls[0].normal
+    recedes = walls[0].model_copy(update={"velocity_m_s": (-speed * nx, -speed * ny)})
+    return Scene(name="gas", discs=free, walls=[recedes, *walls[1:]], duration_s=_LONG_S)
+
+
+def seconds(of: Run, impacts: int) -> float:
+    """Return the processor time of each of the next impacts."""
+    begin = time.thread_time()
+    of.advance_to(_LONG_S, of.counts["impacts"] + impacts)
+    return (time.thread_time() - begin) / impacts
+
+
+def main(discs: Sequence[int], impacts: int, rounds: int) -> None:
+    """Print the table."""
+    print(f"{'discs':>7} {'times the box at rest':>24} {'all pairs / together':>24}")
+    for number in discs:
+        driven = gas(number, 1e-3)
+        runs = [pic_run(driven), pic_run(driven, all_pairs=True), pic_run(gas(number, 0.0))]
+        told = []
+        for _ in range(rounds):
+            together, one_by_one = (seconds(one, impacts) for one in runs[:2])
+            told.append((together / seconds(runs[2], 100 * impacts), one_by_one / together))
+        columns = (statistics.quantiles(ratios, n=4) for ratios in zip(*told, strict=True))
+        row = "".join(f" {f'{middle:.2f} [{low:.2f} {high:.2f}]':>24}" for low, middle, high in columns)
+        print(f"{number:7d}{row}", flush=True)
+
+
+if __name__ == "__main__":
+    command = parser("benchmarks.driven", __doc__)
+    command.add_argument("discs", nargs="*", type=count, default=_SIZES, help="numbers of discs")
+    command.add_argument("--impacts", type=count, default=200, help="impacts timed at a time")
+    command.add_argument("--rounds", type=count, default=9, help="times that each is timed")
+    run(command, main)
