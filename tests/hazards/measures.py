@@ -29,7 +29,7 @@ STARTS, GAS_STARTS = 32, 16
 #: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
 ENGINES = (
     "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2",
-    "havok", "physx", "rapier", "dart", "drake", "ode",
+    "havok", "physx", "rapier", "dart", "drake", "ode", "newton",
 )  # fmt: skip
 
 #: Speeds at which two discs close, m/s: below, about and above where engines stop to bounce.
