@@ -1,4 +1,4 @@
-"""Scenes of a file in a release of pymunk, MuJoCo or Newton, bare: ``python bare_releases.py ENGINE FOLDER SCENES``.
+"""Scenes of a file in a release of pymunk, MuJoCo, DART or Newton, bare: ``python THIS ENGINE FOLDER SCENES``.
 
 At 32 phases of the step, as JSON: of each scene and phase, places and velocities at the end.
 """
@@ -76,6 +76,42 @@ def mujoco(scene: dict[str, Any], places: list[list[float]], steps: int, dt: flo
     ]
 
 
+def dart(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
+    """Run discs as spheres on slides and walls as planes, as shipped."""
+    dartpy: Any = import_module("dartpy")
+
+    def bouncing(node: Any, coefficient: float) -> None:
+        node.createCollisionAspect()
+        node.createDynamicsAspect()
+        node.getDynamicsAspect().setRestitutionCoeff(coefficient)
+        node.getDynamicsAspect().setFrictionCoeff(0.0)
+
+    world = dartpy.simulation.World()
+    world.setGravity([0, 0, 0])
+    world.setTimeStep(dt)
+    own = math.sqrt(scene["restitution"])  # the two of a pair are multiplied
+    discs = []
+    for k, (disc, place) in enumerate(zip(scene["discs"], places, strict=True)):
+        skeleton = dartpy.dynamics.Skeleton(f"disc {k}")
+        _, body = skeleton.createTranslationalJoint2DAndBodyNodePair()
+        bouncing(body.createShapeNode(dartpy.dynamics.SphereShape(disc["radius_m"])), own)
+        body.setMass(disc["mass_kg"])
+        world.addSkeleton(skeleton)
+        skeleton.setPositions(place)
+        skeleton.setVelocities(disc["velocity_m_s"])
+        discs.append(skeleton)
+    for k, wall in enumerate(scene["walls"]):
+        skeleton = dartpy.dynamics.Skeleton(f"wall {k}")
+        offset = sum(x * n for x, n in zip(wall["point_m"], wall["normal"], strict=True))
+        plane = dartpy.dynamics.PlaneShape([*wall["normal"], 0.0], offset)
+        bouncing(skeleton.createWeldJointAndBodyNodePair()[1].createShapeNode(plane), scene["wall_restitution"] / own)
+        skeleton.setMobile(False)
+        world.addSkeleton(skeleton)
+    for _ in range(steps):
+        world.step()
+    return [[*map(float, disc.getPositions()), *map(float, disc.getVelocities())] for disc in discs]
+
+
 def newton(scene: dict[str, Any], places: list[list[float]], steps: int, dt: float) -> State:
     """Run discs as spheres by XPBD on the processor, with its restitution turned on and a `gap` of 0."""
     import numpy as np
@@ -115,7 +151,7 @@ def run(scene: dict[str, Any], phase: float) -> State:
         [x - phase * dt * v for x, v in zip(disc["position_m"], disc["velocity_m_s"], strict=True)]
         for disc in scene["discs"]
     ]
-    return {"pymunk": pymunk, "mujoco": mujoco, "newton": newton}[engine](
+    return {"pymunk": pymunk, "mujoco": mujoco, "dart": dart, "newton": newton}[engine](
         scene, moved, round(scene["duration_s"] / dt) + 1, dt
     )
 

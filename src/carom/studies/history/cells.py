@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import lru_cache, partial
+from operator import attrgetter
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.comparator import Grade, Verdict, compare
 from carom.comparator.thresholds import THRESHOLDS
@@ -20,12 +22,12 @@ from carom.runs.keys import JobKey
 from carom.runs.observe import able_adapter, observe_run, sampling_of
 from carom.runs.reference import begun_scene, reference_of, reference_trace, require_reference
 from carom.studies.history.options import FEWEST_PHASES
-from carom.trace import Trace
+from carom.trace import Outcome, Trace, free_flights
 
 #: References, and runs of PIT, that a worker keeps.
 _KEPT = 64
-#: Instants at which a run's discs are compared with another's, besides the end: two runs that bounce otherwise part for
-#: longer than an eighth of a run, or come together again at the end, which the first alone would not show.
+#: Instants at which discs are looked at, the end among them: two runs that bounce otherwise part for longer than an
+#: eighth of a run, or come together again at the end, which the end alone would not show.
 PLACES = 8
 
 _reference, _sampling = lru_cache(maxsize=_KEPT)(reference_trace), lru_cache(maxsize=_KEPT)(sampling_of)
@@ -45,8 +47,11 @@ class Ran:
         lost: Impacts missed and impacts invented.
         velocity: Largest velocity error over the scene's speed; NaN where no impact was matched.
         late_steps: Largest error of a time, in steps; NaN likewise.
-        path_m: Where each disc is at this many instants of the run, evenly spread, and at its end: coordinates, metres.
-        velocity_m_s: The velocities at the end: coordinates, metres a second.
+        off_m: How far each disc is from its right place at `PLACES` instants, evenly spread, the last of them the end:
+            both coordinates of a disc after another, metres; infinite where the run, or what is known, ends before.
+        off_m_s: The same of velocities at the end, metres a second.
+        place_rounding_m: What rounding makes of a place.
+        speed_m_s: The scene's speed.
         float_bits: Width of the floats that the adapter declares.
     """
 
@@ -59,9 +64,21 @@ class Ran:
     lost: int
     velocity: float
     late_steps: float
-    path_m: tuple[float, ...]
-    velocity_m_s: tuple[float, ...]
+    off_m: tuple[float, ...]
+    off_m_s: tuple[float, ...]
+    place_rounding_m: float
+    speed_m_s: float
     float_bits: int
+
+    @property
+    def farthest_m(self) -> float:
+        """How far a disc is from its right place at most, metres; infinite where that is not known."""
+        return _largest(self.off_m)
+
+    @property
+    def velocity_off(self) -> float:
+        """How far a velocity is from the right one at the end at most, over the speed; infinite where not known."""
+        return _largest(self.off_m_s) / self.speed_m_s
 
     @property
     def unseen(self) -> bool:
@@ -91,6 +108,8 @@ class HistoryTask(JobTask):
         horizon_s = reference_of(reference, asked=False).horizon_s
         trace = observe_run(adapter, scene, job.profile, job.dt_s, samples=True)
         score = compare(reference, trace, sampling=_sampling(scene, job.dt_s), horizon=horizon_s)
+        places, velocities = _off(reference, trace, math.inf if horizon_s is None else horizon_s)
+        rounding = THRESHOLDS.place_rounding_of(score.float_bits, scene.step_count(job.dt_s))
         return Ran(
             digest=_digest(trace),
             settings=tuple(sorted((name, repr(value)) for name, value in trace.settings.items())),
@@ -101,15 +120,42 @@ class HistoryTask(JobTask):
             lost=len(score.missed) + len(score.spurious),
             velocity=score.total.velocity,
             late_steps=abs(score.total.time_s) / job.dt_s,
-            path_m=_path(trace),
-            velocity_m_s=tuple(trace.final_velocity_m_s.ravel().tolist()),
+            off_m=_numbers(places),
+            off_m_s=_numbers(velocities),
+            place_rounding_m=rounding * score.scales.reach_m,
+            speed_m_s=score.scales.speed_m_s,
             float_bits=score.float_bits,
         )
 
 
-def _path(trace: Trace) -> tuple[float, ...]:
-    places = [] if trace.samples is None else [*trace.samples.position_m[:: len(trace.samples.time_s) // PLACES + 1]]
-    return tuple(np.array([*places, trace.final_position_m]).ravel().tolist())
+def _largest(off: Sequence[float]) -> float:
+    return max(map(math.hypot, off[::2], off[1::2]))
+
+
+def _off(reference: Trace, trace: Trace, until_s: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far off places are at the instants, shape ``(PLACES, n, 2)``, and velocities at the end, ``(n, 2)``.
+
+    What is not known, as after `until_s`, is infinite.
+    """
+    scene, flights, samples = trace.scene, list(free_flights(reference)), trace.samples
+    assert samples is not None  # noqa: S101 - they were asked for
+    places = np.full((PLACES, len(scene.discs), 2), np.inf)
+    velocities = np.full((len(scene.discs), 2), np.inf)
+    until_s = min(until_s, reference.end_time_s)
+    at = np.searchsorted(samples.time_s, scene.duration_s * np.arange(1, PLACES) / PLACES)
+    seen = [(float(samples.time_s[k]), samples.position_m[k]) for k in at[at < len(samples.time_s)].tolist()]
+    for place, (time_s, found) in zip(places, seen, strict=False):
+        for flight in flights if time_s <= until_s else ():
+            if flight.begin_s <= time_s <= flight.end_s:
+                place[flight.disc] = found[flight.disc] - flight.at(time_s)
+    if trace.outcome is Outcome.COMPLETED and until_s >= scene.duration_s:
+        places[-1] = trace.final_position_m - reference.final_position_m
+        velocities = trace.final_velocity_m_s - reference.final_velocity_m_s
+    return places, velocities
+
+
+def _numbers(off: NDArray[np.float64]) -> tuple[float, ...]:
+    return tuple(np.where(np.isnan(off), np.inf, off).ravel().tolist())
 
 
 def _digest(trace: Trace) -> str:
@@ -148,7 +194,7 @@ class Moved(Enum):
     BETTER = "better"
     OTHERWISE = "changed, neither better nor worse"
     ASKED = "asked otherwise: the settings read back differ"
-    TOLD = "the same motion, and contacts are told otherwise"
+    TOLD = "contacts are told otherwise, and the motion is no other than phase makes it"
     UNSEEN = "changed, and the adapter does not see every contact"
     NOT_RUN = "not run by both"
 
@@ -173,53 +219,67 @@ class CellChange:
 
 @dataclass(frozen=True)
 class _Measure:
-    """A number of a run in which two releases can part: what is larger is worse."""
+    """A number of a run in which two releases can part: what is larger is worse.
+
+    Attributes:
+        name: What it is called.
+        of: The number.
+        rounding: By how much rounding alone can part it.
+    """
 
     name: str
-    of: str
-    relative: bool
+    of: Callable[[Ran], float]
+    rounding: Callable[[Ran], float]
 
 
-_MEASURES = (
-    _Measure("impacts missed and invented", "lost", relative=False),
-    _Measure("velocity error", "velocity", relative=True),
-    _Measure("error of time in steps", "late_steps", relative=True),
+def _rounding(ran: Ran) -> float:
+    return THRESHOLDS.rounding_of(ran.float_bits)
+
+
+#: Of the motion: what a script without any contact listener shows.
+_MOTION = (
+    _Measure("error of velocities at the end, over the greatest", attrgetter("velocity_off"), _rounding),
+    _Measure("error of places in metres", attrgetter("farthest_m"), attrgetter("place_rounding_m")),
+)
+#: Of what contacts are told.
+_TOLD = (
+    _Measure("impacts missed and invented", attrgetter("lost"), lambda _: 0.0),
+    _Measure("velocity error", attrgetter("velocity"), _rounding),
+    _Measure("error of time in steps", attrgetter("late_steps"), _rounding),
 )
 
 
 def differs(old: Ran, new: Ran) -> bool:
-    """Whether two runs differ by more than rounding in a grade, a verdict or a number: then phases are asked for."""
-    if (old.grade, old.verdicts, old.lost) != (new.grade, new.verdicts, new.lost):
+    """Whether two runs differ in grade, verdicts, numbers or motion, beyond rounding: then phases are asked for."""
+    if (old.grade, old.verdicts) != (new.grade, new.verdicts) or not _move_alike(old, new):
         return True
-    pairs = ((getattr(old, one.of), getattr(new, one.of)) for one in _MEASURES)
-    return any(_apart(a, b, _rounding(old, new)) for a, b in pairs)
+    return any(_apart(one.of(old), one.of(new), _allowed(one, [old, new])) for one in _TOLD)
 
 
-def _rounding(old: Ran, new: Ran) -> float:
-    return THRESHOLDS.rounding_of(min(old.float_bits, new.float_bits))
+def _allowed(measure: _Measure, runs: Sequence[Ran]) -> float:
+    return max(map(measure.rounding, runs))
 
 
 def _apart(a: float, b: float, rounding: float) -> bool:
-    return math.isnan(a) is not math.isnan(b) or abs(a - b) > rounding
+    return math.isnan(a) is not math.isnan(b) or (a != b and abs(a - b) > rounding)
 
 
-def _move_alike(old: Ran, new: Ran, rounding: float) -> bool:
-    """Whether two runs take one path and end with one velocity, to rounding, in parts of the largest number of each."""
-    pairs = ((old.path_m, new.path_m), (old.velocity_m_s, new.velocity_m_s))
-    return all(
-        len(ours) == len(theirs)
-        and all(abs(x - y) <= rounding * max(map(abs, ours)) for x, y in zip(ours, theirs, strict=True))
-        for ours, theirs in pairs
-    )
+def _move_alike(old: Ran, new: Ran) -> bool:
+    """Whether discs are in the same places, and end with the same velocities, to rounding."""
+    speed = max(_rounding(old), _rounding(new)) * old.speed_m_s
+    place = max(old.place_rounding_m, new.place_rounding_m)
+    states = ((old.off_m, new.off_m, place), (old.off_m_s, new.off_m_s, speed))
+    return not any(_apart(a, b, limit) for ours, theirs, limit in states for a, b in zip(ours, theirs, strict=True))
 
 
 def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     """Return what became of a cell between two releases.
 
-    A change is one of the engine's where the settings read back are equal and, over `FEWEST_PHASES` at least, the
-    ranges of a number part by more than rounding, or a verdict holds at every phase of the one and at none of the
-    other. Where velocities change and no impact is told, the adapter does not see every contact, and nothing is said.
-    Where discs move alike at every phase, to rounding, what changed is what the engine tells of contacts.
+    A change is one of the engine's where the settings read back are equal and, over `FEWEST_PHASES` at least, a number
+    of the motion has ranges that part by more than rounding, and than phases between may add: how far velocities at the
+    end or places are off, or one coordinate. So a script that knows no contacts shows it, and no phase makes it. Else
+    what changed is what the engine tells of contacts, or a chance of phase. Where velocities change and no impact is
+    told, the adapter does not see every contact, and nothing is said.
     """
     a, b = old.own.value, new.own.value
     if a is None or b is None:
@@ -235,45 +295,64 @@ def change_of(old: SeenCell, new: SeenCell) -> CellChange:
     if min(len(old.ran), len(new.ran)) < FEWEST_PHASES:
         fewest = min(len(old.ran), len(new.ran))
         return CellChange(Moved.OVERLAP, f"{fewest} phases ran, of {FEWEST_PHASES} that it takes")
-    if all(_move_alike(*pair, _rounding(a, b)) for pair in zip(old.ran, new.ran, strict=False)):
-        return CellChange(Moved.TOLD, "; ".join(_ranges(old.ran, new.ran)))
-    # What counts impacts comes first: an error of those that both have found says less.
-    for moved, why in _parted(old.ran, new.ran, _rounding(a, b)):
-        if Grade.UNGRADED.name in (a.grade, b.grade):  # nobody can say which of the two is right
-            return CellChange(Moved.OTHERWISE, why)
-        return CellChange(moved, why)
-    before, after = _verdicts(old.ran, new.ran), _verdicts(new.ran, old.ran)
-    if before or after:
-        ranks = [[list(Grade.__members__).index(run.grade) for run in one.ran] for one in (old, new)]
-        worse, better = min(ranks[1]) > max(ranks[0]), max(ranks[1]) < min(ranks[0])
-        moved = Moved.WORSE if worse else Moved.BETTER if better else Moved.OTHERWISE
-        said = [*(f"no longer: {verdict}" for verdict in before), *(f"now: {verdict}" for verdict in after)]
-        return CellChange(moved, "at every phase " + "; ".join(said))
-    return CellChange(Moved.OVERLAP, "; ".join(_ranges(old.ran, new.ran)))
+    parted = list(_parted(_MOTION, old.ran, new.ran))
+    if parted or (elsewhere := _elsewhere(old.ran, new.ran)):
+        kinds = {moved for moved, _ in parted}
+        unknown = Grade.UNGRADED.name in (a.grade, b.grade)  # nobody can say which of the two is right
+        moved = kinds.pop() if len(kinds) == 1 and not unknown else Moved.OTHERWISE
+        return CellChange(moved, "; ".join(why for _, why in parted) or elsewhere)
+    told = [why for _, why in _parted(_TOLD, old.ran, new.ran)] + _verdicts(old.ran, new.ran)
+    alike = all(map(_move_alike, old.ran, new.ran))
+    return CellChange(Moved.TOLD if told or alike else Moved.OVERLAP, "; ".join(told or _ranges(old.ran, new.ran)))
 
 
-def _parted(old: Sequence[Ran], new: Sequence[Ran], rounding: float) -> Iterator[tuple[Moved, str]]:
-    for measure in _MEASURES:
-        before, after = ([float(getattr(run, measure.of)) for run in runs] for runs in (old, new))
+def _parted(measures: Sequence[_Measure], old: Sequence[Ran], new: Sequence[Ran]) -> Iterator[tuple[Moved, str]]:
+    for measure in measures:
+        before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if any(map(math.isnan, (*before, *after))):
             continue
-        gap = rounding if measure.relative else 0.0
-        why = f"{measure.name} {_range(before)} before, {_range(after)} now"
-        if min(after) > max(before) + gap:
-            yield Moved.WORSE, why
-        elif max(after) < min(before) - gap:
-            yield Moved.BETTER, why
+        more, less = _gaps(np.array(before), np.array(after)) > _allowed(measure, (*old, *new))
+        why = f"{measure.name}: {_range(before)} before, {_range(after)} now"
+        if more or less:
+            yield Moved.WORSE if more else Moved.BETTER, why
+
+
+def _gaps(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return by how much numbers of runs lie above those of others, and below them, each along the first axis.
+
+    Phases between those that were run reach farther: each range by as much as its two outermost numbers differ.
+    """
+
+    def reach(values: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        low, lower, *_, higher, high = np.sort(values, axis=0)[[0, 1, -2, -1]]
+        return np.where(low == lower, low, 2 * low - lower), np.where(high == higher, high, 2 * high - higher)
+
+    with np.errstate(invalid="ignore"):  # what is infinite in both is no gap
+        (old_low, old_high), (new_low, new_high) = reach(before), reach(after)
+        return np.nan_to_num(np.stack([new_low - old_high, old_low - new_high]), nan=0.0, posinf=np.inf)
+
+
+def _elsewhere(old: Sequence[Ran], new: Sequence[Ran]) -> str:
+    """Return where and when ranges of one coordinate part by most, as a phrase; empty where none do."""
+    before, after = (np.array([run.off_m for run in runs]) for runs in (old, new))
+    gaps = _gaps(before, after).max(axis=0)
+    k = int(gaps.argmax())
+    if not gaps[k] > max(run.place_rounding_m for run in (*old, *new)):
+        return ""
+    instant, disc = divmod(k // 2, len(gaps) // (2 * PLACES))
+    ranges = f"{_range(before[:, k].tolist())} m before, {_range(after[:, k].tolist())} m now"
+    return f"{'xy'[k % 2]} of disc {disc}, {instant + 1}/{PLACES} of the run, off by {ranges}"
 
 
 def _ranges(old: Sequence[Ran], new: Sequence[Ran]) -> Iterator[str]:
-    for measure in _MEASURES:
-        before, after = ([float(getattr(run, measure.of)) for run in runs] for runs in (old, new))
+    for measure in (*_MOTION, *_TOLD):
+        before, after = (list(map(measure.of, runs)) for runs in (old, new))
         if sorted(map(repr, before)) != sorted(map(repr, after)):
-            yield f"{measure.name} {_range(before)} before, {_range(after)} now"
+            yield f"{measure.name}: {_range(before)} before, {_range(after)} now"
 
 
 def _range(values: Sequence[float]) -> str:
-    known = [value for value in values if not math.isnan(value)]
+    known = [value for value in values if math.isfinite(value)]
     if not known:
         return "not known"
     low, high = number(min(known), 3), number(max(known), 3)
@@ -287,7 +366,11 @@ def _differing(old: Sequence[tuple[str, str]], new: Sequence[tuple[str, str]]) -
             yield f"{name} {a.get(name, 'none')} → {b.get(name, 'none')}"
 
 
-def _verdicts(ones: Sequence[Ran], others: Sequence[Ran]) -> list[str]:
-    """Return the verdicts that all of some runs have, and none of others."""
-    shared = set.intersection(*(set(run.verdicts) for run in ones))
-    return [Verdict[name].value for name in sorted(shared - {name for run in others for name in run.verdicts})]
+def _verdicts(old: Sequence[Ran], new: Sequence[Ran]) -> list[str]:
+    """Return the verdicts that hold at every phase of the one and at none of the other, as phrases."""
+
+    def own(ones: Sequence[Ran], others: Sequence[Ran]) -> list[str]:
+        shared = set.intersection(*(set(run.verdicts) for run in ones))
+        return [Verdict[name].value for name in sorted(shared - {name for run in others for name in run.verdicts})]
+
+    return [*(f"no longer: {one}" for one in own(old, new)), *(f"now: {one}" for one in own(new, old))]

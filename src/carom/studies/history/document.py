@@ -26,9 +26,10 @@ _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
 RULE = (
     "A change counts as one of the engine's where the settings read back are equal and, over {phases} phases of the "
-    "step and the scene's own, the ranges of a number part by more than rounding, or a verdict holds at every phase of "
-    "the one release and at none of the other. Same bits: impacts and final states are equal to the bit, at the "
-    "scene's own phase."
+    "step and the scene's own, the motion parts: the ranges of how far velocities are off at the end, or places at "
+    "eight instants, or one coordinate, part by more than rounding and than phases between may add, which is what the "
+    "two outermost of a range differ by. What contacts are told is not asked. Same bits: impacts and final states are "
+    "equal to the bit, at the scene's own phase."
 )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from carom.runs.job import Answer, Status
-from carom.studies.history.cells import Moved, Ran, SeenCell, change_of
+from carom.studies.history.cells import PLACES, Moved, Ran, SeenCell, change_of
 
 PHASES = 8
 RAN = Ran(
@@ -22,8 +22,10 @@ RAN = Ran(
     lost=0,
     velocity=0.25,
     late_steps=0.5,
-    path_m=(0.0, 2.0),
-    velocity_m_s=(1.0, 0.0),
+    off_m=(0.5, 0.0) * PLACES,
+    off_m_s=(0.25, 0.0),
+    place_rounding_m=1e-12,
+    speed_m_s=1.0,
     float_bits=64,
 )
 
@@ -35,10 +37,18 @@ def seen(*runs: Ran) -> SeenCell:
 
 
 def over(low: float, high: float, **fields: Any) -> SeenCell:
-    """Return a release whose velocity errors are spread evenly over a range, and whose bits are others."""
+    """Return a release whose velocities at the end are off by a range, spread evenly, and whose bits are others."""
     step = (high - low) / PHASES
-    own = {"digest": "b", "path_m": (low, high, float(len(fields)))} | fields
-    return seen(*(replace(RAN, velocity=low + k * step, **own) for k in range(PHASES + 1)))
+    own = {"digest": "b"} | fields
+    return seen(*(replace(RAN, off_m_s=(low + k * step, 0.0), **own) for k in range(PHASES + 1)))
+
+
+def places(low: float, high: float, **fields: Any) -> SeenCell:
+    """Return one whose disc is off along x by a range until the end, where it is off by a metre at each phase."""
+    step = (high - low) / PHASES if high > low else 0.0
+    own = {"digest": "b"} | fields
+    off = [(low + k * step, 0.0) * (PLACES - 1) + (1.0, 0.0) for k in range(PHASES + 1)]
+    return seen(*(replace(RAN, off_m=places, **own) for places in off))
 
 
 @pytest.mark.parametrize(
@@ -47,40 +57,57 @@ def over(low: float, high: float, **fields: Any) -> SeenCell:
         (seen(RAN), seen(RAN), Moved.NOTHING),
         (seen(RAN), seen(replace(RAN, settings=(("dt_s", "0.1"), ("new", "1")))), Moved.NOTHING),
         (seen(RAN), seen(replace(RAN, digest="b", velocity=0.25 + 1e-14)), Moved.ROUNDING),
+        (seen(RAN), seen(replace(RAN, digest="b", off_m_s=(0.25 + 1e-14, 0.0))), Moved.ROUNDING),
         (over(0.1, 0.2), over(0.3, 0.4, digest="c"), Moved.WORSE),
         (over(0.3, 0.4), over(0.1, 0.2, digest="c"), Moved.BETTER),
         (over(0.1, 0.3), over(0.2, 0.4, digest="c"), Moved.OVERLAP),
         (over(0.1, 0.2), over(0.2, 0.4, digest="c"), Moved.OVERLAP),  # they touch
+        (over(0.1, 0.2), over(0.22, 0.32, digest="c"), Moved.OVERLAP),  # a phase between may fill a gap of 0.02
+        (over(0.1, 0.2), over(0.23, 0.33, digest="c"), Moved.WORSE),
         (over(0.1, 0.2), over(0.3, 0.4, digest="c", settings=(("dt_s", "0.2"),)), Moved.ASKED),
         (over(0.1, 0.2), over(0.3, 0.4, digest="c", verdicts=("LATE", "TURNS")), Moved.UNSEEN),
         (over(0.1, 0.2, verdicts=("TURNS",)), over(0.3, 0.4, digest="c"), Moved.UNSEEN),
         (over(0.1, 0.2, grade="UNGRADED"), over(0.3, 0.4, digest="c"), Moved.OTHERWISE),
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), Moved.WORSE),
-        (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), Moved.BETTER),  # impacts come first
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", verdicts=("MISPLACED",)), Moved.OTHERWISE),
-        (over(0.1, 0.2), over(0.1, 0.2, digest="c", verdicts=("MISPLACED",), grade="WRONG"), Moved.WORSE),
+        # What contacts are told is nothing of the motion, be it counted, graded or said.
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", lost=2), Moved.TOLD),
+        (over(0.1, 0.3, lost=2), over(0.2, 0.4, digest="c"), Moved.TOLD),
+        (over(0.1, 0.2, lost=2), over(0.3, 0.4, digest="c"), Moved.WORSE),
+        (over(0.1, 0.3), over(0.2, 0.4, digest="c", verdicts=("MISPLACED",), grade="WRONG"), Moved.TOLD),
+        (over(0.1, 0.2), over(0.1, 0.2, digest="c", late_steps=0.6), Moved.TOLD),
         (seen(RAN), seen(replace(RAN, digest="b", velocity=math.nan)), Moved.OVERLAP),
-        (over(0.1, 0.2, path_m=(1.0, 2.0)), over(0.3, 0.4, digest="c", path_m=(1.0, 2.0 + 1e-15)), Moved.TOLD),
-        (over(0.1, 0.2, path_m=(1.0, 2.0)), over(0.3, 0.4, digest="c", path_m=(1.0, 2.1)), Moved.WORSE),
+        # Places: before the end, too, and where they are on the other side of the right one.
+        (places(1.1, 1.2), places(1.3, 1.4, digest="c"), Moved.WORSE),
+        (places(0.1, 0.2), places(-0.2, -0.1, digest="c"), Moved.OTHERWISE),
+        (places(0.1, 0.3), places(0.2, 0.4, digest="c"), Moved.OVERLAP),
+        (places(1.1, 1.2), places(math.inf, math.inf, digest="c"), Moved.WORSE),  # it ended before
+        (places(math.inf, math.inf), places(math.inf, math.inf, digest="c"), Moved.ROUNDING),
+        # Velocities are nearer and places farther: nobody can say which is better.
+        (over(0.3, 0.4), over(0.1, 0.2, digest="c", off_m=(0.6, 0.0) * PLACES), Moved.OTHERWISE),
     ],
 )
 def test_a_change_is_the_engines_where_ranges_part(old: SeenCell, new: SeenCell, moved: Moved) -> None:
-    """Settings must be equal, every contact seen, and a range or a verdict apart at every phase."""
+    """Settings must be equal, every contact seen, and a number of the motion apart at every phase."""
     assert change_of(old, new).moved is moved
+
+
+def test_where_discs_are_elsewhere_is_said() -> None:
+    """The coordinate that parts most, of which disc and when, with its ranges."""
+    change = change_of(places(0.1, 0.2), places(-0.2, -0.1, digest="c"))
+    assert change.why == "x of disc 0, 1/8 of the run, off by 0.1 to 0.2 m before, -0.2 to -0.1 m now"
 
 
 def test_fewer_phases_say_nothing() -> None:
     """However far apart, what ran at seven phases alone is no change of the engine's; at eight it is."""
-    low, high = ([replace(RAN, digest=f"{v}", velocity=v, path_m=(v, v))] * PHASES for v in (0.1, 0.9))
+    low, high = ([replace(RAN, digest=f"{v}", off_m_s=(v, 0.0))] * PHASES for v in (0.1, 0.9))
     assert change_of(seen(*low), seen(*high[1:])).moved is Moved.OVERLAP
     assert change_of(seen(*low), seen(*high)).moved is Moved.WORSE
 
 
 def test_ranges_that_part_by_rounding_do_not_part() -> None:
     """In 32-bit floats a gap of a millionth is rounding; in 64 bits it is a change."""
-    for bits, moved in ((32, Moved.OVERLAP), (64, Moved.WORSE)):
-        old = seen(*[replace(RAN, float_bits=bits, velocity=0.1)] * 9)
-        own = replace(RAN, digest="b", float_bits=bits, velocity=0.1 + 1e-6, path_m=(0.0, 2.1))
+    for bits, moved in ((32, Moved.TOLD), (64, Moved.WORSE)):
+        old = seen(*[replace(RAN, float_bits=bits, off_m_s=(0.1, 0.0))] * 9)
+        own = replace(RAN, digest="b", float_bits=bits, off_m_s=(0.1 + 1e-6, 0.0))
         new, later = [replace(own, verdicts=("LATE", "EARLY"))], [own]
         assert change_of(old, seen(*new, *later * 8)).moved is moved
 

@@ -172,6 +172,6 @@ def test_the_command_writes_its_report_and_its_code_says_whether_the_newest_is_w
         "older than 1.0, the oldest that the adapter drives",
     ]
     found = CliRunner().invoke(app, ["history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20"])
-    assert "1.2 does otherwise than 1.1, which does as 1.0, the oldest (worse: velocity error" in " ".join(
+    assert "1.2 does otherwise than 1.1, which does as 1.0, the oldest (worse: error of velocities" in " ".join(
         found.output.split()
     )
