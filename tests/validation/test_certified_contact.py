@@ -56,6 +56,26 @@ def beyond(certified: CertifiedTrace, end: contact_runs.End) -> list[str]:
     ]
 
 
+#: Speeds along a slope of two discs, friction, and rolling resistance: in the end both discs do the same.
+ALIKE = {"smooth": (-1.0, 1.0, 0.0, 0.0), "resists": (-0.5, 0.5, 0.5, 0.1)}
+
+
+@pytest.mark.parametrize("name", ALIKE)
+def test_discs_that_come_to_fall_alike_along_a_slope_never_meet_there(name: str) -> None:
+    """One has turned and the other never did: their speeds differ by a constant, so that they part is decided."""
+    upper, lower, friction, resistance = ALIKE[name]
+    nx, ny = math.sin(0.3), math.cos(0.3)
+    discs = [
+        disc_at(place * ny + nx / 2, ny / 2 - place * nx, speed * ny, -speed * nx)
+        for place, speed in ((0.0, upper), (3.0, lower))
+    ]
+    fields = {"gravity_m_s2": (0.0, -3.0), "wall_friction": friction, "wall_rolling_resistance": resistance}
+    scene = staged(name, *discs, wall_at(0.0, 0.0, nx, ny), **fields, duration_s=20.0)
+    certified, trace = certify(scene), solve_pic(scene)
+    assert certified.ending is Ending.COMPLETED
+    assert np.abs(trace.final_position_m - certified.trace.final_position_m).max() < 1e-11
+
+
 @pytest.mark.parametrize("entry", SCENES, ids=lambda entry: entry.name)
 def test_every_scene_of_contact_with_one_answer_is_proven(entry: object) -> None:
     """To its end, to within a few roundings of the closed form, and PIC is within 1e-12 of it."""

@@ -211,7 +211,8 @@ class BallContacts:
         mode = (Mode.BLOCK if by.rim else Mode.SLIDE) if not by.slip else Mode.ROLL
         if by.slip and speed.is_zero() and rate.is_zero():
             mode = Mode.REST
-        branch = (signs[0] or 0, signs[1] or 0, by.slip, by.rim)
+        taken = 0 if by.slip else sign(by.friction), 0 if by.rim else sign(by.rolling)
+        branch = (taken[0] or 0, taken[1] or 0, by.slip, by.rim)
         gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
         self._states.gliding[i] = gliding._replace(end=self._end_of(i, gliding, resists=resists))
         self._states.barred[i] = ground.never_met

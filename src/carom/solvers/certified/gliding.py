@@ -102,7 +102,8 @@ class End(NamedTuple):
 class Gliding(NamedTuple):
     """A disc in contact: since when, on what and how, with what rates of speed and rim; its end, None for never.
 
-    `branch` says by which part of the law: the signs of slip and rim's speed, and what of them is held.
+    `branch` says by which part of the law: of friction and rolling resistance the signs where they are all that there
+    can be, and whether slip and rim's speed are held. Discs of one inertia factor have one rate by one branch, exactly.
     """
 
     since: arb
