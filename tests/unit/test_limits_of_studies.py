@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any
 
 import pytest
+from tests.distribution import forget
+from tests.unit.studies.history.toy import toys
 
 import carom
-from carom import Scene
+from carom import Scene, studies
 from carom.conformance.suite import make_suite
 from carom.conformance.violation import Setup
 from carom.runs import engines, keys
@@ -28,6 +31,11 @@ from carom.studies.bench.run import work_precision
 from carom.studies.bench.timing_pass import timing_journal
 from carom.studies.cross_check.observed import observed_journal
 from carom.studies.cross_check.run import execute
+from carom.studies.diff.run import diff
+from carom.studies.history.cells import history_journal
+from carom.studies.history.options import HistoryOptions
+from carom.studies.history.overlay import Kept
+from carom.studies.history.run import history
 from carom.studies.stress.run import stress
 from carom.studies.tune.judge import tune_journal
 from carom.studies.tune.options import TuneOptions
@@ -37,7 +45,7 @@ from carom.studies.tune.run import tune
 MEMORY_MB, TIME_S = 1234.0, 43.0
 
 #: Tasks that ask an adapter what it declares, and those of `carom tune` that no journal holds: they time or describe.
-DECLARED = {"Describe", "SettingsAt", "Measure"}
+DECLARED = {"Describe", "SettingsAt", "Measure", "AskOrigin", "AskServed"}
 
 Asked = list[tuple[int, float, str]]
 
@@ -105,6 +113,15 @@ def search(folder: Path, how: How) -> None:
         tune("pymunk", [scene()], TuneOptions(trials=1, jobs=1, **LIMITS), notes=journal)
 
 
+def look_back(folder: Path, how: How) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        toys(folder / ("again" if how else "first"), patch)
+        asked = HistoryOptions(versions=["1.0", "1.1"], profiles=["default"], jobs=1, **LIMITS)
+        with history_journal(folder / "a", **how) as journal:
+            history("toy", [scene()], Kept(folder / "kept"), asked, notes=journal)
+    forget()
+
+
 def timed(_folder: Path, _how: How) -> None:
     carom.cross_check([scene()], ["pic"], dts=[1 / 60], profiles=["tuned"], jobs=1, **LIMITS)
 
@@ -125,10 +142,37 @@ def conform(_folder: Path, _how: How) -> None:
         subject.watch(Setup(scene()))
 
 
-KEPT = [cross_check, bench, grow, attack, search]
+def compare(_folder: Path, _how: How) -> None:
+    kept = Path(__file__).parents[1] / "kept" / "results-2.jsonl"
+    diff(kept, kept)
 
 
-@pytest.mark.parametrize("study", [*KEPT, timed, advice, conform])
+HISTORY = pytest.param(look_back, marks=pytest.mark.long)
+KEPT = [cross_check, bench, grow, attack, search, HISTORY]
+#: Each study, and what starts workers for it: a comparison reads two files, and starts none.
+ALL: dict[str, list[Any]] = {
+    "advise": [advice],
+    "bench": [bench, grow],
+    "cross_check": [cross_check, timed],
+    "diff": [],
+    "history": [HISTORY],
+    "stress": [attack],
+    "tune": [search],
+}
+
+
+def test_every_study_is_held_to_its_limits_here() -> None:
+    """A study that is added to the house is in the table, with what it starts."""
+    assert {one.name for one in iter_modules(studies.__path__)} == set(ALL)
+
+
+def test_a_comparison_starts_no_worker(asked: Asked, tmp_path: Path) -> None:
+    """What has no limits asks no adapter, and runs nothing."""
+    compare(tmp_path, {})
+    assert asked == []
+
+
+@pytest.mark.parametrize("study", [*(one for own in ALL.values() for one in own), conform])
 def test_each_worker_of_a_study_has_its_limits(
     study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
 ) -> None:
