@@ -206,14 +206,14 @@ def speed(method: Method) -> str:
 
 
 def breaking(stress: dict[str, Any], attack: str, method: Method) -> str:
-    """Return where a method gives way to an attack of the campaign."""
+    """Return where a method fails a stress test of the campaign."""
     lines = {line["name"]: line for line in stress["lines"]}
     columns = [(one["engine"], one["profile"]) for one in stress["methods"]]
     if attack not in lines or (method.engine, method.profile) not in columns:
         return "-"
     cell = lines[attack]["cells"][columns.index((method.engine, method.profile))]
     value = "" if cell["value"] is None else number(cell["value"])
-    said = {"gives_way": value, "stands": f"stands to {value}", "never_stood": f"from {value}"}
+    said = {"gives_way": value, "stands": f"passes to {value}", "never_stood": f"from {value}"}
     return said.get(cell["ending"]) or str(cell["reason"]).partition(":")[0]
 
 
@@ -297,7 +297,7 @@ def with_alone(known: dict[str, Any], head: dict[str, Any], rows: Sequence[Row],
 
 
 def tables_of(methods: Sequence[Method], stress: dict[str, Any]) -> dict[str, Any]:
-    """Return all tables: which engine for which need, a crowd, where each gives way, and an engine's own."""
+    """Return all tables: which engine for which need, a crowd, where each fails, and an engine's own."""
     engines: dict[str, list[Method]] = {}
     for method in methods:
         if method.engine not in OWN:
@@ -388,10 +388,10 @@ def crowd_table(methods: Sequence[Method]) -> Table:
         "gas. Trajectories part from any reference within a second, so each step is compared with PIC from the run's "
         "own state at its start, to the end of the run. Missed: two discs passed through each other; in brackets how "
         "many of these PIT misses, too, from the same state. The error is that of velocity over PIT's at worst from "
-        "the same state: up to 1 looking once a step explains it. Energy is what is gained or lost that PIT's steps do "
-        "not gain or lose, over the scene's; below a millionth it ranks nobody. The best stands first: by misses that "
-        "looking once a step does not explain, inventions, early answers, the worst error, and energy; runs that ended "
-        "before the scene did stand last.",
+        "the same state: up to 1 checking once per step explains it. Energy is what is gained or lost that PIT's steps "
+        "do not gain or lose, over the scene's; below a millionth it ranks nobody. The best stands first: by misses "
+        "that checking once per step does not explain, inventions, early answers, the worst error, and energy; runs "
+        "that ended before the scene did stand last.",
     )
 
 
@@ -404,7 +404,7 @@ def _limits(stress: dict[str, Any], methods: Sequence[Method]) -> Table:
         [Column("method", lambda method: method.name)]
         + [Column(head, partial(say, attack), number=True) for attack, head in ATTACKS.items()],
         [method for method in methods if (method.engine, method.profile) in shown],
-        note="The size at which a method first gives way, from the harmless end on.",
+        note="The size at which a method first fails, from the harmless end on.",
     )
 
 

@@ -80,7 +80,7 @@ def hazards_of(engine: str) -> str:
     lines += [(f"head-on at {of}: {parts}", cell, pit) for of, cell, pit in bounces]
     off = [(what, *cell.partition(": ")[::2], pit) for what, cell, pit in lines if not _NONE_OFF.match(cell)]
     rows = [(what, starts, spread or "-", "-" if _NONE_OFF.match(pit) else pit) for what, starts, spread, pit in off]
-    text = rows_of(("as shipped", "starts off", "least to most", "looking once a step alone"), rows)
+    text = rows_of(("as shipped", "starts off", "least to most", "checking once per step alone"), rows)
     text += "\nOf scenes: velocity error at the end over the scene's greatest speed.\n"
     fine = [f"`{of}`" for of, cell, _ in scenes if _NONE_OFF.match(cell)]
     speeds = [of.removesuffix(" m/s") for of, cell, _ in bounces if _NONE_OFF.match(cell)]

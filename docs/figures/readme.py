@@ -27,7 +27,7 @@ def table(path: Path = SAMPLE) -> str:
     names = {name.lower(): f"{name} {version}" for name, version in head["environment"]["versions"].items()}
     names |= {"pic": "PIC", "pit": "PIT"}
     lines = [
-        "| method | " + " | ".join(GRADES) + " | price paid, median |",
+        "| method | " + " | ".join(GRADES) + " | error / PIT's, median |",
         "| --- |" + " --- |" * (len(GRADES) + 1),
     ]
     for engine in dict.fromkeys(row["engine"] for row in rows):

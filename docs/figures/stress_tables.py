@@ -9,13 +9,15 @@ import re
 import sys
 from pathlib import Path
 
+from carom.studies.stress.document import WORDS
+
 PAGE = Path(__file__).resolve().parents[1] / "stress-results.md"
 
 #: The tables by the heading of their first column.
-KINDS = ("attack", "relation", "complaint")
+KINDS = tuple(WORDS.values())
 #: What stands behind a cell in a campaign's page: the error where it was last seen to stand, too much for a table.
 _BEHIND = re.compile(r"(= to \S+|~ \S+|[=x] does (?:not|it)) \S+")
-_PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->)")
+_PART = re.compile(r"(<!-- made by docs/figures/stress_tables\.py: ([\w ]+) -->\n)((?s:.*?))(<!-- end -->)")
 
 
 def table(text: str, kind: str) -> str:

@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 #: - entangled: several pairs or impacts, or begun in overlap, so that nobody owes one answer. turned: bodies turned
 #:   though nothing was due. open: the run ended in it.
 #: - late_steps: how much later than PIC the paths turned. late_known: to what part of a step that is known.
-#:   late_allowed: how late looking once a step is at worst.
+#:   late_allowed: how late checking once per step is at worst.
 #: - velocity, spin, place_m: the largest difference from PIC at its end. speed, rim: the greatest of its own bodies, to
 #:   which these round. place_known_m: what rounding makes of its places.
 #: - price_velocity, price_spin: what PIT pays at worst from the same state.

@@ -274,7 +274,7 @@ def test_engines_that_sweep_need_few_steps_and_those_that_look_need_what_pit_nee
 ) -> None:
     """Of the bullet 60 steps a second are enough for Box2D and MuJoCo, 15 for PyBullet, and 30 of the puck.
 
-    Pymunk needs what PIT needs: what looks once a step passes at or below the closed form only, and no more than one
+    Pymunk needs what PIT needs: what checks once per step passes at or below the closed form only, and no more than one
     step of the grid below it.
     """
     name, advice = advised

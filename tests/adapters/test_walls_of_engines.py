@@ -21,7 +21,7 @@ STARTS = 32
 HALF_WIDTHS = {"pymunk": 0.0, "box2d": 0.0, "mujoco": 0.02, "pybullet": 0.0}
 #: What of a velocity of some 5 m/s is its rounding, and what is left of it in a floor in pieces.
 ROUNDING_M_S = {"pymunk": 1e-12, "box2d": 0.0}
-#: Engines that look once a step for a disc in a wall, and no further.
+#: Engines that check for overlap once per step for a disc in a wall, and no further.
 LOOKING = [("pymunk", "default"), ("pymunk", "tuned"), ("mujoco", "no-ccd"), ("pybullet", "no-ccd")]
 
 

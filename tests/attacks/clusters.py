@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
@@ -77,6 +78,7 @@ def _told(log: Path, words: str) -> str:
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
     """Kill a worker or a scheduler at a moment drawn by lot."""
+    import_module("distributed")  # half a minute on a machine that is busy: no part of what the guard allows
     while True:
         yield _lost(rng, rng.choice(("worker", "scheduler")), folder)
 

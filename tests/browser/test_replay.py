@@ -146,7 +146,7 @@ def test_the_evidence_of_a_cell_stands_below_it(page: Page) -> None:
     opened(page, MISSED)
     row = page.locator("table.impacts tbody tr")
     assert "missed" in row.inner_text()
-    assert row.locator("td").last.inner_text() == "looking once a step"
+    assert row.locator("td").last.inner_text() == "checking once per step"
     row.get_by_role("button").click()
     assert clock(page) == pytest.approx(0.425, abs=1e-3)
     page.get_by_text("Run it yourself").click()

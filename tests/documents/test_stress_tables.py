@@ -14,21 +14,21 @@ from carom.studies.stress.run import attacks
 PAGE = stress_tables.PAGE.read_text(encoding="utf-8")
 CAMPAIGN = """# Carom: stress
 
-## Where each method gives way
+## Where each method fails
 
-| attack | axis | pit tuned |
+| stress test | axis | pit tuned |
 | --- | --- | --- |
 | grazing | 1 - b/R | ~ 0.0032 0.061 |
 
 The size.
 
-## Relations
+## Invariances
 
-| relation | axis | pit tuned |
+| invariance | axis | pit tuned |
 | --- | --- | --- |
 | boost | velocity | = 1e-14 |
 
-| complaint | axis | pit tuned |
+| reported bug | axis | pit tuned |
 | --- | --- | --- |
 | box2d-1094 | | x does it 2 |
 """
@@ -41,15 +41,15 @@ def test_the_tables_are_taken_from_a_campaign() -> None:
     assert [rows[2][0] for rows in filled.values()] == ["grazing", "boost", "box2d-1094"]
     assert [len(rows) for rows in filled.values()] == [3, 3, 3]
     assert [rows[2][1:] for rows in filled.values()] == [["~ 0.0032"], ["= 1e-14"], ["x does it"]]
-    with pytest.raises(ValueError, match="no table of relations"):
-        stress_tables.filled(PAGE, CAMPAIGN.partition("## Relations")[0])
+    with pytest.raises(ValueError, match="no table of invariances"):
+        stress_tables.filled(PAGE, CAMPAIGN.partition("## Invariances")[0])
 
 
-def test_the_page_has_every_attack_and_relation() -> None:
+def test_the_page_has_every_stress_test_and_invariance() -> None:
     """What was added since the campaign would be missing from its tables."""
     kept = stress_tables.kept(PAGE)
-    assert [row[0] for row in kept["attack"][2:]] == [attack.name for attack in attacks()]
-    assert [row[0] for row in kept["relation"][2:]] == [relation.name for relation in relations()]
+    assert [row[0] for row in kept["stress test"][2:]] == [attack.name for attack in attacks()]
+    assert [row[0] for row in kept["invariance"][2:]] == [relation.name for relation in relations()]
     assert all(len({len(row) for row in rows}) == 1 for rows in kept.values())
 
 

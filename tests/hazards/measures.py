@@ -26,7 +26,7 @@ DT_S = 1 / 60
 #: Starts of each measurement, evenly spread over a step, the scene's own among them; and of a gas.
 STARTS, GAS_STARTS = 32, 16
 
-#: Engines in the order of the page; Carom's own PIT, what looking once a step costs by itself, first.
+#: Engines in the order of the page; Carom's own PIT, what checking once per step costs by itself, first.
 ENGINES = (
     "pit", "pymunk", "pybullet", "mujoco", "box2d", "planck", "matter", "box2d3", "jolt", "rapier2d", "cannon", "p2",
     "havok", "physx", "rapier", "dart", "drake", "ode", "newton",

@@ -140,7 +140,7 @@ def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) 
         "What engines do that a user would not expect, each figure a range over many starts: the same scene, begun "
         f"another part of a step earlier. A cell says how many of {STARTS} starts are off, by more than "
         f"{percent(OFF)}, and the least and the most of all. Steps are of 1/60 s unless something else is said; 'pit' "
-        f"is what looking once a step costs by itself. What is nearer than {number(SHOWN_TO)} to a whole number is "
+        f"is what checking once per step costs by itself. What is nearer than {number(SHOWN_TO)} to a whole number is "
         "shown as that.",
         f"Measured on {versions}. Made by 'make hazards', whose figures repeat to the digit; 'make test-engines' "
         "measures them again and compares them with this page.",

@@ -389,7 +389,7 @@ FALLS = (
             at(0.2, INACCURATE, says=Verdict.SINKS),
             at(5, INACCURATE, WRONG),
         ),
-        "held by its velocity alone it sinks by |g| h^2 / 2 a step, which looking once a step explains; faster is a "
+        "held by its velocity alone it sinks by |g| h^2 / 2 a step, which checking once per step explains; faster is a "
         "solver's, and no other limit is set",
     ),
     Alone(

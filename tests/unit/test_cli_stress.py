@@ -35,7 +35,7 @@ def test_a_quick_attack_prints_a_table_and_writes_its_files(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("grasing",), "no attack is named 'grasing'"),
+        (("grasing",), "no stress test is named 'grasing'"),
         (("grazing", "-e", "bullet"), "no engine is named 'bullet'"),
         (("grazing", "-p", "best"), "no engine asked for has a profile 'best'"),
         (("grazing", "--time-limit", "0"), "--time-limit must be a positive number of seconds, 1e+07 at most, got '0'"),

@@ -1,4 +1,4 @@
-"""Damping against known answers: the group `contact`, and what looking once a frame costs there."""
+"""Damping against known answers: the group `contact`, and what checking once per frame costs there."""
 
 from __future__ import annotations
 

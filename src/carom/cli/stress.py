@@ -19,8 +19,8 @@ def stress(
     attacks: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Attacks, relations or complaints by name, or all of a kind: attacks, relations, complaints. "
-            "All by default; --list shows them."
+            help="Stress tests, invariances or reported bugs by name, or a kind: attacks, relations, complaints; "
+            "all by default; --list shows them."
         ),
     ] = None,
     resume: shared.Resume = False,
@@ -37,7 +37,7 @@ def stress(
     verbose: shared.Verbose = False,
     list_only: Annotated[bool, typer.Option("--list", help="List what there is, and exit.")] = False,
 ) -> None:
-    """Attack methods with scenes made to break numerics, and print the size at which each gives way.
+    """Attack methods with scenes made to break numerics, and print the size at which each fails.
 
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.

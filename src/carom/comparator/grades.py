@@ -9,8 +9,8 @@ class Grade(Enum):
     """A grade that a reader can use, from best to worst except the last; the value is the sentence shown."""
 
     EXACT = "exact: to the rounding of the floats that the method declares"
-    CLOSE = "close: finds every impact, with at most a hundredth of the errors that looking once a step costs at worst"
-    SAMPLED = "sampled: no worse than looking once a step, as PIT does, may come out at the same step"
+    CLOSE = "close: finds every impact, with at most a hundredth of the errors that checking once per step has at worst"
+    SAMPLED = "sampled: no worse than checking once per step, as PIT does, may come out at the same step"
     INACCURATE = "inaccurate: early, or worse than PIT at the same step, or in contradiction with itself"
     PARTED = "parted: each step is no worse than PIT's from the same state; the trajectory has left the reference's"
     PARTED_INACCURATE = (

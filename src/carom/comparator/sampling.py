@@ -1,4 +1,4 @@
-"""The price of sampling: what looking once a step costs at worst over the phases of that step.
+"""The price of sampling: what checking once per step costs at worst over the phases of that step.
 
 Where in a step an impact falls is luck: PIT may find it at once, or a step late, or not at all. So a run is compared
 with PIT at `THRESHOLDS.phases` phases of the same step, the scene shifted along its own motion for each, and at the
@@ -164,7 +164,7 @@ def _up_to_each(errors: Sequence[Array]) -> Array:
 def _own_phases(reference: Trace, own: Measured, price: Price, known: float) -> tuple[float, ...]:
     """Return the phases, 0 to 1, at which PIT is as late as a run where that is off by more than a price.
 
-    They are one phase in the end where a run looks once a step.
+    They are one phase in the end where a run checks for overlap once per step.
     """
     found, phases = price.found, dict[float, None]()
     for error in own.errors:

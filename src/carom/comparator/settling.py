@@ -1,4 +1,4 @@
-"""Up to where bounces without end, to rest or to a crush, can be told apart by a method that looks once a step."""
+"""Up to where bounces without end, to rest or to a crush, can be told apart by a method that checks once per step."""
 
 from __future__ import annotations
 

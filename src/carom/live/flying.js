@@ -109,7 +109,7 @@ export function solvePic(scene, maxImpacts = INF) {
   return { ...run, impacts, end_s, ...slowedAt(end_s, damping, run) };
 }
 
-// Looks once a frame: frame k at (k + phase) / rate. Carom's PIT has phase 0.
+// Checks for overlap once per frame: frame k at (k + phase) / rate. Carom's PIT has phase 0.
 export function framesBefore(duration, dt) {
   // carom.scene.steps_to_cover, in whole numbers
   const [a, e] = frac(duration),

@@ -270,7 +270,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
         return f"{away} {'late' if time_s > 0 else 'early'}", away
     symbol, worse = ("RΔω", spin) if spin > velocity else ("Δv", velocity)  # if no disc spins, spin is NaN
     shown = wording.number(worse)
-    paid = "" if math.isnan(score.price_paid) else f", pays {wording.number(score.price_paid)}"
+    paid = "" if math.isnan(score.price_paid) else f", {wording.number(score.price_paid)} of PIT's"
     return f"{symbol} {shown}{paid}", shown
 
 

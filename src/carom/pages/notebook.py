@@ -174,7 +174,7 @@ def _score_rows(score: Score) -> Iterator[str]:
         "invented": str(len(score.spurious)),
     }
     if not math.isnan(score.price_paid):  # what was not measured has no row
-        rows["price of sampling paid"] = wording.number(score.price_paid)
+        rows["error / PIT's"] = wording.number(score.price_paid)
     for metric in dataclasses.fields(score.total):
         unit = {"s": " s", "rad": " rad"}.get(metric.name.rpartition("_")[2], "")
         error = getattr(score.total, metric.name)

@@ -375,7 +375,7 @@ def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
     if not len(passed):
         return {"cause": "its own states do not lead to it: errors before this impact led it elsewhere"}
     return {
-        "cause": "looking once a step" if passed["pit_missed"].any() else "the method's own: PIT finds it from there"
+        "cause": "checking once per step" if passed["pit_missed"].any() else "the method's own: PIT finds it from there"
     }
 
 
@@ -406,7 +406,7 @@ def _cause(error: ImpactError, score: Score) -> str:
     if here <= rounding:
         return "right from its own state before: errors before this impact led it elsewhere"
     if own <= rounding:
-        return "looking once a step"
+        return "checking once per step"
     if math.isnan(own) or sampling <= rounding:
         return "the method's own"
-    return f"looking once a step ({wording.number(sampling)}), and the method's own ({wording.number(own)})"
+    return f"checking once per step ({wording.number(sampling)}), and the method's own ({wording.number(own)})"

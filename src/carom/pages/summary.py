@@ -149,7 +149,7 @@ def _of_score(score: Score) -> list[str]:
         f"  {found}{undecided}{beyond}",
         f"  largest errors: velocity {_n(total.velocity)}{spin}, time {wording.seconds(total.time_s)}, final position"
         f" {_n(total.final_position)}, energy {_n(total.energy)}",
-        f"  price of sampling paid: {_n(score.price_paid)}",
+        f"  error / PIT's: {_n(score.price_paid)}",
         _of_steps(score),
     )
     return _limited(

@@ -1,4 +1,4 @@
-"""The score of contact: what is exact, what looking once a step explains, and that planted faults are found."""
+"""The score of contact: what is exact, what checking once per step explains, and that planted faults are found."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_pic_is_exact_in_contact(name: str) -> None:
 @pytest.mark.parametrize("dt_s", long_after(1, [1 / 60, 1 / 240]))
 @pytest.mark.parametrize("name", list(CONTACT))
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
-    """It knows no contact, and hops from frame to frame: that is what looking once a step costs."""
+    """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
     _, score = judged(name, "pit", dt_s)
     assert score.contact is not None
     assert score.contact.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings

@@ -36,7 +36,7 @@ def test_where_an_overlap_began_the_rim_touched(
 
 @pytest.mark.parametrize("name", long_after(2, ["box-of-edges", "end-of-wall", "star", "stadium-rhombus"]))
 def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
-    """The closed form from its own state before each impact leaves nothing to the method but looking once a step."""
+    """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""
     scene = carom.scene(f"tables/{name}")
     reference = carom.solve_pic(scene)
     scales = scales_of(scene, reference)

@@ -1,4 +1,4 @@
-"""Bounces that end in rest count as long as a method that looks once a step can tell them apart."""
+"""Bounces that end in rest count as long as a method that checks for overlap once per step can tell them apart."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An engine of a page that looks once a step, with a margin, units and a combination rule of its own."""
+"""An engine of a page that checks for overlap once per step, with a margin, units and a combination rule of its own."""
 
 from __future__ import annotations
 

@@ -44,13 +44,13 @@ def test_every_graded_cell_has_a_replay(results: Results, replays: dict[str, dic
 
 
 def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any]]) -> None:
-    """PIT misses the impact of the first case, and finds that of the second late: it looks once a step."""
+    """PIT misses the impact of the first case, and finds that of the second late: it checks once per step."""
     runs = {run["key"]: run["impacts"] for data in replays.values() for run in data["runs"]}
     (missed,) = runs["paper/missed/pit/tuned"]
     (late,) = runs["paper/late/pit/tuned"]
     (found,) = runs["paper/late/pic/tuned"]
-    assert (missed["flag"], missed["cause"]) == ("missed", "looking once a step")
-    assert (late["flag"], late["cause"]) == ("late", "looking once a step")
+    assert (missed["flag"], missed["cause"]) == ("missed", "checking once per step")
+    assert (late["flag"], late["cause"]) == ("late", "checking once per step")
     assert late["reported"] > late["true"]
     assert (found["flag"], found["became"], found["cause"]) == ("found", "found", "")
 
@@ -82,7 +82,7 @@ def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None
     (found,) = impact_rows(reference, unseen, score)
     assert found["cause"] == "PIT misses it, too"
     meetings = trace.local_truth.meetings.copy()
-    for pit_missed, cause in ((True, "looking once a step"), (False, "the method's own: PIT finds it from there")):
+    for pit_missed, cause in ((True, "checking once per step"), (False, "the method's own: PIT finds it from there")):
         meetings["pit_missed"] = pit_missed
         truth = dataclasses.replace(trace.local_truth, meetings=meetings)
         (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
@@ -161,7 +161,7 @@ def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str,
     )
     assert missed["impacts"][missed["fault"]["row"]]["flag"] == "missed"
     assert (
-        "approach in overlap for 24.9 ms, and a step lasts 41.7 ms: missed (looking once a step)."
+        "approach in overlap for 24.9 ms, and a step lasts 41.7 ms: missed (checking once per step)."
         in missed["fault"]["said"]
     )
     assert late["impacts"][late["fault"]["row"]]["flag"] == "late"

@@ -81,7 +81,7 @@ def test_a_score_says_the_grade_the_counts_and_why() -> None:
     observed = carom.solve_pit(entry.scene)
     score = carom.compare(carom.solve_pic(entry.scene), observed, sampling=observed)
     assert repr(score).startswith("Score: wrong\n  0 of 1 impact found, 1 missed, 0 invented\n")
-    assert "price of sampling paid: 1\n" in repr(score)
+    assert "error / PIT's: 1\n" in repr(score)
     assert f"  {score.findings[0].verdict.value} ({score.findings[0].reason})" in repr(score)
 
 

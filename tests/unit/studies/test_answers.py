@@ -171,7 +171,7 @@ def test_who_sweeps_is_marked_and_what_a_frame_comes_to_is_said() -> None:
     one, frame_s = found.answers[0], 1 / found.scene.frame_rate_hz
     trial = replace(one.trials[-1], dt_s=frame_s)
     for at_frame, refused_s, ends in (
-        (replace(trial, lost=3), None, f"lost at 3 of {trial.starts}"),
+        (replace(trial, lost=3), None, f"wrong at 3 of {trial.starts}"),
         (trial, None, "found, 0.244° off"),
         (replace(trial, reason="crashed"), None, "broke off"),
         (None, frame_s, "refused"),
@@ -190,7 +190,7 @@ def test_what_the_adviser_can_not_know_is_not_said() -> None:
     assert "at most" not in text
     lines = printed(advice_document(found), 80)
     assert not any(line.startswith(("pic ", "pit ")) for line in lines)
-    assert "Looking once a step (PIT) takes 6.757 and 181.8 a second, by closed form." in text
+    assert "Checking once per step (PIT) takes 6.757 and 181.8 a second, by closed form." in text
     one = found.answers[0]
     never = replace(one.never_misses, fails=None)
     refused = replace(one, never_misses=never, demand=never, refused_s=0.5, refusal="too far a step")

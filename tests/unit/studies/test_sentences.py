@@ -25,7 +25,7 @@ from carom.studies.cross_check.trend import trend_sections
 from carom.studies.stress.document import stress_document
 from carom.studies.stress.spots import SpotEnding
 
-#: Nothing happens, PIT and all; and two discs that look once a step finds late.
+#: Nothing happens, PIT and all; and two discs that check for overlap once per step finds late.
 NOTHING = staged("nothing", disc_at(0, 0, 1, 0), disc_at(0, 5, 1, 0), duration_s=1.0)
 LATE = staged("late", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
 THUD = staged(
@@ -124,7 +124,8 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
     }
     said = " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
     assert (
-        "Not ranked, as not every attack could be run: 1 method: pymunk (tuned) stood 0 of the 1 that it ran." in said
+        "Not ranked, as not every stress test could be run: 1 method: pymunk (tuned) passed 0 of the 1 that it ran."
+        in said
     )
     assert "pymunk (tuned) fewest" not in said
 
@@ -133,7 +134,7 @@ def test_of_methods_that_stand_alike_none_stands_most() -> None:
     """Where all stand as many attacks, nobody is said to stand most."""
     said = stress_lead({})
     attacks = sum(line.kind == "attack" for line in campaign_results().lines)
-    assert f"Of {attacks} attacks {len(METHODS)} methods stood {attacks} each." in said
+    assert f"Of {attacks} stress tests {len(METHODS)} methods passed {attacks} each." in said
 
 
 def test_the_only_method_is_not_the_fastest_of_one() -> None:

@@ -1,4 +1,4 @@
-"""One window: what PIC makes of the run's own state at its start, and what looking once a step costs from there.
+"""One window: what PIC makes of the run's own state at its start, and what checking once per step costs from there.
 
 The run, which may be late, need not have come to all of PIC's impacts. So it is compared with PIC cut off after j
 impacts and flown on, where the rest still lies ahead in the run's own state; of those the nearest counts.

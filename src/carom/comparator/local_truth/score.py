@@ -41,7 +41,7 @@ class LocalScore:
         entangled: Windows of several pairs or impacts.
         late_steps: Median and worst lateness, steps; NaN where there is none.
         early_steps: Worst earliness, steps, as a positive number; 0 where none is early.
-        too_late: Windows that are later than looking once a step is.
+        too_late: Windows that are later than checking once per step is.
         velocity: Median and worst error of velocities after, over the greatest speed of the window's own bodies.
         spin: Worst error of rims, over the greatest rim or speed of the window's own bodies; 0 where no disc spins.
         ratio: Median and worst of the velocity's error, or the spin's, over what PIT pays at worst from the same state,
@@ -101,7 +101,7 @@ class LocalScore:
 
     @property
     def missed_own(self) -> int:
-        """Missed impacts that looking once a step does not explain: all within the horizon, beyond it PIT's not."""
+        """Missed impacts that checking once per step does not explain: all within the horizon, beyond it PIT's not."""
         return max(self.missed_within, self.missed - self.missed_by_pit)
 
     @property

@@ -67,7 +67,7 @@
       this.bodies = { discs: scene.discs.map(([radius_m, fixed]) => ({ radius_m, mass_kg: fixed ? "inf" : 1 })) };
       this.box = framed(scene, run, ...(run.sampler ? [sampledEvery(scene, run, this.end)] : []));
       const name = `${run.engine} ${run.profile}`;
-      this.truth = new Stage(`What must happen in ${scene.name}, by PIC`);
+      this.truth = new Stage(`Exact: ${scene.name}, by PIC`);
       this.seen = new Stage(`What ${name} makes of ${scene.name}`);
       for (const stage of [this.truth, this.seen]) Object.assign(stage, { flat: FLATTEST, tall: TALLEST, least: 0, shortest: LEAST_TALL });
       this.faces();
@@ -123,7 +123,7 @@
       };
       this.tell();
       this.sides = make("div", { class: "views" },
-        make("figure", {}, make("figcaption", {}, "What must happen, by PIC"), this.truth.canvas),
+        make("figure", {}, make("figcaption", {}, "Exact, by PIC"), this.truth.canvas),
         make("figure", {}, this.caption, this.seen.canvas));
       this.controls = make("div", { class: "controls" },
         this.playButton,

@@ -93,7 +93,8 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
     )
     answer, *more = _answers(advice)
     figure = Figure(
-        partial(advice_svg, advice), "A cross: impacts are lost at some start. The dotted line is the demand."
+        partial(advice_svg, advice),
+        "A cross: impacts are missed or spurious at some start. The dotted line is the demand.",
     )
     sections = [Section("Advice", (Lines(tuple(more)), *([table] if rows else []), Lines(tuple(_limits(advice)))))]
     if rows:
@@ -129,7 +130,7 @@ def _answers(advice: Advice) -> Iterator[str]:
     else:
         yield f"{advice.scene.name}: no engine was searched."
     if told := _yardstick(advice):
-        yield f"Looking once a step (PIT) takes {told}."
+        yield f"Checking once per step (PIT) takes {told}."
     reasons = dict.fromkeys(unable.reason for unable in advice.unable)
     for reason in reasons:
         names = [_name(unable.method) for unable in advice.unable if unable.reason == reason]
@@ -245,7 +246,7 @@ def _at_a_frame(advice: Advice, answer: Advised) -> str:
     if trial.reason:
         return "broke off"
     if trial.lost:
-        return f"lost at {trial.lost} of {trial.starts}"
+        return f"wrong at {trial.lost} of {trial.starts}"
     return f"found, {_degrees(trial.direction_error_rad)} off"
 
 
@@ -294,7 +295,7 @@ def _curve(answer: Advised) -> Table:
     columns = (
         Column("steps/s", lambda trial: _rate(trial.dt_s), number=True),
         Column("step, s", lambda trial: wording.number(trial.dt_s, 4), number=True),
-        Column("lost", lambda trial: f"{trial.lost} of {trial.starts}", number=True),
+        Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.starts}", number=True),
         Column("direction wrong by", lambda trial: _degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
     )

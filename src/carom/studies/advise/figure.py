@@ -45,7 +45,7 @@ def draw_advice(advice: Advice, axes: Axes) -> None:
     demand = math.degrees(advice.demand.direction_error_rad)
     axes.axhline(demand, color="black", linewidth=0.8, linestyle=":", label=f"demand: {plain_number(demand, 0.0)}°")
     axes.set(xscale="log", yscale="log", xlabel="steps a second")
-    axes.set_ylabel("direction wrong by, degrees (x: impacts lost)")
+    axes.set_ylabel("direction wrong by, degrees (x: impacts missed or spurious)")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter(plain_number)
     axes.grid(which="major", alpha=0.18, linewidth=0.6)

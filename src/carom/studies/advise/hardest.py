@@ -1,4 +1,4 @@
-"""What is demanded of a step, and what each impact of a reference allows a method that looks once a step."""
+"""What is demanded of a step, and what each impact of a reference allows a method that checks once per step."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Demand:
 
 @dataclass(frozen=True)
 class HardImpact:
-    """What one impact of the reference allows a method that looks once a step.
+    """What one impact of the reference allows a method that checks for overlap once per step.
 
     Attributes:
         time_s: When it is.

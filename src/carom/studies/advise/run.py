@@ -73,7 +73,7 @@ class Unable:
 
 @dataclass(frozen=True)
 class ClosedForm:
-    """The largest steps of looking once a step (PIT) on two smooth discs alone, seconds.
+    """The largest steps of checking once per step (PIT) on two smooth discs alone, seconds.
 
     Attributes:
         never_misses_s: Up to it no start misses the impact.

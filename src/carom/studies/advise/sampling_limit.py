@@ -1,4 +1,4 @@
-"""The largest step at which looking once a step meets a demand, for one impact of two bodies, in closed form.
+"""The largest step at which checking once per step meets a demand, for one impact of two bodies, in closed form.
 
 A method that looks at t = k dt finds the impact of two discs at the first look in [enter, closest approach): touching
 or overlapping, and approaching still. So whatever the phase it finds it if dt is at most the length of that window;
@@ -128,7 +128,7 @@ def _circle_meets_ray(centre: Vector, radius: float, heading: float) -> list[Vec
 
 @dataclass(frozen=True)
 class PairLimit:
-    """What one impact allows a method that looks once a step.
+    """What one impact allows a method that checks for overlap once per step.
 
     Attributes:
         window: The two discs at contact; None for a wall.

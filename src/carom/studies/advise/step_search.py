@@ -171,7 +171,7 @@ class StepSearch:
         scene: The scene.
         method: Engine and profile.
         demand: What is asked for.
-        guess_s: What the hardest impact allows a method that looks once a step.
+        guess_s: What the hardest impact allows a method that checks for overlap once per step.
         phases: Even starts at which each step is tried.
         aimed: How many aimed starts come to those.
         budget_steps: Engine steps that it may take; a step is tried if those of the step before say that it will do.
@@ -293,7 +293,7 @@ class StepSearch:
     def _hopeless(self, dt_s: float) -> bool:
         """Whether a finer step promises nothing: the error is too large, and the same over the last octaves.
 
-        Only below a frame, and below what would be enough for looking once a step.
+        Only below a frame, and below what would be enough for checking once per step.
         """
         if dt_s > min(self._frame_s, self._guess_s):
             return False

@@ -47,7 +47,7 @@ from carom.studies.bench.tables import (
     suite_table,
 )
 
-#: The second error whose price is told: one for which looking once a step is no way at all.
+#: The second error whose price is told: one for which checking once per step is no way at all.
 FINE = 1e-6
 
 DIAGRAM_NOTE = (

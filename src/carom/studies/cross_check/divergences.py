@@ -52,7 +52,7 @@ def _pair(entry: Divergence) -> Pair:
     scene, name, row = reference.scene, cell.column.name, cell.row
     said = f"{name} at {wording.step(row.job.dt_s) if row else ''}: {'; '.join(cell.reasons)}."
     missed = row.score.missed if row and row.score else ()
-    labels = (f"What must happen in {scene.name}, by PIC", f"{scene.name}: {said}")
+    labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {said}")
     return Pair(
         scene.name,
         mark_cell(cell.mark),

@@ -180,7 +180,7 @@ def _lucky(grid: Grid) -> Iterator[str]:
             phases = next(share[1] for share in lucky if share)
             owes = "its grade" if len(lucky) == 1 else f"{sum(map(bool, lucky))} of its {len(lucky)} grades"
             some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
-            right = f"looking once a step is as right at {some} of {phases} phases"
+            right = f"checking once per step is as right at {some} of {phases} phases"
             yield Sentence.LUCKY(method=column.name, grades=owes, right=right)
 
 

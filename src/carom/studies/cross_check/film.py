@@ -98,7 +98,7 @@ def film(reference: Trace, observed: Trace, score: Score) -> FuncAnimation:
             for row in rows
             if row["flag"] == "missed"
         ]
-    left.set_title("What must happen")
+    left.set_title("Exact")
     right.set_title(f"What {name} does")
     words = right.set_xlabel(" ")
     told = [(row.get("reported", row.get("true")), row["became"]) for row in rows]

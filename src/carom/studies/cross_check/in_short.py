@@ -24,7 +24,7 @@ _COUNTED = {
     "wrong": (Mark.WRONG,),
 }
 
-NOTE = "largest errors; time: + late; n/a: missed, or parted before; ×: times what looking once a step costs"  # noqa: RUF001 - the sign that stands in the table
+NOTE = "largest errors; time: + late; n/a: missed, or parted before; ×: times what checking once per step costs"  # noqa: RUF001 - the sign that stands in the table
 
 
 def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
@@ -152,7 +152,7 @@ def _direction(row: Row) -> str:
 
 
 def _grade(row: Row) -> str:
-    """Return the grade, and how many times as much as looking once a step costs is paid."""
+    """Return the grade, and how many times as much as checking once per step costs is paid."""
     score, mark = _score(row), mark_of(row)
     paid = score.price_paid
     if mark in _COUNTED["exact"] or math.isnan(paid) or not score.errors:

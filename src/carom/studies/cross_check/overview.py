@@ -53,7 +53,7 @@ GROUP_NOTE = (
 METHOD_NOTE = (
     "Missed and invented impacts are counted over all scenes. The error is the largest velocity or spin error over "
     "PIT's at worst over the phases of the same step, median over scenes that have a unique answer: 1 pays the price "
-    "of looking once a step, 0 none of it."
+    "of checking once per step, 0 none of it."
 )
 METHOD_SHORT = "impacts: - missed, + invented; error: of velocity or spin, {median}over PIT's at worst"
 

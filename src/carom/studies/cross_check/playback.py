@@ -80,7 +80,7 @@ class Replay:
         many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
         if many or not_finite(trace):
             return []
-        labels = (f"What must happen in {visible(trace.scene.name)}", f"What {name} makes of it")
+        labels = (f"Exact: {visible(trace.scene.name)}", f"What {name} makes of it")
         return list(zip(labels, draw_pair(self.reference, trace, self.score.missed, labels), strict=True))
 
     def _repr_html_(self) -> str | None:

@@ -29,16 +29,16 @@ PRICE_CAPTION = (
 )
 
 PRICE_NOTE = (
-    "No error of this table is of a time. A method that looks once a step is late by up to a step whatever else it "
+    "No error of this table is of a time. A method that checks once per step is late by up to a step whatever else it "
     "does. What it pays is its largest velocity error over PIT's at worst over the phases of the same step, or, where "
     "that is more, its largest spin error over PIT's: 1 pays the price of sampling, 0 none of it, and above 1 does "
-    "worse than looking once a step; an impact that is missed is off by all that it changes. Of its own is the "
+    "worse than checking once per step; an impact that is missed is off by all that it changes. Of its own is the "
     "velocity error, over the scene's greatest speed, that sampling does not explain: against PIT, or against PIC "
     "where that is less; beyond a horizon it is told impact by impact, from the engine's own state before. Medians "
     "over scenes, with least and greatest; scenes without a unique answer are left out."
 )
 PRICE_SHORT = (
-    "Price paid: largest velocity or spin error over PIT's at worst over the phases of the same step (1: all, 0: none)"
+    "Error / PIT's: largest velocity or spin error over PIT's worst at any phase of the step (1: all, 0: none)"
 )
 
 
@@ -218,7 +218,7 @@ def _equal(price: EnginePrice) -> Cell:
 
 _COLUMNS = (
     Column("engine", lambda price: price.column.name),
-    Column("price paid, median", _over(lambda price: price.paid)),
+    Column("error / PIT's, median", _over(lambda price: price.paid)),
     Column("pays nothing", lambda price: _of(price.paid.count(0.0), price)),
     Column("worse than PIT", lambda price: _of(len(price.worse), price)),
     Column("equals PIT", _equal),

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from carom.pages.grid import BROKEN, GRADED, Grid, GridColumn, Mark, mark_of
 from carom.runs.results import Row
 
-#: Grades that leave nothing to pay for looking once a step.
+#: Grades that leave nothing to pay for checking once per step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})
 
 #: From best to worst, of what a method has an answer to.

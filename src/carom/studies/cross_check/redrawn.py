@@ -69,7 +69,7 @@ def _methods(found: Sequence[_Kind]) -> Table:
     columns = (
         Column("method", lambda item: f"{item[0].engine} {item[0].profile_shown}"),
         *(Column(mark.word, partial(_count, mark), number=True) for mark in Mark if mark in present),
-        Column("price paid, median", _median_price, number=True),
+        Column("error / PIT's, median", _median_price, number=True),
     )
     return Table(columns, found)
 

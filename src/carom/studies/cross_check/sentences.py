@@ -66,6 +66,6 @@ SAID: Mapping[Sentence, str] = {
     Sentence.RUNS: "otherwise: how many runs have which grade, at the coarsest step of each scene",
     Sentence.NOT_SCORED: "some of them were not run, or ended without an answer",
     Sentence.LUCKY: (
-        "looking once a step is as right as PIT was at this phase at some of the sixteen phases, and not at all"
+        "checking once per step is as right as PIT was at this phase at some of the sixteen phases, and not at all"
     ),
 }

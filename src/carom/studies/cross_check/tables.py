@@ -325,7 +325,7 @@ def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
             "expected / missed / invented",
             _scored(lambda score: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
         ),
-        Column("price paid", _scored(lambda score: wording.number(score.price_paid, 3))),
+        Column("error / PIT's", _scored(lambda score: wording.number(score.price_paid, 3))),
         *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
         Column("verdicts", lambda row: Cell("; ".join(reasons_of(row)), css="prose")),
     )

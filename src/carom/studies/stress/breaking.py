@@ -68,7 +68,7 @@ def breaking_point(attack: Attack, method: Method, asker: Asker, *, scenes: Path
         return Spot("attack", attack.name, method.name, ended, reason=str(error), runs=runs, status=error.status)
     shown = fell or stood
     assert shown is not None  # noqa: S101 - a ladder has a first rung
-    shows = f"{shown.trial.scene.description} Here {method.name} {'gives way' if fell else 'stands'}."
+    shows = f"{shown.trial.scene.description} Here {method.name} {'fails' if fell else 'passes'}."
     file = save_as(f"{attack.name}/{method.engine}/{method.profile}", shown.trial.scene, shows, scenes)
     broke = SpotEnding.GIVES_WAY if stood else SpotEnding.NEVER_STOOD
     return Spot(

@@ -37,16 +37,19 @@ from carom.registry import asked_as
 from carom.runs.job import Method, Status
 from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
 
+#: What a reader calls a line of each kind; files and the command line keep the kinds' own names.
+WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
+
 HEADINGS = {
-    "attack": "Where each method gives way",
-    "relation": "Relations that need no truth",
-    "complaint": "Scenes from real complaints",
+    "attack": "Where each method fails",
+    "relation": "Invariances, which need no truth",
+    "complaint": "Scenes of reported bugs",
 }
 
 NOTES = {
-    "attack": "The size at which a method first gives way, from the harmless end of the axis on; 'to' marks a method "
-    "that stands as far as the axis goes. Below it, the error where it was last seen to stand, and a bar: how much of "
-    "the axis, counted in decades, it was seen to stand, so that all bars have one scale.",
+    "attack": "The size at which a method first fails, from the harmless end of the axis on; 'to' marks a method "
+    "that passes as far as the axis goes. Below it, the error where it was last seen to pass, and a bar: how much of "
+    "the axis, counted in decades, it was seen to pass, so that all bars have one scale.",
     "relation": "How far a changed scene is from the changed answer, over the scene's own length or speed, the worse "
     "of the two; 0 is equal to the bit.",
     "complaint": "Whether a method today does what was reported; the figure is its deviation from the known answer.",
@@ -69,9 +72,9 @@ _SHOWN = {
     SpotEnding.NOT_RUN: _NOT,
 }
 _MEANINGS = (
-    (_GOOD, "stands", "as far as the axis goes; a relation holds, a complaint is not seen"),
-    (_WAY, "gives way", "at the size shown"),
-    (_BAD, "fails", "at the harmless end already; a relation fails, a complaint is seen"),
+    (_GOOD, "passes", "as far as the axis goes; an invariance holds, a reported bug is not seen"),
+    (_WAY, "fails at", "the size shown"),
+    (_BAD, "fails", "at the harmless end already; an invariance fails, a reported bug is seen"),
     (_NOT, "not run", "the method is unavailable, or does not support the scene"),
 )
 
@@ -103,7 +106,7 @@ def stress_document(results: StressResults) -> Document:
 
 
 def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[Block]:
-    """Yield a row a method: its attacks as a bar, how many of each kind it passes, and where it breaks first."""
+    """Yield a row a method: its stress tests as a bar, how many of each kind it passes, and where it breaks first."""
 
     def counted(kind: str, head: str, ending: SpotEnding) -> list[Column]:
         def say(method: Method) -> str:
@@ -113,11 +116,11 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
 
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: f"{method.engine} {method.profile}")]
-    columns += [Column("attacks", partial(_bar, results, attacks))] if attacks else []
-    columns += counted("attack", "stood", SpotEnding.STANDS)
+    columns += [Column("stress tests", partial(_bar, results, attacks))] if attacks else []
+    columns += counted("attack", "passed", SpotEnding.STANDS)
     columns += counted("relation", "hold", SpotEnding.HOLDS)
     columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
-    columns += [Column("breaks first", partial(_weakest, results, attacks))] if attacks else []
+    columns += [Column("fails first", partial(_weakest, results, attacks))] if attacks else []
     yield Table(columns, results.methods, css="methods")
     yield Text("  ".join(f"{symbol} {word}" for (symbol, _), word, _ in _MEANINGS), TERMINAL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
@@ -131,7 +134,7 @@ def _bar(results: StressResults, lines: list[Line], method: Method) -> Cell:
 
 
 def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
-    """Return the attack to which a method gives way after the least part of its axis."""
+    """Return the stress test that a method fails after the least part of its axis."""
     spots = [(line, results.spots[line.name, method.name]) for line in lines]
     fallen = [
         (depth, line, spot)
@@ -148,7 +151,7 @@ def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
 def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Section]:
     """Yield every cell of a kind of lines, and what each stands on."""
     columns = [
-        Column(kind, lambda line: Cell(line.name, title=line.axis)),
+        Column(WORDS[kind], lambda line: Cell(line.name, title=line.axis)),
         Column("axis", lambda line: line.axis, only=IN_FULL - PAGE),  # a page has it where the evidence is opened
     ]
     columns += [Column(method.engine, partial(_cell, results, method), method.profile) for method in results.methods]
@@ -173,7 +176,7 @@ def _evidence(results: StressResults, line: Line) -> Table:
         Column("method", lambda cell: Cell(cell[0].name, anchor=_anchor(line, cell[0]))),
         Column("came of it", lambda cell: Cell(cell[1].ending.value, symbol=_SHOWN[cell[1].ending][0])),
         Column("figure", lambda cell: _number(cell[1].value), number=True),
-        Column("stands at", lambda cell: _number(cell[1].stands_at), number=True),
+        Column("passes up to", lambda cell: _number(cell[1].stands_at), number=True),
         Column("error there", lambda cell: _number(cell[1].error), number=True),
         Column("why", lambda cell: Cell(cell[1].reason, css="prose")),
         Column("scene", lambda cell: Cell(", ".join(cell[1].scenes), link=next(iter(cell[1].scenes), ""))),
@@ -243,10 +246,10 @@ def _cell(results: StressResults, method: Method, line: Line) -> Cell:
 
 
 def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[str]:
-    asked = [wording.count(len(lines), kind) for kind, lines in kinds.items() if lines]
+    asked = [wording.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
     methods, form = wording.count(len(results.methods), "method"), "quick" if results.quick else "full"
     yield f"{methods}, {wording.listed(asked)}: the {form} form, {wording.seconds(results.elapsed_s)}."
-    for kind, good, does in (("attack", SpotEnding.STANDS, "stood"), ("relation", SpotEnding.HOLDS, "kept")):
+    for kind, good, does in (("attack", SpotEnding.STANDS, "passed"), ("relation", SpotEnding.HOLDS, "kept")):
         passed: dict[int, list[str]] = {}
         partly: list[str] = []  # who could not be asked everything is not ranked among those who could
         for method in results.methods:
@@ -262,10 +265,10 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             best, worst = f"most, {most}", f", and {_named(passed[fewest])} fewest, {fewest}"
             if most == fewest:
                 best, worst = f"{most}{' each' if len(passed[most]) > 1 else ''}", ""
-            yield f"Of {wording.count(len(kinds[kind]), kind)} {_named(passed[most])} {does} {best}{worst}."
+            yield f"Of {wording.count(len(kinds[kind]), WORDS[kind])} {_named(passed[most])} {does} {best}{worst}."
         if partly:
             said = f": {wording.listed(partly)}" if len(partly) <= FEW else ""
-            yield f"Not ranked, as not every {kind} could be run: {wording.count(len(partly), 'method')}{said}."
+            yield f"Not ranked, as not every {WORDS[kind]} could be run: {wording.count(len(partly), 'method')}{said}."
     if kinds["complaint"]:
         yield _complaints(results, kinds["complaint"])
 
@@ -275,7 +278,7 @@ def _named(methods: list[str]) -> str:
 
 
 def _complaints(results: StressResults, complaints: list[Line]) -> str:
-    """Say how many complaints about an engine that is driven here are still seen on that engine."""
+    """Say how many bugs reported of an engine that is driven here are still seen on that engine."""
     still: list[str] = []
     not_any_more: list[str] = []
     for line in complaints:
@@ -283,7 +286,7 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
         if any(ending is not SpotEnding.NOT_RUN for ending in own):
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {wording.listed(still)}" if 0 < len(still) <= FEW else ""
-    of = f"Of {wording.count(len(complaints), 'complaint')}, {here} are about an engine that is driven here"
+    of = f"Of {wording.count(len(complaints), WORDS['complaint'])}, {here} are of an engine that is driven here"
     return f"{of}; {len(still)} of these are still seen on it{seen}."
 
 

@@ -37,7 +37,7 @@ class StressOptions(Limited):
     time_limit_s: float = option(
         None,
         seconds(),
-        "Seconds after which an engine that gives no answer has given way.",
+        "Seconds after which an engine that gives no answer has failed.",
         "--time-limit",
         stamped=True,
         said=f"{DEFAULT_TIME_LIMIT_S:g}, or {QUICK_TIME_LIMIT_S:g} with --quick",

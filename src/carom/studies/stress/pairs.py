@@ -87,7 +87,7 @@ def _of_size(name: str, absurd: float) -> Attack:
         "radius in metres, the whole scene with it",
         (1.0, absurd),
         "Discs of radius {value} m meet head-on at a fiftieth of it a step.",
-        gives_way=f"{_VELOCITY}; nothing varies but the unit of length, so whatever gives way is an absolute length or "
+        gives_way=f"{_VELOCITY}; nothing varies but the unit of length, so whatever fails is an absolute length or "
         "speed",
         radius=lambda value: value,
         speed=lambda value: 0.02 * value * RATE_HZ,

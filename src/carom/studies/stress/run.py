@@ -206,7 +206,7 @@ def _chosen(names: Sequence[str], scenes: Path, quick: bool) -> list[StressTask]
     for name in names:
         if name not in known and name not in kinds:
             raise UnknownNameError(
-                f"no attack is named {name!r}",
+                f"no stress test is named {name!r}",
                 hints=named_hints(name, known, f"there are: {', '.join(sorted(known))}; and {', '.join(kinds)}"),
             )
     wanted = {kinds[name] for name in names if name in kinds}

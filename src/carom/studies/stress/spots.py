@@ -11,18 +11,30 @@ from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Method, Status
 
+#: Phrases that a journal of an earlier Carom has.
+_EARLIER = {
+    "gives way": "fails at this size",
+    "stands to the end": "passes to the end",
+    "gives way at the harmless end": "fails at the harmless end",
+}
+
 
 class SpotEnding(StrEnum):
     """How a cell ended; the value is the phrase shown."""
 
-    GIVES_WAY = "gives way"
-    STANDS = "stands to the end"
-    NEVER_STOOD = "gives way at the harmless end"
+    GIVES_WAY = "fails at this size"
+    STANDS = "passes to the end"
+    NEVER_STOOD = "fails at the harmless end"
     HOLDS = "holds"
     FAILS = "fails"
     STILL_DOES = "still does it"
     DOES_NOT = "does not do it"
     NOT_RUN = "not run"
+
+    @classmethod
+    def _missing_(cls, value: object) -> SpotEnding | None:
+        """Return what a journal of an earlier Carom calls by another phrase."""
+        return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
 
 
 @dataclass(frozen=True)

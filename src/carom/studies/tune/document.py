@@ -26,12 +26,12 @@ from carom.studies.tune.search import Found
 from carom.trace import Setting, setting_text
 
 ERROR_NOTE = (
-    "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what looking "
-    "once a step costs, 0 is rounding."
+    "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what "
+    "checking once per step costs, 0 is rounding."
 )
 MERIT_NOTE = (
     "Numbers of scenes; between: sampled, inaccurate, parted or not graded. Error: the mean over scenes on a scale of "
-    "ratios, 0 rounding, 50 what looking once a step costs, 100 wrong or not run."
+    "ratios, 0 rounding, 50 what checking once per step costs, 100 wrong or not run."
 )
 #: What the profile to paste is called.
 FOUND = "found"

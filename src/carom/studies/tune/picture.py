@@ -53,8 +53,8 @@ def _draw(found: Tuning, axes: Axes) -> None:
         (drawn,) = axes.plot(errors, rows, marker, label=label, markersize=5.0)
         wrong = [k for k in rows if runs[k].wrong]
         axes.plot([errors[k] for k in wrong], wrong, "x", color=drawn.get_color(), markersize=9.0)
-    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="looking once a step")
-    axes.set(xscale="log", xlabel="error over PIT's (x: impacts lost or invented)", yticks=rows, yticklabels=names)
+    axes.axvline(1.0, color="black", linewidth=0.8, linestyle=":", label="checking once per step")
+    axes.set(xscale="log", xlabel="error over PIT's (x: impacts missed or spurious)", yticks=rows, yticklabels=names)
     axes.xaxis.set_major_formatter(plain_number)
     axes.invert_yaxis()
     axes.grid(which="major", axis="x", alpha=0.18, linewidth=0.6)

@@ -60,7 +60,7 @@ def test_without_a_display_the_page_is_written_and_named(
 
 @pytest.mark.long
 def test_without_an_engine_carom_shows_its_own_pit(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Where no engine is installed PIT is shown, which looks once a step and misses by the scene's design."""
+    """Where no engine is installed PIT is shown, which checks once per step and misses by the scene's design."""
     monkeypatch.setattr(module, "_FIRST", "no-such-engine")
     monkeypatch.setattr(module, "engines", list)
     found = carom.demo(tmp_path / "pit.html")

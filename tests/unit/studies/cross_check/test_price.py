@@ -7,6 +7,7 @@ import json
 import re
 import statistics
 from dataclasses import fields, replace
+from html import unescape
 from pathlib import Path
 
 import pytest
@@ -95,7 +96,7 @@ def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(result
     assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
     assert price_of(results).heading in {section.heading for section in cross_check_document(results).sections}
     for text in in_every_medium(price_of(results)):
-        assert "price paid, median" in text
+        assert "error / PIT's, median" in unescape(text)
         assert "velocity error of its own, median" in text
 
 
@@ -111,7 +112,7 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
         else:
             rows.append(row)
     said = of_toy(replace(results, rows=tuple(rows)))
-    heads = ("price paid, median", "velocity error of its own, median")
+    heads = ("error / PIT's, median", "velocity error of its own, median")
     paid, own = (float(said[head].split()[0]) for head in heads)
     assert 0 < paid < 1e-6
     assert own < 2e-9
@@ -210,7 +211,7 @@ def test_the_price_is_one_number_wherever_it_stands() -> None:
     heads, lines = tables[-1].shown(Medium.MARKDOWN)
     (line,) = (line for line in lines if line[0].line == "toy tuned")
     shown = line[[head.line for head in heads].index("error / PIT's")].text
-    assert shown == of_toy(of_all)["price paid, median"].split()[0]
+    assert shown == of_toy(of_all)["error / PIT's, median"].split()[0]
     written = [json.loads(text) for text in records(of_all).splitlines()[1:]]
     own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
     assert shown == number(statistics.median(float(price) for price in own if price is not None))

@@ -184,7 +184,7 @@ def test_an_impact_missed_is_worse_before_any_error_is(write: Write) -> None:
 def test_an_error_that_falls_while_another_grows_is_mixed_and_violates(write: Write) -> None:
     """Off across the path in one run and in time in the other, it got better and worse at once; the exit code is 1."""
     late = REFERENCE.impacts.copy()
-    late["time_s"][-1] += 3 * DT  # later than looking once a step is: inaccurate, as the other
+    late["time_s"][-1] += 3 * DT  # later than checking once per step is: inaccurate, as the other
     old, new = write("old", {"mine": sideways(1e-2)}), write("new", {"mine": replayed(REFERENCE, late)})
     change = only(diff(old, new))
     assert change.kind is Kind.MIXED

@@ -53,7 +53,7 @@ def test_pic_stands_every_attack(attack: Attack) -> None:
 
 @pytest.mark.parametrize("name", ["grazing", "tunnelling", "galperin"])
 def test_pit_gives_way_where_sampling_must(name: str) -> None:
-    """What looks once a frame stands at the harmless end, and gives way to a graze, a bullet, a crowd of impacts."""
+    """What checks once per frame stands at the harmless end, and gives way to a graze, a bullet, a crowd of impacts."""
     attack = next(attack for attack in ATTACKS if attack.name == name)
 
     def stands(value: float) -> bool:

@@ -124,9 +124,9 @@ def test_the_documents_hold_every_cell(results: StressResults, tmp_path: Path) -
 
 def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None:
     """A row a method, in full a table for each kind of line that there is, and what was found in plain sentences."""
-    kinds = ["Where each method gives way", "Relations that need no truth", "Scenes from real complaints"]
+    kinds = ["Where each method fails", "Invariances, which need no truth", "Scenes of reported bugs"]
     for full in (False, True):
         shown = list(terminal(stress_document(results), 160, full=full))
         headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
         assert headings == ["What became of each method", *(kinds if full else ())]
-        assert any(isinstance(item, str) and item.startswith("Of 1 attack ") for item in shown)
+        assert any(isinstance(item, str) and item.startswith("Of 1 stress test ") for item in shown)

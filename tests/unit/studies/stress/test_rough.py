@@ -37,7 +37,7 @@ def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
 
 @pytest.mark.parametrize("name", ["friction", "spin", "inertia"])
 def test_pit_stands_what_turns_no_normal(name: str) -> None:
-    """Head-on and on walls looking once a step costs no velocity and no spin."""
+    """Head-on and on walls checking once per step costs no velocity and no spin."""
     for value in ATTACKS[name].ladder(quick=True):
         for trial in ATTACKS[name].trials(value):
             assert trial.judge(solve_pit(trial.scene)).error < 1e-11, value
