@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -29,6 +29,8 @@ from carom.solvers.plain.instants import NEVER, Instant
 from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
     from carom.driving import Course
@@ -71,6 +73,9 @@ class Bodies:
     path from its start. A driven wall is where `walls` says at time 0: discs are seen from it. What is predicted of a
     driven body goes from leg to leg of its path: on each it moves straight on.
     """
+
+    #: What solves for a half-plane.
+    half_plane_time: ClassVar[Callable[..., float]] = staticmethod(wall_time)
 
     def __init__(self, start: Start | DiscArrays) -> None:
         if not isinstance(start, DiscArrays):
@@ -242,7 +247,7 @@ class Bodies:
         wall, seen = self.walls[k], self.seen_from(i, k) if just_left else self._seen_on(i, leg, begin_s)
         if isinstance(wall, tuple):
             met = just_left and self.last_partner[i] == wall_body(k)
-            return math.inf if met else wall_time(*seen, self.radius[i], *wall)
+            return math.inf if met else self.half_plane_time(*seen, self.radius[i], *wall)
         last = self.last_feature(i, k) if just_left else None
         wait, part, glides = self._finite(k).next_time(Mover.at(seen[:2], seen[2:], self.radius[i]), last)
         if part is not None:

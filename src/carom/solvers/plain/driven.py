@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.physics import pair_times
+from carom.physics import pair_times, wall_times
+from carom.solvers.plain.bodies import Bodies, require_supported
 from carom.solvers.plain.run import AllPairsRun
 
 if TYPE_CHECKING:
@@ -14,8 +15,14 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from carom.solvers.run import Start
+
 #: Fewer are solved for sooner one by one than arrays are made of them.
 _TOGETHER = 12
+
+
+class _Compiled(Bodies):
+    half_plane_time = staticmethod(wall_times.half_plane_time)
 
 
 class DrivenRun(AllPairsRun):
@@ -23,6 +30,10 @@ class DrivenRun(AllPairsRun):
 
     Its arguments and errors are those of `AllPairsRun`.
     """
+
+    def _bodies_of(self, start: Start) -> Bodies:
+        require_supported(start, "PIC")
+        return _Compiled(start)
 
     def _predict(self, disc: int, others: Iterable[int]) -> None:
         bodies, others = self.bodies, list(others)

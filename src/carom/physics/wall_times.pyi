@@ -1,0 +1,3 @@
+def half_plane_time(
+    x: float, y: float, vx: float, vy: float, radius: float, qx: float, qy: float, nx: float, ny: float
+) -> float: ...
