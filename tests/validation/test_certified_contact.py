@@ -14,7 +14,7 @@ from tests.stage import disc_at, staged, wall_at
 from tests.validation import contact_runs
 from tests.validation.test_contact import drawn
 
-from carom import CertifiedTrace, Chain, Mode, Scene, certify, solve_pic
+from carom import CertifiedTrace, Chain, Mode, Scene, Wall, certify, solve_pic
 from carom.comparator.horizon import horizon_of
 from carom.scenes import deviation, find_scenes
 from carom.solvers.certified.as_data import enclosures, from_enclosures
@@ -198,6 +198,16 @@ def test_friction_holds_to_the_last_bit(factor: float, steepest: float) -> None:
         assert certified.trace.modes is not None
         modes.append(Mode(certified.trace.modes["after"][0]))
     assert modes == [Mode.REST if factor == math.inf else Mode.ROLL, Mode.SLIDE]
+
+
+def test_a_disc_that_does_not_bounce_lies_on_the_floor_also_where_something_is_driven() -> None:
+    """All its numbers are exact, with a wall that moves away far off: it falls for 1 s, and stays where it lands."""
+    wall = Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(1.0, 0.0))
+    disc, floor = disc_at(0.0, 5.5), wall_at(0.0, 0.0, 0.0, 1.0)
+    scene = staged("drop", disc, floor, wall, gravity_m_s2=(0.0, -10.0), wall_restitution=0.0, duration_s=3.0)
+    certified = certify(scene)
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.final_position_m.tolist() == [[0.0, 0.5]]
 
 
 def test_contact_survives_as_data() -> None:

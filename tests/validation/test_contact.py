@@ -14,7 +14,7 @@ from tests.checker.small_steps import Ends, stepped
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Mode, Outcome, Scene, Trace, Wall, solve_pic
+from carom import Disc, Mode, Outcome, Scene, Trace, Wall, certify, solve_pic
 from carom.scenes import deviation, find_scenes
 from carom.trace import kinetic_energy
 
@@ -108,6 +108,28 @@ def test_small_steps_of_another_law_contradict_a_scene(seed: int, monkeypatch: p
 
     monkeypatch.setattr(contact, "stepped", lighter)
     assert contact.judged(contact.drawn(seed)) not in contact.RIGHT
+
+
+@pytest.mark.parametrize("regain", [-0.5, 0.0, 0.5, 1.0])
+def test_a_disc_that_does_not_bounce_slides_on_with_what_friction_gives_back(regain: float) -> None:
+    """Gripped with 1 m/s of slip it loses (1 + b)/3 of its speed; -b of slip is left, and taken at 3 m/s2."""
+    scene = staged(
+        "gives back",
+        disc_at(0.0, 5.5, 1.0),
+        wall_at(0.0, 0.0, 0.0, 1.0),
+        gravity_m_s2=(0.0, -G),
+        wall_friction=0.1,
+        wall_restitution=0.0,
+        wall_tangential_restitution=regain,
+        duration_s=3.0,
+    )
+    speed, slides = 1.0 - (1.0 + regain) / 3.0, abs(regain) / 3.0
+    rate = math.copysign(1.0, regain)
+    way = 1.0 + speed * slides + rate * slides**2 / 2 + (2.0 - slides) * (speed + rate * slides)
+    for trace in (solve_pic(scene), certify(scene).trace):
+        assert trace.outcome is Outcome.COMPLETED
+        assert trace.final_position_m[0].tolist() == pytest.approx([way, 0.5], rel=1e-14)
+        assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 / 3, 0.0], rel=1e-14)
 
 
 def bounced(u: mpf, q: mpf, w: mpf, a: mpf, p: mpf, mu: mpf, e: mpf, k: mpf) -> tuple[mpf, mpf, mpf, mpf]:

@@ -90,7 +90,8 @@ export class Contacts {
     const b = this.bodies,
       e = b.wallRestitution[ground.wall],
       press = this.press(i, ground),
-      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall),
+      // What the only impact has given back of a slip is left; of infinitely many, the last gives back next to nothing.
+      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall) && (e > 0 || !b.wallGrip[ground.wall][1]),
       bounces = approach > 0 && e < 1;
     let slip = this.slip(i, ground),
       rim = this.rim(i);

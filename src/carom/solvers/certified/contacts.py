@@ -336,7 +336,7 @@ class BallContacts:
             return False
         k = wall_index(bounce.body)
         ground, material = ground_of(bodies, i, k), bodies.materials[bodies.obstacles[k].wall]
-        if ground is None or not material.restitution < 1.0 or bodies.fastest_drive:
+        if ground is None or not material.restitution < 1.0:
             return False
         hop = 2 * bounce.leaves / ground.presses
         window = hop / (1 - arb(material.restitution))

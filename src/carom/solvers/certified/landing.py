@@ -28,11 +28,14 @@ def after_all(bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, ho
     speed = ground.along_it(*bodies.velocity(i, bounce.time, bodies.time[i]))
     place, rim = ground.along_it(*bodies.place_at(i, bounce.time)), bodies.surface(i)
     slip_held, rim_held = bounce.held.slip, bounce.held.rim
-    if slip_held is None or rim_held is None or (material.friction and bodies.scene.wall_tangential_restitution):
+    gives_back = material.friction and bodies.scene.wall_tangential_restitution
+    if slip_held is None or rim_held is None:
         return None
-    slip, rim = _ZERO if slip_held else speed + rim, _ZERO if rim_held else rim
+    slip, rim = _ZERO if slip_held and not gives_back else speed + rim, _ZERO if rim_held else rim
     if bounce.leaves.is_zero():
         return GlideState(place, speed, slip, rim)
+    if gives_back:
+        return None
     pressed, gained = (1 + e) * bounce.leaves, ground.along * hop
     most = (arb(material.friction) * pressed, arb(c) * pressed)
     by = held(slip + gained, rim, most, y) if material.friction or c else bounce.held
@@ -58,6 +61,8 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
     no more than ``sqrt(M) g`` a second: so fast a disc gets at most.
     """
     discs = bodies.scene.discs
+    if bodies.fastest_drive:
+        return False
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
         return False  # which friction on its rim drives on

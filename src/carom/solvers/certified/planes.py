@@ -72,7 +72,7 @@ def _fall_on_plane(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     gx, gy = bodies.gravity
     gap, speed, pull = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny, gx * law.nx + gy * law.ny
     d = speed * speed - 2 * pull * gap
-    if d < 0 or d.is_zero() or _grazes(bodies, i, k):
+    if d < 0 or (d.is_zero() and pulled > 0) or _grazes(bodies, i, k):
         return None
     begin = bodies.since(i, second)
     if not d > 0:  # turns back where it may just touch; or it may lie on the wall
