@@ -16,6 +16,7 @@ from carom.scenes import (
     engines,
     gravity,
     in_line,
+    issues_driven,
     issues_falling,
     issues_pairs,
     issues_rolling,
@@ -37,7 +38,16 @@ _TAG_PREFIX = "tag:"
 #: What runs by default, and what is asked for by name, in the order in which reports list them.
 _SUITE = (paper, two_discs, walled, in_line, many_discs, gravity)
 _ON_REQUEST = (
-    *(issues_pairs, issues_walled, issues_falling, issues_rough, issues_rolling, issues_seams, issues_thin),
+    *(
+        issues_pairs,
+        issues_walled,
+        issues_falling,
+        issues_rough,
+        issues_rolling,
+        issues_seams,
+        issues_thin,
+        issues_driven,
+    ),
     *(spin, tables, driven, contact, engines),
 )
 
