@@ -28,16 +28,21 @@ from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run
 from carom.trace import Outcome
 
-#: Scenes of a kind, and how many times as many with `-m long`.
-SCENES, MORE = 8, 60
+#: Scenes of a kind by their numbers: a few, and hundreds with `-m long`.
+BATCHES = [range(8), range(8, 24), *(range(first, first + 24) for first in range(24, 480, 24))]
 #: Of the kinds of few discs there are more; half of all scenes are rough.
 TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6)
 GRAVITY = (0.25, -1.0)
 
 Bits = dict[str, object]
 
-each_batch = pytest.mark.parametrize("batch", long_after(1, range(MORE)))
+each_batch = pytest.mark.parametrize("batch", long_after(1, BATCHES), ids=lambda batch: str(batch.start))
 each_kind = pytest.mark.parametrize("kind", KINDS)
+
+
+def times(batch: range, more: float) -> range:
+    """Return a batch of so many times as many numbers."""
+    return range(int(batch.start * more), int(batch.stop * more))
 
 
 class Asked(NamedTuple):
@@ -127,10 +132,10 @@ def unlike(expected: Bits, found: Bits, what: str) -> list[str]:
 @needs_extension
 @each_kind
 @each_batch
-def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, batch: int) -> None:
+def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, batch: range) -> None:
     """All pairs, cells of any width, pieces, a resumed run: the same impacts, spins, ambiguities, outcome and end."""
-    n, different, impacts = SCENES * TIMES[kind], list[str](), 0
-    for number in range(batch * n, (batch + 1) * n):
+    numbers, different, impacts = times(batch, TIMES[kind]), list[str](), 0
+    for number in numbers:
         ask = asked(kind, number)
         kernel = EventDrivenRun(ask.scene, **ask.options)
         expected = taken(kernel, ask)
@@ -138,7 +143,7 @@ def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, batch: int) -
             different += unlike(expected, form(ask, kernel.time_s), f"drawn({kind!r}, {number}), {name}")
         impacts += kernel.impacts
     assert different == []
-    assert impacts > n
+    assert impacts > len(numbers)
 
 
 @needs_extension
@@ -155,9 +160,9 @@ def test_the_kernel_counts_what_all_pairs_count(kind: str) -> None:
 
 @each_kind
 @each_batch
-def test_pieces_change_no_bit_of_a_fall(kind: str, batch: int) -> None:
+def test_pieces_change_no_bit_of_a_fall(kind: str, batch: range) -> None:
     """Under gravity, too, a run in pieces is the run in one go, with friction and without."""
-    for number in range(batch * 6, (batch + 1) * 6):
+    for number in times(batch, 1 / 4):
         ask = Asked(drawn(kind, number, rough=number % 4 > 1, gravity=GRAVITY), min(impacts_of(number), 25), {})
         run = BallisticRun(ask.scene)
         expected = taken(run, ask)
@@ -215,10 +220,10 @@ def frames_in_pieces(form: Form, scene: Scene, clock: FrameClock) -> Bits:
 @needs_extension
 @each_kind
 @each_batch
-def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: int) -> None:
+def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: range) -> None:
     """Compiled, skipping what can find nothing or not, in one go or in pieces: the definition's, over its impacts."""
     impacts = 0
-    for number in range(12 * batch, 12 * (batch + 1)):
+    for number in times(batch, 1 / 2):
         scene = drawn(kind, number, rough=number % 4 == 3)
         clock = FrameClock.at_rate(scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
         expected = frames_taken(definition, scene, clock)
