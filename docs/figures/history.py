@@ -157,6 +157,7 @@ THREADS = """## Threads that name a release
 
 | thread | what it says | tried |
 | --- | --- | --- |
+| [rapier #973](https://github.com/dimforge/rapier/pull/973) | continuous detection reworked, a day before #974 | no: of the same line of releases; npm's newest, 0.21.0, moves as 0.20.0 does, to the bit |
 | [rapier #974](https://github.com/dimforge/rapier/issues/974) | restitution has almost no effect in 0.35.0-beta.0 | no: npm and PyPI list no release of 0.35; the crate was not built |
 | [box2d #1094](https://github.com/erincatto/box2d/pull/1094) | restitution is deferred into the solver and behaves otherwise | no: npm lists one release of `box2d3-wasm`, 5.2.0, so there is nothing to compare it with |
 | [newton #4103](https://github.com/newton-physics/newton/pull/4103) | restitution of its XPBD solver solved anew, still off unless asked for | yes: bare, with a `gap` of 0 and restitution asked for, over 32 phases (`tests/engines/bare_releases.py`), `head-on` ends with the right velocities to 6e-8 of the fastest in 1.5.2, which has the old kernel, and in 1.6.1, which has the new, and `oblique-3-4-5` ends alike to 3e-6. As the thread says, two that meet with restitution 0 (`issues/newton-4103`) rebound in 1.5.2, with .039 to .076 of the speed of closing, and go on together in 1.6.1, to 4e-7 m/s. Of one disc into two that touch .75 to .91 of the energy is made in 1.5.2, .95 to .97 since; of a cradle that touches .42 to .66 is lost, .20 to .54 since (`tests/engines/test_engine_releases.py`). Both leave restitution off unless asked |
