@@ -51,7 +51,7 @@ def test_the_page_has_every_method_with_its_counts(found: tuple[dict[str, Any], 
     assert atlas.grades(pit) == "2 sampled, 1 wrong, 1 ungraded"
     assert atlas.impacts(pit) == "1 / 0"
     assert [atlas.breaking(STRESS, name, pit) for name in ("slow", "grazing", "duration", "tunnelling")] == [
-        "stands to 1e-9",
+        "passes to 1e-9",
         "0.003",
         "unsupported",
         "-",

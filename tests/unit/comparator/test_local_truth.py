@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from carom.runs.observe import observe_run
 from carom.scenes.catalogue import all_scenes
 from carom.solvers.pic import pic_run, solve_pic
 from carom.studies.bench.gas import gas_scene
+from carom.trace import Outcome
 from carom.windows import LocalTruth, States
 
 SHORT = [name for name in all_scenes() if name.startswith(("paper/", "classics/"))]
@@ -52,7 +54,10 @@ def test_each_step_of_pic_is_exact(name: str) -> None:
     """PIC's own steps agree with PIC from each of its states: in crowds, under gravity, with spin, at rest."""
     scene = all_scenes()[name].scene
     reference = solve_pic(scene, max_impacts=2000)
-    score = local_score(steps_of(scene, "pic"), scales_of(scene, reference), 64)
+    steps = steps_of(scene, "pic")
+    if reference.outcome is Outcome.CRUSHED:  # in the step in which that comes impacts have no end
+        steps = replace(steps, windows=steps.windows[steps.windows["end_s"] <= reference.end_time_s])
+    score = local_score(steps, scales_of(scene, reference), 64)
     assert (score.missed, score.invented, score.early, score.ahead, score.drifts) == (0, 0, 0, 0, 0)
     # At a tie PIC from a state that is an ulp away may take the other admissible order.
     assert score.grade is Grade.EXACT or (reference.ambiguous and score.grade is Grade.SAMPLED)
