@@ -16,7 +16,8 @@ Driven = Disc | Wall | Chain | Ring
 Body = TypeVar("Body")
 Vector = tuple[float, float]
 
-#: What steps add up to may be a rounding before the instant of a leg that begins at a boundary.
+#: A leg that begins at a boundary of steps begins in the step there. The instant, the step and each sum of times, of
+#: which steps that are cut make one each, are rounded by 2^-53 at most: this is room for 2^13 of them.
 _REACHED = 1.0 + 2.0**-40
 
 
