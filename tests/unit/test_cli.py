@@ -21,8 +21,8 @@ from typer.testing import CliRunner, Result
 
 import carom
 from carom.cli import app
-from carom.cli.shared import resumable
 from carom.scenes import all_scenes
+from carom.shell.shared import resumable
 
 SCENE = tomli_w.dumps(staged("mine", disc_at(0, 0, 1, 0), disc_at(3.0, 0.3, -1, 0), duration_s=2.0).model_dump())
 

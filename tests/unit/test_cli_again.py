@@ -10,8 +10,8 @@ from tests.unit.runs.test_asked import STUDIES
 from typer.main import get_command
 
 from carom.cli import app_of
-from carom.cli.again import command_line
 from carom.declared import declared
+from carom.shell.again import command_line
 
 #: A text of each kind of option, by its word in `--help`; of choices the last one.
 TEXTS = {"NAME": "it's", "SECONDS": "1/240", "MEGABYTES": "900", "ANGLE": "2deg", "NUMBER": "0.5", "INTEGER": "9"}

@@ -1,4 +1,7 @@
-"""The command line: parse, call, print; a module a command. Of a command that is named, no other's module is loaded."""
+"""The command line: parse, call, print. Of a command that is named, no other's module is loaded.
+
+A study brings its own command, `command.py` in its folder; what is no study is a module here.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +9,23 @@ import importlib
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from pkgutil import iter_modules
 from typing import Annotated, Any
 
 import typer
 
-from carom.cli import address_space, shared
-from carom.cli.again import Command
+from carom import studies
+from carom.cli import address_space
 from carom.errors import CaromError
+from carom.shell import shared
+from carom.shell.again import Command
 
 __all__ = ["app", "app_of", "command"]
 
-#: In the order of `carom --help`. Each is the function of its own name in the module of that name, or of `_SPELT`.
-COMMANDS = (
+STUDIES = {study.name for study in iter_modules(studies.__path__)}
+
+#: In the order of `carom --help`; a study that is not named comes last.
+_FIRST = (
     *(
         "demo",
         "play",
@@ -36,8 +44,10 @@ COMMANDS = (
     *("explain", "import", "serve"),
 )
 
-#: Module and function of a command whose name is a keyword of Python's.
-_SPELT = {"import": ("importing", "import_file")}
+#: Module and function of a command that is not the function of its own name in the module of that name.
+_SPELT = {"import": ("carom.cli.importing", "import_file"), "run": ("carom.studies.cross_check.command", "run")}
+
+COMMANDS = (*_FIRST, *sorted(STUDIES - {"cross_check", *_FIRST}))
 
 
 def app_of(names: Sequence[str]) -> typer.Typer:
@@ -53,8 +63,9 @@ def app_of(names: Sequence[str]) -> typer.Typer:
         "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
     )
     for name in names:
-        module, function = _SPELT.get(name, (name, name))
-        one = getattr(importlib.import_module(f"carom.cli.{module}"), function)
+        home = f"carom.studies.{name}.command" if name in STUDIES else f"carom.cli.{name}"
+        module, function = _SPELT.get(name, (home, name))
+        one = getattr(importlib.import_module(module), function)
         # Its first sentence whole: by default the list of commands cuts it at 45 characters.
         found.command(name, cls=Command, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
     found.callback()(_options)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.asked import asking
 from carom.number_text import number
+from carom.shell import shared
+from carom.shell.asked import asking
 from carom.solvers.certified.options import CertifyOptions
 
 if TYPE_CHECKING:

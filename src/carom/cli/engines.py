@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.again import command_line
-from carom.cli.shared import (
+from carom.shell.again import command_line
+from carom.shell.shared import (
     engines_named,
     guarded,
     plain_scenes_named,

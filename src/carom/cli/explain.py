@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.shared import console, guarded, say, say_lines
+from carom.shell.shared import console, guarded, say, say_lines
 from carom.text import visible
 
 

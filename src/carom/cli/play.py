@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.shared import guarded, say
 from carom.errors import InputError
+from carom.shell import shared
+from carom.shell.shared import guarded, say
 
 
 @guarded

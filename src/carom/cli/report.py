@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import shared
 from carom.errors import InputError
+from carom.shell import shared
 
 
 @shared.guarded

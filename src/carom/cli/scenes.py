@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.shared import guarded, say, say_lines
+from carom.shell.shared import guarded, say, say_lines
 
 
 @guarded

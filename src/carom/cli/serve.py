@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.shared import guarded
+from carom.shell.shared import guarded
 
 
 @guarded

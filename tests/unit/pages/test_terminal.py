@@ -9,11 +9,11 @@ import pytest
 from rich.console import Console
 
 import carom
-from carom.cli.ascii_signs import ERRORS
 from carom.pages.document import Document
 from carom.pages.render.terminal import terminal
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
+from carom.shell.ascii_signs import ERRORS
 from carom.studies.cross_check.document import cross_check_document
 
 

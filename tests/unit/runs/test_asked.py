@@ -12,10 +12,10 @@ from typer.testing import CliRunner
 
 import carom
 from carom.cli import app
-from carom.cli.asked import shown_option
 from carom.declared import DeclaredOptions, declared
 from carom.errors import InputError
 from carom.runs.options import Options
+from carom.shell.asked import shown_option
 from carom.solvers.certified.options import CertifyOptions
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.bench.options import BenchPlan, GrowthOptions

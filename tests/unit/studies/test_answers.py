@@ -11,10 +11,10 @@ from tests.lengths import long_after
 from tests.unit.pages.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 
-from carom.cli.ascii_signs import ERRORS
 from carom.pages import wording
 from carom.pages.document import Document, Medium, Table
 from carom.runs.job import Method
+from carom.shell.ascii_signs import ERRORS
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
 from carom.studies.bench.document import bench_document

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
 
 import typer
 
-from carom.cli.ascii_signs import ERRORS
 from carom.declared import step
 from carom.errors import AdapterError, CaromError
+from carom.shell.ascii_signs import ERRORS
 from carom.text import visible
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.again import command_line
-from carom.cli.asked import asking
+from carom.shell import shared
+from carom.shell.again import command_line
+from carom.shell.asked import asking
 from carom.studies.stress.options import StressOptions
 
 

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Concatenate, ParamSpec, TypeVar, get_type_hin
 
 import typer
 
-from carom.cli.shared import guarded
 from carom.declared import DeclaredOptions, Option, declared
+from carom.shell.shared import guarded
 
 Asked = TypeVar("Asked", bound=DeclaredOptions)
 Parameters = ParamSpec("Parameters")

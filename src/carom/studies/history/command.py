@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.again import command_line
-from carom.cli.asked import asking
+from carom.shell import shared
+from carom.shell.again import command_line
+from carom.shell.asked import asking
 from carom.studies.history.options import HistoryOptions
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.asked import asking
 from carom.errors import InputError
 from carom.runs.options import FailOn
+from carom.shell import shared
+from carom.shell.asked import asking
 from carom.studies.diff.options import DiffOptions
 
 #: What every comparison has among its first bytes, as a page after what keeps scripts out of it.

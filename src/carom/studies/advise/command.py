@@ -8,10 +8,10 @@ from typing import Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.again import command_line
-from carom.cli.asked import asking
 from carom.errors import InputError
+from carom.shell import shared
+from carom.shell.again import command_line
+from carom.shell.asked import asking
 from carom.studies.advise.options import AdviceOptions
 
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.again import command_line
-from carom.cli.asked import asking
 from carom.errors import InputError
 from carom.runs.options import FailOn, Options
+from carom.shell import shared
+from carom.shell.again import command_line
+from carom.shell.asked import asking
 
 if TYPE_CHECKING:
     from carom.comparator import Grade

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli import shared
-from carom.cli.again import command_line
-from carom.cli.asked import asking, shown_option
 from carom.errors import InputError
+from carom.shell import shared
+from carom.shell.again import command_line
+from carom.shell.asked import asking, shown_option
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.options import BenchPlan, GrowthOptions
 
