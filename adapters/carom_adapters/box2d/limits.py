@@ -24,7 +24,8 @@ OTHER_SETTINGS = (
 )
 
 #: Box2D's continuous detection: none; as shipped (every disc is swept against what can't move); or for a scene with a
-#: disc that moves by more than its radius in a step, which is then swept against all others, too (a "bullet").
+#: disc that moves by more than its radius in a step, which is then swept against all others, too (a "bullet"), or for
+#: one in which something is driven by more than a radius in a step.
 SWEEPS = ("none", "shipped", "fast")
 
 #: Beyond these Box2D asserts, or makes no sense of them; a step, scaled, stays inside 32-bit floats.

@@ -58,9 +58,11 @@ def shapes_of_disc(scene: Scene) -> list[tuple[int, float, float]]:
 
 
 def sweeps(scene: Scene, settings: Mapping[str, Setting], dt_s: float) -> bool:
-    """Whether the world sweeps at all, see `limits.SWEEPS`."""
+    """Whether the world sweeps at all, see `limits.SWEEPS`: what is driven is swept, too, and meets discs at rest."""
     sweep = settings.get("sweep", "shipped")
-    return sweep == "shipped" or (sweep == "fast" and any(is_fast(disc, dt_s) for disc in scene.discs))
+    driven = max((body.drive.fastest for body in (*scene.discs, *scene.walls) if body.driven), default=0.0)
+    fast = driven * dt_s > min(disc.radius_m for disc in scene.discs) or any(is_fast(one, dt_s) for one in scene.discs)
+    return sweep == "shipped" or (sweep == "fast" and fast)
 
 
 def _key(contact: Any) -> tuple[Any, ...]:

@@ -1,4 +1,4 @@
-"""Attacks with a disc and a finite wall: speed against its thinness, its end, seams, width, corner, and its legs."""
+"""Attacks with a disc and a finite wall: speed against its thinness, either's, its end, seams, width, legs, corner."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 from decimal import Decimal
+from typing import Any
 
 from carom.number_text import metres, number
 from carom.scene import Chain, Disc, Scene, Wall
@@ -31,6 +32,10 @@ _VELOCITY = "a final velocity wrong by more than a tenth of what the impact chan
 def _line(*points: complex, half_width_m: float = 0.0, pieces: int = 1) -> Chain:
     places = tuple((point.real, point.imag) for point in points)
     return Chain(points_m=places, half_width_m=half_width_m, pieces=pieces)
+
+
+def _driven(wall: Chain, **how: Any) -> Chain:
+    return Chain(**{**dict(wall), **how})
 
 
 def _scene(name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain) -> Scene:
@@ -68,6 +73,19 @@ def _thin(value: float, phase: float) -> Trial:
         _line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M),
     )
     return _once(scene, complex(-speed))
+
+
+def _paddle(value: float, phase: float) -> Trial:
+    speed = value * _RADIUS_M * RATE_HZ
+    scene = _scene(
+        "paddle",
+        f"A wall without thickness is driven, {number(value, 3)} radii a step, head-on at a disc at rest.",
+        phase,
+        complex(_RADIUS_M + speed * _until(phase)),
+        0j,
+        _driven(_line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M), velocity_m_s=(speed, 0.0)),
+    )
+    return _once(scene, complex(2.0 * speed))
 
 
 def _wide(value: float, phase: float) -> Trial:
@@ -153,7 +171,7 @@ def _legs(value: float, phase: float) -> Trial:
         phase,
         complex(_RADIUS_M + moved),
         0j,
-        Chain(**{**dict(_line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M)), "legs": path}),
+        _driven(_line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M), legs=path),
     )
     return _once(scene, complex(2.0 * speeds[-1]))
 
@@ -199,6 +217,13 @@ def wall_attacks() -> list[Attack]:
             whole=True,
         ),
         _attack("wall-width", "half width of a wall, metres", (0.1, 1e-12), _wide, _HEAD_ON, last=0.0),
+        _attack(
+            "paddle",
+            "speed x dt / radius of a driven wall without thickness, at a disc at rest",
+            (0.01, 1e4),
+            _paddle,
+            "Newton's law as seen from the wall: a disc at rest gets twice the wall's velocity",
+        ),
         _attack(
             "legs",
             "legs of a driven wall's path",

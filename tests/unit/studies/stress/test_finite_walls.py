@@ -41,6 +41,18 @@ def test_looking_once_a_step_passes_a_thin_wall_as_often_as_the_closed_form_says
     assert any(trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(8.0))
 
 
+def test_a_driven_wall_passes_a_disc_at_rest_as_often_as_a_disc_passes_a_wall() -> None:
+    """PIT knows no frame: of n phases at q radii a step about n / q find the disc; PIC finds it at every speed."""
+    attack = ATTACKS["paddle"]
+    assert not any(trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(0.99))
+    assert any(trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(8.0))
+    for value in attack.ladder(quick=False):
+        for trial in attack.trials(value):
+            trace, (wall,) = solve_pic(trial.scene), trial.scene.walls
+            assert len(trace.impacts) == 1
+            assert trace.final_velocity_m_s[0, 0] == 2.0 * wall.velocity_m_s[0]
+
+
 @pytest.mark.parametrize("name", ATTACKS)
 def test_a_judge_tells_a_disc_that_flies_on(name: str) -> None:
     """A trace in which the disc keeps its velocity is broken at the harmless end: no judge takes what it is given."""
