@@ -23,6 +23,22 @@ class Symptom(StrEnum):
     NEVER_ENDS = "the run does not come to its end"
 
 
+#: What goes by another name than its repository.
+_PACKAGES = {
+    "avian": "Avian",
+    "box2d": "Box2D",
+    "bullet3": "Bullet",
+    "Construct-bugs": "Construct 3",
+    "godot": "Godot",
+    "godot-jolt": "Jolt Physics",
+    "JoltPhysics": "Jolt Physics",
+    "matter-js": "matter.js",
+    "mujoco": "MuJoCo",
+    "newton": "Newton",
+    "planck.js": "Planck",
+    "rapier": "Rapier",
+    "reactphysics3d": "ReactPhysics3D",
+}
 _ADAPTERS = {
     "Box2D": "box2d",
     "Bullet": "pybullet",
@@ -38,21 +54,27 @@ class Complaint(CatalogueScene):
     """A scene of the group `issues`.
 
     Attributes:
-        about: What the thread is about: an engine or package by its own name.
         thread: Address of the thread.
         reported: What the thread reports, in our words.
         symptom: What to look for in a trace.
         at_least: How large an error counts as what was reported, as a share of the scene's speed or energy: a per cent,
             which people notice, unless the report is of more.
         made: What of the scene is the thread's and what was chosen here.
+        package: Name of what the thread is about, where its repository doesn't say it.
     """
 
-    about: str = ""
     thread: str = ""
     reported: str = ""
     symptom: Symptom = Symptom.WRONG_VELOCITY
     at_least: float = 0.01
     made: str = ""
+    package: str = ""
+
+    @property
+    def about(self) -> str:
+        """What the thread is about: an engine or package by its own name."""
+        repository = self.thread.split("/")[4]
+        return self.package or _PACKAGES.get(repository, repository)
 
     @property
     def engine(self) -> str:

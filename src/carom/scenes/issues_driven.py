@@ -29,7 +29,6 @@ def _at_a_mallet(velocity: complex, drive: complex, normal: complex, *, time_s: 
 
 
 @misses(
-    about="AirHockey",
     thread="https://github.com/NITDgpOS/AirHockey/issues/30",
     reported="A puck often passes a paddle where both move; and what it leaves at lacks the velocity of the paddle.",
     made="The thread has no scene: both come head-on, by more than their reach in a frame; all sizes are ours.",
@@ -40,7 +39,6 @@ def _airhockey_30() -> Staged:
 
 
 @complained(
-    about="AirHockey",
     thread="https://github.com/NITDgpOS/AirHockey/issues/56",
     reported="A puck that a paddle strikes with its side or its back does not change its velocity; head-on it does.",
     made="The sides are the thread's: the mallet overtakes the puck, and strikes it aslant; all sizes are ours.",

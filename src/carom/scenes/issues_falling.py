@@ -47,7 +47,6 @@ def _dropped(
 
 
 @loses_energy(
-    about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/1530",
     reported="Dropped from small heights an ideal ball keeps its energy; from 10 m it loses some with every "
     "bounce until it bounces to some 4.5 m.",
@@ -59,7 +58,6 @@ def _bullet3_1530() -> Staged:
 
 
 @gains_energy(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/97",
     reported="A ball dropped on a static box, both with restitution 1, bounces higher and higher.",
     made=_OURS,
@@ -70,7 +68,6 @@ def _rapier_97() -> Staged:
 
 
 @loses_energy(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/974",
     reported="In a beta a ball rebounds to 1 % of the drop whatever its restitution, instead of the square of it.",
     at_least=0.25,
@@ -84,7 +81,6 @@ def _rapier_974() -> Staged:
 
 
 @gains_energy(
-    about="Box2D",
     thread="https://github.com/erincatto/box2d/issues/76",
     reported="Of the balls of the test of varying restitution the last, of restitution 1, jumps higher than before.",
     made=f"The thread names the test; {_OURS[0].lower()}{_OURS[1:]}",
@@ -95,7 +91,6 @@ def _box2d_76() -> Staged:
 
 
 @gains_energy(
-    about="Box2D",
     thread="https://github.com/erincatto/box2d/issues/167",
     reported="A sphere of restitution 1 jumps higher and higher instead of to the same height.",
     made=_OURS,
@@ -106,7 +101,6 @@ def _box2d_167() -> Staged:
 
 
 @gains_energy(
-    about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1286",
     reported="With restitution 1 and no damping every bounce goes higher than the one before.",
     made=_OURS,
@@ -117,7 +111,6 @@ def _jolt_1286() -> Staged:
 
 
 @loses_energy(
-    about="Avian",
     thread="https://github.com/avianphysics/avian/issues/594",
     reported="The bounces of a ball of restitution 1 decay quickly: contacts found ahead of time absorb the impact.",
     made=f"Gravity and the 120 steps a second are the thread's. {_OURS}",
@@ -128,7 +121,6 @@ def _avian_594() -> Staged:
 
 
 @loses_energy(
-    about="Avian",
     thread="https://github.com/avianphysics/avian/issues/200",
     reported="Without friction and with restitution 1 a ball bounces for ever; one that spins bounces lower each time.",
     made=f"Dropped, spinning, without friction, as in a comment of the thread. {_OURS}",
@@ -139,7 +131,6 @@ def _avian_200() -> Staged:
 
 
 @loses_energy(
-    about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/256",
     reported="With restitution 1 and no friction of any kind energy is lost at each bounce, and balls stick to walls.",
     made="Ball, ground and fall are those of a page in the thread, 100 pixels to a metre; the pull is the engine's.",
@@ -150,7 +141,6 @@ def _matter_256() -> Staged:
 
 
 @gains_energy(
-    about="Planck",
     thread="https://github.com/piqnt/planck.js/issues/223",
     reported="A small ball of restitution 1 bounces higher and higher.",
     made="Radius, pull, step and the height of the fall are those of the script in the thread.",
@@ -162,7 +152,6 @@ def _planck_223() -> Staged:
 
 
 @complained(
-    about="PhysX",
     thread="https://github.com/NVIDIAGameWorks/PhysX/issues/351",
     reported="The last bounces of a ball are missing: below a threshold, 2 m/s as shipped, it does not bounce at all.",
     at_least=0.25,
@@ -174,7 +163,6 @@ def _physx_351() -> Staged:
 
 
 @complained(
-    about="Jolt Physics",
     thread="https://github.com/godot-jolt/godot-jolt/issues/374",
     reported="The smaller a ball, the stranger it bounces: small ones gain height or do not bounce.",
     made=_OURS,
@@ -185,7 +173,6 @@ def _godot_jolt_374() -> Staged:
 
 
 @gains_energy(
-    about="Physijs",
     thread="https://github.com/chandlerprall/Physijs/issues/195",
     reported="A ball of restitution 1 bounces higher than it fell.",
     made="Radius and height are the thread's; the pull is ours.",
@@ -196,7 +183,7 @@ def _physijs_195() -> Staged:
 
 
 @loses_energy(
-    about="physicshub",
+    package="physicshub",
     thread="https://github.com/physicshub/physicshub.github.io/pull/303",
     reported="Balls lost energy on each bounce even with restitution 1: the pull was set to zero before the bounce "
     "could take account of it.",
@@ -208,7 +195,6 @@ def _physicshub_303() -> Staged:
 
 
 @complained(
-    about="pymunk",
     thread="https://github.com/viblo/pymunk/issues/11",
     reported="An elasticity changed nothing: all impacts were inelastic until a number of elastic iterations was set.",
     at_least=0.25,

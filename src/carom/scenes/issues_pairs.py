@@ -36,7 +36,6 @@ def _head_on(
 
 
 @misses(
-    about="MuJoCo",
     thread="https://github.com/google-deepmind/mujoco/issues/441",
     reported="Balls in a cup slip through its wall when the cup moves quickly; the advice given is a thicker "
     "cup or a smaller step.",
@@ -50,7 +49,6 @@ def _mujoco_441() -> Staged:
 
 
 @complained(
-    about="MuJoCo",
     thread="https://github.com/google-deepmind/mujoco/issues/2080",
     reported="There is no coefficient of restitution to set; the answer points to the contact's spring and damper.",
     made="The thread has no scene; all sizes are ours.",
@@ -61,7 +59,6 @@ def _mujoco_2080() -> Staged:
 
 
 @misses(
-    about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/2228",
     reported="A body pushed by an impulse of 500 passes a wall 10 units away at 60 steps a second, continuous "
     "detection switched on.",
@@ -74,7 +71,6 @@ def _bullet3_2228() -> Staged:
 
 
 @misses(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/984",
     reported="Two fast bodies, both with continuous detection, pass through each other.",
     made="The thread shows a picture without numbers; all sizes are ours.",
@@ -85,7 +81,6 @@ def _rapier_984() -> Staged:
 
 
 @complained(
-    about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
     reported="With restitution 1, a sphere and one at rest stick together at half the speed instead of "
     "exchanging velocities.",
@@ -98,7 +93,6 @@ def _jolt_1403() -> Staged:
 
 
 @complained(
-    about="ReactPhysics3D",
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
     reported="With bounciness 1, spheres collide inelastically at 1 m/s: a velocity threshold of 1 m/s.",
     at_least=0.25,
@@ -111,7 +105,6 @@ def _reactphysics3d_96() -> Staged:
 
 
 @complained(
-    about="HardSphereDynamics.jl",
     thread="https://github.com/JuliaDynamics/HardSphereDynamics.jl/issues/8",
     reported="The impact law divides infinity by infinity for a ball of infinite mass.",
     symptom=Symptom.NOT_FINITE,
@@ -123,7 +116,7 @@ def _hardspheredynamics_8() -> Staged:
 
 
 @loses_energy(
-    about="Newton (MuJoCo Warp)",
+    package="Newton (MuJoCo Warp)",
     thread="https://github.com/newton-physics/newton/issues/3233",
     reported="Of three spheres in line about half the kinetic energy is lost, when two contacts are solved in "
     "one step instead of one after the other.",
@@ -137,7 +130,6 @@ def _newton_3233() -> Staged:
 
 
 @complained(
-    about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/257",
     reported="Nearly touching and overlapping balls, and a Newton's cradle of them, were resolved wrongly "
     "before this change.",
@@ -150,7 +142,6 @@ def _pooltool_257() -> Staged:
 
 
 @complained(
-    about="Box2D",
     thread="https://github.com/erincatto/box2d/pull/1094",
     reported="Restitution is worked out from the approach velocity of the step before.",
     made="The thread has code alone; this scene makes that velocity out of date within a step.",
@@ -161,7 +152,6 @@ def _box2d_1094() -> Staged:
 
 
 @complained(
-    about="pooltool",
     thread="https://github.com/ekiefl/pooltool/pull/354",
     reported="Where the equation for the instant loses degrees, tangent balls that do not close gave a "
     "collision at once.",
@@ -184,7 +174,6 @@ def _pooltool_354() -> Staged:
 
 
 @complained(
-    about="visualchemeng-js",
     thread="https://github.com/adm78/visualchemeng-js/issues/10",
     reported="Particles that overlap at the start make events in the past; time runs backwards and particles "
     "leave the box.",
@@ -203,7 +192,6 @@ def _visualchemeng_10() -> Staged:
 
 
 @complained(
-    about="DynamO",
     thread="https://github.com/dynamomd/DynamO/issues/57",
     reported="An event-driven run of inelastic spheres does not go on after inelastic collapse.",
     symptom=Symptom.NEVER_ENDS,
@@ -227,7 +215,6 @@ def _dynamo_57() -> Staged:
 
 
 @complained(
-    about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/361",
     reported="Even with restitution 1 a slow circle does not pass all of its momentum on: both go on the same way.",
     at_least=0.1,
@@ -239,7 +226,6 @@ def _matter_361() -> Staged:
 
 
 @loses_energy(
-    about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/359",
     reported="Colliding spheres lose energy although their contact has restitution 1 and no friction.",
     made="The thread gives neither places nor speeds; all sizes are ours.",
@@ -250,7 +236,6 @@ def _cannon_359() -> Staged:
 
 
 @complained(
-    about="pymunk",
     thread="https://github.com/viblo/pymunk/issues/13",
     reported="No elastic collisions: they need a number of elastic iterations, which could not be set from Python.",
     at_least=0.25,
@@ -262,7 +247,7 @@ def _pymunk_13() -> Staged:
 
 
 @complained(
-    about="Defold",
+    package="Defold",
     thread="https://github.com/defold/defold/issues/3775",
     reported="A body that is no faster than 1 m/s sticks to what it meets, and both move on as one.",
     at_least=0.25,
@@ -274,7 +259,6 @@ def _defold_3775() -> Staged:
 
 
 @complained(
-    about="Newton",
     thread="https://github.com/newton-physics/newton/issues/1131",
     reported="One of the solvers had no restitution at all for rigid bodies that collide; it is asked for.",
     at_least=0.25,
@@ -286,7 +270,6 @@ def _newton_1131() -> Staged:
 
 
 @complained(
-    about="Newton",
     thread="https://github.com/newton-physics/newton/pull/4103",
     reported="Restitution read velocities of the wrong instant; impacts with restitution 0 rebounded, and bodies that "
     "were separating were held.",
@@ -299,7 +282,6 @@ def _newton_4103() -> Staged:
 
 
 @misses(
-    about="vrc8ball",
     thread="https://github.com/Terri00/vrc8ball/issues/52",
     reported="A ball that is hit hard passes through the one it was aimed at, and on the break balls merge.",
     made="Balls are of the usual size; speed and distance are ours.",
@@ -310,7 +292,6 @@ def _vrc8ball_52() -> Staged:
 
 
 @complained(
-    about="vrc8ball",
     thread="https://github.com/Terri00/vrc8ball/issues/85",
     reported="Hit at high speed and off centre, the object ball is missed, or goes as if it had been hit nearer to the "
     "centre, or on the other side.",

@@ -72,7 +72,6 @@ def _rolls_out(along: float, resists: float, friction: float, *, inertia: float 
 
 
 @_never_rests(
-    about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/256",
     reported="A sphere never comes to rest, with a friction of 1 of its own and of the floor's.",
     made=f"The friction is the thread's. {_OURS}",
@@ -83,7 +82,6 @@ def _cannon_256() -> Staged:
 
 
 @_never_rests(
-    about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/293",
     reported="A ball that rolls down a slope does not stop over time, whatever the damping.",
     made=f"A slope of 1 in 10. {_OURS}",
@@ -104,7 +102,6 @@ def _cannon_293() -> Staged:
 
 
 @_never_rests(
-    about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/345",
     reported="A ball tossed on a plane like a golf ball never slows down, with friction .8 and gravity 9.82.",
     made=f"Friction and gravity are the thread's; the toss ends on the ground. {_OURS}",
@@ -126,7 +123,6 @@ def _cannon_345() -> Staged:
 
 
 @_never_rests(
-    about="nphysics",
     thread="https://github.com/dimforge/nphysics/issues/204",
     reported="Without rolling friction balls do not stop after a while, nor are they held on a slope.",
     made=f"A slope of 1 in 20, below the coefficient. {_OURS}",
@@ -145,7 +141,6 @@ def _nphysics_204() -> Staged:
 
 
 @_never_rests(
-    about="ReactPhysics3D",
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/13",
     reported="Spheres roll forever at the same speed; rolling resistance was added to stop them.",
     made=_OURS,
@@ -156,7 +151,6 @@ def _reactphysics3d_13() -> Staged:
 
 
 @_never_rests(
-    about="Physijs",
     thread="https://github.com/chandlerprall/Physijs/issues/274",
     reported="A sphere with a friction of 10000, on a ground with the same, still rolls.",
     made=f"The friction is the thread's. {_OURS}",
@@ -167,7 +161,7 @@ def _physijs_274() -> Staged:
 
 
 @_never_rests(
-    about="Visual Pinball Engine",
+    package="Visual Pinball Engine",
     thread="https://github.com/freezy/VisualPinball.Engine/pull/571",
     reported="Balls lacked rolling resistance; the one that is added shall keep them rolling, take of their speed, and "
     "never turn it round.",
@@ -179,7 +173,6 @@ def _visualpinball_engine_571() -> Staged:
 
 
 @complained(
-    about="Box2D",
     thread="https://github.com/erincatto/box2d/pull/617",
     reported="A ball of radius 1 with restitution 3/4 does not stop on a static floor; it rolls without sliding, and "
     "friction gives no rolling resistance.",
@@ -201,7 +194,6 @@ def _box2d_617() -> Staged:
 
 
 @complained(
-    about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/39",
     reported="With the default coefficient of sliding friction of .2 the ball slides very far, every time.",
     made="Speed and friction are the thread's, the radius is that of a pool ball; cushions are left out.",
@@ -222,7 +214,6 @@ def _pooltool_39() -> Staged:
 
 
 @_never_rests(
-    about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/613",
     reported="A box slides down a slope very slowly that static friction should hold.",
     made="A disc that does not turn stands for the box; slope and friction are ours.",
@@ -243,7 +234,6 @@ def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
 
 
 @_never_rests(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/pull/114",
     reported="A threshold of speed ends the bounces of a ball with restitution .9 at once; without one they go over "
     "into rest.",
@@ -255,7 +245,6 @@ def _rapier_114() -> Staged:
 
 
 @complained(
-    about="DynamO",
     thread="https://github.com/dynamomd/DynamO/issues/13",
     reported="An event-driven run of spheres that drop on a base stops while some still fly, and counts no events.",
     symptom=Symptom.NEVER_ENDS,

@@ -12,7 +12,7 @@ _TIME_S = 0.25
 
 
 @complained(
-    about="MBSim",
+    package="MBSim",
     thread="https://github.com/mbsim-env/mbsim/issues/49",
     reported="A ball with friction bounces without taking up a spin, and begins to roll only when all bouncing is "
     "over; a ball that spins bounces without being driven aside.",
@@ -38,7 +38,7 @@ def _mbsim_49() -> Staged:
 
 
 @complained(
-    about="tailuge/billiards",
+    package="tailuge/billiards",
     thread="https://github.com/tailuge/billiards/pull/298",
     reported="The object ball of a cut shot was thrown too little, by a stray factor of .3, and the limit up to which "
     "balls hold each other was wrong: it is a seventh of the slip.",

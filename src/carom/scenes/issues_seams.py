@@ -52,7 +52,6 @@ def _channel(start: complex, velocity: complex, radius: float, width: float, len
 
 
 @complained(
-    about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/717",
     reported="A sphere of radius 0.1 that moves at 5 m/s over two touching cubes bounces up at the edge between them.",
     made=f"Cubes, radius and speed are the thread's. {_GLANCED}",
@@ -63,7 +62,6 @@ def _jolt_717() -> Staged:
 
 
 @complained(
-    about="Jolt Physics",
     thread="https://github.com/jrouwe/JoltPhysics/issues/1155",
     reported="Spheres jump where they cross an internal edge of the ground, with the settings against it too.",
     made="All sizes are ours; the ball meets a floor and a ceiling in pieces, six times.",
@@ -74,7 +72,6 @@ def _jolt_1155() -> Staged:
 
 
 @complained(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/95",
     reported="Balls on a ramp of few large triangles follow the internal edges instead of the slope.",
     made=f"The ramp has three pieces, as in the thread; slope and sizes are ours. {_GLANCED}",
@@ -86,7 +83,6 @@ def _rapier_95() -> Staged:
 
 
 @complained(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/404",
     reported="Ball colliders roll at odd angles, and along the internal edges of a triangle mesh.",
     made=f"All sizes are ours. {_GLANCED}",
@@ -98,7 +94,6 @@ def _rapier_404() -> Staged:
 
 
 @complained(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/76610",
     reported="A ball that comes straight down near the junction of two square tiles leaves with a sideways velocity.",
     made="All sizes are ours; without gravity.",
@@ -109,7 +104,6 @@ def _godot_76610() -> Staged:
 
 
 @complained(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/15707",
     reported="Balls that bounce straight up and down on two tiles drift to the side and then fly off.",
     made="All sizes are ours; a ceiling instead of gravity turns the ball round.",
@@ -120,7 +114,6 @@ def _godot_15707() -> Staged:
 
 
 @complained(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/65204",
     reported="A ball on a floor of tiles bounces at random, and may stop dead where it lands.",
     made="Restitution and all sizes are ours.",
@@ -144,7 +137,6 @@ def _godot_65204() -> Staged:
 
 
 @complained(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/66778",
     reported="A golf ball that rolls over a flat surface of several shapes bumps or snags at the seams.",
     made=f"All sizes are ours. {_GLANCED}",
@@ -155,7 +147,6 @@ def _godot_66778() -> Staged:
 
 
 @complained(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/69655",
     reported="A sphere jumps now and then at the edges of the boxes of a metre that its floor is made of.",
     made=f"The boxes are the thread's; radius and speed are ours. {_GLANCED}",
@@ -166,7 +157,6 @@ def _godot_69655() -> Staged:
 
 
 @complained(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/34025",
     reported="A ball that hits a wall of tiles where two of them meet bounces as at a corner, though that is filled.",
     made="All sizes are ours.",
@@ -177,7 +167,6 @@ def _godot_34025() -> Staged:
 
 
 @complained(
-    about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/304",
     reported="A sphere that falls on a board where two faces meet bounces off in a wrong direction.",
     made="All sizes are ours; without gravity.",
@@ -188,7 +177,6 @@ def _cannon_304() -> Staged:
 
 
 @complained(
-    about="ReactPhysics3D",
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/266",
     reported="On a floor of cuboid tiles of one height a sphere hitches or jumps from tile to tile.",
     made=f"All sizes are ours. {_GLANCED}",
@@ -199,7 +187,7 @@ def _reactphysics3d_266() -> Staged:
 
 
 @complained(
-    about="Newton Dynamics",
+    package="Newton Dynamics",
     thread="https://github.com/MADEAPPS/newton-dynamics/issues/178",
     reported="A ball that rolls over adjacent coplanar tiles often bumps where two of them meet.",
     made=f"All sizes are ours. {_GLANCED}",

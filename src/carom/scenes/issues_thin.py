@@ -53,7 +53,6 @@ def _in_a_room(start: complex, velocity: complex, radius: float, width: float, h
 
 
 @misses(
-    about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/5",
     reported="Fast bodies pass through thin ones: there is no continuous detection; smaller steps are advised.",
     made="The thread has no scene; all sizes are ours: five times the reach of the ball in a step.",
@@ -64,7 +63,6 @@ def _matter_js_5() -> Staged:
 
 
 @misses(
-    about="p2.js",
     thread="https://github.com/schteppe/p2.js/issues/136",
     reported="A thrown circle goes through a wall that is one polygon 32 pixels thick; made of tiles, the wall holds.",
     made="The thickness is the thread's, of a hundred pixels a metre; the rest is ours.",
@@ -75,7 +73,6 @@ def _p2_136() -> Staged:
 
 
 @misses(
-    about="p2.js",
     thread="https://github.com/schteppe/p2.js/issues/264",
     reported="A ball goes through a box that is a wall now and then; thicker walls or planes are advised.",
     made="The thread has no sizes; all are ours. The ball meets the walls of a room nineteen times.",
@@ -86,7 +83,6 @@ def _p2_264() -> Staged:
 
 
 @misses(
-    about="p2.js",
     thread="https://github.com/schteppe/p2.js/issues/372",
     reported="A circle that is beyond the back of a box after one step is not noticed; a slower one is.",
     made="The thread shows a drawing; all sizes are ours.",
@@ -97,7 +93,6 @@ def _p2_372() -> Staged:
 
 
 @misses(
-    about="Box2D",
     thread="https://github.com/erincatto/box2d/issues/71",
     reported="Circles are easily pulled through chains of lines, probably where two lines meet, as bullets too.",
     made="The thread has no scene; all sizes are ours.",
@@ -109,7 +104,6 @@ def _box2d_71() -> Staged:
 
 
 @misses(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/9071",
     reported="A fast circle goes into or through static polygons, whatever kind of continuous detection is chosen.",
     made="The thread names no sizes; all are ours.",
@@ -120,7 +114,6 @@ def _godot_9071() -> Staged:
 
 
 @misses(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/72674",
     reported="A small fast body goes through a thin wall, with shapes cast ahead as with nothing.",
     made="The thread's body follows the mouse; all sizes are ours.",
@@ -131,7 +124,6 @@ def _godot_72674() -> Staged:
 
 
 @misses(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/6664",
     reported="At some 1,000 pixels a second a ball goes through one in ten of the static walls that it meets.",
     made="Four walls and a velocity of (800, 1000) pixels a second are the thread's, of a hundred pixels a metre; the "
@@ -143,7 +135,6 @@ def _godot_6664() -> Staged:
 
 
 @complained(
-    about="Godot",
     thread="https://github.com/godotengine/godot/issues/32138",
     reported="At high speed a ball bounces off a flat static body at a random angle, often back to where it came from.",
     made="All sizes are ours.",
@@ -154,7 +145,6 @@ def _godot_32138() -> Staged:
 
 
 @complained(
-    about="pymunk",
     thread="https://github.com/viblo/pymunk/issues/111",
     reported="Circles roll along a static segment instead of bouncing off it, even with high elasticity.",
     made="The thread has no code; all sizes are ours.",
@@ -165,7 +155,6 @@ def _pymunk_111() -> Staged:
 
 
 @complained(
-    about="Avian",
     thread="https://github.com/avianphysics/avian/issues/990",
     reported="A ball of 27 mm that falls half a millimetre off a wall is flung sideways as it passes the corner.",
     symptom=Symptom.INVENTS,
@@ -186,7 +175,6 @@ def _avian_990() -> Staged:
 
 
 @complained(
-    about="Construct 3",
     thread="https://github.com/Scirra/Construct-bugs/issues/4905",
     reported="A bouncing bullet that hits the corner of a solid goes back the way that it came.",
     made="The bullet of the thread is a square; here it is a ball. All sizes are ours.",
@@ -197,7 +185,6 @@ def _construct_4905() -> Staged:
 
 
 @complained(
-    about="Construct 3",
     thread="https://github.com/Scirra/Construct-bugs/issues/3443",
     reported="Bullets that hit the corner of an angled solid go back the way that they fell.",
     made="The bullets of the thread have square outlines; here they are one ball. All sizes are ours.",
@@ -208,7 +195,6 @@ def _construct_3443() -> Staged:
 
 
 @complained(
-    about="vrc8ball",
     thread="https://github.com/Terri00/vrc8ball/issues/64",
     reported="A ball that is shot along the cushion hits the corner of the side pocket instead of rolling by.",
     symptom=Symptom.INVENTS,
@@ -226,7 +212,6 @@ def _vrc8ball_64() -> Staged:
 
 
 @complained(
-    about="vrc8ball",
     thread="https://github.com/Terri00/vrc8ball/issues/70",
     reported="A ball that hits the corner next to a side pocket warps to the middle of the pocket.",
     made="All sizes are ours: those of a table of nine feet.",
@@ -239,7 +224,6 @@ def _vrc8ball_70() -> Staged:
 
 
 @complained(
-    about="ball2box",
     thread="https://github.com/dulvui/ball2box/issues/10",
     reported="A ball that bounces on a box and drifts towards a corner of it is turned back near the corner.",
     made="All sizes are ours; nothing is lost.",
@@ -259,7 +243,6 @@ def _ball2box_10() -> Staged:
 
 
 @misses(
-    about="cannon.js",
     thread="https://github.com/schteppe/cannon.js/issues/301",
     reported="Near one end of a height field spheres fall through, half a spacing from the edge.",
     made="All sizes are ours; the floor has a spacing of a metre.",

@@ -40,7 +40,6 @@ def _in_a_box(
 
 
 @complained(
-    about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/3094",
     reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
     "contacts, and settings that cure it.",
@@ -53,7 +52,6 @@ def _bullet3_3094() -> Staged:
 
 
 @complained(
-    about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/4341",
     reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as a box.",
     at_least=0.25,
@@ -65,7 +63,6 @@ def _bullet3_4341() -> Staged:
 
 
 @complained(
-    about="Box2D",
     thread="https://github.com/erincatto/box2d/pull/654",
     reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
     "restitution; this change lets users set it.",
@@ -78,7 +75,6 @@ def _box2d_654() -> Staged:
 
 
 @complained(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/919",
     reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
     "time skip the restitution.",
@@ -91,7 +87,6 @@ def _rapier_919() -> Staged:
 
 
 @loses_energy(
-    about="Rapier",
     thread="https://github.com/dimforge/rapier/issues/615",
     reported="A perfectly elastic ball without gravity loses velocity with every bounce; friction, on by "
     "default, was the cause.",
@@ -103,7 +98,6 @@ def _rapier_615() -> Staged:
 
 
 @complained(
-    about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
     reported="Of two cushions at nearly one instant only one is processed, and the ball leaves the table.",
     symptom=Symptom.ESCAPES,
@@ -119,7 +113,6 @@ def _pooltool_217() -> Staged:
 
 
 @complained(
-    about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/217",
     reported="A ball placed against a cushion and shot towards it goes through, too.",
     symptom=Symptom.ESCAPES,
@@ -137,7 +130,7 @@ def _pooltool_217_touching() -> Staged:
 
 
 @complained(
-    about="Nimble Physics",
+    package="Nimble Physics",
     thread="https://github.com/keenon/nimblephysics/issues/143",
     reported="Two balls and a wall, restitution 1, no gravity: the velocities after the impacts are wrong.",
     made="Radius, wall, step and restitution are the thread's; places and speeds, which lay in the part that "
@@ -165,7 +158,6 @@ def _nimble_143() -> Staged:
 
 
 @misses(
-    about="pooltool",
     thread="https://github.com/ekiefl/pooltool/issues/154",
     reported="In a break the cue ball goes through another ball: the collision is missed.",
     made="Speed and direction are the thread's; the rack's places, drawn at random there, are regular here, "
@@ -201,7 +193,6 @@ def _pooltool_154() -> Staged:
 
 
 @loses_energy(
-    about="matter.js",
     thread="https://github.com/liabru/matter-js/issues/626",
     reported="One particle in a container, with restitution 1 and no friction, becomes slower at each wall.",
     made="The thread has no sizes; all are ours.",
@@ -212,7 +203,6 @@ def _matter_626() -> Staged:
 
 
 @complained(
-    about="Planck",
     thread="https://github.com/piqnt/planck.js/issues/217",
     reported="A ball of full restitution that moves slowly and diagonally, as in pong, does not bounce off walls, and "
     "sticks to them.",
@@ -225,7 +215,6 @@ def _planck_217() -> Staged:
 
 
 @complained(
-    about="GDevelop",
     thread="https://github.com/4ian/GDevelop/issues/1219",
     reported="Slow balls stop bouncing off walls and glide along them.",
     at_least=0.25,
@@ -237,7 +226,6 @@ def _gdevelop_1219() -> Staged:
 
 
 @complained(
-    about="Construct 3",
     thread="https://github.com/Scirra/Construct-bugs/issues/3900",
     reported="At 50 pixels a second and below a ball does not bounce any more; at 51 it does.",
     at_least=0.25,
@@ -249,7 +237,6 @@ def _construct_3900() -> Staged:
 
 
 @complained(
-    about="Bullet",
     thread="https://github.com/bulletphysics/bullet3/issues/2483",
     reported="A fast ball passes through a wall; with continuous detection it bounces, and loses a part of its speed, "
     "which depends on where it began.",
@@ -262,7 +249,6 @@ def _bullet3_2483() -> Staged:
 
 
 @complained(
-    about="dyn4j",
     thread="https://github.com/dyn4j/dyn4j/issues/87",
     reported="A billiard ball between two walls gets stuck in one of them.",
     symptom=Symptom.ESCAPES,
@@ -284,7 +270,6 @@ def _dyn4j_87() -> Staged:
 
 
 @complained(
-    about="Aether.Physics2D",
     thread="https://github.com/tainicom/Aether.Physics2D/issues/106",
     reported="A cue ball of restitution 1 does not bounce off what it meets.",
     at_least=0.25,
@@ -296,7 +281,6 @@ def _aether_106() -> Staged:
 
 
 @complained(
-    about="p2.js",
     thread="https://github.com/schteppe/p2.js/issues/156",
     reported="A pool ball that meets a cushion at 45 degrees leaves at 40, and after a few bounces moves straight to "
     "and fro; without friction and turning it was right.",
@@ -309,7 +293,7 @@ def _p2_156() -> Staged:
 
 
 @loses_energy(
-    about="GAMA",
+    package="GAMA",
     thread="https://github.com/gama-platform/gama/issues/556",
     reported="With restitution 1 everywhere balls lose speed, most where one meets a wall and a ball almost at once.",
     made="The thread has no numbers; all are ours.",
