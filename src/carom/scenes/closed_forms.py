@@ -45,11 +45,16 @@ def scene_of(discs: list[Disc], **fields: Any) -> Scene:
 
 
 def impact(
-    time_s: float, first: int, second: int, first_after: complex, second_after: complex | None = None
+    time_s: float,
+    first: int,
+    second: int,
+    first_after: complex,
+    second_after: complex | None = None,
+    *spins_after: float,
 ) -> KnownImpact:
     """Return a known impact; a wall has no velocity after it."""
     velocity_second = None if second_after is None else vector(second_after)
-    return KnownImpact(time_s, first, second, vector(first_after), velocity_second)
+    return KnownImpact(time_s, first, second, vector(first_after), velocity_second, *spins_after)
 
 
 def normal_of_offset(approach: complex, offset: float) -> complex:
@@ -177,6 +182,7 @@ def answered(
     source: str,
     convention: str = "",
     final: Sequence[tuple[complex, complex]] | None = None,
+    spins: tuple[float, ...] | None = None,
 ) -> Staged:
     """Return a scene with its answer where every impact is known.
 
@@ -187,13 +193,11 @@ def answered(
         convention: Why it is not unique, if it is not.
         final: Position and velocity of each disc at the end; None where all motion between impacts is in straight
             lines, and follows.
+        spins: Spin of each disc at the end, where known.
     """
     ends = zip(*(_in_straight_lines(scene, impacts) if final is None else final), strict=True)
     position, velocity = (tuple(map(vector, values)) for values in ends)
-    return Staged(
-        scene,
-        KnownAnswer(source, tuple(impacts), len(impacts), velocity, position, convention=convention),
-    )
+    return Staged(scene, KnownAnswer(source, tuple(impacts), len(impacts), velocity, position, None, convention, spins))
 
 
 def _in_straight_lines(scene: Scene, impacts: Sequence[KnownImpact]) -> list[tuple[complex, complex]]:

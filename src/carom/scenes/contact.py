@@ -11,9 +11,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carom.scene import Chain, Disc, Wall
-from carom.scenes.closed_forms import scene_of
+from carom.scene import Disc, Wall
+from carom.scenes.closed_forms import answered, disc, impact, scene_of
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.scenes.walled import FLOOR, edges
 from carom.trace import Vector, wall_body
 
 #: Of one axis: from when on, from where, and how fast.
@@ -50,15 +51,14 @@ def _damped_box() -> Staged:
             own.append((since, start, speed))
             hits.append((since, wall_body(2 * axis + wall)))
 
-    def moving(when: float) -> tuple[Vector, Vector]:
+    def moving(when: float) -> tuple[complex, complex]:
         """Return place and velocity just after an undamped time, the velocity as the damped disc has it."""
         now = [max(leg for leg in own if leg[0] <= when) for own in legs]
         kept = 1.0 - damping * when
         (x, u), (y, v) = ((start + speed * (when - since), speed * kept) for since, start, speed in now)
-        return (x, y), (u, v)
+        return complex(x, y), complex(u, v)
 
-    impacts = [KnownImpact(_clock_s(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
-    (final, slow) = moving(end)
+    impacts = [impact(_clock_s(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
     scene = scene_of(
         [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)],
         walls=[Wall(point_m=point, normal=normal) for point, normal in faces],
@@ -66,7 +66,7 @@ def _damped_box() -> Staged:
         damping_per_s=damping,
         duration_s=duration,
     )
-    return Staged(scene, KnownAnswer(_LAW, tuple(impacts), len(impacts), (slow,), (final,)))
+    return answered(scene, impacts, _LAW, final=[moving(end)])
 
 
 @listed("contact")
@@ -74,13 +74,13 @@ def _damped_stop() -> Staged:
     """A wall stands exactly as far away as a damped disc gets in all time, so that it is never met."""
     speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
     scene = scene_of(
-        [Disc(position_m=(0.0, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius)],
+        [disc(0j, complex(speed), radius)],
         walls=[Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))],
         damping_per_s=damping,
         duration_s=duration,
     )
     way, kept = speed * _undamped_s(duration, damping), math.exp(-damping * duration)
-    return Staged(scene, KnownAnswer(f"{_LAW}: v/c in all", (), 0, ((speed * kept, 0.0),), ((way, 0.0),)))
+    return answered(scene, [], f"{_LAW}: v/c in all", final=[(complex(way), complex(speed * kept))])
 
 
 @listed("contact")
@@ -96,28 +96,18 @@ def _damped_pair() -> Staged:
     ]
     starts = (0.0, 2.0 * radius + gap)
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
-    velocities = [(speed * kept, 0.0) for speed in after]
     final = [
-        start + before * when + speed * (end - when)
+        (complex(start + before * when + speed * (end - when)), complex(speed * left))
         for start, before, speed in zip(starts, (fast, slow), after, strict=True)
     ]
     scene = scene_of(
-        [
-            Disc(position_m=(starts[0], 0.0), velocity_m_s=(fast, 0.0), radius_m=radius),
-            Disc(position_m=(starts[1], 0.0), velocity_m_s=(slow, 0.0), radius_m=radius, mass_kg=mass),
-        ],
+        [disc(complex(starts[0]), complex(fast), radius), disc(complex(starts[1]), complex(slow), radius, mass)],
         restitution=restitution,
         damping_per_s=damping,
         duration_s=duration,
     )
-    known = KnownAnswer(
-        f"{_LAW}; Newton's law of restitution",
-        (KnownImpact(_clock_s(when, damping), 0, 1, velocities[0], velocities[1]),),
-        1,
-        tuple((speed * left, 0.0) for speed in after),
-        tuple((x, 0.0) for x in final),
-    )
-    return Staged(scene, known)
+    hit = impact(_clock_s(when, damping), 0, 1, complex(after[0] * kept), complex(after[1] * kept))
+    return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
 
 
 @listed("contact")
@@ -131,31 +121,23 @@ def _damped_slide() -> Staged:
     u_after, v_after, spin_after = u - friction * pushed, -restitution * v, spin - 2.0 * friction * pushed
     kept, left = 1.0 - damping * when, math.exp(-damping * duration)
     scene = scene_of(
-        [Disc(position_m=(0.0, height), velocity_m_s=(u, v), radius_m=1.0, spin_rad_s=spin)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        [disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)],
+        walls=[FLOOR],
         wall_restitution=restitution,
         wall_friction=friction,
         damping_per_s=damping,
         duration_s=duration,
     )
-    hit = KnownImpact(
-        _clock_s(when, damping), 0, wall_body(0), (u_after * kept, v_after * kept), spin_first_after=spin_after * kept
-    )
-    known = KnownAnswer(
-        f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding takes f (1 + e) w_n of v",
-        (hit,),
-        1,
-        ((u_after * left, v_after * left),),
-        ((u * when + u_after * (end - when), 1.0 + v_after * (end - when)),),
-        final_spin_rad_s=(spin_after * left,),
-    )
-    return Staged(scene, known)
+    hit = impact(_clock_s(when, damping), 0, -1, complex(u_after * kept, v_after * kept), None, spin_after * kept)
+    source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding takes f (1 + e) w_n of v"
+    place = complex(u * when + u_after * (end - when), 1.0 + v_after * (end - when))
+    final = [(place, complex(u_after * left, v_after * left))]
+    return answered(scene, [hit], source, final=final, spins=(spin_after * left,))
 
 
 # On a wall that gravity presses a disc to -----------------------------------------------------------------------------
 
 _RADIUS_M, _G = 0.5, 10.0
-_FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 _ROLLING = (
     "Rolling resistance, up to c P R against the spin: u' = -c g/(1 + k); Ai et al., Powder Technol. 206 (2011) 269, A"
 )
@@ -196,7 +178,7 @@ def _on_a_wall(
     def at(way: float, off: float) -> Vector:
         return (way * ny + off * nx, off * ny - way * nx)
 
-    disc = Disc(
+    body = Disc(
         position_m=at(0.0, _RADIUS_M + up),
         velocity_m_s=at(along, -into),
         radius_m=_RADIUS_M,
@@ -205,7 +187,7 @@ def _on_a_wall(
     )
     wall = Wall(point_m=(0.0, 0.0), normal=(nx, ny))
     laws = {"wall_restitution": 0.0, **laws}
-    scene = scene_of(discs=[disc], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
+    scene = scene_of([body], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
     spins = (answer[2] / _RADIUS_M,) if scene.arrays.turns else None
     place, velocity = (at(answer[0], _RADIUS_M),), (at(answer[1], 0.0),)
     return Staged(scene, KnownAnswer(source, (), count, velocity, place, final_spin_rad_s=spins))
@@ -337,24 +319,13 @@ def _lands_rolling() -> Staged:
 @listed("contact")
 def _struck() -> Staged:
     """A disc that rolls strikes an equal one at rest: it stops and follows, as a billiard ball does."""
-    discs = [
-        Disc(position_m=(0.0, 0.5), velocity_m_s=(3.0, 0.0), radius_m=0.5, spin_rad_s=-6.0),
-        Disc(position_m=(2.0, 0.5), radius_m=0.5),
-    ]
-    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    discs = [disc(0.5j, 3 + 0j, 0.5, spin_rad_s=-6.0), disc(2 + 0.5j, 0j, 0.5)]
     scene = scene_of(
-        discs=discs, walls=[floor], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
+        discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
     )
-    impact = KnownImpact(1 / 3, 0, 1, (0.0, 0.0), (3.0, 0.0), -6.0, 0.0)
-    known = KnownAnswer(
-        f"{_COULOMB}; the impact swaps the velocities and keeps the spins",
-        (impact,),
-        1,
-        ((1.0, 0.0), (2.0, 0.0)),
-        ((41 / 12, 0.5), (91 / 12, 0.5)),
-        final_spin_rad_s=(-2.0, -4.0),
-    )
-    return Staged(scene, known)
+    source = f"{_COULOMB}; the impact swaps the velocities and keeps the spins"
+    final = [(41 / 12 + 0.5j, 1 + 0j), (91 / 12 + 0.5j, 2 + 0j)]
+    return answered(scene, [impact(1 / 3, 0, 1, 0j, 3 + 0j, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
 
 
 @listed("contact")
@@ -363,30 +334,24 @@ def _edge() -> Staged:
     speed, end, duration = 3.0, 1.0, 1.0
     flown = duration - end / speed
     scene = scene_of(
-        discs=[Disc(position_m=(0.0, _RADIUS_M), velocity_m_s=(speed, 0.0), radius_m=_RADIUS_M, spin_rad_s=-6.0)],
-        walls=[Chain(points_m=((-5.0, 0.0), (end, 0.0)))],
+        discs=[disc(complex(0.0, _RADIUS_M), complex(speed), _RADIUS_M, spin_rad_s=-6.0)],
+        walls=[edges(-5, end)],
         gravity_m_s2=(0.0, -_G),
         wall_friction=0.5,
         wall_restitution=0.0,
         duration_s=duration,
     )
-    known = KnownAnswer(
-        "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is so wide",
-        (),
-        0,
-        ((speed, -_G * flown),),
-        ((speed * duration, _RADIUS_M - _G * flown * flown / 2),),
-        final_spin_rad_s=(-6.0,),
-    )
-    return Staged(scene, known)
+    source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is so wide"
+    end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
+    return answered(scene, [], source, final=[end_state], spins=(-6.0,))
 
 
 @listed("contact")
 def _pressed() -> Staged:
     """A disc falls onto one that lies on the floor: whether it leaves depends on the order of impacts."""
     scene = scene_of(
-        discs=[Disc(position_m=(0.0, 0.5), radius_m=0.5), Disc(position_m=(0.0, 1.7), radius_m=0.5)],
-        walls=[_FLOOR],
+        discs=[disc(0.5j, 0j, 0.5), disc(1.7j, 0j, 0.5)],
+        walls=[FLOOR],
         gravity_m_s2=(0.0, -_G),
         restitution=0.5,
         wall_restitution=0.0,
@@ -407,15 +372,15 @@ def _in_a_corner(
     spin: float, source: str, place_m: float, speed: float, after: float | None, duration: float
 ) -> Staged:
     scene = scene_of(
-        discs=[Disc(position_m=(0.5, 0.5), radius_m=0.5, spin_rad_s=spin)],
-        walls=[_FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+        discs=[disc(0.5 + 0.5j, 0j, 0.5, spin_rad_s=spin)],
+        walls=[FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
         gravity_m_s2=(0.0, -_G),
         wall_friction=0.25,
         wall_restitution=0.0,
         duration_s=duration,
     )
     spins = None if after is None else (after,)
-    return Staged(scene, KnownAnswer(source, (), 0, ((speed, 0.0),), ((place_m, 0.5),), final_spin_rad_s=spins))
+    return answered(scene, [], source, final=[(complex(place_m, 0.5), complex(speed))], spins=spins)
 
 
 @listed("contact")
@@ -442,30 +407,14 @@ def _out_of_a_corner() -> Staged:
 @listed("contact")
 def _table_stop() -> Staged:
     """A disc on a table that slows it down by 4/10 m/s2 stops after 5/2 s, and 5/4 m along its way."""
-    scene = scene_of(
-        discs=[Disc(position_m=(0.0, 0.0), velocity_m_s=(0.8, 0.6), radius_m=0.25)],
-        table_deceleration_m_s2=0.4,
-        duration_s=4.0,
-    )
-    return Staged(scene, KnownAnswer("Galileo: v^2/(2 a)", (), 0, ((0.0, 0.0),), ((1.0, 0.75),)))
+    scene = scene_of([disc(0j, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
+    return answered(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0j)])
 
 
 @listed("contact")
 def _table_pair() -> Staged:
     """A disc slides 3/2 m to an equal one at rest, hands over what it has left, and that one stops 1/2 m further on."""
-    scene = scene_of(
-        discs=[
-            Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.0), radius_m=0.25),
-            Disc(position_m=(2.0, 0.0), radius_m=0.25),
-        ],
-        table_deceleration_m_s2=1.0,
-        duration_s=3.0,
-    )
-    known = KnownAnswer(
-        "Galileo: of v^2 each way s takes 2 a s; equal elastic discs swap velocities",
-        (KnownImpact(1.0, 0, 1, (0.0, 0.0), (1.0, 0.0)),),
-        1,
-        ((0.0, 0.0), (0.0, 0.0)),
-        ((1.5, 0.0), (2.5, 0.0)),
-    )
-    return Staged(scene, known)
+    discs = [disc(0j, 2 + 0j, 0.25), disc(2 + 0j, 0j, 0.25)]
+    scene = scene_of(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
+    source = "Galileo: of v^2 each way s takes 2 a s; equal elastic discs swap velocities"
+    return answered(scene, [impact(1.0, 0, 1, 0j, 1 + 0j)], source, final=[(1.5 + 0j, 0j), (2.5 + 0j, 0j)])

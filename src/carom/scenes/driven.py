@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from carom.scene import Chain, Disc, Wall
+from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, listed
-from carom.scenes.walled import bounces_in_a_box
+from carom.scenes.walled import edges, in_a_room
 
 _LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
 
@@ -37,7 +37,7 @@ def _racket() -> Staged:
     foot = 0.25j  # of the disc on the racket, when they meet
     start = foot + radius * normal - velocity * time
     ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
-    racket = Chain(points_m=tuple(map(vector, ends)), velocity_m_s=vector(drive))
+    racket = edges(*ends, velocity_m_s=vector(drive))
     scene = scene_of([disc(start, velocity, radius)], walls=[racket], wall_restitution=restitution, duration_s=1.25)
     return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal, restitution))], _LAW)
 
@@ -46,7 +46,7 @@ def _racket() -> Staged:
 def _swatter() -> Staged:
     """A swatter without thickness meets a disc at rest at 50 m/s: it must not pass through."""
     radius, speed = 0.125, 50.0
-    swatter = Chain(points_m=((-10.0, -1.0), (-10.0, 1.0)), velocity_m_s=(speed, 0.0))
+    swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
     scene = scene_of([disc(0.25j, 0j, radius)], walls=[swatter], duration_s=0.5)
     time = (10.0 - radius) / speed
     return answered(scene, [impact(time, 0, -1, complex(2.0 * speed))], f"{_LAW}: 2 V")
@@ -58,7 +58,7 @@ def _tip_of_a_racket() -> Staged:
     drive, velocity, radius, time = 2j, -3 + 0j, 0.25, 0.51
     normal = complex(0.8, 0.6)  # from the tip to the disc's centre
     tip = -drive * time  # at the origin when they meet
-    racket = Chain(points_m=(vector(tip), vector(tip - 1j)), velocity_m_s=vector(drive))
+    racket = edges(tip, tip - 1j, velocity_m_s=vector(drive))
     start = radius * normal - velocity * time
     scene = scene_of([disc(start, velocity, radius)], walls=[racket], duration_s=1.25)
     return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal))], f"{_LAW}, from the tip to the disc")
@@ -71,19 +71,8 @@ def _mallet() -> Staged:
     normal = complex(0.6, -0.8)  # from puck to mallet
     puck = -velocity * time
     mallet = 2.0 * radius * normal - drive * time
-    scene = scene_of(
-        [
-            disc(puck, velocity, radius),
-            Disc(
-                position_m=vector(mallet),
-                velocity_m_s=vector(drive),
-                radius_m=radius,
-                mass_kg=math.inf,
-                driven=True,
-            ),
-        ],
-        duration_s=2.0,
-    )
+    discs = [disc(puck, velocity, radius), disc(mallet, drive, radius, math.inf, driven=True)]
+    scene = scene_of(discs, duration_s=2.0)
     after, _ = after_impact(1.0, velocity, math.inf, drive, normal)
     return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}; of a disc it is the line of centres")
 
@@ -143,21 +132,9 @@ def _piston_that_recedes() -> Staged:
 @listed("driven")
 def _moving_box() -> Staged:
     """A disc in a box of four edges that moves: seen from the box it is a disc in a box."""
-    radius, width, height, drive = 0.25, 4.0, 3.0, complex(3.0, -2.0)
+    source = "Galileo: as in the box at rest, whose path is unfolded to a straight line"
     start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
-    corners = (0j, complex(width), complex(width, height), complex(0.0, height))
-    scene = scene_of(
-        [disc(start + complex(radius, radius), velocity + drive, radius)],
-        walls=[Chain(points_m=tuple(map(vector, corners)), closed=True, velocity_m_s=vector(drive))],
-        duration_s=20.0,
-    )
-    hits = bounces_in_a_box(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
-    impacts = [
-        impact(hit.time_s, 0, -1, drive + complex(*after))
-        for hit in hits
-        if (after := hit.velocity_first_after) is not None
-    ]
-    return answered(scene, impacts, "Galileo: as in the box at rest, whose path is unfolded to a straight line")
+    return in_a_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
 
 
 @listed("driven")
@@ -233,9 +210,7 @@ def _paddle_to_and_fro() -> Staged:
 def _fast_cup() -> Staged:
     """A cup flies past at 20 m/s with a ball at rest in it: it drives the ball before it, and never lets it out."""
     radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
-    cup = Chain(
-        points_m=((0.0, 2.0), (0.0, -1.0), (width, -1.0), (width, 2.0)), velocity_m_s=(drive, 0.0), half_width_m=0.0
-    )
+    cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
     scene = scene_of([disc(complex(place, 0.0), 0j, radius)], walls=[cup], duration_s=0.4)
     time, impacts, speed = (place - radius) / drive, list[KnownImpact](), 2.0 * drive
     while time < scene.duration_s:
@@ -256,8 +231,7 @@ def _conveyor() -> Staged:
         duration_s=2 * time,
     )
     change = belt / (1.0 + 1.0 / k)  # of the slip, that of the belt
-    after, spin = (-change, down), -change / k / radius
-    hit = KnownImpact(time, 0, -1, after, spin_first_after=spin)
-    place = (-change * time, radius + down * time)
+    after, spin = complex(-change, down), -change / k / radius
     source = "Coulomb: the slip, which is the belt's speed, ends; of it 1/(1 + 1/k) goes into the velocity"
-    return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), (place,), final_spin_rad_s=(spin,)))
+    end = complex(0.0, radius) + after * time, after
+    return answered(scene, [impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))

@@ -11,7 +11,7 @@ import math
 from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
 from carom.scenes.entry import Staged, listed
-from carom.scenes.walled import box_walls
+from carom.scenes.walled import FLOOR, box_walls
 
 #: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
 FALL = complex(0.0, -9.80665)
@@ -54,7 +54,7 @@ def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
     first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
     scene = scene_of(
         discs=[disc(complex(0, height + radius), complex(drift, 0), radius)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        walls=[FLOOR],
         wall_restitution=restitution,
         gravity_m_s2=vector(FALL),
         duration_s=duration_s,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from carom.scene import Disc
-from carom.scenes.closed_forms import after_impact, answered, disc, impact, scene_of, vector
+from carom.scenes.closed_forms import after_impact, answered, disc, impact, scene_of
 from carom.scenes.complaint import complained, misses
 from carom.scenes.entry import Staged
 
@@ -16,14 +15,8 @@ def _at_a_mallet(velocity: complex, drive: complex, normal: complex, *, time_s: 
     """Stage a puck that meets a mallet; `normal` leads from puck to mallet when they meet."""
     radius, mallet_radius = 0.0625, 0.125
     puck, mallet = -velocity * time_s, (radius + mallet_radius) * normal - drive * time_s
-    held = Disc(
-        position_m=vector(mallet),
-        velocity_m_s=vector(drive),
-        radius_m=mallet_radius,
-        mass_kg=math.inf,
-        driven=True,
-    )
-    scene = scene_of([disc(puck, velocity, radius), held], duration_s=2.0 * time_s)
+    discs = [disc(puck, velocity, radius), disc(mallet, drive, mallet_radius, math.inf, driven=True)]
+    scene = scene_of(discs, duration_s=2.0 * time_s)
     after, _ = after_impact(1.0, velocity, math.inf, drive, normal)
     return answered(scene, [impact(time_s, 0, 1, after, drive)], _LAW)
 

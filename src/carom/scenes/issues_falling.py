@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from carom.scene import Wall
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
 from carom.scenes.complaint import complained, gains_energy, loses_energy
 from carom.scenes.entry import Staged
+from carom.scenes.walled import FLOOR
 
 _OURS = "The thread gives no other sizes; the rest are ours."
 
@@ -25,7 +25,7 @@ def _dropped(
     """Stage a ball that is dropped from rest on a floor, `height_m` below its lowest point."""
     scene = scene_of(
         discs=[disc(complex(0, radius_m + height_m), 0j, radius_m, spin_rad_s=spin_rad_s)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        walls=[FLOOR],
         wall_restitution=restitution,
         gravity_m_s2=(0.0, -gravity_m_s2),
         duration_s=duration_s,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from carom.scene import Disc, Wall
+from carom.scene import Disc
 from carom.scenes.closed_forms import disc, scene_of
 from carom.scenes.complaint import Symptom, complained
 from carom.scenes.entry import KnownAnswer, Staged
+from carom.scenes.walled import FLOOR
 from carom.trace import Vector
 
 _SPHERE = 0.4
@@ -39,7 +40,7 @@ def _on_a_floor(
     long = math.hypot(1.0, fall)
     scene = scene_of(
         discs=[body],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        walls=[FLOOR],
         gravity_m_s2=(gravity_m_s2 * fall / long, -gravity_m_s2 / long),
         wall_restitution=restitution,
         wall_friction=friction,
@@ -227,7 +228,7 @@ def _matter_613() -> Staged:
 
 def _bounces_out(height_m: float, restitution: float, more_s: float) -> Staged:
     """Stage a ball that is dropped, bounces without end in finite time, and lies still for some time more."""
-    ball = Disc(position_m=(0.0, 0.5 + height_m), radius_m=0.5)
+    ball = disc(complex(0.0, 0.5 + height_m), 0j, 0.5)
     rests_s = math.sqrt(2.0 * height_m / 9.81) * (1.0 + restitution) / (1.0 - restitution)
     source = "Geometric series: of a fall that takes t, bounces by e end after t (1 + e)/(1 - e)"
     return _on_a_floor(source, ball, 0.0, rests_s + more_s, restitution=restitution)

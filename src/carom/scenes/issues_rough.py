@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from carom.scene import Disc, Wall
+from carom.scene import Disc
 from carom.scenes.closed_forms import scene_of
 from carom.scenes.complaint import complained
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
+from carom.scenes.walled import FLOOR
 
 #: When the impacts are, seconds.
 _TIME_S = 0.25
@@ -25,7 +26,7 @@ def _mbsim_49() -> Staged:
     start = Disc(position_m=(0.0, radius + down * _TIME_S), velocity_m_s=(along, -down), radius_m=radius)
     scene = scene_of(
         discs=[start],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        walls=[FLOOR],
         wall_friction=0.5,
         wall_restitution=restitution,
         duration_s=2 * _TIME_S,

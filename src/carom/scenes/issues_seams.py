@@ -10,17 +10,13 @@ import cmath
 import math
 
 from carom.scene import Chain
-from carom.scenes.closed_forms import after_wall, answered, disc, impact, scene_of, vector
+from carom.scenes.closed_forms import after_wall, answered, disc, impact, scene_of
 from carom.scenes.complaint import complained
 from carom.scenes.entry import Staged
+from carom.scenes.walled import edges
 
 _LAW = "Newton's law: the part of the velocity along the normal is turned round; a floor in pieces is a floor"
 _GLANCED = "The ball of the thread rolls, without impacts; here it comes down slowly, near a seam."
-
-
-def line(begin: complex, end: complex, *, pieces: int = 1, half_width_m: float = 0.0) -> Chain:
-    """Return a wall of one straight edge."""
-    return Chain(points_m=(vector(begin), vector(end)), pieces=pieces, half_width_m=half_width_m)
 
 
 def _down(
@@ -41,8 +37,8 @@ def _down(
 
 def _channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:
     """Stage a disc that goes to and fro between two walls in pieces, from one end of which to the other it comes."""
-    walls = [line(-length / 2, length / 2, pieces=pieces)]
-    walls.append(line(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
+    walls = [edges(-length / 2, length / 2, pieces=pieces)]
+    walls.append(edges(complex(-length / 2, width), complex(length / 2, width), pieces=pieces))
     time, way = (start.imag - radius) / -velocity.imag, (width - 2 * radius) / abs(velocity.imag)
     impacts = [
         impact(time + k * way, 0, -1 - k % 2, complex(velocity.real, abs(velocity.imag) * (-1) ** k)) for k in range(6)
@@ -58,7 +54,7 @@ def _channel(start: complex, velocity: complex, radius: float, width: float, len
 )
 def _jolt_717() -> Staged:
     """A ball comes down at the seam of two cubes, side by side."""
-    return _down(5 - 0.25j, 0.1, line(-2, 2, pieces=2), at=-0.0625)
+    return _down(5 - 0.25j, 0.1, edges(-2, 2, pieces=2), at=-0.0625)
 
 
 @complained(
@@ -79,7 +75,7 @@ def _jolt_1155() -> Staged:
 def _rapier_95() -> Staged:
     """A ball comes down on a ramp of three pieces, next to a seam."""
     turn = cmath.exp(-1j * math.radians(20))
-    return _down(3 - 0.5j, 0.25, line(-3 * turn, 3 * turn, pieces=3), at=-1.0625, turn=turn)
+    return _down(3 - 0.5j, 0.25, edges(-3 * turn, 3 * turn, pieces=3), at=-1.0625, turn=turn)
 
 
 @complained(
@@ -90,7 +86,7 @@ def _rapier_95() -> Staged:
 def _rapier_404() -> Staged:
     """A ball comes down on a slope of many pieces, straight above a seam."""
     turn = cmath.exp(-1j * math.radians(35))
-    return _down(1 - 2j, 0.3, line(-4 * turn, 4 * turn, pieces=8), turn=turn)
+    return _down(1 - 2j, 0.3, edges(-4 * turn, 4 * turn, pieces=8), turn=turn)
 
 
 @complained(
@@ -100,7 +96,7 @@ def _rapier_404() -> Staged:
 )
 def _godot_76610() -> Staged:
     """A ball comes straight down, a tenth of its radius beside the seam of two tiles."""
-    return _down(-6j, 0.4, line(-1, 1, pieces=2), at=0.04)
+    return _down(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
 
 
 @complained(
@@ -126,7 +122,7 @@ def _godot_65204() -> Staged:
     after = after_wall(before, 1j, restitution)
     scene = scene_of(
         [disc(start, 2 - 1j, radius)],
-        walls=[line(-4, 4, pieces=16)],
+        walls=[edges(-4, 4, pieces=16)],
         wall_restitution=restitution,
         gravity_m_s2=(0.0, -pull),
         duration_s=end,
@@ -143,7 +139,7 @@ def _godot_65204() -> Staged:
 )
 def _godot_66778() -> Staged:
     """A ball comes down on a floor of six pieces at a hundredth of its speed, next to a seam."""
-    return _down(4 - 0.04j, 0.05, line(-3, 3, pieces=6), at=-0.03125)
+    return _down(4 - 0.04j, 0.05, edges(-3, 3, pieces=6), at=-0.03125)
 
 
 @complained(
@@ -153,7 +149,7 @@ def _godot_66778() -> Staged:
 )
 def _godot_69655() -> Staged:
     """A fast ball comes down on a floor of boxes of a metre."""
-    return _down(10 - 1j, 0.5, line(-8, 8, pieces=16), at=0.125)
+    return _down(10 - 1j, 0.5, edges(-8, 8, pieces=16), at=0.125)
 
 
 @complained(
@@ -163,7 +159,7 @@ def _godot_69655() -> Staged:
 )
 def _godot_34025() -> Staged:
     """A ball meets an upright wall of four tiles, exactly at a seam."""
-    return _down(2.5 - 4j, 0.25, line(-2j, 2j, pieces=4), turn=1j)
+    return _down(2.5 - 4j, 0.25, edges(-2j, 2j, pieces=4), turn=1j)
 
 
 @complained(
@@ -173,7 +169,7 @@ def _godot_34025() -> Staged:
 )
 def _cannon_304() -> Staged:
     """A ball comes down on a board exactly where two pieces meet."""
-    return _down(0.5 - 5j, 0.3, line(-2, 2, pieces=2))
+    return _down(0.5 - 5j, 0.3, edges(-2, 2, pieces=2))
 
 
 @complained(
@@ -183,7 +179,7 @@ def _cannon_304() -> Staged:
 )
 def _reactphysics3d_266() -> Staged:
     """A ball comes down on a floor of eight tiles, just before a seam."""
-    return _down(2 - 0.125j, 0.25, line(-4, 4, pieces=8), at=-0.015625)
+    return _down(2 - 0.125j, 0.25, edges(-4, 4, pieces=8), at=-0.015625)
 
 
 @complained(
@@ -194,4 +190,4 @@ def _reactphysics3d_266() -> Staged:
 )
 def _newton_dynamics_178() -> Staged:
     """A ball comes down on a floor of five tiles, just behind a seam."""
-    return _down(6 - 0.5j, 0.4, line(-5, 5, pieces=5), at=1.0625)
+    return _down(6 - 0.5j, 0.4, edges(-5, 5, pieces=5), at=1.0625)

@@ -5,24 +5,22 @@ from __future__ import annotations
 import math
 
 from carom.scene import Chain
-from carom.scenes.closed_forms import after_wall, answered, disc, impact, scene_of, unit, vector
+from carom.scenes.closed_forms import after_wall, answered, disc, impact, scene_of, unit
 from carom.scenes.complaint import Symptom, complained, misses
-from carom.scenes.entry import KnownImpact, Staged
-from carom.scenes.issues_seams import line
-from carom.scenes.walled import bounces_in_a_box
+from carom.scenes.entry import Staged
+from carom.scenes.walled import edges, in_a_room
 
 _LAW = "Newton's law: the part of the velocity along the normal is turned round"
-_ROOM = "Unfolding: the path is one straight line through a lattice of boxes"
 
 
-def _chain(*points: complex, solid: bool = False, half_width_m: float = 0.0) -> Chain:
-    """Return a closed chain of straight edges."""
-    return Chain(points_m=tuple(map(vector, points)), closed=True, solid=solid, half_width_m=half_width_m)
+def _solid(*points: complex) -> Chain:
+    """Return a solid body of straight edges."""
+    return edges(*points, closed=True, solid=True)
 
 
 def _slab(thickness: float, height: float) -> Chain:
     """Return an upright box whose left face is at 0."""
-    return _chain(-1j * height, thickness - 1j * height, thickness + 1j * height, 1j * height, solid=True)
+    return _solid(-1j * height, thickness - 1j * height, thickness + 1j * height, 1j * height)
 
 
 def _at_a_wall(
@@ -40,16 +38,6 @@ def _at_a_point(velocity: complex, radius: float, point: complex, normal: comple
     start = point + radius * normal - velocity * time
     scene = scene_of([disc(start, velocity, radius)], walls=[wall], duration_s=0.75)
     return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal))], f"{_LAW}, which leads to the vertex")
-
-
-def _in_a_room(start: complex, velocity: complex, radius: float, width: float, height: float, half: float) -> Staged:
-    """Stage a disc in a room of four thick lines; `start` counts from the corner that is left to its centre."""
-    reach = radius + half
-    room = _chain(0, width, complex(width, height), 1j * height, half_width_m=half)
-    scene = scene_of([disc(start + complex(reach, reach), velocity, radius)], walls=[room], duration_s=2.0)
-    hits = bounces_in_a_box(start, velocity, width - 2 * reach, height - 2 * reach, scene.duration_s)
-    impacts = [KnownImpact(hit.time_s, 0, -1, hit.velocity_first_after) for hit in hits]
-    return answered(scene, impacts, _ROOM)
 
 
 @misses(
@@ -79,7 +67,7 @@ def _p2_136() -> Staged:
 )
 def _p2_264() -> Staged:
     """A ball goes round a room of thin walls."""
-    return _in_a_room(1.1 + 0.7j, 23 + 17j, 0.125, 5.0, 4.0, 0.02)
+    return in_a_room(1.1 + 0.7j, 23 + 17j, 0.125, 5.0, 4.0, 2.0, half_width_m=0.02)
 
 
 @misses(
@@ -99,7 +87,7 @@ def _p2_372() -> Staged:
 )
 def _box2d_71() -> Staged:
     """A fast ball meets a chain of lines where two of them meet at an angle."""
-    wall = Chain(points_m=((1.0, -3.0), (0.0, 0.0), (1.0, 3.0)))
+    wall = edges(1 - 3j, 0, 1 + 3j)
     return _at_a_point(40 + 3j, 0.2, 0j, unit(-5 + 0.5j), wall)
 
 
@@ -110,7 +98,7 @@ def _box2d_71() -> Staged:
 )
 def _godot_9071() -> Staged:
     """A fast ball meets a thin triangle."""
-    return _at_a_wall(30 + 8j, 0.15, _chain(-3j, 0.25, 3j, solid=True))
+    return _at_a_wall(30 + 8j, 0.15, _solid(-3j, 0.25, 3j))
 
 
 @misses(
@@ -120,7 +108,7 @@ def _godot_9071() -> Staged:
 )
 def _godot_72674() -> Staged:
     """A small fast ball meets a wall without thickness."""
-    return _at_a_wall(25 + 0j, 0.02, line(-2j, 2j))
+    return _at_a_wall(25 + 0j, 0.02, edges(-2j, 2j))
 
 
 @misses(
@@ -131,7 +119,7 @@ def _godot_72674() -> Staged:
 )
 def _godot_6664() -> Staged:
     """A ball goes round a room of four walls."""
-    return _in_a_room(2.3 + 1.9j, 8 + 10j, 0.16, 10.24, 6.0, 0.05)
+    return in_a_room(2.3 + 1.9j, 8 + 10j, 0.16, 10.24, 6.0, 2.0, half_width_m=0.05)
 
 
 @complained(
@@ -151,7 +139,7 @@ def _godot_32138() -> Staged:
 )
 def _pymunk_111() -> Staged:
     """A ball glances off a thick segment."""
-    return _at_a_wall(1.5 + 6j, 0.25, line(0.05 - 4j, 0.05 + 4j, half_width_m=0.05), restitution=0.95)
+    return _at_a_wall(1.5 + 6j, 0.25, edges(0.05 - 4j, 0.05 + 4j, half_width_m=0.05), restitution=0.95)
 
 
 @complained(
@@ -163,7 +151,7 @@ def _pymunk_111() -> Staged:
 def _avian_990() -> Staged:
     """A small ball falls past the corner of a wall, which it does not touch."""
     pull, radius, end, start = 9.81, 0.0135, 0.25, 0.05
-    wall = _chain(0, 0.1, 0.1 - 1j, -1j, solid=True)
+    wall = _solid(0, 0.1, 0.1 - 1j, -1j)
     scene = scene_of(
         [disc(complex(-radius - 0.0005, start), 0j, radius)],
         walls=[wall],
@@ -181,7 +169,7 @@ def _avian_990() -> Staged:
 )
 def _construct_4905() -> Staged:
     """A ball comes down on the corner of a box, with its centre above the top and beside it."""
-    return _at_a_point(3 - 4j, 0.25, 0j, unit(-0.35 + 1j), _chain(0, 4, 4 - 2j, -2j, solid=True))
+    return _at_a_point(3 - 4j, 0.25, 0j, unit(-0.35 + 1j), _solid(0, 4, 4 - 2j, -2j))
 
 
 @complained(
@@ -191,7 +179,7 @@ def _construct_4905() -> Staged:
 )
 def _construct_3443() -> Staged:
     """A ball comes straight down on the upper corner of a box that stands on its edge."""
-    return _at_a_point(-5j, 0.2, 0j, unit(0.3 + 1j), _chain(0, 2 - 2j, -4j, -2 - 2j, solid=True))
+    return _at_a_point(-5j, 0.2, 0j, unit(0.3 + 1j), _solid(0, 2 - 2j, -4j, -2 - 2j))
 
 
 @complained(
@@ -204,8 +192,8 @@ def _vrc8ball_64() -> Staged:
     """A ball goes along two cushions and past the pocket between them."""
     radius, jaw = 0.0286, 0.06
     walls = [
-        Chain(points_m=((-1.2, 0.0), (-jaw, 0.0), (-0.75 * jaw, -jaw))),
-        Chain(points_m=((0.75 * jaw, -jaw), (jaw, 0.0), (1.2, 0.0))),
+        edges(-1.2, -jaw, complex(-0.75 * jaw, -jaw)),
+        edges(complex(0.75 * jaw, -jaw), jaw, 1.2),
     ]
     scene = scene_of([disc(complex(-1, radius + 0.001), 3 + 0j, radius)], walls=walls, duration_s=0.65)
     return answered(scene, [], "A straight line, a millimetre from all walls")
@@ -219,7 +207,7 @@ def _vrc8ball_64() -> Staged:
 def _vrc8ball_70() -> Staged:
     """A ball meets the jaw of a side pocket."""
     jaw = 0.06
-    cushion = Chain(points_m=((0.75 * jaw, -jaw), (jaw, 0.0), (1.2, 0.0)))
+    cushion = edges(complex(0.75 * jaw, -jaw), jaw, 1.2)
     return _at_a_point(2 - 0.75j, 0.0286, complex(jaw), unit(-0.6 + 1j), cushion)
 
 
@@ -231,7 +219,7 @@ def _vrc8ball_70() -> Staged:
 def _ball2box_10() -> Staged:
     """A ball bounces on a box twice, the second time a centimetre from the corner."""
     pull, radius, drift, fall = 10.0, 0.2, 0.25, 0.3
-    box = _chain(0, -2, -2 - 1j, -1j, solid=True)
+    box = _solid(0, -2, -2 - 1j, -1j)
     start = complex(-0.01 - 3 * fall * drift, radius + 0.5 * pull * fall**2)
     end = 3.5 * fall
     up = complex(drift, pull * fall)
@@ -252,7 +240,7 @@ def _cannon_301() -> Staged:
     pull, radius, height = 9.81, 0.3, 1.0
     time = math.sqrt(2 * height / pull)
     end, speed = 1.5 * time, pull * time
-    floor = line(-4, 0, pieces=4)
+    floor = edges(-4, 0, pieces=4)
     scene = scene_of(
         [disc(complex(-0.25, radius + height), 0j, radius)],
         walls=[floor],

@@ -14,6 +14,7 @@ from typing import Any
 from carom.scene import Disc, Wall
 from carom.scenes.closed_forms import scene_of
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.scenes.walled import FLOOR
 from carom.trace import Vector
 
 _CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: grip ends rolling, v' = v/(1 + k); sliding takes f (1 + e) w_n of v"
@@ -22,16 +23,11 @@ _GARWIN = (
     "Garwin, Am. J. Phys. 37 (1969) 88: a superball gives its slip back, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
 )
 
-_FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
 #: When the first impact of most scenes is, seconds: at the end of no step that is a whole part of a frame, where
 #: rounding would decide whether it is seen at once.
 _FIRST_S = 0.42
 #: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
 _GRIP = 10.0
-
-
-def _numbers(*values: Fraction | float) -> tuple[float, ...]:
-    return tuple(float(value) for value in values)
 
 
 def _disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
@@ -45,9 +41,9 @@ def _on_floor(
 ) -> Staged:
     """Stage a disc that hits a level floor once."""
     scene = scene_of(
-        discs=[_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[_FLOOR], duration_s=1.0, **fields
+        discs=[_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
     )
-    (spin,) = _numbers(spin_after)
+    spin = float(spin_after)
     hit = KnownImpact(_FIRST_S, 0, -1, after, spin_first_after=spin)
     return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
 
@@ -134,7 +130,7 @@ def _between_plates(
 ) -> Staged:
     """Stage a disc between two plates, elastic across them, given speed along them and spin after each impact."""
     flight = gap / across
-    walls = [_FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
+    walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
     start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
     first_s = gap / 2 / across
     scene = scene_of(
@@ -168,7 +164,7 @@ def _bounce_to_roll() -> Staged:
     disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
     scene = scene_of(
         discs=[disc],
-        walls=[_FLOOR],
+        walls=[FLOOR],
         wall_friction=0.25,
         wall_restitution=0.5,
         gravity_m_s2=(0.0, -pull),
@@ -208,7 +204,7 @@ def _superball_hop() -> Staged:
     disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
     scene = scene_of(
         discs=[disc],
-        walls=[_FLOOR],
+        walls=[FLOOR],
         wall_friction=_GRIP,
         wall_tangential_restitution=1.0,
         gravity_m_s2=(0.0, -pull),
@@ -242,7 +238,7 @@ def _strip() -> Staged:
 @listed("spin")
 def _corner() -> Staged:
     """A disc meets both walls of a right-angled corner at once: with friction their order decides what follows."""
-    walls = [_FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
+    walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
     scene = scene_of(discs=[_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
     # The side wall, whose number is the lower, first: it may take 1/4 of 6 from -2 m/s, and 2/3 are enough to roll.
     impacts = (

@@ -12,21 +12,17 @@ from collections.abc import Sequence
 
 from carom.scene import Chain, Disc, Ring
 from carom.scenes.closed_forms import after_wall, answered, disc, impact, scene_of, unit, vector, wedge_impacts
-from carom.scenes.entry import KnownAnswer, KnownImpact, Staged, Tag, listed
-from carom.scenes.walled import bounces_in_a_box
+from carom.scenes.entry import KnownAnswer, Staged, Tag, listed
+from carom.scenes.walled import edges, in_a_room
 
 _LAW = "Newton's law: the part of the velocity along the normal is turned round"
 _BUNIMOVICH = "Bunimovich, Comm. Math. Phys. 65 (1979) 295: the stadium"
 _CHORDS = "Each chord of a circle subtends the same angle"
 
 
-def _line(*points: complex, **fields: float | bool | tuple[float, ...]) -> Chain:
-    return Chain(points_m=tuple(map(vector, points)), **fields)
-
-
 def _stadium() -> Chain:
     """Return a stadium: straight sides of 4 m, and half circles of radius 2 m."""
-    return _line(-2 - 2j, 2 - 2j, 2 + 2j, -2 + 2j, bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
+    return edges(-2 - 2j, 2 - 2j, 2 + 2j, -2 + 2j, bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
 
 
 def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain | Ring, source: str) -> Staged:
@@ -47,7 +43,7 @@ def _around(places: Sequence[complex], speed: float, radius: float, wall: Chain 
 @listed("tables")
 def _bullet() -> Staged:
     """A disc of a millimetre at a million metres a second meets a wall without thickness."""
-    scene = scene_of([disc(-10 + 0.125j, 1e6, 1e-3)], walls=[_line(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4)
+    scene = scene_of([disc(-10 + 0.125j, 1e6, 1e-3)], walls=[edges(-1j, 1j)], duration_s=1e-3, frame_rate_hz=1e4)
     return answered(scene, [impact(9.999 / 1e6, 0, -1, complex(-1e6))], f"{_LAW}; the way is 10 m less the radius")
 
 
@@ -56,7 +52,7 @@ def _end_of_a_wall(offset: float) -> Staged:
     radius, speed, time = 0.25, 3.0, 0.51
     normal = complex(-math.sqrt(max(1.0 - offset * offset, 0.0)), offset)  # from the end to the centre
     start = complex(0.0, radius * offset) + radius * normal.real - speed * time
-    scene = scene_of([disc(start, complex(speed), radius)], walls=[_line(-1j, 0j)], duration_s=1.5)
+    scene = scene_of([disc(start, complex(speed), radius)], walls=[edges(-1j, 0j)], duration_s=1.5)
     after = speed * complex(2.0 * offset**2 - 1.0, 2.0 * offset * math.sqrt(max(1.0 - offset**2, 0.0)))
     hits = [impact(time, 0, -1, after)] if offset < 1.0 else []
     return answered(scene, hits, "The normal at an end is from it to the centre: s off, (2 s^2 - 1, 2 s sqrt(1 - s^2))")
@@ -84,7 +80,7 @@ def _corner(restitution: float) -> Staged:
     radius, velocity, time = 0.5, -1 - 1.5j, 65 / 64  # all exact, so that both sides are met at one instant
     scene = scene_of(
         [disc(complex(radius, radius) - velocity * time, velocity, radius)],
-        walls=[_line(9, 0, 9j)],
+        walls=[edges(9, 0, 9j)],
         wall_restitution=restitution,
         duration_s=2.5,
     )
@@ -109,7 +105,7 @@ def _wedge(degrees: float, start: complex, velocity: complex) -> Staged:
     """Stage a disc in a wedge; start and velocity are those of its centre in the wedge that is left to it."""
     angle, radius = math.radians(degrees), 0.125
     apex = radius * complex(1.0 / math.tan(angle / 2.0), 1.0)
-    walls = [_line(64, 0, 64 * cmath.exp(1j * angle))]
+    walls = [edges(64, 0, 64 * cmath.exp(1j * angle))]
     hits = wedge_impacts(start, velocity, angle)
     duration = hits[-1].time_s * 1.1
     scene = scene_of([disc(apex + start, velocity, radius)], walls=walls, duration_s=duration)
@@ -128,7 +124,7 @@ def _corner_of_forty_five() -> Staged:
     """A disc meets both sides of a corner of 45 degrees at one instant: four impacts, and back the way that it came."""
     radius, velocity, time = 0.25, 1.5 * cmath.exp(-0.9j * math.pi), 0.75
     apex = radius * complex(1.0 + math.sqrt(2.0), 1.0)
-    walls = [_line(8, 0, 8 + 8j)]
+    walls = [edges(8, 0, 8 + 8j)]
     scene = scene_of([disc(apex - velocity * time, velocity, radius)], walls=walls, duration_s=2 * time)
     source = (
         "Reflections in two lines at an angle of pi/n make a group of 2 n: for even n a disc in the apex goes back, "
@@ -220,17 +216,7 @@ def _three_posts() -> Staged:
 @listed("tables")
 def _box_of_edges() -> Staged:
     """A disc in a box of four edges, not half-planes: its many bounces are one straight line, unfolded."""
-    radius, width, height = 0.25, 5.0, 3.0
-    start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
-    scene = scene_of(
-        [disc(start + complex(radius, radius), velocity, radius)],
-        walls=[_line(0, 5, 5 + 3j, 3j, closed=True)],
-        duration_s=60.0,
-    )
-    room = width - 2 * radius, height - 2 * radius
-    hits = bounces_in_a_box(start, velocity, *room, scene.duration_s)
-    impacts = [KnownImpact(hit.time_s, 0, -1, hit.velocity_first_after) for hit in hits]
-    return answered(scene, impacts, "Unfolding: the path is one straight line through a lattice of boxes")
+    return in_a_room(1.109375 + 0.765625j, 1.71875 + 0.6328125j, 0.25, 5.0, 3.0, 60.0)
 
 
 @listed("tables")
@@ -243,7 +229,7 @@ def _fagnano() -> Staged:
     places = [
         middle + inner / (2.0 * math.sqrt(3.0)) * cmath.exp(1j * math.pi * (-1 / 2 + 2 * k / 3)) for k in range(3)
     ]
-    wall = _line(0, side, side * cmath.exp(1j * math.pi / 3), closed=True)
+    wall = edges(0, side, side * cmath.exp(1j * math.pi / 3), closed=True)
     return _around(places, 1.0, radius, wall, "Fagnano, 1775: the orthic triangle, here of a triangle a disc smaller")
 
 
@@ -251,7 +237,7 @@ def _fagnano() -> Staged:
 def _seam() -> Staged:
     """A disc glances off a floor of ten pieces that lie in one line: one impact, and the seams are not met."""
     radius, velocity, time = 0.25, 5 - 2j, 0.51
-    floor = Chain(points_m=((-5.0, 0.0), (5.0, 0.0)), pieces=10)
+    floor = edges(-5, 5, pieces=10)
     start = complex(0.0625, radius) - velocity * time
     scene = scene_of([disc(start, velocity, radius)], walls=[floor], duration_s=1.25)
     return answered(scene, [impact(time, 0, -1, 5 + 2j)], f"{_LAW}; a floor in pieces is a floor")

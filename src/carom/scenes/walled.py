@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
-from carom.scene import Wall
+from carom.scene import Chain, Wall
 from carom.scenes.closed_forms import (
     after_impact,
     after_wall,
@@ -19,13 +20,21 @@ from carom.scenes.closed_forms import (
 from carom.scenes.entry import KnownImpact, Staged, listed
 from carom.trace import wall_body
 
+#: A level floor at height 0.
+FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+
+
+def edges(*points: complex, **fields: Any) -> Chain:
+    """Return a wall of edges from point to point."""
+    return Chain(points_m=tuple(map(vector, points)), **fields)
+
 
 def box_walls(width_m: float, height_m: float) -> list[Wall]:
     """Return the walls of a box with one corner at the origin: left, right, bottom, top."""
     return [
         Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
         Wall(point_m=(width_m, 0.0), normal=(-1.0, 0.0)),
-        Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
+        FLOOR,
         Wall(point_m=(0.0, height_m), normal=(0.0, -1.0)),
     ]
 
@@ -55,6 +64,41 @@ def bounces_in_a_box(
         velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
         impacts.append(impact(time, 0, wall_body(wall), velocity))
     return impacts
+
+
+def in_a_room(
+    start: complex,
+    velocity: complex,
+    radius_m: float,
+    width_m: float,
+    height_m: float,
+    duration_s: float,
+    *,
+    half_width_m: float = 0.0,
+    drive: complex = 0j,
+    source: str = "Unfolding: the path is one straight line through a lattice of boxes",
+) -> Staged:
+    """Stage a disc in a room of four edges, one body, which may be thick, and may move.
+
+    Args:
+        start: Where the disc begins, from the corner of what is left to its centre.
+        velocity: Its velocity, as seen from the room.
+        radius_m: Its radius.
+        width_m: Width of the room.
+        height_m: Its height.
+        duration_s: Until when.
+        half_width_m: Half the thickness of the edges.
+        drive: Velocity of the room.
+        source: Where the answer comes from.
+    """
+    reach = radius_m + half_width_m
+    corners = (0j, complex(width_m), complex(width_m, height_m), complex(0.0, height_m))
+    room = edges(*corners, closed=True, half_width_m=half_width_m, velocity_m_s=vector(drive))
+    begun = disc(start + complex(reach, reach), velocity + drive, radius_m)
+    hits = bounces_in_a_box(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
+    afters = [(hit.time_s, hit.velocity_first_after) for hit in hits]
+    impacts = [impact(time_s, 0, -1, drive + complex(*after)) for time_s, after in afters if after is not None]
+    return answered(scene_of([begun], walls=[room], duration_s=duration_s), impacts, source)
 
 
 @listed("classics")
@@ -131,7 +175,7 @@ def _bank_shot() -> Staged:
             disc(complex(0, radius) - incoming * time_1, incoming, radius),
             disc(struck + 2 * radius * normal, 0j, radius),
         ],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+        walls=[FLOOR],
         duration_s=1.75,
     )
     impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
