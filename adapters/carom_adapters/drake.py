@@ -210,7 +210,7 @@ adapter = EngineAdapter(
         module="pydrake",
         distribution="drake",
         install="pip install 'carom[drake]'",
-        oldest="1.31",  # those before end the process beside NumPy 2
+        oldest="1.31",  # those before end the process with NumPy 2
         newest_tried="1.51",
     ),
     capabilities=CAPABILITIES,

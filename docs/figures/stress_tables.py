@@ -1,6 +1,6 @@
 """The tables of `docs/stress-results.md`: `make stress` runs the full campaign and has this script write them.
 
-It takes them from `stress.md`, which `carom stress --out` writes beside the evidence of each cell.
+It takes them from `stress.md`, which `carom stress --out` writes next to the evidence of each cell.
 """
 
 from __future__ import annotations

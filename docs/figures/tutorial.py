@@ -1,6 +1,6 @@
 """The tutorial, run: `python docs/figures/tutorial.py` runs docs/tutorial.ipynb and keeps what its cells show.
 
-What is kept is the same wherever it was run, but for what a run took.
+What is kept is the same wherever it was run, except for what a run took.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import nbformat
 from nbclient import NotebookClient
 
 NOTEBOOK = Path(__file__).resolve().parents[1] / "tutorial.ipynb"
-#: A cell that takes longer than so many seconds has failed.
+#: A cell that takes longer than this many seconds has failed.
 _LIMIT_S = 600
 #: A number of four digits or more: a result, and no count, width or colour.
 _NUMBER = re.compile(r"\d(?:\.?\d){3,}")

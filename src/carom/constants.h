@@ -1,6 +1,6 @@
 /* Every constant that the compiled rooms compute with: value, unit where it has one, and reason. `constants.pxd` names
    them for Cython; tests/unit/test_constants.py holds those that plain Python has too to the same values. No unit: a
-   ratio or a count. Sizes of structs and numbers of things are enums beside what they count. */
+   ratio or a count. Sizes of structs and numbers of things are enums next to what they count. */
 
 #ifndef CAROM_CONSTANTS_H
 #define CAROM_CONSTANTS_H
@@ -14,7 +14,7 @@
 
 /* 2^27 + 1, Veltkamp's constant: 53 bits become 26, 26 and a sign. */
 #define CAROM_SPLITTER 134217729.0
-/* 8 roundings: more than the terms of b (4), c (5) and, with a factor 2 beside it, of D gather before their last sum. */
+/* 8 roundings: more than the terms of b (4), c (5) and, with its factor 2, of D gather before their last sum. */
 #define CAROM_ERROR 0x1p-50
 /* Where products of this size count, underflow (2^-1075 at most, each) may count too, and the error-free form decides. */
 #define CAROM_NEGLIGIBLE 0x1p-900
@@ -98,7 +98,7 @@
 #define CAROM_BODY_WORK 3.0
 /* Where skipping has not paid, frames are looped plainly until it has cost no more than this part of them. Chosen. */
 #define CAROM_EXCESS_PART 0x1p-6
-/* What has been saved counts for so many frames. Chosen. */
+/* What has been saved counts for this many frames. Chosen. */
 #define CAROM_SAVED_FRAMES 64.0
 
 /* ---- certified: bounds, scaled by powers of two of `carom.solvers.units` ---- */

@@ -74,7 +74,7 @@ class SceneError(InputError):
     Attributes:
         problems: Every finding, or the first of each kind.
         source: The file, where there is one.
-        more: Whether there are findings beside `problems`, which nobody has counted.
+        more: Whether there are findings in addition to `problems`, which nobody has counted.
     """
 
     #: More than this many findings are counted rather than shown: one bad column must not scroll the first line away.

@@ -29,7 +29,7 @@ class PlainFormWarning(UserWarning):
 
 @functools.cache
 def extension_available() -> bool:
-    """Return whether the compiled forms serve; warn where they were built of other sources than those beside them."""
+    """Return whether the compiled forms serve; warn where they were built of other sources than those next to them."""
     available = not _absence()
     if available and _staleness():
         warnings.warn(_staleness(), StaleExtensionWarning, stacklevel=2)
@@ -43,7 +43,7 @@ def extension_notes() -> tuple[str, ...]:
 
 
 class StaleExtensionWarning(UserWarning):
-    """The compiled extension does not do what the sources beside it say."""
+    """The compiled extension does not do what the sources next to it say."""
 
 
 class Patience:
@@ -95,7 +95,7 @@ def _absence() -> str:
 
 @functools.cache
 def _staleness() -> str:
-    """Return that the extension is not of the sources beside it, and the remedy; nothing where it is.
+    """Return that the extension is not of the sources next to it, and the remedy; nothing where it is.
 
     Only where it is used from a source tree, as an editable install is: what was installed is not edited. Whether it is
     older than a source says whether it is worth looking into the sources.

@@ -3,8 +3,8 @@
 A folder of Carom's has a marker, a file that says what it is for. Carom writes into a folder that is new, empty, or
 marked for the same purpose, and refuses every other; so no file of anybody else's is ever in its way.
 
-Files that belong together appear together: they are written into a folder beside, put on the disk, and the rename of
-that folder is the moment at which they count. From then on they are moved to their places, by the next process if
+Files that belong together appear together: they are written into a folder of their own, put on the disk, and the rename
+of that folder is the moment at which they count. From then on they are moved to their places, by the next process if
 need be. So after a kill or a loss of power at any moment the next command finds the old files or the new ones, whole.
 """
 
@@ -24,7 +24,7 @@ from carom.text import visible
 MARKER = ".carom"
 #: After its first line, a word that says what the folder is for.
 _SAYS = "Carom replaces the files that it wrote here.\n"
-#: Beside the files: those that are being written, and those that are on the disk and count.
+#: Next to the files: those that are being written, and those that are on the disk and count.
 _NEW, _WHOLE = ".carom-new", ".carom-whole"
 
 #: Longer names are cut, so that one with an ending and a temporary name stays below the 255 bytes of most systems.

@@ -1,4 +1,4 @@
-"""How a number is written for a reader: the only place where what is measured is rounded to so many digits."""
+"""How a number is written for a reader: the only place where what is measured is rounded to a number of digits."""
 
 from __future__ import annotations
 

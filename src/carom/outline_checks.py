@@ -48,7 +48,7 @@ class Place(NamedTuple):
         return Surd(whole, along[0] * self.y.part - along[1] * self.x.part, self.x.square).sign
 
     def ahead(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
-        """Return whether it lies ahead of a (1), behind it (-1) or beside it (0) on the way along."""
+        """Return whether it lies ahead of a (1), behind it (-1) or next to it (0) on the way along."""
         dx, dy = self.x.whole - a[0], self.y.whole - a[1]
         return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from carom.program.adapter import ProgramAdapter
 
 ENTRY_POINT_GROUP = "carom.adapters"
-#: Environment variable of the manifests that are known beside entry points: files, or folders with one, as in a PATH.
+#: Environment variable of manifests that are known as entry points are: files, or folders with one, as in a PATH.
 MANIFESTS = "CAROM_ENGINES"
 
 

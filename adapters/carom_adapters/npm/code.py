@@ -21,7 +21,7 @@ _EXPORTED = re.compile(r"^export (?:async )?(?:const|function|class) (\w+)", re.
 
 
 class NpmAdapter(ProgramAdapter):
-    """An engine of a folder beside this file, which is written as a program, too."""
+    """An engine of a folder next to this file, which is written as a program, too."""
 
     def __init__(self, manifest: Path) -> None:
         super().__init__(load_manifest(manifest), manifest.resolve().parent)

@@ -20,7 +20,7 @@ MAX_STEPS = 2**31 - 1
 MANTISSA_BITS = {32: 23, 64: 52}
 
 #: How an engine makes one coefficient of those of two bodies, which are 0 to the greatest it takes: the least and the
-#: greatest coefficient that a wall can have beside that of two discs. "pair" makes none: any two can be asked for.
+#: greatest coefficient that a wall can have with that of two discs. "pair" makes none: any two can be asked for.
 COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
     "pair": lambda _, most: (0.0, most),
     "one": lambda pair, _: (pair, pair),

@@ -147,7 +147,7 @@ class Capabilities:
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What a profile owns up to, beyond what PIT pays for looking once a step; the conformance suite holds it to that.
+    """What a profile owns up to, beyond what checking once per step costs PIT; the conformance suite holds it to that.
 
     The default is the promise of a method without an error of its own.
 

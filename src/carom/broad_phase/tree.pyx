@@ -133,7 +133,7 @@ cdef bint find(const Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end,
 
 
 cdef Py_ssize_t node_count(Py_ssize_t items):
-    """Return how many nodes a tree of so many items has room for, those of its last level all there."""
+    """Return how many nodes a tree of that many items has room for, those of its last level all there."""
     cdef Py_ssize_t leaves = 1
     while items > LEAF * leaves:
         leaves *= 2
@@ -180,7 +180,7 @@ cdef class Search:
             free(self.trees[kind].nodes)
 
     def pairs(self, Py_ssize_t begin):
-        """Return the pairs whose higher number is `begin` or above: of so many discs as there is room for, one at least.
+        """Return the pairs whose higher number is `begin` or above: of as many discs as there is room for, one at least.
 
         Returns:
             The lower and the higher number of each pair, in no order, and the number of the disc to go on with.

@@ -1,4 +1,4 @@
-"""`carom play`: a page on which one throws the discs, exact beside a method that checks for overlap once per frame."""
+"""`carom play`: a page on which one throws the discs, exact next to a method that checks for overlap once per frame."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def play(
     ] = None,
     opened: Annotated[bool, typer.Option("--open/--no-open", help="Open the page in a browser.")] = True,
 ) -> None:
-    """Throw the discs yourself: one page, exact beside checking once per frame, that fetches nothing.
+    """Throw the discs yourself: one page, exact next to checking once per frame, that fetches nothing.
 
     Examples: `carom play`, `carom play my-scene.toml`, `carom play paper/late -e rapier2d --out late.html --no-open`.
     """

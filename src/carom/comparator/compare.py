@@ -53,7 +53,7 @@ class Score(Shown):
         pit_missed: Indices of reference impacts that PIT misses; None where it was not given.
         price_paid: The largest velocity error over PIT's at worst over the phases of the same step, or the largest spin
             error over PIT's where that is more; an impact that is missed is off by all that it changes. 1: the run pays
-            the price of sampling; 0: none of it; above 1: it does worse than looking once a step. Where sampling costs
+            the price of sampling; 0: none of it; above 1: it does worse than sampling does. Where sampling costs
             velocities and spins nothing and they are right, it costs time: the largest error of a time over
             PIT's at worst, or over a step where that is longer. NaN where PIT was not given, there is no impact, or
             the scene has no unique answer; infinite where sampling costs nothing, a number of the run is not finite,

@@ -1,9 +1,9 @@
 """What a run does where discs slide, roll and rest, against Coulomb's law in closed form.
 
 The states that a run was seen in are compared with the reference's at the same instants. PIT, which knows no contact
-and lets discs bounce at its frames, says what looking once a step costs. An integrator that moves a disc a step at one
+and lets discs bounce at its frames, says what sampling costs. An integrator that moves a disc a step at one
 speed is off by ``dt / 2`` times what that changes by, at most a step's way; its velocities by what gravity and friction
-change in a step, ``g dt (1 + f)``; and an impact may be late by a step. None of these is held against a run.
+change in a step, ``g dt (1 + f)``; and an impact may be late by a step. None of these counts against a run.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def contact_score(reference: Trace, observed: Trace, scales: Scales) -> ContactS
 
 
 def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> Ends:
-    """Return how late or early sampling lets bounces and slips end, beside PIT's own.
+    """Return how late or early sampling lets bounces and slips end, in addition to PIT's own.
 
     A hop that counts by a rounding lasts as many steps as it takes to rise and fall again; looks are some steps apart.
     """

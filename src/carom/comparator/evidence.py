@@ -122,7 +122,7 @@ class Evidence:
         )
 
     def end_rounding(self, measured: Measured, *, exactly: bool) -> NDArray[np.float64]:
-        """What rounding of what led to them makes of final places, velocities and rims, as `Measured.ends` has them.
+        """What rounding of what led to them makes of final positions, velocities and rims, as `Measured.ends` has them.
 
         Narrow floats round a place further and further; *exact* ends at a hundredth of a step's travel, as of a time.
         """

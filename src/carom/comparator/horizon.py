@@ -19,7 +19,7 @@ from carom.trace import Mode, Trace, Vector, rim_speeds, velocities
 
 #: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
 #: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
-#: that neither depends on where exactly the line is drawn; and enough beside engines in float32 (1e-7).
+#: that neither depends on where exactly the line is drawn; and enough compared with engines in float32 (1e-7).
 BELIEVED = 1e-9
 
 

@@ -32,8 +32,8 @@ class Order:
 def order_of(reference: Trace, observed: Trace, alignment: Alignment) -> Order:
     """Compare the order of the impacts of an alignment, which may end at a horizon.
 
-    A method that looks once a step tells no order within it, and stamps up to two steps late. So two impacts that have
-    no body in common and lie within that of each other are not out of order; nor are two of one time stamp.
+    A method that checks once per step tells no order within it, and stamps up to two steps late. So two impacts that
+    have no body in common and lie within that of each other are not out of order; nor are two of one time stamp.
     """
     to_reference = {o: r for r, o in alignment.matched}
     sequence = sorted([*to_reference, *alignment.spurious])

@@ -26,7 +26,7 @@ def before_rest(reference: Trace, reach: Reach, dt_s: float, sampling: Trace | N
     """Return what of a reach lies before a disc comes to rest, at a step, as far as steps can tell.
 
     A disc may come to rest, to slide or to roll. Before that come impacts, often without end, that close on something
-    by no more than is fallen in a step or two: a method that looks once a step rests already. PIT, where it is given,
+    by no more than is fallen in a step or two: a method that checks once per step rests already. PIT, where given,
     loses these bounces some hops earlier, and no step tells more than PIT's.
     """
     impacts, times = reference.impacts, reference.impacts["time_s"]

@@ -111,7 +111,7 @@ class Subject(Closing):
 
         Args:
             setup: The run.
-            more: Settings beside those of the profile.
+            more: Settings in addition to those of the profile.
             looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
             cut: Whether to cut the steps, and, `disturbed`, to take others back.
             disturbed: See `cut`.

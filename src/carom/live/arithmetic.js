@@ -66,7 +66,7 @@ export const pairProduct = (a, b) => {
   return twoSum(p, e + (a[0] * b[1] + a[1] * b[0]));
 };
 
-// math.frexp's exponent and math.ldexp, exact but for results below 2^-1022
+// math.frexp's exponent and math.ldexp, exact except for results below 2^-1022
 const view = new DataView(new ArrayBuffer(8));
 export const exponent = (x) => {
   if (x === 0 || !Number.isFinite(x)) return 0;

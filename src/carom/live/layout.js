@@ -64,7 +64,7 @@ export const gravity = make("input", {
   id: "gravity",
   onchange: () => {
     state.scene.gravity_m_s2 = gravity.checked ? [0, -G] : [0, 0];
-    // without it nothing presses discs to walls; beside it there is no damping
+    // without it nothing presses discs to walls; with it there is no damping
     state.scene[gravity.checked ? "damping_per_s" : "wall_rolling_resistance"] = 0;
     changed();
   },

@@ -16,7 +16,7 @@ import {
   twoSum,
 } from "./arithmetic.js";
 
-// The bounds of errors, and what is negligible beside them, are those of the Python modules, which say why.
+// The bounds of errors, and what is negligible compared with them, are those of the Python modules, which say why.
 export const ERROR = 2 ** -50;
 export const NEGLIGIBLE = 2 ** -900;
 const GRID = 2 ** 28;

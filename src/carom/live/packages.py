@@ -19,7 +19,7 @@ class Package:
         script: Its file, from the package's folder.
         wasm: Whether it runs WebAssembly.
         exported: What an ECMAScript module calls its default; empty for a script that sets ``module.exports``.
-        binary: The file of WebAssembly beside it, empty where the script holds its own.
+        binary: The file of WebAssembly next to it, empty where the script holds its own.
         closed: Text of the script that only node has or that the page's policy forbids, each once in it, and what does
             the same in a page.
     """

@@ -48,7 +48,7 @@ class Cell:
 
     Attributes:
         text: What it says.
-        note: What stands smaller beside it: the number behind a word.
+        note: What stands smaller next to it: the number behind a word.
         short: What a terminal shows instead of text and note, where that is shorter.
         title: The whole story, which a page shows when it is pointed at.
         css: Class of its colours on a page.
@@ -122,7 +122,7 @@ class Table:
         css: Class of its layout on a page.
         only: The media that show it.
         packed: Whether a page holds its rows compressed until it is opened: they are many, and say little each.
-        cards: Whether a narrow page shows each row as a card, each cell with its heading, and nothing beside it.
+        cards: Whether a narrow page shows each row as a card, each cell with its heading, and nothing next to it.
     """
 
     columns: Sequence[Column]

@@ -45,7 +45,7 @@ class Mark(Enum):
     def __init__(self, word: str, symbol: str, meaning: Grade | str, style: str) -> None:
         self.word = word
         self.symbol = symbol
-        # A grade's sentence begins with its own word, which stands beside it already.
+        # A grade's sentence begins with its own word, which stands next to it already.
         self.meaning = meaning.value.partition(": ")[2] if isinstance(meaning, Grade) else meaning
         self.style = style
 
@@ -158,7 +158,7 @@ class GridCell:
 
     @property
     def plays(self) -> bool:
-        """Whether there is a run and a reference, so that the one can be played beside the other."""
+        """Whether there is a run and a reference, so that the one can be played next to the other."""
         return self.row is not None and self.row.trace is not None and self.row.score is not None
 
 

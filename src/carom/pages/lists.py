@@ -144,7 +144,7 @@ _SAID = {
 
 
 def _capabilities(kinds: Mapping[str, Capabilities]) -> Section:
-    """Return what an engine can do, and beside it each profile that can do otherwise; limits at infinity are none."""
+    """Return what an engine can do, and next to it each profile that can do otherwise; limits at infinity are none."""
     rows = []
     for name, (word, unit) in _SAID.items():
         values = [getattr(able, name) for able in kinds.values()]

@@ -76,7 +76,7 @@ def plot(thing: object, axes: Axes | None = None) -> Axes:
 
 
 def plot_beside(*traces: Trace) -> list[Axes]:
-    """Draw traces of one scene beside each other, to one scale, on axes of a new figure, and return these.
+    """Draw traces of one scene next to each other, to one scale, on axes of a new figure, and return these.
 
     Args:
         traces: At least one; what lies beyond the picture of the first by more than some of its extent is cut off.

@@ -1,4 +1,4 @@
-"""Runs as pictures, each beside its reference: the paths of the discs with their impacts."""
+"""Runs as pictures, each next to its reference: the paths of the discs with their impacts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _WIDTH_IN = 3.3
-#: A picture is no flatter and no taller than this, in parts of its width; then there is empty room beside the scene.
+#: A picture is no flatter and no taller than this, in parts of its width; then there is empty room next to the scene.
 _FLATTEST, _TALLEST = 0.28, 1.0
 _MARGIN = 0.06
 #: An engine that throws discs out of the picture must not shrink the scene to a dot: this many extents are shown.
@@ -49,7 +49,7 @@ _SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////
 
 
 def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
-    """Return a run beside its reference, as SVG and to one scale.
+    """Return a run next to its reference, as SVG and to one scale.
 
     Args:
         reference: What must happen.

@@ -1,4 +1,4 @@
-"""A replay: all that a page needs to show a run beside its reference, moving, with the evidence of each impact.
+"""A replay: all that a page needs to show a run next to its reference, moving, with the evidence of each impact.
 
 The data of a scene and of all cells that ran it are one block of JSON, packed, which the page's script unpacks when
 somebody opens one of them.
@@ -65,7 +65,7 @@ def scene_replays(
     Args:
         results: The runs.
         grid: Where they stand.
-        drag_link: Where a scene's discs can be thrown, beside the page; empty where they can't.
+        drag_link: Where a scene's discs can be thrown, next to the page; empty where they can't.
     """
     for row in grid.rows:
         reference = results.references.get(row.scene.name)

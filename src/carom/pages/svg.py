@@ -124,7 +124,7 @@ _ENGINES = (
 
 
 def _look(engine: str) -> tuple[str, str]:
-    """Return colour and mark of an engine, the same in every diagram, whichever others stand beside it."""
+    """Return colour and mark of an engine, the same in every diagram, whichever others stand next to it."""
     if engine == "pic":
         return SERIES[0], _MARKERS[0]
     lap = len(SERIES) - 1
@@ -174,7 +174,7 @@ def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
 
 
 def finish(axes: Axes) -> None:
-    """Draw the grid, and the legend beside the axes; ticks between the labelled ones have no words."""
+    """Draw the grid, and the legend next to the axes; ticks between the labelled ones have no words."""
     from matplotlib.ticker import NullFormatter
 
     # Within a decade matplotlib would label them, in the formulas' notation that `drawing` switches off.

@@ -1,4 +1,4 @@
-"""How pages and reports write numbers and lists; numbers of so many digits by `carom.number_text`."""
+"""How pages and reports write numbers and lists; numbers rounded to a number of digits by `carom.number_text`."""
 
 from __future__ import annotations
 

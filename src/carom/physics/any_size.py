@@ -16,7 +16,7 @@ from carom.physics.pair_time import pair_time
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
 #: Bits to which a root is taken: three more than a float has, so that a time, rounded once at the end, is off by an
-#: eighth of a unit in its last place at most, beside the half that rounding takes.
+#: eighth of a unit in its last place at most, in addition to the half that rounding takes.
 _ROOT_BITS = 56
 
 

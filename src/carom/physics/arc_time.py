@@ -101,7 +101,7 @@ def _turn_to(fx: Pair, fy: Pair, x: Pair, y: Pair, moved_x: float, moved_y: floa
 def is_before_arc(disc: Mover, arc: Arc) -> bool:
     """Whether a disc's centre is on the side of an arc that is asked about, and in its sector.
 
-    Then a gap below 0 is an overlap; elsewhere it means that the disc is beside the arc or behind it.
+    Then a gap below 0 is an overlap; elsewhere it means that the disc is next to the arc or behind it.
     """
     x, y = from_pair(disc.x, arc.centre[0]), from_pair(disc.y, arc.centre[1])
     beyond = excess(x, y, arc.radius)[0]
@@ -118,7 +118,7 @@ def vertex_time(disc: Mover, vertex: Vertex) -> float:
 def outer_arc_time(disc: Mover, arc: Arc) -> float:
     """Return the seconds until a disc touches an arc from outside, infinity where it never does.
 
-    0 where it touches or overlaps and approaches. One that is within the circle of contact, but beside the arc, does
+    0 where it touches or overlaps and approaches. One that is within the circle of contact, but next to the arc, does
     not meet it: a straight path enters a circle once.
     """
     x, y = from_pair(disc.x, arc.centre[0]), from_pair(disc.y, arc.centre[1])

@@ -119,7 +119,7 @@ def rub(contact: ContactFriction, rolling_resistance: float, slip: float, rim: f
     """Return the impulses of the two frictions in an impact on a wall whose normal one is `pressed`, a unit of mass.
 
     Args:
-        contact: The friction of the two; what it gives back of a slip is 0 beside rolling resistance.
+        contact: The friction of the two; what it gives back of a slip is 0 with rolling resistance.
         rolling_resistance: c.
         slip: s before it.
         rim: q before it.

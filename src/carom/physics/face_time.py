@@ -68,7 +68,7 @@ def _pair_quotient(a: Pair, b: Pair) -> Pair:
 def is_before_face(disc: Mover, face: Face) -> bool:
     """Whether a disc's centre is on a face's free side, with its foot on the edge: then a gap below 0 is an overlap.
 
-    Elsewhere it means that the disc is beside the edge or behind it.
+    Elsewhere it means that the disc is next to the edge or behind it.
     """
     (ex, ey), x, y = face.along, from_point(disc.x, face.a[0]), from_point(disc.y, face.a[1])
     to_end = from_point(disc.x, face.b[0]), from_point(disc.y, face.b[1])

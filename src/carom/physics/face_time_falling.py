@@ -39,7 +39,7 @@ def face_time_falling(disc: Mover, face: Face, gravity: Point, leaving: float | 
     if gap[0] <= 0.0:
         if is_before_face(disc, face):
             return descent_time(gap, speed, pull)
-        if not speed[0] > 0.0 or not pull[0] < 0.0:  # beside it or behind, from where only a fall back leads onto it
+        if not speed[0] > 0.0 or not pull[0] < 0.0:  # next to it or behind, from where only a fall back leads onto it
             return math.inf
         if not discriminant_from_gap(speed, (2.0 * gap[0], 2.0 * gap[1]), pull)[0] > 0.0:
             return math.inf

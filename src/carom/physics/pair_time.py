@@ -36,7 +36,7 @@ from carom.physics.double_double import (
     two_sum,
 )
 
-#: 8 roundings: more than the terms of b (4), c (5) and, with a factor 2 beside it, of D gather before their last sum.
+#: 8 roundings: more than the terms of b (4), c (5) and, with its factor 2, of D gather before their last sum.
 ERROR = 2.0**-50
 #: Where products of this size count, underflow (2^-1075 at most, each) may count too, and the error-free form decides.
 NEGLIGIBLE = 2.0**-900

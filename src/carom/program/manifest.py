@@ -96,9 +96,9 @@ class Manifest(_Table):
         version: The engine's version, where it can be told without asking.
         oldest: Oldest release that the program drives as it says: with an older one the engine is unavailable.
         newest_tried: Newest release that it was run on.
-        package: The ``package.json`` of the npm package that the program needs, as a file beside the manifest: without
+        package: The ``package.json`` of the npm package that the program needs, as a file next to the manifest: without
             it the engine is unavailable, and its version is the engine's where `version` is empty.
-        command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file beside the
+        command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file next to the
             manifest: the program runs in an empty folder of its own.
         install: The command that installs what the program needs, shown where that is missing; its words as in
             `command`.
@@ -135,7 +135,7 @@ class Manifest(_Table):
         return data
 
     def command_from(self, folder: Path) -> tuple[str, ...]:
-        """Return the command, with the files that lie beside the manifest by their full names."""
+        """Return the command, with the files that lie next to the manifest by their full names."""
         return tuple(_from(folder, word) for word in self.command)
 
     def version_from(self, folder: Path) -> str:
@@ -164,7 +164,7 @@ class Manifest(_Table):
 
 
 def _from(folder: Path, word: str) -> str:
-    """Return a word of a command, a file beside the manifest by its full name."""
+    """Return a word of a command, a file next to the manifest by its full name."""
     return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
 
 

@@ -1,7 +1,7 @@
 """Any adapter in Python as a program of the engine protocol: it reads requests and answers, as an engine in C++ does.
 
-So an adapter can run in an interpreter, or beside a release of its engine, of its own: `carom history` puts many
-releases of one engine beside each other in one run by it.
+So an adapter can run in an interpreter, or next to a release of its engine, of its own: `carom history` puts many
+releases of one engine next to each other in one run by it.
 """
 
 from __future__ import annotations

@@ -126,7 +126,7 @@ def step_code_of(engine: str, profile: str, scene: Scene, dt_s: float, pool: Poo
 
 
 def tried_code_of(engine: str, profile: str, tried: Tried, scene: Scene, dt_s: float, pool: Pool) -> str:
-    """Return what of an engine's own code reads otherwise with settings in place of a profile's own.
+    """Return what of an engine's own code reads otherwise with settings instead of a profile's own.
 
     Args:
         engine: Name of the adapter.

@@ -32,7 +32,7 @@ _UNKNOWN: Vector = (math.nan, math.nan)
 _NOWHERE: Vector = (0.0, 0.0)
 
 #: A pair rests that neither closes nor parts by more than gravity gives in this many steps: one until the engine looks,
-#: one until what it found acts, and the half by which a leapfrog's velocities stand beside its boundaries.
+#: one until what it found acts, and the half by which a leapfrog's velocities lie off its boundaries.
 _REST_STEPS = 2.5
 
 #: Of the two bodies of a contact.

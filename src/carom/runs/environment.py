@@ -37,7 +37,7 @@ class Environment:
 
     @property
     def machine(self) -> tuple[str, str, int]:
-        """What run times depend on beside versions: system, processor and number of cores."""
+        """What run times depend on in addition to versions: system, processor and number of cores."""
         return (self.system, self.processor, self.cores)
 
 

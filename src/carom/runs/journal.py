@@ -213,7 +213,7 @@ def _difference(there: Mapping[str, Any], here: Mapping[str, Any]) -> str:
 
 
 def _parsed(line: bytes) -> Any:
-    """Return what a line says; None where it is no JSON, or of so many values that it is none of Carom's."""
+    """Return what a line says; None where it is no JSON, or has more values than any line of Carom's."""
     try:
         return json.loads(line) if values_in(line) <= MOST_VALUES[".json"] else None
     except (ValueError, RecursionError):

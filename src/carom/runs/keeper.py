@@ -78,7 +78,7 @@ def _keep(worker: int, woken: int, parent: int) -> None:
     os.dup2(null, 1)  # the end of the answers is the worker's
     os.dup2(null, 2)
     poll = select.poll()
-    poll.register(0, 0)  # not for what there is to read, which is the worker's, but for the other end being closed
+    poll.register(0, 0)  # not for what there is to read, which is the worker's; it says when the other end is closed
     poll.register(woken, select.POLLIN)
     status: int | None = None
     while status is None and all(file == woken for file, _ in poll.poll()):

@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from carom.adapter import CuttableWorld, World
 from carom.errors import AdapterError
 
-#: Impacts without end at one instant cut a step into pieces without end. No scene has so many in one step.
+#: Impacts without end at one instant cut a step into pieces without end. No scene has this many in one step.
 MOST_PIECES = 10_000
 
 

@@ -26,7 +26,7 @@ from carom.scene import Scene
 from carom.trace import Outcome, Samples, Setting, Trace
 from carom.windows import States
 
-#: Where discs may come to rest states are kept, of so many discs at most, and so many states: 40 bytes a disc each.
+#: Where discs may come to rest states are kept, of this many discs at most, and this many states: 40 bytes a disc each.
 MOST_LOOKED_AT = 10
 MOST_LOOKS = 256
 

@@ -134,7 +134,7 @@ def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
 
 @dataclass(frozen=True)
 class Options(Limited):
-    """What is asked of a cross-check beside its scenes.
+    """What is asked of a cross-check, apart from its scenes.
 
     Attributes:
         engines: Names of adapters; by default every one whose engine is installed.
@@ -145,7 +145,7 @@ class Options(Limited):
             them.
         settings: Settings to try instead of the profiles' own, by name; every engine asked for must have them. A text
             is read as the kind that the setting is.
-        phases: At how many sub-step phases to run each job beside the scene's own, for the spread of its errors.
+        phases: At how many sub-step phases to run each job in addition to the scene's, for the spread of its errors.
         seed: Where the quasi-random sequence of phases begins.
         certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
             discs or more a certified run says up to which impact it is reliable, where python-flint is installed.

@@ -68,7 +68,7 @@ class Pool(Asker):
 
         Args:
             items: Names of the engines that are asked for, and what is to be worked on.
-            work: Yields what comes of an item; it asks whatever it is given beside the item.
+            work: Yields what comes of an item; it asks whatever it is given with the item.
         """
 
 

@@ -70,7 +70,7 @@ class Results(Tabular):
             of one or two discs are left out unless that was asked for.
         horizons: Up to when a scene's reference is reliable, seconds, by the scene's name; what is not listed is
             believed whole. An estimate where nobody has certified it.
-        phases: At how many sub-step phases each job was run beside the scene's own.
+        phases: At how many sub-step phases each job was run in addition to the scene's own.
     """
 
     rows: tuple[Row, ...]

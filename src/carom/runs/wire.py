@@ -1,7 +1,7 @@
 """Values as JSON and back: what a journal's line holds, and what a worker process answers.
 
 What comes back is held to the type that was declared, field by field; no code runs by it. Floats are the shortest text
-that reads back as the same float, NaN and infinities are strings, and arrays are their bytes, in base64, beside their
+that reads back as the same float, NaN and infinities are strings, and arrays are their bytes, in base64, next to their
 shape.
 """
 

@@ -63,7 +63,7 @@ class KnownImpact:
 class KnownAnswer:
     """What mathematics or a cited source says of a scene. It is never computed by the code that it is to test.
 
-    Beside what is listed here, one thing is known of every scene: at its end no two bodies overlap.
+    In addition to what is listed here, one thing is known of every scene: at its end no two bodies overlap.
 
     Attributes:
         source: Where the answer comes from: the theorem, the closed form or the citation, in one sentence.

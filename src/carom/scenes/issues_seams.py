@@ -95,7 +95,7 @@ def _rapier_404() -> Staged:
     made="All sizes are ours; without gravity.",
 )
 def _godot_76610() -> Staged:
-    """A ball comes straight down, a tenth of its radius beside the seam of two tiles."""
+    """A ball comes straight down, a tenth of its radius next to the seam of two tiles."""
     return _down(-6j, 0.4, edges(-1, 1, pieces=2), at=0.04)
 
 

@@ -168,7 +168,7 @@ def _avian_990() -> Staged:
     made="The bullet of the thread is a square; here it is a ball. All sizes are ours.",
 )
 def _construct_4905() -> Staged:
-    """A ball comes down on the corner of a box, with its centre above the top and beside it."""
+    """A ball comes down on the corner of a box, with its centre above the top and next to it."""
     return _at_a_point(3 - 4j, 0.25, 0j, unit(-0.35 + 1j), _solid(0, 4, 4 - 2j, -2j))
 
 

@@ -131,7 +131,7 @@ class _DampedLog:
         return rows
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None where nothing turns."""
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
         return None if spins is None else self._slowed(spins)
 

@@ -1,4 +1,4 @@
-"""What is asked of a PIC run beside its scene, and the way through it that serves every kind of run."""
+"""What is asked of a PIC run, apart from its scene, and the way through it that serves every kind of run."""
 
 from __future__ import annotations
 

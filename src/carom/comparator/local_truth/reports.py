@@ -1,4 +1,4 @@
-"""What a run reports beside what its states show: the same impacts, or others."""
+"""What a run reports in addition to what its states show: the same impacts, or others."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Hit or miss, times and velocities of scenes whose every impact is known, no worse than declared.
 
-What a method that looks once a step has to pay is measured, not guessed: PIT runs the same scene at the same step. An
+What checking once per step costs a method is measured, not guessed: PIT runs the same scene at the same step. An
 adapter may be as bad as that, and on top of it by what its profile's `Accuracy` owns up to. A profile whose steps are
 cut does not check once per step but where bodies begin to touch, so it is allowed rounding and its promise alone. A
 promised margin allows each impact what `carom.conformance.margin` finds of it, instead of sampling and not on top.

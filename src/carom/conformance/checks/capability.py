@@ -237,7 +237,7 @@ def _bouncing(restitution: float) -> Scene:
 
 
 def _uncombined(can: Capabilities) -> Scene | None:
-    """Return a wall with a coefficient that the rule declared excludes beside that of the discs."""
+    """Return a wall with a coefficient that the rule declared excludes with that of the discs."""
     low, high = can.restitution
     least, greatest = COMBINE_RULES[can.restitution_combine](pair := (low + high) / 2, high)
     beyond = next((wall for wall in (low, high) if not least <= wall <= greatest), None)

@@ -73,7 +73,7 @@ def belts_as_declared(subject: Subject) -> None:
 
 
 def materials_as_declared(subject: Subject) -> None:
-    """Two walls of one scene each have their own restitution: the least and the greatest that can be beside discs'."""
+    """Two walls of one scene each have their own restitution: the least and the greatest that can be with discs'."""
     can = declared(subject, "wall_materials")
     low, high = can.restitution
     # The discs of the scene have restitution 1 between them.

@@ -104,7 +104,7 @@ def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
 
 def _part(columns: Sequence[_Fitted], width: int) -> RichTable:
     widths = [column.most for column in columns]
-    while sum(widths) + _GAP * (len(widths) - 1) > width:  # the widest gives way first, but cuts no word
+    while sum(widths) + _GAP * (len(widths) - 1) > width:  # the widest is narrowed first, but cuts no word
         able = [k for k, column in enumerate(columns) if widths[k] > column.least]
         if not able:
             break

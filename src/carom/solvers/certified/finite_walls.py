@@ -89,7 +89,7 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
     x, y, vx, vy = bodies.seen(i, at, leg)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
     straight = not bodies.pulls[k] and bodies.acceleration[i] is None
-    if straight and x * law.nx + y * law.ny < law.level:  # behind the edge, or beside it
+    if straight and x * law.nx + y * law.ny < law.level:  # behind the edge, or next to it
         return None
     meeting = to_plane(bodies, i, second, at, leg)
     if meeting is None or shape.stretch is None:
@@ -146,7 +146,7 @@ def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLe
     if d < 0 or a.is_zero() or (not shape.inside and (b >= 0 or d.is_zero() or _grazes(bodies, i, second))):
         return None
     c = dx * dx + dy * dy - law.reach2
-    if c < 0 and not shape.inside:  # within the circle already, on the other side of the arc or beside it
+    if c < 0 and not shape.inside:  # within the circle already, on the other side of the arc or next to it
         return None
     if not (d > 0 and law.reach > 0 and (shape.inside or b < 0)):
         # At the point next to the centre, or as far from there as the ball of D allows.

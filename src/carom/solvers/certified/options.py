@@ -20,7 +20,7 @@ LEAST_BITS = 64
 
 @dataclass(frozen=True)
 class CertifyOptions(DeclaredOptions):
-    """What is asked of a certified run beside its scene: see `carom.certify`.
+    """What is asked of a certified run, apart from its scene: see `carom.certify`.
 
     Raises:
         InputError: A value makes no sense.

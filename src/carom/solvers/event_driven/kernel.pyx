@@ -129,7 +129,7 @@ cdef bint ask(void *asked, int one, int other, bint elastic) noexcept with gil:
 
 
 cdef Ending take_forward(State *s, double until, Index impacts, Index events) noexcept nogil:
-    """Carry out impacts up to `until` (since the start), until there have been `impacts`, or for so many events.
+    """Carry out impacts up to `until` (since the start), until there have been `impacts`, or for that many events.
 
     What is long is called at one place, so that a compiler makes it part of the loop.
     """
@@ -261,7 +261,7 @@ cdef class Kernel:
         materials: Where there are features, restitution and friction of each wall, shape ``(k, 2)``.
         decides: Called with the numbers of two features and whether both are elastic: `are_decidable` of them.
         locates: Whether where impacts are is recorded with them.
-        turning: Spin and inverse inertia ratio of each disc, shape ``(n, 2)``: see `Turning` in structs.pxd; no rows where nothing turns.
+        turning: Spin and inverse inertia ratio of each disc, shape ``(n, 2)``: see `Turning` in structs.pxd; no rows if no disc spins.
         law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none),
             friction and tangential restitution of two discs, and of a wall.
         standstill: Impacts at one instant after which time no longer advances.
@@ -465,12 +465,12 @@ cdef class Kernel:
 
     @property
     def spins(self):
-        """Spins of all discs, as they are now and will be; None where nothing turns."""
+        """Spins of all discs, as they are now and will be; None if no disc spins."""
         size = self.s.disc_count * sizeof(Turning)
         return self.rows(self.s.turning, size).view(np.float64)[::2] if self.s.record.turns else None
 
     def state(self):
-        """Return a copy of all that the run needs to go on, by name: what is predicted is made anew."""
+        """Return a copy of all that the run needs to go on, by name: what is predicted is rebuilt."""
         recent = self.recent_memory.copy() if self.s.record.wanted else None
         return {
             "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,

@@ -192,7 +192,7 @@ cdef struct State:  # all that a run consists of
     Feature *features  # the obstacles elsewhere: of each wall in turn its features in their order, a half-plane as one
     Law *wall_laws  # where there are features, the law on each wall
     double *last_impact  # time of each disc's, for the TC model alone
-    Turning *turning  # of each disc; NULL where nothing turns
+    Turning *turning  # of each disc; NULL if no disc spins
     Index disc_count
     Index wall_count
     Index feature_count

@@ -202,7 +202,7 @@ class Contacts:
 def _left_of_both(press: Press, slip: float, rim: float, approach: float, restitution: float) -> tuple[float, float]:
     """Return what is left of slip and rim's speed after infinitely many bounces, which the clock can't tell apart.
 
-    All their impulses are taken as one, ``(1 + e) w / (1 - e)``, and all that their hops add beside it: so the law of
+    All their impulses are taken as one, ``(1 + e) w / (1 - e)``, and all that their hops add to it: so the law of
     impact gives an end that rest and rolling are ends of too. What that leaves out is as small as these bounces are.
     """
     y, left = press.inverse_inertia_ratio, approach / (1.0 - restitution)

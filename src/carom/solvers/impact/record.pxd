@@ -98,7 +98,7 @@ cdef inline void record_impact(
 
 
 cdef inline array handed_out(void *memory, size_t size):
-    """Return a piece of memory, of which so many bytes are wanted, as an array that frees it."""
+    """Return a piece of memory, of which a given number of bytes is wanted, as an array that frees it."""
     rows = array((size,), 1, "B", allocate_buffer=False)
     rows.data = <char *>realloc(memory, size)
     rows.callback_free_data = free
@@ -108,7 +108,7 @@ cdef inline array handed_out(void *memory, size_t size):
 cdef inline tuple taken_rows(Record *r):
     """Return the impacts recorded since the last call, one or more, as bytes, with their spins and their contacts.
 
-    All are in the memory that they were written into. Spins are None where nothing turns, contacts where all walls are
+    All are in the memory that they were written into. Spins are None if no disc spins, contacts where all walls are
     half-planes.
     """
     impacts = handed_out(r.rows, r.count * sizeof(Impact))

@@ -13,7 +13,7 @@ from carom.solvers.pit.layout cimport Disc, State
 from carom.solvers.pit.stretches cimport Finite, distance_at_least
 
 cdef enum:
-    MOST_FRAMES = 65536  # 2^16: after so many a bound is found anew
+    MOST_FRAMES = 65536  # 2^16: after that many a bound is found anew
 
 cdef inline double extent(const State *s, const Disc *a) noexcept nogil:
     """Return what |x| + |y| of a disc can grow to while a bound is used, metres."""
@@ -48,7 +48,7 @@ cdef inline double pair_wait(const State *s, const Disc *a, const Disc *b, doubl
         return shortened((squared - contact * contact) / (sqrt(d) - along))
     if along < 0.0:  # the very number that PIT tests
         return IN_CONTACT
-    # While they part, `along` grows, but for rounding. At rest to each other, it is 0 and stays 0.
+    # While they part, `along` grows, except for rounding. At rest to each other, it is 0 and stays 0.
     if along > margin * (fabs(ux) + fabs(uy)) or (ux == 0.0 and uy == 0.0):
         return INF
     return 0.0

@@ -20,7 +20,7 @@ from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, Normal,
 from carom.solvers.pit.look cimport look, loops_plainly, skip, test_all
 from carom.solvers.pit.stretches cimport Finite, Stretch
 
-#: Up to so many discs, all count as near each other. Measured: looking through nine cells costs as much.
+#: Up to this many discs, all count as near each other. Measured: looking through nine cells costs as much.
 _FEW_DISCS = 36
 #: Chains for cells, at least: so that most cells have one of their own.
 _CHAINS_PER_DISC = 2
@@ -48,7 +48,7 @@ cdef Loop loop = run
 
 
 cdef void *memory(Index count, size_t size) except NULL:
-    """Return room for so many rows, all zero."""
+    """Return room for that many rows, all zero."""
     room = calloc(max(count, 1), size)
     if room == NULL:
         raise MemoryError("no memory for the discs of a PIT run")
@@ -216,7 +216,7 @@ cdef class FrameLoop:
         return self.states()[:, 2:].copy()
 
     def present_spins(self):
-        """Return the spins, radians a second, shape ``(n,)``; None where nothing turns."""
+        """Return the spins, radians a second, shape ``(n,)``; None if no disc spins."""
         cdef Index i
         return np.array([self.s.turning[i].spin for i in range(self.s.disc_count)]) if self.s.record.turns else None
 

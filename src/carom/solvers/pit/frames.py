@@ -7,7 +7,7 @@ After their impact two bodies part until another one turns them: the law of impa
 leaves of it (all that there is, where the restitution is 0) is none.
 
 This is the definition, on plain floats: the compiled loop gives the same impacts, velocities and positions to the bit.
-Under gravity discs move along exact parabolas between frames, so what PIT is off by is what looking once a frame costs.
+Under gravity discs move along exact parabolas between frames, so PIT is off by what checking once per frame costs.
 """
 
 from __future__ import annotations

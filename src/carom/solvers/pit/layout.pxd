@@ -76,7 +76,7 @@ cdef struct State:  # all that a run consists of
     Law *wall_laws  # the law on each wall
     Finite *finite  # one a wall; NULL where all are half-planes
     Normal *normals  # one a disc, where there are finite walls
-    Turning *turning  # of each disc; NULL where nothing turns
+    Turning *turning  # of each disc; NULL if no disc spins
     double *due  # before which time no impact of a disc can be due; INF for one that never moves
     int *looking  # discs that are due at this frame
     Index disc_count

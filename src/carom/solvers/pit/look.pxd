@@ -196,7 +196,7 @@ cdef inline void look_around(State *s, Index i) noexcept nogil:
     """Ask for the tests of a disc that are due at this frame, and find out when it is due again."""
     cdef Index k
     a = &s.discs[i]
-    if a.inverse_mass == 0.0:  # whoever meets it sees it
+    if a.inverse_mass == 0.0:  # the disc that meets it sees it
         s.due[i] = INF
         return
     tests = s.counts.pair_tests

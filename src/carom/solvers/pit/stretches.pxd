@@ -82,7 +82,7 @@ cdef inline Foot nearest(const Finite *wall, double x, double y) noexcept nogil:
 
 
 cdef inline double distance_at_least(const Finite *wall, double x, double y) noexcept nogil:
-    """Return how far a point is from a wall's line at least, but for rounding: an arc is nowhere nearer than its circle."""
+    """Return how far a point is from a wall's line at least, except for rounding: an arc is nowhere nearer than its circle."""
     cdef Index k
     cdef double least = INF
     for k in range(wall.count):

@@ -26,7 +26,7 @@ def _share(value: object) -> float:
 
 @dataclass(frozen=True)
 class AdviceOptions(Limited):
-    """What is asked of the adviser beside the scene.
+    """What is asked of the adviser, apart from the scene.
 
     Attributes:
         engines: Names of adapters; None for all. PIC and PIT are no engines to take, and are not searched.

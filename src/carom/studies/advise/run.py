@@ -1,8 +1,8 @@
 """The adviser: from which step on each engine never misses, and meets a demand, on a scene; and the hardest impact.
 
-Of two smooth discs what looking once a step (PIT) needs is a closed form (`carom.studies.advise.sampling_limit`). All
-else is found by trying: every step of a grid, each at starts spread over it and at the unlucky ones that look just
-before the hardest impacts.
+Of two smooth discs what checking once per step (PIT) needs is a closed form
+(`carom.studies.advise.sampling_limit`). All else is found by trying: every step of a grid, each at starts spread over
+it and at the unlucky ones that look just before the hardest impacts.
 """
 
 from __future__ import annotations

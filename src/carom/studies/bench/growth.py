@@ -41,7 +41,7 @@ REPEATS = 3
 #: A warm-up has no more discs than this.
 WARM = 1_000
 
-#: Starting a process and building the scene in it take about so long, beside the run itself.
+#: Starting a process and building the scene in it take about this long, without the run itself.
 START_S = 2.0
 
 

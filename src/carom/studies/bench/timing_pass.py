@@ -1,6 +1,6 @@
 """The timing pass: nothing observed, nothing else running, several rounds in random order, ratios within a round only.
 
-Two clocks: all steps in as few calls as the adapter allows, and the whole, with the world's preparation. Beside them
+Two clocks: all steps in as few calls as the adapter allows, and the whole, with the world's preparation. Next to them
 stands what is paid without any collision: Python's call into the world, and as many steps of an empty world.
 """
 

@@ -29,7 +29,7 @@ class Demo:
     """An engine that misses an impact, and a page on which one throws the discs of the same scene oneself.
 
     Attributes:
-        replay: The engine's run beside the exact one.
+        replay: The engine's run next to the exact one.
         page: The page.
         opened: Whether a browser was asked to open it.
     """
@@ -55,7 +55,7 @@ def demo(path: str | Path | None = None) -> Demo:
     """Run an engine that misses an impact, and open the page of ``carom play`` on its scene where there is a display.
 
     The engine is pymunk as shipped, another one where that is not installed, and Carom's own PIT where none is. In a
-    notebook the answer shows its replay, beside the exact run.
+    notebook the answer shows its replay, next to the exact run.
 
     Args:
         path: The page to write, ``.html``; in a new folder for temporary files by default.

@@ -1,4 +1,4 @@
-"""What goes wrong, as pictures: the source paper's cases under PIT, and the worst runs, each beside its reference."""
+"""What goes wrong, as pictures: the source paper's cases under PIT, and the worst runs, each next to its reference."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PICTURE_NOTE = (
 
 
 class Divergence(NamedTuple):
-    """One run beside its reference."""
+    """One run next to its reference."""
 
     cell: GridCell
     reference: Trace

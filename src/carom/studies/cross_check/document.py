@@ -96,7 +96,7 @@ def write_report(
 ) -> Path:
     """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, replacing older ones.
 
-    Beside them `play.html` has the scenes whose discs can be thrown; replays of them lead to it.
+    Next to them `play.html` has the scenes whose discs can be thrown; replays of them lead to it.
 
     Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
 

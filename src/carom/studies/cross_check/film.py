@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 #: and is held there as long; a GIF counts hundredths of a second, four a frame.
 _FILM_S, _LEAD_S, _HELD_S, FRAMES_PER_S = 6, 0.6, 1.5, 25
 _SLOWEST = 1.0 / 8.0
-#: As in the page a look flashes and fades, so many of them at once, and in a crowd of more discs those that fail alone.
+#: As in the page a look flashes and fades, this many at once, and in a crowd of more discs those that fail alone.
 _FLASH_S, _MOST_FLASHES, _CROWD = 0.45, 3, 4
 #: From the middle of what is magnified to its edge in radii of a disc; the inset's side in parts of the picture's width
 #: and height, and how much it magnifies at the least: all as in the page.

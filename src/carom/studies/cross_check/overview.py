@@ -41,7 +41,7 @@ from carom.studies.cross_check.tables import legend, mark_cell
 #: From best to worst.
 _GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED)
 #: With more impacts, a terminal's screen is no place to read them one by one; so few stand in the table of methods, and
-#: beside this many methods a terminal has room for their times.
+#: next to this many methods a terminal has room for their times.
 MOST_IMPACTS, MOST_BESIDE, MOST_ACROSS = 40, 4, 3
 
 GROUP_NOTE = (
@@ -85,7 +85,7 @@ def overview(results: Results, grid: Grid, found: tuple[EnginePrice, ...]) -> It
     if alone:
         yield steps_section(results, grid)
         verdicts = verdict_lines(results, grid, alone.scene.name, full=len(others) == 1)
-        # Beside the methods paper has these impacts already; a terminal has room for few methods' times.
+        # Next to the methods paper has these impacts already; a terminal has room for few methods' times.
         media = (DETAIL if beside else IN_FULL) | (TERMINAL if len(others) <= MOST_ACROSS else DETAIL)
         shown = (
             *((_impact_table(alone, impacts, media),) if impacts else ()),

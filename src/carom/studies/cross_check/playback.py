@@ -1,4 +1,4 @@
-"""One run beside its reference, moving: as a notebook's cell, a page, a GIF or a film."""
+"""One run next to its reference, moving: as a notebook's cell, a page, a GIF or a film."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _MOST_IMPACTS_DRAWN = 1000
 
 @dataclass(frozen=True, repr=False)
 class Replay:
-    """A run beside its reference, as `carom.replay` makes it.
+    """A run next to its reference, as `carom.replay` makes it.
 
     Attributes:
         reference: What must happen.
@@ -128,7 +128,7 @@ def replay(
     dt: float | None = None,
     profile: str = "tuned",
 ) -> Replay:
-    """Return a run beside its reference, to be looked at in a notebook or saved.
+    """Return a run next to its reference, to be looked at in a notebook or saved.
 
     Args:
         reference: What must happen, as a rule from `carom.solve_pic`; or a scene, or its name in the catalogue.

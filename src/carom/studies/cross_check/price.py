@@ -56,7 +56,7 @@ class EnginePrice:
 
     @property
     def paid(self) -> list[float]:
-        """The price paid in each scene that has one."""
+        """The error over PIT's in each scene that has one."""
         return [score.price_paid for score in self.scores.values() if not math.isnan(score.price_paid)]
 
     @property

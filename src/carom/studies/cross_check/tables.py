@@ -366,7 +366,7 @@ _IMPACT_COLUMNS = (
     Column("direction, degrees", _found(lambda _, e: wording.number(math.degrees(e.direction_rad), 3)), number=True),
     Column("restitution", _found(lambda _, e: _unless_nan(e.restitution, 6)), number=True),
 )
-#: Beside these where discs turn.
+#: After these where discs turn.
 _SPIN_COLUMN = Column("spin error", _found(lambda _, e: _unless_nan(e.spin, 3)), number=True)
 
 

@@ -1,4 +1,4 @@
-"""The page beside a report on which the discs of its scenes can be thrown, and where a replay finds its scene there."""
+"""The page with a report on which the discs of its scenes can be thrown, and where a replay finds its scene there."""
 
 from __future__ import annotations
 

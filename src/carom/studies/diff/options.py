@@ -19,7 +19,7 @@ def _two_names(value: Any) -> tuple[str, str]:
 
 @dataclass(frozen=True)
 class DiffOptions(DeclaredOptions):
-    """What is asked of a comparison beside its two reports.
+    """What is asked of a comparison, apart from its two reports.
 
     Attributes:
         match: Which engines ("pymunk") or methods ("pymunk/tuned") of the old are compared with which of the new; all

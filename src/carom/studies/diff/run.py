@@ -137,7 +137,7 @@ class Change:
 
     @property
     def badness(self) -> tuple[float, ...]:
-        """What puts the worst first: whether it is graded, its kind and grade, impacts lost, the largest growth."""
+        """What puts the worst first: if graded, kind and grade, impacts missed or spurious, the largest growth."""
         impacts = sum(measure.growth for measure in self.measures if measure.counts)
         # Over the scene's own scales, so that they compare; not so seconds and degrees.
         growth = max((one.growth for one in self.measures if not (one.counts or one.unit)), default=0.0)
@@ -154,8 +154,9 @@ class Change:
     def telling(self) -> BeforeAfter | None:
         """The number that says most of what became of it, None where none changed.
 
-        Of those that moved in the direction of the change: impacts lost, then errors over the scene's scales, then
-        errors with a unit, then what is there or not; among equals the first, as an impact's error leads to the end's.
+        Of those that moved in the direction of the change: impacts missed or spurious, then errors over the scene's
+        scales, then errors with a unit, then what is there or not; among equals the first, as an impact's error leads
+        to the end's.
         """
         way = -1.0 if self.kind is Kind.BETTER else 1.0
 
@@ -235,7 +236,7 @@ def diff(old: Path, new: Path, match: Sequence[tuple[str, str]] | None = None) -
     def key(cell: _Cell) -> tuple[object, ...]:
         if len(methods[0]) == len(methods[1]) == 1:
             return (cell.scene, cell.dt_s)
-        # What is tried instead of a profile's settings is compared with the profile, and named beside it.
+        # What is tried instead of a profile's settings is compared with the profile, and named next to it.
         return (cell.scene, cell.dt_s, cell.method.profile, cell.pair or cell.method.engine)
 
     olds, news = {key(cell): cell for cell in old_cells}, {key(cell): cell for cell in new_cells}

@@ -46,7 +46,7 @@ class Client(Protocol):
         """
 
     def install(self, package: str, version: str, folder: Path) -> tuple[str, ...]:
-        """Lay a release, with what it needs beside what is installed here, into an empty folder; return what that was.
+        """Lay a release, with what it needs next to what is installed here, into an empty folder; return what that was.
 
         Raises:
             ClientError: It can't be reached, or there is no such release for this machine.
@@ -75,7 +75,7 @@ class Pip:
             raise ClientError("pip's report is not what it was: no list of what is to be installed") from None
         others = [f"{_checked(name)}=={require_version(one)}" for name, one in found]
         needs = tuple(dict.fromkeys((asked, *(one for one in others if _canonical(one) != _canonical(asked)))))
-        # What it needs is in the list; what is installed here already is not laid over itself.
+        # What it needs is in the list; what is installed here already is not installed over itself.
         _printed(
             [*_PIP, "install", "--quiet", *_QUICK, *_WHEELS, "--no-deps", "--target", str(folder), *needs], INSTALLING_S
         )

@@ -64,7 +64,7 @@ class AskOrigin(AdapterTask):
 
 @dataclass(frozen=True)
 class AskServed(AdapterTask):
-    """Ask for the manifest, as TOML, of an adapter in Python that is served beside a release of its engine."""
+    """Ask for the manifest, as TOML, of an adapter in Python that is served next to a release of its engine."""
 
     name: str
     version: str
@@ -82,9 +82,9 @@ def column_name(engine: str, version: str) -> str:
 
 
 def laid(manifest: Path, name: str, version: str, overlay: Overlay, folder: Path) -> Path:
-    """Lay the program of an engine from npm beside a release of it; return its manifest there.
+    """Lay the program of an engine from npm next to a release of it; return its manifest there.
 
-    The manifest's folder and the files beside that folder are copied: a module is looked for from where it really lies.
+    The manifest's folder and the files next to it are copied: a module is looked for from where it really lies.
     """
     here, there = manifest.parent, folder / manifest.parent.name
     shutil.copytree(here, there, ignore=shutil.ignore_patterns("node_modules"))

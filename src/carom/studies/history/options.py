@@ -19,7 +19,7 @@ FEWEST_PHASES = 8
 
 @dataclass(frozen=True)
 class HistoryOptions(Limited):
-    """What is asked of a history beside its engine and its scenes.
+    """What is asked of a history, apart from its engine and its scenes.
 
     Attributes:
         versions: Releases to run: versions, and conditions such as ">=6" or "3.0..4.0"; all by default.
@@ -27,7 +27,7 @@ class HistoryOptions(Limited):
         installed: Whether the engine that is installed here is run, too, after all releases.
         profiles: Names of profiles.
         dts: Steps, seconds; by default each scene's own frame.
-        phases: At how many sub-step phases a cell is run whose numbers changed, beside the scene's own.
+        phases: At how many sub-step phases a cell is run whose numbers changed, in addition to the scene's own.
         seed: Where the quasi-random sequence of phases begins.
         kept_mb: Megabytes of releases that are kept for the next time.
 

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from carom.studies.history.clients import Client
 
-#: Beside the packages: what was installed, as a list of names and versions.
+#: Next to the packages: what was installed, as a list of names and versions.
 _NOTE = "carom-release.json"
 
 

@@ -38,7 +38,7 @@ def selected(listed: Sequence[str], asked: Sequence[str] | None, most: int) -> t
         listed: Those that there are.
         asked: Versions, "latest", and conditions that must all be met; all by default. What is not final is taken by
             its version alone.
-        most: How many of those that meet the conditions, the newest; those that are named are taken beside.
+        most: How many of those that meet the conditions, the newest; those that are named are taken as well.
 
     Raises:
         UnknownNameError: A version is named that is not listed.

@@ -1,1 +1,1 @@
-"""Stress: sweeps to the breaking point, and relations that need no truth."""
+"""Stress: sweeps to the breaking point, and invariances."""

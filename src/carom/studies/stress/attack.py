@@ -17,7 +17,7 @@ from carom.trace import Outcome, Trace, Vector, kinetic_energy
 
 #: What counts as giving way: a tenth. A method that is wrong by a tenth of what the impacts do is wrong for any
 #: purpose, and every engine's everyday error at a sensible step lies below it, so that what is found is where a method
-#: gives way and not how exact it is; how exact it is while it stands is shown beside it.
+#: fails and not how exact it is; how exact it is while it stands is shown next to it.
 TOLERANCE = 0.1
 
 

@@ -1,4 +1,4 @@
-"""Finding where a method gives way to an attack: up the ladder to the first break, then bisection."""
+"""Finding where a method fails under an attack: up the ladder to the first break, then bisection."""
 
 from __future__ import annotations
 

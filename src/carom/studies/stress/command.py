@@ -1,4 +1,4 @@
-"""`carom stress`: attack methods with scenes made to break numerics, and print where each gives way."""
+"""`carom stress`: stress methods with scenes made to break numerics, and print the size at which each fails."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def stress(
     verbose: shared.Verbose = False,
     list_only: Annotated[bool, typer.Option("--list", help="List what there is, and exit.")] = False,
 ) -> None:
-    """Attack methods with scenes made to break numerics, and print the size at which each fails.
+    """Stress methods with scenes made to break numerics, and print the size at which each fails.
 
     Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
     `carom stress --out reports/stress --resume`.

@@ -15,7 +15,7 @@ QUICK_TIME_LIMIT_S = 10.0
 
 @dataclass(frozen=True)
 class StressOptions(Limited):
-    """What is asked of a campaign beside its attacks and engines.
+    """What is asked of a campaign, apart from its attacks and engines.
 
     Attributes:
         engines: Names of adapters; None for all.

@@ -1,6 +1,6 @@
 """Attacks with friction and spin: what varies is a coefficient, a spin, an inertia, or how many impacts grip.
 
-All of them are struck head-on, or on a wall, so that looking once a step turns no normal: what gives way is friction.
+All of them are struck head-on, or on a wall, so that checking once per step turns no normal: what fails is friction.
 Only the chain of grips is long enough for looking late to lose an impact.
 """
 

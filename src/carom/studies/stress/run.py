@@ -66,7 +66,7 @@ def listing(*, quick: bool = False) -> list[Line]:
 def stress(
     names: Sequence[str] = (), engine_names: Sequence[str] | None = None, *, out: Path, **asked: Any
 ) -> StressResults:
-    """Attack methods and return where each gives way: `carried_out` with `StressOptions` by name.
+    """Stress methods and return where each fails: `carried_out` with `StressOptions` by name.
 
     Args:
         names: As of `carried_out`.

@@ -1,4 +1,4 @@
-"""What a stress campaign yields: for each attack and method where it gives way, for each relation how far it is off."""
+"""What a stress campaign yields: for each attack and method where it fails, for each relation how far it is off."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Spot:
         line: Name of the attack, relation or complaint.
         method: Name of the method.
         ending: How it ended.
-        value: The size at which it gives way, or the largest that was tried where it stands; for a relation or a
+        value: The size at which it fails, or the largest that was tried where it stands; for a relation or a
             complaint the deviation. None where there is no number.
         stands_at: The largest size at which it was seen to stand, None where there is none.
         error: The error at `stands_at`, in the measure of the attack; None where there is none.

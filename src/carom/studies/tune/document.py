@@ -1,4 +1,4 @@
-"""The report of a search for settings: what was found, its evidence beside the first profile, and what to paste."""
+"""The report of a search for settings: what was found, its evidence next to the first profile, and what to paste."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 In this order, each deciding only between what those before it leave equal:
 
 1. **scenes wrong**: who misses or invents an impact tells another story, and no small error elsewhere makes up for it;
-2. **scenes neither exact nor close**: who finds the instant itself, rather than look once a step, is of another kind;
+2. **scenes neither exact nor close**: who finds the instant itself, not a step late, is of another kind;
 3. **the error over PIT's**, of each scene on a scale of ratios: errors differ by decades, and on any other scale the
    worst scene alone would speak. It is counted in hundredths of that scale, so that the last may decide at all;
 4. **the cost**: seconds of the steps over those of the profile that the search begins with, the median over scenes.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TuneOptions(Limited):
-    """What is asked of a search beside its engine and its scenes.
+    """What is asked of a search, apart from its engine and its scenes.
 
     Attributes:
         profile: The profile that it begins with.

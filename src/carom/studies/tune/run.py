@@ -1,4 +1,4 @@
-"""`carom tune`: the search from end to end, and what it found beside the profile that it began with."""
+"""`carom tune`: the search from end to end, and what it found next to the profile that it began with."""
 
 from __future__ import annotations
 

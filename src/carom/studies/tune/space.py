@@ -9,7 +9,7 @@ from carom.adapter import Knob
 from carom.runs.job import Tried
 from carom.trace import Setting
 
-#: A range is tried at its two ends and so many values between, evenly spread, on the scale of the knob. The ends are
+#: A range is tried at its two ends and this many values between, evenly spread, on the scale of the knob. The ends are
 #: among them since they are the best as a rule: off is 0, never is the largest value there is.
 BETWEEN = 15
 
