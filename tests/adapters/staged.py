@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from carom import Chain, Disc, Scene, Wall
+from carom.adapter import Observation
 
 
 def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:
@@ -91,6 +94,36 @@ def at_a_paddle(phase: float, *, disc: bool = False, half_width_m: float = 0.0) 
         walls=[] if disc else [paddle],
         duration_s=26 * dt_s,
     )
+
+
+def with_a_late_leg(phase: float, dt_s: float) -> Scene:
+    """Return a disc that stands until this part of a step after 0.25 s, and is then driven at (2, -1) m/s."""
+    late = Disc(
+        position_m=(0.0, 0.0),
+        radius_m=0.25,
+        mass_kg=math.inf,
+        driven=True,
+        legs=[
+            {"from_s": 0.0, "velocity_m_s": (0.0, 0.0)},
+            {"from_s": 0.25 + phase * dt_s, "velocity_m_s": (2.0, -1.0)},
+        ],
+    )
+    return Scene(name="late", discs=[Disc(position_m=(0.75, -0.25), radius_m=0.25), late], duration_s=1.0)
+
+
+def assert_begun_late(seen: Observation, steps: int, dt_s: float, *, rounding: float) -> None:
+    """The leg of `with_a_late_leg` began this many steps after 0.25 s, and the disc was struck by it."""
+    moved_s = 0.75 - steps * dt_s
+    np.testing.assert_allclose(seen.position_m[1], (2 * moved_s, -moved_s), rtol=0, atol=rounding)
+    np.testing.assert_allclose(seen.velocity_m_s[1], (2.0, -1.0), rtol=0, atol=rounding)
+    # Struck along a normal that the step decides, and by no more than twice the speed.
+    assert 0.0 < float(np.hypot(*seen.velocity_m_s[0])) <= 2 * math.hypot(2, 1) + 10 * rounding
+
+
+def at_a_belt(phase: float, wall: Chain | Wall, side: int = 1) -> Scene:
+    """Return a disc that comes at 3 m/s, head-on, from positive x or the other side, to a belt of friction 1/4."""
+    disc = Disc(position_m=(side * (1.0 + phase * 3 / 64), 0.0), velocity_m_s=(-3.0 * side, 0.0), radius_m=0.25)
+    return Scene(name="belt", discs=[disc], walls=[wall], wall_friction=0.25, duration_s=0.75)
 
 
 def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scene:

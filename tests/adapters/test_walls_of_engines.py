@@ -7,7 +7,14 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.adapters.staged import along_a_floor, at_a_paddle, at_a_thin_wall
+from tests.adapters.staged import (
+    along_a_floor,
+    assert_begun_late,
+    at_a_belt,
+    at_a_paddle,
+    at_a_thin_wall,
+    with_a_late_leg,
+)
 
 from carom import Chain, Disc, Scene
 from carom.adapter import Adapter, AdapterError, Observation
@@ -68,29 +75,12 @@ def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
         np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=rounding)
 
 
-@pytest.mark.parametrize("name", ["pymunk", "box2d", "pybullet"])
+@pytest.mark.parametrize("name", ["pymunk", "box2d", "pybullet", "mujoco"])
 def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: Finish, name: str) -> None:
     """Sixteen instants within a step are waited for, so that what is driven is behind by its speed times that."""
-    dt_s, start_s = 1 / 64, 0.25
     for k in range(16):
-        late = Disc(
-            position_m=(0.0, 0.0),
-            radius_m=0.25,
-            mass_kg=math.inf,
-            driven=True,
-            legs=[
-                {"from_s": 0.0, "velocity_m_s": (0.0, 0.0)},
-                {"from_s": start_s + k / 16 * dt_s, "velocity_m_s": (2.0, -1.0)},
-            ],
-        )
-        struck = Disc(position_m=(0.75, -0.25), radius_m=0.25)
-        scene = Scene(name="late", discs=[struck, late], duration_s=1.0)
-        seen = finish(named(name), scene, dt_s, "tuned")
-        moved_s = scene.duration_s - start_s - (k > 0) * dt_s
-        np.testing.assert_allclose(seen.position_m[1], (2 * moved_s, -moved_s), rtol=0, atol=2e-6)
-        assert seen.velocity_m_s[1].tolist() == [2.0, -1.0]
-        # Struck along a normal that the step decides, and by no more than twice the speed.
-        assert 0.0 < float(np.hypot(*seen.velocity_m_s[0])) <= 2 * math.hypot(2, 1) + 1e-6
+        seen = finish(named(name), with_a_late_leg(k / 16, 1 / 64), 1 / 64, "tuned")
+        assert_begun_late(seen, k > 0, 1 / 64, rounding=2e-6)
 
 
 @pytest.mark.parametrize("side", [1, -1])
@@ -98,9 +88,7 @@ def test_a_belt_of_edges_runs_to_the_left_on_either_side(named: Named, finish: F
     """Box2D pushes a disc that slips on an edge by f (1 + e) v, up from the right of it and down from the left."""
     belt = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
     for k in range(16):
-        disc = Disc(position_m=(side * (1.0 + k / 16 * 3 / 64), 0.0), velocity_m_s=(-3.0 * side, 0.0), radius_m=0.25)
-        scene = Scene(name="belt", discs=[disc], walls=[belt], wall_friction=0.25, duration_s=0.75)
-        seen = finish(named("box2d"), scene, 1 / 64, "tuned")
+        seen = finish(named("box2d"), at_a_belt(k / 16, belt, side), 1 / 64, "tuned")
         np.testing.assert_allclose(seen.velocity_m_s[0], (3.0 * side, 1.5 * side), rtol=0, atol=1e-5)
 
 

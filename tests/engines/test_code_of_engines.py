@@ -12,7 +12,7 @@ import pytest
 from tests.adapters.pasted import adapters_end, programs_end
 
 import carom_adapters.npm
-from carom import Disc, Scene, Wall
+from carom import Chain, Disc, Scene, Wall
 from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
 from carom.scenes import all_scenes
 
@@ -45,12 +45,28 @@ def corner(restitution: float, wall_restitution: float, friction: float = 0.0) -
     )
 
 
+#: Walls and a disc that stand at first, and then go.
+_LEGS = [{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in ((0.0, (0.0, 0.0)), (0.31, (0.5, -0.25)))]
+_CORNER = corner(0.9, 0.8)
+TOLD = _CORNER.model_copy(
+    update={
+        "discs": (
+            *_CORNER.discs[:2],
+            Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf, driven=True, legs=_LEGS),
+        ),
+        "walls": (
+            Wall(point_m=(0, 0), normal=(0, 1), legs=[*_LEGS, {"from_s": 0.5, "velocity_m_s": (0.0, 0.125)}]),
+            Chain(points_m=[(-1, -1), (-1, 2), (3, 2)], half_width_m=0.05, legs=_LEGS),
+        ),
+    }
+)
 #: Restitutions of discs above those of walls and below them: some engines take the larger of two. Drake has 1 alone.
 SCENES = {
     "lossy walls": corner(0.9, 0.8),
     "lossy discs": corner(0.7, 0.9),
     "rough": corner(0.9, 0.8, friction=0.3),
     "elastic": corner(1.0, 1.0),
+    "told": TOLD,
     "multiple": all_scenes()["paper/multiple"].scene,
     "box": all_scenes()["classics/box"].scene,
     "bullet": all_scenes()["classics/bullet"].scene,

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tests.adapters.staged import at_a_paddle
+from tests.adapters.staged import assert_begun_late, at_a_belt, at_a_paddle, with_a_late_leg
 from tests.engines.staged import PHASES, Finish, Named
+
+from carom import Chain, Wall
 
 #: Of engines and profiles, what of a velocity of 4 m/s is rounding.
 ROUNDING_M_S = {
@@ -37,3 +39,23 @@ def test_what_is_driven_returns_a_disc_at_twice_its_velocity(
     for phase in PHASES:
         seen = finish(named(name), at_a_paddle(phase, disc=disc), 1 / 60, profile)
         np.testing.assert_allclose(seen.velocity_m_s[0], (-4.0, 0.0), rtol=0, atol=ROUNDING_M_S[name, profile])
+
+
+@pytest.mark.parametrize("name", dict.fromkeys(name for name, _ in ROUNDING_M_S))
+def test_a_leg_begins_at_the_step_at_or_after_its_instant(name: str, named: Named, finish: Finish) -> None:
+    """Sixteen instants within a step are waited for, so that what is driven is behind by its speed times that."""
+    for phase in PHASES:
+        seen = finish(named(name), with_a_late_leg(phase, 1 / 64), 1 / 64, "tuned")
+        assert_begun_late(seen, phase > 0, 1 / 64, rounding=2e-6)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_a_belt_pushes_a_disc_that_slips_on_it(profile: str, side: int, named: Named, finish: Finish) -> None:
+    """Planck pushes it by f (1 + e) v, up from the right of an edge and down from the left, and off a half-plane."""
+    edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
+    plane = Wall(point_m=(0.0, 0.0), normal=(side, 0.0), surface_speed_m_s=9.0)
+    for wall in (edge, plane):
+        for phase in PHASES:
+            seen = finish(named("planck"), at_a_belt(phase, wall, side), 1 / 64, profile)
+            np.testing.assert_allclose(seen.velocity_m_s[0], (3.0 * side, 1.5 * side), rtol=0, atol=1e-9)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from carom.adapter import Scene, Setting, require_supported, wall_index
+from carom.adapter import AdapterError, Scene, Setting, require_supported, wall_index
 from carom_adapters.code import comment, steps_of
+from carom_adapters.legs import has_legs
 from carom_adapters.mujoco.limits import CAPABILITIES, answers_in_turn, require_usable
 from carom_adapters.mujoco.model import in_order_of_bodies, mass_unit, mjcf
 
@@ -15,6 +16,8 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     """Return the model of `mjcf`, laid out to be read, with what all its geoms, or pairs, share said once."""
     require_usable(scene, settings)
     require_supported("MuJoCo", scene, CAPABILITIES, float(settings["dt_s"]))
+    if has_legs(scene):
+        raise AdapterError("MuJoCo: a body on legs is given its velocities between steps, which a model can't say")
     # The text is this adapter's own, and holds nothing but numbers and words of its settings' lists.
     model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))

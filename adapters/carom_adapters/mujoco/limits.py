@@ -79,6 +79,7 @@ CAPABILITIES = Capabilities(
     wall_materials=True,
     driven_walls=True,
     driven_discs=True,
+    legs=True,
     gravity=True,
     damping=True,
     restitution=(0.0, 1.0),

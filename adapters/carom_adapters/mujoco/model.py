@@ -173,7 +173,7 @@ def _shapes_of_wall(scene: Scene, k: int, dt_s: float) -> list[dict[str, object]
 def _half_of_box(scene: Scene, wall: Wall, dt_s: float) -> float:
     """Return half the side of a box of which no disc sees another face than the one that `point_m` is the middle of."""
     centre, radius = reach(scene, dt_s)
-    drift = math.hypot(*wall.velocity_m_s) * (scene.duration_s + dt_s)
+    drift = wall.drive.fastest * (scene.duration_s + dt_s)
     return 2.0 * (radius + drift + math.dist(centre, wall.point_m))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import importlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -23,6 +23,7 @@ from carom.adapter import (
     pair_of,
     require_supported,
 )
+from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.mujoco.limits import (
     CAPABILITIES,
     LARGEST_VALUE,
@@ -122,9 +123,17 @@ class MujocoWorld:
         self._data.qpos[self._at] = self._position[self._movable]
         self._data.qvel[self._moves] = self._velocity[self._movable]
         self._data.qvel[self._about] = self._spin[self._turning]
-        for place, wall in enumerate(wall for wall in scene.walls if wall.driven):
-            begin = model.body_dofadr[1 + len(moving) + place]
-            self._data.qvel[begin : begin + 2] = wall.velocity_m_s
+        self._legs = Legs[int]()
+        self._drive(1, [scene.discs[i] for i in moving])
+        self._drive(1 + len(moving), [wall for wall in scene.walls if wall.driven])
+
+    def _drive(self, first: int, bodies: Sequence[Driven]) -> None:
+        """Start those of some bodies of the model, the first of this number, that are driven, and note their legs."""
+        for body, of in enumerate(bodies, first):
+            if of.driven:
+                begin = int(self._model.body_dofadr[body])
+                self._data.qvel[begin : begin + 2] = first_velocity(of)
+                self._legs.add(begin, of)
 
     @property
     def settings(self) -> Mapping[str, Setting]:
@@ -163,9 +172,12 @@ class MujocoWorld:
         return read
 
     def advance(self, steps: int) -> None:
-        """Take the steps in MuJoCo's own loop."""
-        self._mujoco.mj_step(self._model, self._data, nstep=steps)
-        self._clock.count(steps)
+        """Take the steps in MuJoCo's own loop; between steps driven bodies are told of their legs."""
+        for count in self._legs.stretches(steps):
+            for begin, velocity in self._legs.begun(self._clock.now_s):
+                self._data.qvel[begin : begin + 2] = velocity
+            self._mujoco.mj_step(self._model, self._data, nstep=count)
+            self._clock.count(count)
 
     def observe(self) -> Observation:
         """Read the coordinates, the contacts with a force, and the warning counters.
@@ -255,11 +267,11 @@ class MujocoWorld:
 
     def save(self) -> object:
         """Return coordinates and velocities, which with these settings are all of a state."""
-        return (self._clock.now_s, self._data.qpos.copy(), self._data.qvel.copy())
+        return (self._clock.now_s, self._legs.told, self._data.qpos.copy(), self._data.qvel.copy())
 
     def restore(self, state: Any) -> None:
         """Put coordinates and velocities back."""
-        time_s, self._data.qpos[:], self._data.qvel[:] = state
+        time_s, self._legs.told, self._data.qpos[:], self._data.qvel[:] = state
         self._clock.restart(time_s)
 
     def close(self) -> None:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from carom.adapter import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
-from carom_adapters.code import PYTHON_END, arguments, assignments, comment, steps_of
+from carom_adapters.code import arguments, assignments, comment, steps_of
+from carom_adapters.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
 from carom_adapters.pieces import cut_chain, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
@@ -21,16 +22,18 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     if "first_part" in settings:
         raise AdapterError("Rapier: steps that are taken in two parts (first_part) are Carom's, and can't be pasted")
     lines = []
+    driven: list[Driven] = [disc for disc in scene.discs if disc.driven]
     for disc in scene.discs:
         given: dict[str, object] = {} if disc.immovable else {"mass": disc.mass_kg}
         if disc.driven or not disc.immovable:
-            given["velocity"] = disc.velocity_m_s
+            given["velocity"] = first_velocity(disc)
         lines.append(f"add_disc({disc.position_m!r}, {disc.radius_m!r}{', ' * bool(given)}{arguments(given)})")
     for wall, material in zip(scene.walls, scene.arrays.materials, strict=True):
         wins = "MIN" if material.restitution < scene.restitution else "MAX"
-        moves = f", velocity={wall.velocity_m_s!r}" if wall.driven else ""
-        told = f"{material.restitution!r}, {wins!r}{moves}"
-        lines += [f"add_wall(rapier3d.Collider.{shape}, {told})" for shape in _shapes_of(scene, wall)]
+        moves = f", velocity={first_velocity(wall)!r}" if wall.driven else ""
+        told, shapes = f"{material.restitution!r}, {wins!r}{moves}", _shapes_of(scene, wall)
+        lines += [f"add_wall(rapier3d.Collider.{shape}, {told})" for shape in shapes]
+        driven += [wall] * len(shapes) if wall.driven else []
     soft = "".join(
         f"softness = parameters.{of}  # a copy\nsoftness.natural_frequency = {settings[name]!r}\n"
         f"parameters.{of} = softness\n"
@@ -41,7 +44,10 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     if "soft_ccd_prediction" in settings:
         swept = f"    body = body.soft_ccd_prediction({settings['soft_ccd_prediction']!r})  # continuous detection\n"
     state = "*body.translation.to_tuple()[:2], *body.linvel.to_tuple()[:2], 0.0"
-    end = PYTHON_END.format(step="world.step()", state=state)
+    legs = legs_by_step(driven, float(settings["dt_s"]))
+    end = python_end(scene, "world.step()", state, legs, "world.rigid_bodies[driven[k]].linvel = (*velocity, 0.0)")
+    kept = "    if {}velocity is not None:\n        driven.append({})\n" if has_legs(scene) else ""
+    kept_disc, kept_wall = kept.format("mass is None and ", "handles[-1]"), kept.format("", "body")
     bodies = "\n".join(lines)
     return f"""{comment(heading)}
 import rapier3d
@@ -51,7 +57,7 @@ world = rapier3d.PhysicsWorld(gravity=({scene.gravity_m_s2[0]!r}, {scene.gravity
 parameters = world.integration_parameters
 parameters.dt = dt
 {assignments("parameters", settings, PARAMETERS)}{soft}handles = []
-
+{"driven = []" + chr(10) if kept else ""}
 
 def held(velocity):  # a body that no impact moves: it stands, or moves by itself
     if velocity is None:
@@ -66,14 +72,15 @@ def add_disc(position, radius, mass=None, velocity=None):  # a ball that stays i
     body = body.enabled_translations((True, True, False))
 {swept}    ball = rapier3d.Collider.ball(radius).restitution({scene.restitution!r}).friction(0.0)
     handles.append(world.add_body(body))
-    world.add_collider(ball if mass is None else ball.mass(mass), handles[-1])
+{kept_disc}    world.add_collider(ball if mass is None else ball.mass(mass), handles[-1])
 
 
 def add_wall(shape, restitution, wins, velocity=None):
     # As shipped two coefficients are averaged; another rule wins over that.
     shape = shape.friction(0.0).restitution(restitution)
     shape = shape.restitution_combine_rule(getattr(rapier3d.CoefficientCombineRule, wins))
-    world.add_collider(shape, world.add_body(held(velocity)))
+    body = world.add_body(held(velocity))
+{kept_wall}    world.add_collider(shape, body)
 
 
 {bodies}

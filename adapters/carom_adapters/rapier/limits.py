@@ -48,6 +48,7 @@ CAPABILITIES = Capabilities(
     wall_materials=True,
     driven_walls=True,
     driven_discs=True,
+    legs=True,
     gravity=True,
     restitution=(0.0, 1.0),
     restitution_combine="pair",

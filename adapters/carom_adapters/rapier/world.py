@@ -23,6 +23,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.legs import Legs, first_velocity
 from carom_adapters.pieces import cut_chain, pieced, summed, thickness_of
 from carom_adapters.rapier.limits import CAPABILITIES, LEAST, MOST, OTHER_SETTINGS, PARAMETERS, SOFTNESSES
 
@@ -41,12 +42,18 @@ class RapierWorld:
         self._rapier: Any = rapier3d
         self._scene, self._asked = scene, dict(settings)
         self._clock = StepClock(float(settings["dt_s"]))
-        self._build([(disc.position_m, disc.velocity_m_s) for disc in scene.discs])
+        self._legs = Legs[int]()  # of bodies by their numbers in `_all`
+        for body, of in enumerate((*scene.discs, *scene.walls)):
+            self._legs.add(body, of)
+        discs = [(disc.position_m, first_velocity(disc)) for disc in scene.discs]
+        walls = [(wall.point_m if isinstance(wall, Wall) else (0.0, 0.0), first_velocity(wall)) for wall in scene.walls]
+        self._build([*discs, *walls])
 
     def _build(self, states: Any) -> None:
-        """Make a world of these positions and velocities."""
-        self._world, self._handles, self._number = self._world_of(states)
-        self._bodies = [self._world.rigid_bodies[handle] for handle in self._handles]
+        """Make a world of these positions and velocities, of discs and then walls."""
+        self._world, handles, self._number = self._world_of(states)
+        self._all = [self._world.rigid_bodies[handle] for handle in handles]
+        self._bodies = self._all[: len(self._scene.discs)]
 
     def _world_of(self, states: Any) -> tuple[Any, list[Any], dict[Any, int]]:
         rapier, scene, asked = self._rapier, self._scene, self._asked
@@ -62,7 +69,8 @@ class RapierWorld:
                 softness.natural_frequency = asked[name]
                 setattr(parameters, of, softness)
         handles, number = [], {}
-        for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, states, strict=True)):
+        of_discs, of_walls = states[: len(scene.discs)], states[len(scene.discs) :]
+        for i, (disc, (position, velocity)) in enumerate(zip(scene.discs, of_discs, strict=True)):
             body = self._held(disc.driven) if disc.immovable else rapier.RigidBody.dynamic()
             body = body.translation((*position, 0.0)).linvel((*velocity, 0.0))
             body = body.can_sleep(bool(asked["can_sleep"])).enabled_rotations((False, False, False))
@@ -77,9 +85,9 @@ class RapierWorld:
         # themselves, and a wall has its own, whichever of the two is larger.
         rule = rapier.CoefficientCombineRule
         for k, (wall, material) in enumerate(zip(scene.walls, scene.arrays.materials, strict=True)):
-            (x, y), (vx, vy) = wall.point_m if isinstance(wall, Wall) else (0.0, 0.0), wall.velocity_m_s
-            x, y = x + vx * self._clock.now_s, y + vy * self._clock.now_s
-            body = world.add_body(self._held(wall.driven).translation((x, y, 0.0)).linvel((vx, vy, 0.0)))
+            position, velocity = of_walls[k]
+            body = world.add_body(self._held(wall.driven).translation((*position, 0.0)).linvel((*velocity, 0.0)))
+            handles.append(body)
             wins = rule.MIN if material.restitution < scene.restitution else rule.MAX
             for shape in self._shapes_of(wall):
                 made = shape.friction(0.0).restitution(material.restitution).restitution_combine_rule(wins)
@@ -117,11 +125,17 @@ class RapierWorld:
         return float(self._world.integration_parameters.dt)
 
     def advance(self, steps: int) -> None:
-        """Take steps."""
+        """Take steps; between them driven bodies are told of their legs."""
         step = self._world.step
-        for _ in range(steps):
-            step()
-        self._clock.count(steps)
+        for count in self._legs.stretches(steps):
+            self._begin_legs()
+            for _ in range(count):
+                step()
+            self._clock.count(count)
+
+    def _begin_legs(self) -> None:
+        for body, velocity in self._legs.begun(self._clock.now_s):
+            self._all[body].linvel = (*velocity, 0.0)
 
     def observe(self) -> Observation:
         """Read every body, and the contacts that the last step solved.
@@ -158,7 +172,7 @@ class RapierWorld:
 
     def close(self) -> None:
         """Let go of the world; its memory goes with the last reference."""
-        del self._bodies, self._handles, self._number, self._world
+        del self._all, self._bodies, self._number, self._world
 
 
 class RapierCuttableWorld(RapierWorld):
@@ -177,6 +191,7 @@ class RapierCuttableWorld(RapierWorld):
         """Take steps, each in two parts."""
         parameters, step, dt_s = self._world.integration_parameters, self._world.step, self._clock.dt_s
         for _ in range(steps):
+            self._begin_legs()
             self._clock.count(1)
             self._solved = []
             for part in (self._first_part, 1.0 - self._first_part):
@@ -205,14 +220,14 @@ class RapierCuttableWorld(RapierWorld):
         return frozenset(found)
 
     def _states(self) -> list[tuple[Any, Any]]:
-        return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._bodies]
+        return [(body.translation.to_tuple()[:2], body.linvel.to_tuple()[:2]) for body in self._all]
 
     def save(self) -> object:
         """Return positions and velocities, which with these settings are all of a state."""
-        return (self._clock.now_s, self._states(), self._solved)
+        return (self._clock.now_s, self._legs.told, self._states(), self._solved)
 
     def restore(self, state: Any) -> None:
         """Make a world of the positions and velocities; one that was stepped keeps what it knows of contacts."""
-        time_s, states, self._solved = state
+        time_s, self._legs.told, states, self._solved = state
         self._clock.restart(time_s)
         self._build(states)

@@ -1,6 +1,6 @@
 // cannon-es: spheres held in a plane, with 64-bit numbers.
 import { Body, Box, ContactMaterial, Material, Plane, Quaternion, Sphere, Vec3, World } from "cannon-es";
-import { barsOf, Clock, contactOf, isDriven, isImmovable, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
 
 const SOLVER = ["iterations", "tolerance"];
 const OF_CONTACTS = ["contactEquationStiffness", "contactEquationRelaxation"];
@@ -22,12 +22,15 @@ class CannonWorld {
     });
     for (const material of this.materials) this.world.addContactMaterial(material);
     this.numbers = new Map();
+    this.legs = new Legs();
     this.bodies = scene.discs.map((one, i) => this.addDisc(one, disc, i));
     const walls = scene.walls.map((one, k) => this.addWall(one, ofWalls[k], k));
     this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k]))];
   }
 
-  add(body, number) {
+  // The body of a disc or a wall, told of its legs where it is driven.
+  add(body, of, number) {
+    this.legs.add(of, ([x, y]) => body.velocity.set(x, y, 0));
     this.world.addBody(body);
     this.numbers.set(body, number);
     return body;
@@ -41,11 +44,11 @@ class CannonWorld {
       material,
       shape: new Sphere(disc.radius_m),
       position: new Vec3(...disc.position_m, 0),
-      velocity: new Vec3(...disc.velocity_m_s, 0),
+      velocity: new Vec3(...velocityOf(disc), 0),
       linearDamping: this.damping,
       linearFactor: new Vec3(1, 1, 0),
     });
-    return this.add(body, i);
+    return this.add(body, disc, i);
   }
 
   addWall(wall, material, k) {
@@ -56,7 +59,7 @@ class CannonWorld {
     else body.addShape(wall.centre_m ? new Sphere(thicknessOf(this.scene, wall)) : new Plane());
     // A half-space's outside is where the body's z axis points.
     if (wall.normal) body.quaternion.setFromVectors(new Vec3(0, 0, 1), new Vec3(...wall.normal, 0));
-    return this.add(body, wallBody(k));
+    return this.add(body, wall, wallBody(k));
   }
 
   // A box for each piece, deeper than a disc, and a ball around each of the wall's points: it has no capsule.
@@ -78,6 +81,7 @@ class CannonWorld {
   }
 
   step() {
+    this.legs.begin(this.clock.now);
     this.world.step(this.clock.dt);
     this.clock.steps++;
   }
@@ -114,11 +118,12 @@ class CannonWorld {
 
   save() {
     const states = this.moving.map(({ position: p, velocity: v }) => [p.x, p.y, v.x, v.y]);
-    return { time: this.clock.now, states };
+    return { time: this.clock.now, told: this.legs.told, states };
   }
 
-  restore({ time, states }) {
+  restore({ time, told, states }) {
     this.clock.restart(time);
+    this.legs.told = told;
     this.moving.forEach((body, i) => {
       const [x, y, vx, vy] = states[i];
       body.position.set(x, y, 0);

@@ -3,7 +3,7 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { pathToFileURL } from "node:url";
 import createHavok from "@babylonjs/havok";
-import { barsOf, Clock, contactOf, isDriven, isImmovable, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
 // It would fetch its own file, which node does not do.
 const library = pathToFileURL(createRequire(import.meta.url).resolve("@babylonjs/havok"));
@@ -29,6 +29,7 @@ class HavokWorld {
     const [, , turning] = HK.HP_World_GetSpeedLimit(this.world);
     HK.HP_World_SetSpeedLimit(this.world, settings.maxLinearVelocity * this.scale, turning);
     this.numbers = new Map(); // by the bodies' handles
+    this.legs = new Legs();
     this.shapes = [];
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
     const extent = reach(scene, settings.dt_s);
@@ -71,8 +72,15 @@ class HavokWorld {
       if (!this.asked.canSleep) HK.HP_Body_SetActivationControl(body, HK.ActivationControl.ALWAYS_ACTIVE);
     };
     const body = this.addBody(shape, this.scene.restitution, GEOMETRIC_MEAN, type, disc.position_m, [0, 0, 0, 1], i, set);
-    if (movable || disc.driven) HK.HP_Body_SetLinearVelocity(body, this.at(disc.velocity_m_s));
+    if (movable || disc.driven) this.drive(body, disc);
     return body;
+  }
+
+  // Gives the body of a disc or a wall its velocity, and those of its legs.
+  drive(body, of) {
+    const tell = (velocity) => HK.HP_Body_SetLinearVelocity(body, this.at(velocity));
+    tell(velocityOf(of));
+    this.legs.add(of, tell);
   }
 
   addWall(wall, extent, k) {
@@ -82,7 +90,7 @@ class HavokWorld {
     return this.shapesOf(wall, extent).map(([shape, place, angle]) => {
       const turn = [0, 0, Math.sin(angle / 2), Math.cos(angle / 2)];
       const body = this.addBody(value(shape), restitution, combine, type, place, turn, wallBody(k));
-      if (isDriven(wall)) HK.HP_Body_SetLinearVelocity(body, this.at(velocityOf(wall)));
+      if (isDriven(wall)) this.drive(body, wall);
       return body;
     });
   }
@@ -109,13 +117,14 @@ class HavokWorld {
   }
 
   step() {
+    this.legs.begin(this.clock.now);
     HK.HP_World_Step(this.world, this.clock.dt);
     this.clock.steps++;
   }
 
   observe() {
     const velocity_m_s = this.bodies.map((body, i) =>
-      isImmovable(this.scene.discs[i]) ? this.scene.discs[i].velocity_m_s : this.from(value(HK.HP_Body_GetLinearVelocity(body))),
+      isImmovable(this.scene.discs[i]) && !this.scene.discs[i].driven ? [0, 0] : this.from(value(HK.HP_Body_GetLinearVelocity(body))),
     );
     const most = this.asked.maxLinearVelocity;
     const fastest = Math.max(...velocity_m_s.map((v) => Math.hypot(...v)));

@@ -1,6 +1,6 @@
 // Jolt as WebAssembly: spheres held in a plane, with 32-bit floats.
 import createJolt from "jolt-physics";
-import { barsOf, Clock, contactOf, isDriven, isImmovable, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
 const Jolt = await createJolt();
 const STEPPING = [
@@ -43,6 +43,7 @@ class JoltWorld {
     this.system.SetPhysicsSettings(stepping);
     using(new Jolt.Vec3(...scene.gravity_m_s2, 0), (g) => this.system.SetGravity(g));
     this.numbers = new Map(); // by the bodies' addresses
+    this.legs = new Legs();
     this.bodies = scene.discs.map((disc, i) => this.addDisc(disc, i));
     const extent = reach(scene, settings.dt_s);
     scene.walls.forEach((wall, k) => this.addWall(wall, extent, k));
@@ -51,14 +52,14 @@ class JoltWorld {
     if (scene.walls.some(({ restitution = scene.wall_restitution }) => restitution < scene.restitution)) this.listen();
   }
 
-  addBody(shape, [x, y], type, { velocity_m_s }, number, set) {
+  addBody(shape, [x, y], type, of, number, set) {
     const [position, rotation] = [new Jolt.RVec3(x, y, 0), new Jolt.Quat(0, 0, 0, 1)];
     const layer = type === Jolt.EMotionType_Dynamic ? MOVING : FIXED;
     const creation = new Jolt.BodyCreationSettings(shape, position, rotation, type, layer);
     creation.mFriction = 0;
     if (type !== Jolt.EMotionType_Static) {
       for (const name of OF_BODIES) creation[name] = this.asked[name];
-      using(new Jolt.Vec3(...velocity_m_s, 0), (velocity) => (creation.mLinearVelocity = velocity));
+      using(new Jolt.Vec3(...velocityOf(of), 0), (velocity) => (creation.mLinearVelocity = velocity));
     }
     set(creation);
     const bodies = this.system.GetBodyInterface();
@@ -66,6 +67,10 @@ class JoltWorld {
     bodies.AddBody(body.GetID(), Jolt.EActivation_Activate);
     for (const object of [creation, position, rotation]) Jolt.destroy(object);
     this.numbers.set(Jolt.getPointer(body), number);
+    this.legs.add(of, (told) => {
+      bodies.ActivateBody(body.GetID());
+      using(new Jolt.Vec3(...told, 0), (velocity) => bodies.SetLinearVelocity(body.GetID(), velocity));
+    });
     return body;
   }
 
@@ -130,6 +135,7 @@ class JoltWorld {
 
   step() {
     this.contacts.length = 0;
+    this.legs.begin(this.clock.now);
     this.jolt.Step(this.clock.dt, this.asked.collisionSteps);
     this.clock.steps++;
   }

@@ -1,6 +1,6 @@
 // p2-es: circles, whose places and velocities are 32-bit numbers.
 import { Body, Broadphase, Capsule, Circle, ContactMaterial, Line, Material, Plane, World } from "p2-es";
-import { barsOf, Clock, contactOf, isDriven, isImmovable, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, pairOf, serve, summed, thicknessOf, velocityOf, wallBody } from "../serve.mjs";
 
 const SOLVER = ["iterations", "tolerance"];
 const OF_CONTACTS = ["stiffness", "relaxation", "contactSkinSize"];
@@ -22,12 +22,15 @@ class P2World {
     });
     for (const material of this.materials) this.world.addContactMaterial(material);
     this.numbers = new Map();
+    this.legs = new Legs();
     this.bodies = scene.discs.map((one, i) => this.addDisc(one, settings, disc, i));
     const walls = scene.walls.map((one, k) => this.addWall(one, ofWalls[k], k));
     this.moving = [...this.bodies, ...walls.filter((_, k) => isDriven(scene.walls[k])).flat()];
   }
 
-  add(body, shape, material, number) {
+  // A body of a disc or a wall, told of its legs where it is driven.
+  add(body, of, shape, material, number) {
+    this.legs.add(of, (velocity) => ([body.velocity[0], body.velocity[1]] = velocity));
     shape.material = material;
     body.addShape(shape);
     this.world.addBody(body);
@@ -40,19 +43,19 @@ class P2World {
     const body = new Body({
       mass: fixed ? 0 : disc.mass_kg,
       position: disc.position_m,
-      velocity: disc.velocity_m_s,
+      velocity: velocityOf(disc),
       type: disc.driven ? Body.KINEMATIC : fixed ? Body.STATIC : Body.DYNAMIC,
       damping: settings.damping,
       ...Object.fromEntries(OF_BODIES.map((name) => [name, settings[name]])),
     });
-    return this.add(body, new Circle({ radius: disc.radius_m }), material, i);
+    return this.add(body, disc, new Circle({ radius: disc.radius_m }), material, i);
   }
 
   addWall(wall, material, k) {
     const type = isDriven(wall) ? Body.KINEMATIC : Body.STATIC;
     return this.partsOf(wall).map(([shape, [x, y], angle]) => {
       const body = new Body({ type, position: [x, y], angle, velocity: [...velocityOf(wall)], damping: 0 });
-      return this.add(body, shape, material, wallBody(k));
+      return this.add(body, wall, shape, material, wallBody(k));
     });
   }
 
@@ -78,6 +81,7 @@ class P2World {
   }
 
   step() {
+    this.legs.begin(this.clock.now);
     this.world.step(this.clock.dt);
     this.clock.steps++;
   }
@@ -114,11 +118,12 @@ class P2World {
   save() {
     const states = this.moving.map(({ position, velocity }) => [...position, ...velocity]);
     const pairs = this.world.narrowphase.contactEquations.map(({ bodyA, bodyB }) => [bodyA, bodyB].map((body) => body.index));
-    return { time: this.clock.now, states, pairs };
+    return { time: this.clock.now, told: this.legs.told, states, pairs };
   }
 
-  restore({ time, states, pairs }) {
+  restore({ time, told, states, pairs }) {
     this.clock.restart(time);
+    this.legs.told = told;
     this.moving.forEach((body, i) => {
       const [x, y, vx, vy] = states[i];
       [body.position[0], body.position[1], body.velocity[0], body.velocity[1]] = [x, y, vx, vy];

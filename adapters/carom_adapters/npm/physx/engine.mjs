@@ -1,7 +1,7 @@
 // PhysX 5 as WebAssembly, fabmax's build: spheres held in a plane, with 32-bit floats.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
-import { barsOf, Clock, contactOf, isDriven, isImmovable, reach, serve, summed, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
+import { barsOf, Clock, contactOf, isDriven, isImmovable, Legs, reach, serve, summed, thicknessOf, velocityOf, wallAt, wallBody } from "../serve.mjs";
 
 // The build is for browsers, and refuses to start where it sees node; what it prints is not for standard output.
 const library = createRequire(import.meta.url).resolve("physx-js-webidl");
@@ -38,7 +38,8 @@ class PhysxWorld {
     this.clock = new Clock(settings.dt_s);
     this.told = [];
     this.numbers = new Map(); // by the bodies' addresses
-    this.driven = []; // bodies with where they began, how they are turned, and their velocities
+    this.driven = []; // bodies with where they would have begun at their velocities of now, these, and how they are turned
+    this.legs = new Legs();
     this.makeScene();
     const material = (restitution, combine) => {
       const made = physics.createMaterial(0, 0, restitution);
@@ -100,7 +101,7 @@ class PhysxWorld {
   addDisc(disc, material, i) {
     const { linearDamping, positionIterations, velocityIterations, maxDepenetrationVelocity, canSleep, ccd } = this.asked;
     const sphere = new Px.PxSphereGeometry(disc.radius_m);
-    if (isImmovable(disc)) return this.addHeld(disc.driven ? velocityOf(disc) : null, disc.position_m, 0, sphere, material, i);
+    if (isImmovable(disc)) return this.addHeld(disc.driven ? disc : null, disc.position_m, 0, sphere, material, i);
     return this.add("createRigidDynamic", disc.position_m, 0, sphere, material, i, (body) => {
       Px.PxRigidBodyExt.prototype.setMassAndUpdateInertia(body, disc.mass_kg);
       body.setLinearDamping(linearDamping);
@@ -114,12 +115,18 @@ class PhysxWorld {
   }
 
   // A body that stands, or one that is driven: PhysX is told where it is to be at a step's end, and makes a velocity of that.
-  addHeld(velocity, place, angle, geometry, material, number) {
-    if (!velocity) return this.add("createRigidStatic", place, angle, geometry, material, number);
+  addHeld(driven, place, angle, geometry, material, number) {
+    if (!driven) return this.add("createRigidStatic", place, angle, geometry, material, number);
     const body = this.add("createRigidDynamic", place, angle, geometry, material, number, (one) =>
       one.setRigidBodyFlag(Px.PxRigidBodyFlagEnum.eKINEMATIC, true),
     );
-    this.driven.push({ body, place, angle, velocity });
+    const one = { body, place, angle, velocity: velocityOf(driven) };
+    this.driven.push(one);
+    this.legs.add(driven, (velocity) => {
+      const since = one.velocity;
+      one.place = one.place.map((value, axis) => value + (since[axis] - velocity[axis]) * this.clock.now);
+      one.velocity = velocity;
+    });
     return body;
   }
 
@@ -130,9 +137,9 @@ class PhysxWorld {
   }
 
   addWall(wall, extent, material, k) {
-    const velocity = isDriven(wall) ? velocityOf(wall) : null;
+    const driven = isDriven(wall) ? wall : null;
     return this.shapesOf(wall, extent).map(([geometry, place, angle]) =>
-      this.addHeld(velocity, place, angle, geometry, material, wallBody(k)),
+      this.addHeld(driven, place, angle, geometry, material, wallBody(k)),
     );
   }
 
@@ -159,6 +166,7 @@ class PhysxWorld {
 
   step() {
     this.told.length = 0;
+    this.legs.begin(this.clock.now);
     for (const one of this.driven) this.aim(one, this.clock.now + this.clock.dt);
     this.physx.simulate(this.clock.dt);
     this.physx.fetchResults(true);
@@ -184,7 +192,7 @@ class PhysxWorld {
         return [p.x, p.y];
       }),
       velocity_m_s: this.bodies.map((body, i) => {
-        if (isImmovable(this.scene.discs[i])) return this.scene.discs[i].velocity_m_s;
+        if (isImmovable(this.scene.discs[i])) return this.driven.find((one) => one.body === body)?.velocity ?? [0, 0];
         const { x, y } = body.getLinearVelocity();
         return [x, y];
       }),
