@@ -52,7 +52,7 @@ help:
 	@echo "make history            (minutes, from the registries) engines over their releases; write docs/history.md"
 	@echo "make determinism        whether the installed engines come to the same bits again; write docs/determinism.md"
 	@echo "make contact            how discs slide, roll and rest in the installed engines; write the tables of docs/contact.md"
-	@echo "make walls              what thin walls and floors in pieces do in the installed engines; write the tables of docs/walls.md"
+	@echo "make walls              what thin walls, floors in pieces, ends and corners do in the installed engines; write the tables of docs/walls.md"
 	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make campaign-tables TABLES=20000: compare PIC on random tables of finite walls with brute force of 600 bits"

@@ -1,4 +1,4 @@
-"""`make walls`: what a thin wall, and a floor in pieces, do to a disc in each engine; the tables of `docs/walls.md`.
+"""`make walls`: what thin walls, floors in pieces, ends and corners do to a disc in each engine, for `docs/walls.md`.
 
 It flies discs in the engines themselves, without adapters (`walls_python.py`, `walls_npm.mjs`), for each way of
 building a wall. `walls.json` keeps the figures. An engine that is not installed keeps its rows, which name its version.
@@ -10,6 +10,7 @@ import importlib.metadata
 import importlib.util
 import json
 import math
+import statistics
 import subprocess
 import sys
 from itertools import groupby
@@ -34,6 +35,11 @@ class Way(NamedTuple):
     key: str
     words: str
     half_width_m: float = 0.0
+
+    @property
+    def rounded(self) -> bool:
+        """Whether its pieces end in half circles of their half width; a box's end is flat."""
+        return self.key.startswith("capsules")
 
 
 #: Half the width of what is solid: walls that are built of it have some.
@@ -104,6 +110,9 @@ FLOOR_HZ = (60, 240)
 #: Velocities that differ by more than this are called others: 32-bit floats round them by some 1e-6 a step.
 OTHER_M_S = 1e-3
 
+#: An end, and a corner of 90 degrees: how far beside the end the centre flies, in reaches, and the seconds until then.
+OFFSETS, MEETS_S = (0.5, 0.95), 0.3
+
 
 def at_a_thin_wall(q: float, phase: float, half_width_m: float) -> Flight:
     """Return a flight, head-on, of q of the reach a step, that begins six steps and this fraction before the wall."""
@@ -129,6 +138,39 @@ def along_a_floor(pieces: int, hz: int, approach_m_s: float, phase: float, half_
         "velocity_m_s": [ALONG_M_S, -approach_m_s],
         "radius_m": FLOOR_RADIUS_M,
         "points_m": [[-5.0 + 10.0 * k / pieces, 0.0] for k in range(pieces + 1)],
+        "half_width_m": half_width_m,
+    }
+
+
+def at_an_end(offset: float, hz: int, phase: float, half_width_m: float, *, rounded: bool) -> Flight:
+    """Return a flight across a wall's line that meets the wall's end at this part of the reach beside it.
+
+    That is a half circle of the half width, or the near corner of a flat end.
+    """
+    reach = FLOOR_RADIUS_M + half_width_m * rounded
+    meets_m = -half_width_m * (not rounded) - reach * math.sqrt(1 - offset**2)
+    return {
+        "dt_s": 1 / hz,
+        "steps": hz * 3 // 4,
+        "position_m": [meets_m - ALONG_M_S * (MEETS_S + phase / hz), offset * reach],
+        "velocity_m_s": [ALONG_M_S, 0.0],
+        "radius_m": FLOOR_RADIUS_M,
+        "points_m": [[0.0, -2.0], [0.0, 0.0]],
+        "half_width_m": half_width_m,
+    }
+
+
+def into_a_corner(hz: int, phase: float, half_width_m: float) -> Flight:
+    """Return a flight along the bisector of a corner of 90 degrees, whose sides are met at one instant."""
+    component = ALONG_M_S * math.sqrt(0.5)
+    start = FLOOR_RADIUS_M + half_width_m + component * (MEETS_S + phase / hz)
+    return {
+        "dt_s": 1 / hz,
+        "steps": hz * 3 // 4,
+        "position_m": [start, start],
+        "velocity_m_s": [-component, -component],
+        "radius_m": FLOOR_RADIUS_M,
+        "points_m": [[0.0, 4.0], [0.0, 0.0], [4.0, 0.0]],
         "half_width_m": half_width_m,
     }
 
@@ -198,13 +240,37 @@ def seams(way: Way) -> Row:
     return row
 
 
+def ends(way: Way) -> Row:
+    """Return, at each rate and offset, by how many degrees at the median and at worst discs leave an end otherwise."""
+    row: Row = {"median_deg": [], "worst_deg": []}
+    for hz in FLOOR_HZ:
+        for offset in OFFSETS:
+            of: Flight = {"half_width_m": way.half_width_m, "rounded": way.rounded}
+            found = flown(way, [at_an_end(offset, hz, k / PHASES, **of) for k in range(PHASES)])
+            exact = math.pi - 2 * math.asin(offset)  # from its line, away from the wall
+            off = [abs(math.degrees(math.remainder(math.atan2(end[3], end[2]) - exact, math.tau))) for end in found]
+            row["median_deg"].append(statistics.median(off))
+            row["worst_deg"].append(max(off))
+    return row
+
+
+def corners(way: Way) -> Row:
+    """Return, at each rate, by how much the velocity out of a corner is off at worst: it is that in, turned round."""
+    row: Row = {"worst_m_s": []}
+    for hz in FLOOR_HZ:
+        flights = [into_a_corner(hz, k / PHASES, way.half_width_m) for k in range(PHASES)]
+        back = [-value for value in flights[0]["velocity_m_s"]]
+        row["worst_m_s"].append(max(math.dist(end[2:], back) for end in flown(way, flights)))
+    return row
+
+
 def measured(way: Way) -> Row | None:
-    """Return a way's row of both tables, or None if its engine is not installed."""
+    """Return a way's row of all tables, or None if its engine is not installed."""
     version = version_of(way)
     if version is None:
         return None
     named = {"engine": way.engine, "version": version, "way": way.words, "half_width_m": way.half_width_m}
-    return named | {"thin": thin(way), "seams": seams(way)}
+    return named | {"thin": thin(way), "seams": seams(way), "ends": ends(way), "corners": corners(way)}
 
 
 def small(value: float) -> str:
@@ -212,6 +278,11 @@ def small(value: float) -> str:
     if value == 0:
         return "0"
     return f"{value:.2f}" if value >= 0.01 else f"{value:.0e}".replace("e-0", "e-")
+
+
+def degrees(value: float) -> str:
+    """Return an angle in a cell."""
+    return f"{value:.0f}" if value >= 10 else f"{value:.1f}" if value >= 0.1 else small(value)
 
 
 def lines_of(heads: list[str], rows: list[list[str]]) -> str:
@@ -243,6 +314,25 @@ def seam_table(rows: list[Row]) -> str:
     return lines_of(heads, body)
 
 
+def end_table(rows: list[Row]) -> str:
+    """Return the table of ends and corners."""
+    heads = [
+        "engine",
+        "wall",
+        *(f"{hz} Hz: end, {offset:g} r" for hz in FLOOR_HZ for offset in OFFSETS),
+        *(f"{hz} Hz: corner" for hz in FLOOR_HZ),
+    ]
+    body = []
+    for row in rows:
+        off = zip(row["ends"]["median_deg"], row["ends"]["worst_deg"], strict=True)
+        cells = [
+            *(f"{degrees(median)} / {degrees(worst)}" for median, worst in off),
+            *map(small, row["corners"]["worst_m_s"]),
+        ]
+        body.append([row["engine"], row["way"], *cells])
+    return lines_of(heads, body)
+
+
 def versions(rows: list[Row]) -> str:
     """Return which releases were measured, in a sentence."""
     named = dict.fromkeys(f"{row['engine']} ({row['version']})" for row in rows)
@@ -251,7 +341,7 @@ def versions(rows: list[Row]) -> str:
 
 def filled(page: str, rows: list[Row]) -> str:
     """Return the page with the tables of these rows between its marks."""
-    tables = {"thin": thin_table(rows), "seams": seam_table(rows) + versions(rows)}
+    tables = {"thin": thin_table(rows), "seams": seam_table(rows), "ends": end_table(rows) + versions(rows)}
     for name, table in tables.items():
         begins, ends = f"<!-- made by docs/figures/walls.py: {name} -->\n", "<!-- end -->"
         if page.count(begins) != 1:
