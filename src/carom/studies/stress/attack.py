@@ -130,6 +130,7 @@ def closed_form_judge(
     impacts: int,
     change_m_s: Sequence[float],
     note: str = "",
+    changes: str = "an impact changes",
 ) -> Judge:
     """Judge by final velocities that are known, each against the change that impacts make to its disc.
 
@@ -139,6 +140,7 @@ def closed_form_judge(
         impacts: How many impacts there are, for the reason given; 0 where nobody can count them.
         change_m_s: What impacts change of each disc's velocity, metres a second; 0 for a disc that is never hit.
         note: What else is to be said of a trace that stands.
+        changes: What makes these changes, for the reason given.
     """
     final, change = np.array(final_velocity_m_s), np.array(change_m_s)
     greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
@@ -154,7 +156,7 @@ def closed_form_judge(
         if found == 0 and impacts:
             return Judgement(error, "no impact is found: the discs pass through each other")
         counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
-        return Judgement(error, f"{counted}, a velocity wrong by {number(error)} of what an impact changes")
+        return Judgement(error, f"{counted}, a velocity wrong by {number(error)} of what {changes}")
 
     return judge
 

@@ -37,6 +37,7 @@ def spin_judge(
     final_rim_m_s: Sequence[float],
     change_m_s: Sequence[float],
     impacts: int = 1,
+    changes: str = "an impact changes",
 ) -> Judge:
     """Judge by final velocities and speeds of rims, ``R w``, each against the change that an impact makes to its disc.
 
@@ -46,8 +47,9 @@ def spin_judge(
         final_rim_m_s: As these.
         change_m_s: What impacts change of each disc, the more changed of velocity and rim, metres a second.
         impacts: How many impacts there are; 0 where nobody can count them.
+        changes: What makes these changes, for the reason given.
     """
-    of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s)
+    of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
     radius, rims = scene.arrays.radius_m, np.array(final_rim_m_s)
 
     def judge(trace: Trace) -> Judgement:
@@ -59,7 +61,7 @@ def spin_judge(
         error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
         if error <= TOLERANCE:
             return Judgement(max(error, found.error), note=found.note)
-        return Judgement(error, f"a rim's speed wrong by {number(error)} of what an impact changes")
+        return Judgement(error, f"a rim's speed wrong by {number(error)} of what {changes}")
 
     return judge
 

@@ -25,6 +25,7 @@ from carom.studies.stress.breaking import breaking_point
 from carom.studies.stress.complaints import complaint_spot
 from carom.studies.stress.crowds import crowd_attacks
 from carom.studies.stress.finite_walls import wall_attacks
+from carom.studies.stress.in_contact import contact_attacks
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import RATE_HZ, pair_attacks
 from carom.studies.stress.relations import HOLDS, relation_spot, relations
@@ -54,7 +55,7 @@ StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
 def attacks() -> list[Attack]:
     """Return all attacks, in the order of the table."""
     # Every method is tried at much the same values, and the true answer costs more than a run.
-    every = (*pair_attacks(), *crowd_attacks(), *rough_attacks(), *wall_attacks())
+    every = (*pair_attacks(), *crowd_attacks(), *rough_attacks(), *wall_attacks(), *contact_attacks())
     return [replace(attack, trials=cache(attack.trials)) for attack in every]
 
 
