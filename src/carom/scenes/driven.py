@@ -7,6 +7,7 @@ immovable disc, in the frame that moves with it. `docs/walls.md` derives it. The
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from fractions import Fraction
 
 from carom.scene import Wall
@@ -77,44 +78,57 @@ def _mallet() -> Staged:
     return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}; of a disc it is the line of centres")
 
 
-def _in_a_cylinder(drive: float, duration: Fraction) -> Staged:
+def _before_a_paddle(
+    speed: Fraction, length: Fraction, legs: Sequence[tuple[Fraction, Fraction]], duration: Fraction, source: str
+) -> Staged:
+    """Stage a disc that begins a metre from a wall, and bounces between it and a paddle, all in rational numbers.
+
+    Args:
+        speed: Its velocity along the line, away from the wall.
+        length: How far from the wall the paddle begins.
+        legs: From when on the paddle moves, and how fast, away from the wall.
+        duration: Until when.
+        source: Where the answer comes from.
+    """
+    start, radius, place, paddle, time = speed, Fraction(1, 4), Fraction(1), length, Fraction(0)
+    impacts: list[KnownImpact] = []
+    for (_, drive), end in zip(legs, [*(begin for begin, _ in legs[1:]), duration], strict=True):
+        body = -1
+        while body:
+            waits = [(end - time, 0)]
+            waits += [((place - radius) / -speed, -1)] if speed < 0 else []
+            waits += [((paddle - radius - place) / (speed - drive), -2)] if speed > drive else []
+            wait, body = min(waits)
+            place, paddle, time = place + speed * wait, paddle + drive * wait, time + wait
+            if body:
+                speed = -speed if body == -1 else 2 * drive - speed
+                impacts.append(impact(float(time), 0, body, complex(float(speed))))
+    path = [{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs]
+    moves = {"legs": path} if len(path) > 1 else {"velocity_m_s": path[0]["velocity_m_s"]}
+    walls = [
+        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        Wall(point_m=(float(length), 0.0), normal=(-1.0, 0.0), **moves),
+    ]
+    scene = scene_of([disc(1 + 0j, complex(float(start)), 0.25)], walls=walls, duration_s=float(duration))
+    return answered(scene, impacts, source, final=[(complex(float(place)), complex(float(speed)))])
+
+
+def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
     """Stage a disc between a wall and a piston, from the middle on, at 1 m/s towards the wall."""
-    radius, place, speed, piston, length = Fraction(1, 4), Fraction(1), Fraction(-1), Fraction(drive), Fraction(2)
-    impacts, time, hits = list[KnownImpact](), Fraction(0), Fraction(0)
-    while True:
-        if speed < 0:
-            wait, wall, after = (place - radius) / -speed, -1, -speed
-        elif speed > piston:
-            wait, wall, after = (length + piston * time - radius - place) / (speed - piston), -2, 2 * piston - speed
-        else:
-            break
-        if (hits := time + wait) > duration:
-            break
-        place, time, speed = place + speed * wait, hits, after
-        impacts.append(impact(float(time), 0, wall, complex(float(speed))))
-    scene = scene_of(
-        [disc(1 + 0j, -1 + 0j, 0.25)],
-        walls=[
-            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
-            Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(drive, 0.0)),
-        ],
-        duration_s=float(duration),
-    )
-    end = complex(float(place + speed * (duration - time))), complex(float(speed))
     source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
-    return answered(scene, impacts, source, final=[end])
+    return _before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 
 
 @listed("driven")
 def _piston() -> Staged:
     """A piston presses a disc together with a wall: it gets faster with each of a dozen impacts on it."""
-    return _in_a_cylinder(-0.5, Fraction(93, 32))
+    return _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
 
 
 @listed("driven")
 def _crush() -> Staged:
     """A piston and a wall leave a disc no room from 3 s on: infinitely many impacts, ever faster, come before that."""
-    pressed = _in_a_cylinder(-0.5, Fraction(93, 32))
+    pressed = _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
     source = (
         "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so that (v - U) times the room stays the same; "
         "1.5 m of room are used up at 0.5 m/s after 3 s"
@@ -126,7 +140,7 @@ def _crush() -> Staged:
 @listed("driven")
 def _piston_that_recedes() -> Staged:
     """A piston goes back: each impact on it takes speed, and after the last one the disc does not catch up."""
-    return _in_a_cylinder(0.125, Fraction(64))
+    return _in_a_cylinder(Fraction(1, 8), Fraction(64))
 
 
 @listed("driven")
@@ -175,35 +189,9 @@ def _start_at_a_touch() -> Staged:
 @listed("driven")
 def _paddle_to_and_fro() -> Staged:
     """A paddle comes, stands and goes back while a disc bounces between it and a wall: three speeds are handed over."""
-    radius, length, duration = Fraction(1, 4), Fraction(4), Fraction(6)
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
-    place, speed, time, impacts = Fraction(1), Fraction(-3), Fraction(0), list[KnownImpact]()
-    for (begin, drive), end in zip(legs, [*(start for start, _ in legs[1:]), duration], strict=True):
-        place, time = place + speed * (begin - time), begin
-        while True:
-            gap = length - radius - place
-            wall = (place - radius) / -speed if speed < 0 else None
-            paddle = gap / (speed - drive) if speed > drive else None
-            wait, body = min((w, k) for w, k in ((wall, -1), (paddle, -2)) if w is not None)
-            if time + wait >= end:
-                break
-            length += drive * wait
-            place, time = place + speed * wait, time + wait
-            speed = -speed if body == -1 else 2 * drive - speed
-            impacts.append(impact(float(time), 0, body, complex(float(speed))))
-        length += drive * (end - time)
-        place, time = place + speed * (end - time), end
-    walls = [
-        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
-        Wall(
-            point_m=(4.0, 0.0),
-            normal=(-1.0, 0.0),
-            legs=[{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs],
-        ),
-    ]
-    scene = scene_of([disc(1 + 0j, -3 + 0j, 0.25)], walls=walls, duration_s=float(duration))
-    end_state = complex(float(place)), complex(float(speed))
-    return answered(scene, impacts, f"{_LAW}, leg by leg; the times by rational recurrence", final=[end_state])
+    source = f"{_LAW}, leg by leg; the times by rational recurrence"
+    return _before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
 
 
 @listed("driven")

@@ -10,6 +10,7 @@ from functools import partial
 from carom.number_text import metres, number
 from carom.scene import Disc, Scene, Wall
 from carom.scenes.closed_forms import disc
+from carom.scenes.many_discs import boxed_gas
 from carom.scenes.walled import box_walls
 from carom.studies.stress.attack import (
     Attack,
@@ -124,20 +125,14 @@ def _packed(gap: float) -> list[Trial]:
 
 def _lasting(impacts: float) -> list[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
-    width = side * pitch
-    discs = []
-    for k in range(side * side):
-        row, column = divmod(k, side)
-        direction = cmath.rect(1.0, _TURN * k)
-        place = complex(column + 0.5, row + 0.5) * pitch + 0.1 * radius * direction**2
-        discs.append(disc(place, speed * direction, radius))
-    n, free = len(discs), width - 2 * radius
+    gas = boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
+    n, free = len(gas.discs), side * pitch - 2 * radius
     # Kinetic theory of a thin gas, good to a factor of two here: each disc meets four walls, and sweeps a strip of
     # four radii's width relative to the others.
     a_second = n * (2 / math.pi) * speed * 2 / free + n / 2 * 4 * radius * (n / free**2) * (4 / math.pi) * speed
     duration_s = max(1.0, round(impacts / a_second * rate)) / rate
     shows = f"Nine discs in a box for as long as about {number(impacts, 3)} impacts take."
-    return [_trial("duration", shows, discs, duration_s, energy_judge, rate_hz=rate, walls=box_walls(width, width))]
+    return [_trial("duration", shows, gas.discs, duration_s, energy_judge, rate_hz=rate, walls=gas.half_planes())]
 
 
 #: B_k / B_2^(k - 1) of hard discs, k = 3 to 10 (N. Clisby and B. M. McCoy, J. Stat. Phys. 122, 15 (2006)).
