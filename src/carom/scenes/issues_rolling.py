@@ -58,18 +58,11 @@ def _ball(along: float, *, rolls: bool, radius_m: float = 0.5, inertia: float = 
     return disc(complex(0.0, radius_m), complex(along, 0.0), radius_m, spin_rad_s=spin, inertia_factor=inertia)
 
 
-def _rolls_out(along: float, resists: float, friction: float, *, inertia: float = _SPHERE, g: float = 9.81) -> Staged:
+def _rolls_out(along: float, resists: float, friction: float) -> Staged:
     """Stage a ball that rolls on a level floor until it stops, and lies still for as long again."""
-    slower = resists * g / (1.0 + inertia)
-    return _on_a_floor(
-        _LAW,
-        _ball(along, rolls=True, inertia=inertia),
-        along**2 / (2.0 * slower),
-        2.0 * along / slower,
-        gravity_m_s2=g,
-        friction=friction,
-        resists=resists,
-    )
+    slower = resists * 9.81 / (1.0 + _SPHERE)
+    way, lasts = along**2 / (2.0 * slower), 2.0 * along / slower
+    return _on_a_floor(_LAW, _ball(along, rolls=True), way, lasts, friction=friction, resists=resists)
 
 
 @_never_rests(

@@ -19,20 +19,15 @@ _LAW = "Newton's law: the part of the velocity along the normal is turned round;
 _GLANCED = "The ball of the thread rolls, without impacts; here it comes down slowly, near a seam."
 
 
-def _down(
-    velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, restitution: float = 1.0, turn: complex = 1 + 0j
-) -> Staged:
+def _down(velocity: complex, radius: float, wall: Chain, *, at: float = 0.0, turn: complex = 1 + 0j) -> Staged:
     """Stage a disc that meets a wall once, half a second from the start, its contact `at` metres along it.
 
     The wall is a floor of height 0 that has been turned about the origin, like all else.
     """
     time = 0.5
     start = at + 1j * radius - velocity * time
-    scene = scene_of(
-        [disc(start * turn, velocity * turn, radius)], walls=[wall], wall_restitution=restitution, duration_s=1.25
-    )
-    after = after_wall(velocity, 1j, restitution) * turn
-    return answered(scene, [impact(time, 0, -1, after)], _LAW)
+    scene = scene_of([disc(start * turn, velocity * turn, radius)], walls=[wall], duration_s=1.25)
+    return answered(scene, [impact(time, 0, -1, after_wall(velocity, 1j) * turn)], _LAW)
 
 
 def _channel(start: complex, velocity: complex, radius: float, width: float, length: float, pieces: int) -> Staged:

@@ -23,10 +23,9 @@ def _slab(thickness: float, height: float) -> Chain:
     return _solid(-1j * height, thickness - 1j * height, thickness + 1j * height, 1j * height)
 
 
-def _at_a_wall(
-    velocity: complex, radius: float, wall: Chain, *, time_s: float = 0.255, restitution: float = 1.0
-) -> Staged:
+def _at_a_wall(velocity: complex, radius: float, wall: Chain, *, restitution: float = 1.0) -> Staged:
     """Stage a disc that comes from the left and meets an upright wall, whose face is at 0, at the height of 0."""
+    time_s = 0.255
     start = -radius - velocity * time_s
     scene = scene_of([disc(start, velocity, radius)], walls=[wall], wall_restitution=restitution, duration_s=0.5)
     return answered(scene, [impact(time_s, 0, -1, after_wall(velocity, 1, restitution))], _LAW)

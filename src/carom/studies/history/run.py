@@ -392,7 +392,6 @@ def bisected(
     kept: Kept,
     options: HistoryOptions | None = None,
     *,
-    notes: Notes[JobKey, Ran] | None = None,
     progress: Progress = unheard,
 ) -> Bisection | None:
     """Return between which two releases a cell changed; None where the oldest and the newest do the same.
@@ -403,7 +402,7 @@ def bisected(
         CaromError: As of `history`, or a release can't be run in this cell.
     """
     asked = replace(options or HistoryOptions(), profiles=(profile,), dts=(dt_s,))
-    study, cell = _Study(engine, [scene], asked, notes, progress), RunCell(scene.name, profile, dt_s)
+    study, cell = _Study(engine, [scene], asked, None, progress), RunCell(scene.name, profile, dt_s)
     order: list[str] = []
     with asked.pool() as pool:
         origin, versions = _asked_for(engine, asked, kept, pool)

@@ -21,7 +21,7 @@ from carom.studies.stress.attack import (
     pressure_judge,
     velocity_judge,
 )
-from carom.studies.stress.pairs import PHASES, RATE_HZ
+from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
 from carom.studies.stress.truth import TrueMotion, UndecidedError, true_motion
 
 #: Three equal discs in line collide without end below this: S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992).
@@ -50,15 +50,7 @@ def _trial(
     restitution: float = 1.0,
 ) -> Trial:
     """Return discs as a trial, judged by their true motion where nothing else is said."""
-    scene = Scene(
-        name=f"stress/{name}",
-        description=shows,
-        discs=discs,
-        walls=walls,
-        restitution=restitution,
-        duration_s=duration_s,
-        frame_rate_hz=rate_hz,
-    )
+    scene = attacked(name, shows, discs, duration_s, frame_rate_hz=rate_hz, walls=walls, restitution=restitution)
     return Trial(scene, judge(scene) if judge else velocity_judge(true_motion(scene), scene))
 
 

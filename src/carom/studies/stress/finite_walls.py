@@ -9,9 +9,11 @@ from decimal import Decimal
 from typing import Any
 
 from carom.number_text import metres, number
-from carom.scene import Chain, Disc, Scene, Wall
+from carom.scene import Chain, Scene, Wall
+from carom.scenes.closed_forms import disc
+from carom.scenes.walled import edges
 from carom.studies.stress.attack import Attack, Trial, closed_form_judge, velocity_judge
-from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_AFTER, STEPS_BEFORE
+from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
 from carom.studies.stress.truth import true_motion
 from carom.walls import Leg, drive_of
 
@@ -29,26 +31,13 @@ _HEAD_ON = "the normal is known without rounding: the velocity along it is turne
 _VELOCITY = "a final velocity wrong by more than a tenth of what the impact changes: a miss is wrong by all of it"
 
 
-def _line(*points: complex, half_width_m: float = 0.0, pieces: int = 1) -> Chain:
-    places = tuple((point.real, point.imag) for point in points)
-    return Chain(points_m=places, half_width_m=half_width_m, pieces=pieces)
-
-
-def _driven(wall: Chain, **how: Any) -> Chain:
-    return Chain(**{**dict(wall), **how})
+def _upright(**fields: Any) -> Chain:
+    return edges(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M, **fields)
 
 
 def _scene(name: str, shows: str, phase: float, start: complex, velocity: complex, wall: Chain) -> Scene:
-    return Scene(
-        name=f"stress/{name}",
-        description=f"{shows} Phase {phase:g} of a step.",
-        discs=[
-            Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=_RADIUS_M)
-        ],
-        walls=[wall],
-        duration_s=(STEPS_BEFORE + STEPS_AFTER) * _DT_S,
-        frame_rate_hz=RATE_HZ,
-    )
+    said = f"{shows} Phase {phase:g} of a step."
+    return attacked(name, said, [disc(start, velocity, _RADIUS_M)], walls=[wall])
 
 
 def _once(scene: Scene, after: complex) -> Trial:
@@ -70,7 +59,7 @@ def _thin(value: float, phase: float) -> Trial:
         phase,
         complex(-_RADIUS_M - speed * _until(phase), 0.0),
         complex(speed),
-        _line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M),
+        _upright(),
     )
     return _once(scene, complex(-speed))
 
@@ -83,7 +72,7 @@ def _paddle(value: float, phase: float) -> Trial:
         phase,
         complex(_RADIUS_M + speed * _until(phase)),
         0j,
-        _driven(_line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M), velocity_m_s=(speed, 0.0)),
+        _upright(velocity_m_s=(speed, 0.0)),
     )
     return _once(scene, complex(2.0 * speed))
 
@@ -95,7 +84,7 @@ def _wide(value: float, phase: float) -> Trial:
         phase,
         complex(-value - _RADIUS_M - _SPEED_M_S * _until(phase), 0.0),
         complex(_SPEED_M_S),
-        _line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M, half_width_m=value),
+        _upright(half_width_m=value),
     )
     return _once(scene, complex(-_SPEED_M_S))
 
@@ -112,7 +101,7 @@ def _end(value: float, phase: float) -> Trial:
         phase,
         complex(-_RADIUS_M * float(along) - _SPEED_M_S * _until(phase), height),
         complex(_SPEED_M_S),
-        _line(-1j * _HALF_LENGTH_M, 0j),
+        edges(-1j * _HALF_LENGTH_M, 0j),
     )
     return _once(scene, after)
 
@@ -127,7 +116,7 @@ def _seam(value: float, phase: float) -> Trial:
         phase,
         complex(joint, _RADIUS_M) - velocity * _until(phase),
         velocity,
-        _line(complex(-_HALF_LENGTH_M), complex(_HALF_LENGTH_M), pieces=pieces),
+        edges(-_HALF_LENGTH_M, _HALF_LENGTH_M, pieces=pieces),
     )
     return _once(scene, velocity.conjugate())
 
@@ -148,7 +137,7 @@ def _corner(value: float, phase: float) -> Trial:
         phase,
         start,
         velocity,
-        _line(complex(side), 0j, side * cmath.exp(1j * angle)),
+        edges(side, 0j, side * cmath.exp(1j * angle)),
     )
     across = -1j * cmath.exp(1j * angle)
     sides = [Wall(point_m=(0.0, 0.0), normal=normal) for normal in ((0.0, 1.0), (across.real, across.imag))]
@@ -171,7 +160,7 @@ def _legs(value: float, phase: float) -> Trial:
         phase,
         complex(_RADIUS_M + moved),
         0j,
-        _driven(_line(-1j * _HALF_LENGTH_M, 1j * _HALF_LENGTH_M), legs=path),
+        _upright(legs=path),
     )
     return _once(scene, complex(2.0 * speeds[-1]))
 

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from carom.number_text import number
 from carom.scene import Disc, Scene
+from carom.scenes.closed_forms import disc
 from carom.studies.stress.attack import Attack, Trial, velocity_judge
 from carom.studies.stress.truth import true_motion
 
@@ -18,6 +20,7 @@ PHASES = (0.13, 0.52, 0.89)
 #: Steps before the impact and after it. A contact that is a spring lasts: at the stiffness of 1000 /s² that people use
 #: with MuJoCo, a tenth of a second, 24 steps.
 STEPS_BEFORE, STEPS_AFTER = 4, 40
+MEETING_S = (STEPS_BEFORE + STEPS_AFTER) * (1.0 / RATE_HZ)
 
 _RADIUS_M = 0.25
 
@@ -29,6 +32,12 @@ _VELOCITY = (
     "a final velocity wrong by more than a tenth of what the impact changes: a miss is wrong by all of it, and beyond "
     "a tenth the bounce is not the scene's"
 )
+
+
+def attacked(name: str, shows: str, discs: Sequence[Disc], duration_s: float = MEETING_S, **fields: Any) -> Scene:
+    """Return a scene of an attack, by default as long as a meeting takes."""
+    rates = {"frame_rate_hz": RATE_HZ}
+    return Scene(name=f"stress/{name}", description=shows, discs=discs, duration_s=duration_s, **rates | fields)
 
 
 def _meeting(
@@ -47,16 +56,8 @@ def _meeting(
     contact = 2 * radius
     across = offset * contact
     along = math.sqrt(max(contact * contact - across * across, 0.0)) + speed * dt * (STEPS_BEFORE + phase)
-    scene = Scene(
-        name=name,
-        description=shows,
-        discs=[
-            Disc(position_m=(origin - along, origin), velocity_m_s=(speed, 0.0), radius_m=radius),
-            Disc(position_m=(origin, origin + across), radius_m=radius, mass_kg=mass),
-        ],
-        duration_s=(STEPS_BEFORE + STEPS_AFTER) * dt,
-        frame_rate_hz=RATE_HZ,
-    )
+    striker = disc(complex(origin - along, origin), complex(speed), radius)
+    scene = attacked(name, shows, [striker, disc(complex(origin, origin + across), 0j, radius, mass)])
     return Trial(scene, velocity_judge(true_motion(scene), scene))
 
 
@@ -75,7 +76,7 @@ def _attack(
     def trials(value: float) -> Sequence[Trial]:
         sizes = {key: function(value) for key, function in of.items()}
         met = shows.format(value=number(value, 3))
-        return [_meeting(f"stress/{name}", f"{met} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
+        return [_meeting(name, f"{met} Phase {phase:g} of a step.", phase, **sizes) for phase in PHASES]
 
     return Attack(name, axis, *ends, trials, truth, gives_way)
 

@@ -164,8 +164,8 @@ def _reversal(base: Scene, run: Run) -> float:
     )
 
 
-def _split(base: Scene, run: Run, at_s: float = 1.0) -> float:
-    whole = _end(run(base))
+def _split(base: Scene, run: Run) -> float:
+    whole, at_s = _end(run(base)), 1.0
     half = _end(run(_with(base, base.discs, duration_s=at_s)))
     return _apart(base, _end(run(_from_state(base, half, base.duration_s - at_s))), whole)
 

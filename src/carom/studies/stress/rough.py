@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from carom.number_text import number
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import disc
+from carom.scenes.walled import FLOOR
 from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, closed_form_judge
-from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_AFTER, STEPS_BEFORE
+from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
 from carom.trace import Trace, Vector
 
 _RADIUS_M = 0.25
@@ -75,15 +75,9 @@ def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: floa
     """Stage a disc of unit mass that does not spin and hits a floor at 45 degrees."""
     dt, speed, start = 1.0 / RATE_HZ, _SPEED_M_S, complex(_SPEED_M_S, -_SPEED_M_S)
     before = (STEPS_BEFORE + phase) * dt
-    scene = Scene(
-        name=name,
-        description=shows,
-        discs=[disc(complex(-speed * before, _RADIUS_M + speed * before), start, _RADIUS_M, inertia_factor=inertia)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
-        wall_friction=friction,
-        duration_s=(STEPS_BEFORE + STEPS_AFTER) * dt,
-        frame_rate_hz=RATE_HZ,
-    )
+    place = complex(-speed * before, _RADIUS_M + speed * before)
+    discs = [disc(place, start, _RADIUS_M, inertia_factor=inertia)]
+    scene = attacked(name, shows, discs, walls=[FLOOR], wall_friction=friction)
     impulse = _tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
     final, rim = [(speed - impulse, speed)], [-impulse / inertia]
     return Trial(scene, spin_judge(scene, final, rim, [2.0 * speed]))
@@ -93,14 +87,8 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
     """Stage a spinning disc of unit mass that hits an equal one, at rest, head-on."""
     dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
     begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
-    scene = Scene(
-        name=name,
-        description=shows,
-        discs=[disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0j, 0j, _RADIUS_M)],
-        friction=friction,
-        duration_s=(STEPS_BEFORE + STEPS_AFTER) * dt,
-        frame_rate_hz=RATE_HZ,
-    )
+    discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0j, 0j, _RADIUS_M)]
+    scene = attacked(name, shows, discs, friction=friction)
     rim = _RADIUS_M * spin_rad_s
     impulse = _tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
     final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
@@ -109,45 +97,29 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
 
 def _friction(value: float) -> list[Trial]:
     shows = f"Friction of {number(value, 3)}: a disc on a floor at 45 degrees, and a spinning disc head-on to another."
-    name = "stress/friction"
-    walls = [_on_wall(name, shows, phase, value, 0.5) for phase in PHASES]
-    return walls + [_head_on(name, shows, phase, value, 5.0) for phase in PHASES]
+    walls = [_on_wall("friction", shows, phase, value, 0.5) for phase in PHASES]
+    return walls + [_head_on("friction", shows, phase, value, 5.0) for phase in PHASES]
 
 
 def _spin(value: float) -> list[Trial]:
     shows = f"A disc that spins at {number(value, 3)} rad/s slides along another, head-on, with friction of 0.1."
-    return [_head_on("stress/spin", shows, phase, 0.1, value) for phase in PHASES]
+    return [_head_on("spin", shows, phase, 0.1, value) for phase in PHASES]
 
 
 def _inertia(value: float) -> list[Trial]:
     shows = f"A disc of moment of inertia {number(value, 3)} m R^2 grips a floor at 45 degrees, and leaves rolling."
-    return [_on_wall("stress/inertia", shows, phase, _GRIP, value) for phase in PHASES]
-
-
-def _between(height: float, shows: str, name: str, duration_s: float, **fields: Any) -> Scene:
-    """Return a superball of unit speeds half way between two plates; the lower one first."""
-    return Scene(
-        name=name,
-        description=shows,
-        discs=[disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)],
-        walls=[
-            Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
-            Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0)),
-        ],
-        wall_friction=1e3,
-        wall_tangential_restitution=1.0,
-        duration_s=duration_s,
-        frame_rate_hz=RATE_HZ,
-        **fields,
-    )
+    return [_on_wall("inertia", shows, phase, _GRIP, value) for phase in PHASES]
 
 
 def _grip_chain(value: float) -> list[Trial]:
-    """Stage this many bounces of a superball between plates, each a dozen steps after the one before."""
+    """Stage this many bounces of a superball between two plates, each a dozen steps after the one before."""
     rounds = max(1, round(value / 2))
     height = 12.0 / RATE_HZ
     shows = f"A superball grips two plates in turn, {2 * rounds} times."
-    scene = _between(height, shows, "stress/grip-chain", 2 * rounds * height)
+    discs = [disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
+    walls = [FLOOR, Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0))]
+    laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
+    scene = attacked("grip-chain", shows, discs, 2 * rounds * height, walls=walls, **laws)
     # A round, floor and ceiling, turns (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
     angle = rounds * math.acos(-7.0 / 9.0)
     final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
@@ -162,16 +134,15 @@ def _rolling(value: float) -> list[Trial]:
     needed = speed / (1.0 + 1.0 / k)
     friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
     bounces_s = 2.0 * drop_s * value / (1.0 - value)
-    scene = Scene(
-        name="stress/rolling",
-        description=f"A disc thrown along a floor bounces at restitution {number(value, 3)}, slides, and ends rolling.",
-        discs=[disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))],
+    scene = attacked(
+        "rolling",
+        f"A disc thrown along a floor bounces at restitution {number(value, 3)}, slides, and ends rolling.",
+        [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
+        math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ,
+        walls=[FLOOR],
         wall_friction=friction,
         wall_restitution=value,
         gravity_m_s2=(0.0, -pull),
-        duration_s=math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ,
-        frame_rate_hz=RATE_HZ,
     )
     final = speed / (1.0 + k)
     return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
