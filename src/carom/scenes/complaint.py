@@ -89,3 +89,5 @@ complained = partial(listed, "issues", kind=Complaint)
 misses = partial(complained, symptom=Symptom.MISSES)
 loses_energy = partial(complained, symptom=Symptom.LOSES_ENERGY)
 gains_energy = partial(complained, symptom=Symptom.GAINS_ENERGY)
+#: A velocity that is wrong as that of a body which keeps to what it should bounce off, or bounces by far too little.
+never_bounces = partial(complained, at_least=0.25)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
-from carom.scenes.complaint import complained, gains_energy, loses_energy
+from carom.scenes.complaint import complained, gains_energy, loses_energy, never_bounces
 from carom.scenes.entry import Staged
 from carom.scenes.walled import FLOOR
 
@@ -151,10 +151,9 @@ def _planck_223() -> Staged:
     return _dropped(height_m=height, radius_m=0.066, gravity_m_s2=9.0, duration_s=10.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/NVIDIAGameWorks/PhysX/issues/351",
     reported="The last bounces of a ball are missing: below a threshold, 2 m/s as shipped, it does not bounce at all.",
-    at_least=0.25,
     made=f"The restitution is the mean of the thread's 1 and 1/2. {_OURS}",
 )
 def _physx_351() -> Staged:
@@ -194,10 +193,9 @@ def _physicshub_303() -> Staged:
     return _dropped(height_m=2.0, radius_m=0.25, duration_s=6.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/viblo/pymunk/issues/11",
     reported="An elasticity changed nothing: all impacts were inelastic until a number of elastic iterations was set.",
-    at_least=0.25,
     made=_OURS,
 )
 def _pymunk_11() -> Staged:

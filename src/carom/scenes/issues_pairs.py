@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from carom.scenes.closed_forms import after_impact, answered, disc, impact, meeting, scene_of, struck_row
-from carom.scenes.complaint import Symptom, complained, loses_energy, misses
+from carom.scenes.complaint import Symptom, complained, loses_energy, misses, never_bounces
 from carom.scenes.entry import KnownAnswer, Staged
 
 _NEWTON = "Conservation of momentum and Newton's law of restitution, head-on"
@@ -80,11 +80,10 @@ def _rapier_984() -> Staged:
     return _head_on(speeds=(90.0, -90.0), radius_m=(0.1, 0.1), gap_m=4.1, duration_s=0.1)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/jrouwe/JoltPhysics/issues/1403",
     reported="With restitution 1, a sphere and one at rest stick together at half the speed instead of "
     "exchanging velocities.",
-    at_least=0.25,
     made="Speeds are the thread's; radius and gap are ours.",
 )
 def _jolt_1403() -> Staged:
@@ -92,10 +91,9 @@ def _jolt_1403() -> Staged:
     return _head_on(speeds=(1.0, 0.0), radius_m=(0.5, 0.5), gap_m=0.37, duration_s=1.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/DanielChappuis/reactphysics3d/issues/96",
     reported="With bounciness 1, spheres collide inelastically at 1 m/s: a velocity threshold of 1 m/s.",
-    at_least=0.25,
     made="Positions, radii, masses and speeds are the thread's.",
 )
 def _reactphysics3d_96() -> Staged:
@@ -235,10 +233,9 @@ def _cannon_359() -> Staged:
     return meeting((3 + 0j, -2 + 0.5j), (0.5, 0.5), offset=0.4, time_s=0.51, duration_s=1.25)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/viblo/pymunk/issues/13",
     reported="No elastic collisions: they need a number of elastic iterations, which could not be set from Python.",
-    at_least=0.25,
     made="The thread has no scene; all sizes are ours.",
 )
 def _pymunk_13() -> Staged:
@@ -246,11 +243,10 @@ def _pymunk_13() -> Staged:
     return _head_on(speeds=(2.0, -1.0), radius_m=(0.25, 0.5), mass_kg=(1.0, 4.0), gap_m=1.53, duration_s=1.25)
 
 
-@complained(
+@never_bounces(
     package="Defold",
     thread="https://github.com/defold/defold/issues/3775",
     reported="A body that is no faster than 1 m/s sticks to what it meets, and both move on as one.",
-    at_least=0.25,
     made="Speeds up to 1 m/s are the thread's; the sizes are ours.",
 )
 def _defold_3775() -> Staged:
@@ -258,10 +254,9 @@ def _defold_3775() -> Staged:
     return _head_on(speeds=(0.9, 0.0), radius_m=(0.25, 0.25), gap_m=0.45, duration_s=1.25)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/newton-physics/newton/issues/1131",
     reported="One of the solvers had no restitution at all for rigid bodies that collide; it is asked for.",
-    at_least=0.25,
     made="The thread has no scene; all sizes are ours.",
 )
 def _newton_1131() -> Staged:

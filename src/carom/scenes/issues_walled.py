@@ -7,7 +7,7 @@ import math
 
 from carom.scene import Wall
 from carom.scenes.closed_forms import after_impact, answered, disc, dot, impact, scene_of, unit
-from carom.scenes.complaint import Symptom, complained, loses_energy, misses
+from carom.scenes.complaint import Symptom, complained, loses_energy, misses, never_bounces
 from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
 from carom.scenes.walled import bounces_in_a_box, box_walls
 
@@ -39,11 +39,10 @@ def _in_a_box(
     return answered(scene, impacts, "Unfolding: one straight line through a lattice of boxes")
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/bulletphysics/bullet3/issues/3094",
     reported="With restitution 1 a ball sticks to a wall instead of bouncing; the maintainer names predictive "
     "contacts, and settings that cure it.",
-    at_least=0.25,
     made="Ball, wall, speed and step are those of the script in the thread.",
 )
 def _bullet3_3094() -> Staged:
@@ -51,10 +50,9 @@ def _bullet3_3094() -> Staged:
     return _wall_on_the_right(radius_m=0.2, velocity=1 + 0j, gap_m=0.8, duration_s=1.5, rate_hz=240.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/bulletphysics/bullet3/issues/4341",
     reported="With steps of 0.2 ms a convex hull does not bounce, though it does at the standard step and as a box.",
-    at_least=0.25,
     made="The step is the thread's; a hull is no disc, so the shape is not reproduced, and there is no fall.",
 )
 def _bullet3_4341() -> Staged:
@@ -62,11 +60,10 @@ def _bullet3_4341() -> Staged:
     return _wall_on_the_right(radius_m=0.1, velocity=2 + 0j, gap_m=0.1, restitution=0.5, duration_s=0.1, rate_hz=5000.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/erincatto/box2d/pull/654",
     reported="Impacts slower than a velocity threshold, 1 m/s as shipped, were inelastic whatever the "
     "restitution; this change lets users set it.",
-    at_least=0.25,
     made="The thread has no scene; all sizes are ours.",
 )
 def _box2d_654() -> Staged:
@@ -74,11 +71,10 @@ def _box2d_654() -> Staged:
     return _wall_on_the_right(radius_m=0.25, velocity=0.5 + 0.2j, gap_m=0.3, duration_s=1.25, rate_hz=60.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/dimforge/rapier/issues/919",
     reported="With a larger prediction distance balls stop bouncing almost at once: contacts found ahead of "
     "time skip the restitution.",
-    at_least=0.25,
     made="The thread drops balls; here one flies at a wall, without gravity. All sizes are ours.",
 )
 def _rapier_919() -> Staged:
@@ -202,11 +198,10 @@ def _matter_626() -> Staged:
     return _in_a_box(start=1.3 + 0.9j, velocity=2.3 + 1.7j, radius=0.1, width=4.0, height=3.0, duration=10.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/piqnt/planck.js/issues/217",
     reported="A ball of full restitution that moves slowly and diagonally, as in pong, does not bounce off walls, and "
     "sticks to them.",
-    at_least=0.25,
     made="The thread gives no numbers; all are ours, below Planck's threshold of 1 m/s.",
 )
 def _planck_217() -> Staged:
@@ -214,10 +209,9 @@ def _planck_217() -> Staged:
     return _in_a_box(start=0.9 + 0.7j, velocity=0.6 + 0.45j, radius=0.125, width=2.0, height=1.5, duration=8.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/4ian/GDevelop/issues/1219",
     reported="Slow balls stop bouncing off walls and glide along them.",
-    at_least=0.25,
     made="The thread gives no numbers; all are ours.",
 )
 def _gdevelop_1219() -> Staged:
@@ -225,10 +219,9 @@ def _gdevelop_1219() -> Staged:
     return _wall_on_the_right(radius_m=0.25, velocity=0.4 + 0.7j, gap_m=0.31, duration_s=2.0, rate_hz=60.0)
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/Scirra/Construct-bugs/issues/3900",
     reported="At 50 pixels a second and below a ball does not bounce any more; at 51 it does.",
-    at_least=0.25,
     made="The speed is the thread's, at the engine's 50 pixels to a metre; the sizes are ours.",
 )
 def _construct_3900() -> Staged:
@@ -269,10 +262,9 @@ def _dyn4j_87() -> Staged:
     return answered(scene, impacts, f"{_MIRROR}: the ways between them over speeds that fall by a factor")
 
 
-@complained(
+@never_bounces(
     thread="https://github.com/tainicom/Aether.Physics2D/issues/106",
     reported="A cue ball of restitution 1 does not bounce off what it meets.",
-    at_least=0.25,
     made="Mass and restitution are the thread's; the sizes are ours.",
 )
 def _aether_106() -> Staged:
