@@ -42,16 +42,6 @@ PURPOSE = "advise"
 #: From this number of steps on the first and the last are named.
 _MANY = 4
 
-Question = Callable[[Advised], StepRange]
-
-
-def _misses(answer: Advised) -> StepRange:
-    return answer.never_misses
-
-
-def _whole(answer: Advised) -> StepRange:
-    return answer.demand
-
 
 def advice_document(advice: Advice, asked: str = "") -> Document:
     """Return the answers, a row a method, and what was not reached; who may take the longest step comes first.
@@ -61,7 +51,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
         asked: How the scene was asked for, as the word of a command; by default its name, which the catalogue must
             then have for the commands to be of use.
     """
-    rows = sorted(advice.answers, key=lambda answer: (_cut(advice, answer), *map(_order, _both(answer))))
+    rows = sorted(advice.answers, key=lambda one: (_cut(advice, one), _order(one.demand), _order(one.never_misses)))
     frame = f"{wording.number(advice.scene.frame_rate_hz, 4)} Hz"
     table = Table(
         (
@@ -125,8 +115,8 @@ def write_advice(advice: Advice, folder: Path, asked: str = "") -> Path:
 def _answers(advice: Advice) -> Iterator[str]:
     """Yield the two answers, the yardstick, and who was not searched."""
     if advice.answers:
-        yield f"{advice.scene.name}: to miss no impact, {_fewest(advice, _misses)}."
-        yield f"{_wholly(advice)}, {_fewest(advice, _whole)}."
+        yield f"{advice.scene.name}: to miss no impact, {_fewest(advice, lambda answer: answer.never_misses)}."
+        yield f"{_wholly(advice)}, {_fewest(advice, lambda answer: answer.demand)}."
     else:
         yield f"{advice.scene.name}: no engine was searched."
     if told := _yardstick(advice):
@@ -148,7 +138,7 @@ def _angle(advice: Advice) -> str:
     return _degrees(advice.demand.direction_error_rad)
 
 
-def _fewest(advice: Advice, question: Question) -> str:
+def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     """Return the longest step that passes, and who takes it; a located method only where no other was searched.
 
     Steps that Carom cuts are no setting to take.
@@ -206,21 +196,10 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         yield Text(f"{_name(method)}, {kept}: {wording.count(times, 'step')} a frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
-        words = (
-            "carom",
-            "engines",
-            asked_as(method.engine),
-            "--show",
-            method.profile,
-            "--dt",
-            wording.step_option(trial.dt_s),
-        )
-        yield Text(f"With all its settings: {shlex.join((*words, '--scene', asked))}", shown)
+        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
+        at = ("--dt", wording.step_option(trial.dt_s), "--scene", asked)
+        yield Text(f"With all its settings: {shlex.join((*words, *at))}", shown)
         shown = IN_FULL
-
-
-def _both(answer: Advised) -> tuple[StepRange, StepRange]:
-    return answer.demand, answer.never_misses
 
 
 def _cut(advice: Advice, answer: Advised) -> bool:

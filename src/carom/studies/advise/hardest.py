@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from carom.errors import InputError
 from carom.scene import Scene, Wall
 from carom.studies.advise.sampling_limit import PairLimit, Window, pair_limit
 from carom.trace import Trace, wall_index
@@ -32,20 +31,10 @@ class Demand:
     Attributes:
         direction_error_rad: No disc's direction after any impact may be wrong by more.
         miss_probability: Share of starts at which an impact may be missed or invented.
-
-    Raises:
-        InputError: A number is out of range.
     """
 
     direction_error_rad: float
     miss_probability: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not 0 < self.direction_error_rad < math.pi:
-            degrees = math.degrees(self.direction_error_rad)
-            raise InputError(f"the direction error must be above 0 and below 180 degrees, got {degrees:g} degrees")
-        if not 0 <= self.miss_probability < 1:
-            raise InputError(f"the miss probability must be 0 or more and below 1, got {self.miss_probability:g}")
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from typing import NamedTuple
 
 from carom.comparator import Score, Verdict
 from carom.comparator.thresholds import THRESHOLDS
@@ -29,22 +30,22 @@ NOTE = "largest errors; time: + late; n/a: missed, or parted before; ×: times w
 
 def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
     """Return a table a step of one scene, the coarsest first: what each run did in physical units, the best first."""
-    by_step: dict[float, list[Row]] = {}
-    for row in _scored(results, scene):
-        by_step.setdefault(row.job.dt_s, []).append(row)
+    by_step: dict[float, list[_Run]] = {}
+    for run in _scored(results, scene):
+        by_step.setdefault(run.row.job.dt_s, []).append(run)
     columns = (
-        Column("method", partial(_method, grid)),
-        Column("impacts", _impacts, number=True),
-        Column("time", _time, number=True),
-        Column("velocity", partial(_error, name="velocity"), number=True),
-        Column("angle", _direction, number=True),
-        Column("energy", _energy, number=True),
+        Column("method", lambda run: _method(grid, run.row)),
+        Column("impacts", lambda run: _impacts(run.score), number=True),
+        Column("time", lambda run: _time(run.score, run.row.job.dt_s), number=True),
+        Column("velocity", lambda run: _percent(run.score, run.score.total.velocity), number=True),
+        Column("angle", lambda run: _direction(run.score), number=True),
+        Column("energy", lambda run: _energy(run.score), number=True),
         Column("grade", _grade),
     )
     titles = {dt_s: f"at {wording.step(dt_s)}" if len(by_step) > 1 else "" for dt_s in by_step}
     return tuple(
-        Table(columns, rows, title=titles[dt_s], note=NOTE if dt_s == min(by_step) else "", only=TERMINAL | DETAIL)
-        for dt_s, rows in by_step.items()
+        Table(columns, runs, title=titles[dt_s], note=NOTE if dt_s == min(by_step) else "", only=TERMINAL | DETAIL)
+        for dt_s, runs in by_step.items()
     )
 
 
@@ -53,13 +54,12 @@ def verdict_lines(results: Results, grid: Grid, scene: str, *, full: bool) -> tu
 
     Where there are several steps, those of the coarsest alone stand in few words.
     """
-    rows = _scored(results, scene)
-    coarsest = max((row.job.dt_s for row in rows), default=0.0)
-    several = full and any(row.job.dt_s != coarsest for row in rows)
+    runs = _scored(results, scene)
+    coarsest = max((run.row.job.dt_s for run in runs), default=0.0)
+    several = full and any(run.row.job.dt_s != coarsest for run in runs)
     said: dict[str, str] = {}
-    for row in rows:
-        score = row.score
-        if score is None or mark_of(row) in _COUNTED["exact"] or (row.job.dt_s != coarsest and not full):
+    for row, score in runs:
+        if mark_of(row) in _COUNTED["exact"] or (row.job.dt_s != coarsest and not full):
             continue
         found = (f"{one.verdict.value} ({one.reason})" if full else one.verdict.value for one in score.findings)
         name, step = _method(grid, row), f", {wording.step(row.job.dt_s)}" if several else ""
@@ -92,21 +92,21 @@ def _method(grid: Grid, row: Row) -> str:
     return grid.columns[row.job.method].name
 
 
-def _scored(results: Results, scene: str) -> list[Row]:
+class _Run(NamedTuple):
+    """A run that has a score."""
+
+    row: Row
+    score: Score
+
+
+def _scored(results: Results, scene: str) -> list[_Run]:
     """Return the runs of a scene that have a score, PIC's only where there is nothing else; the best first."""
-    rows = [row for row in results.rows if row.job.scene.name == scene and row.score is not None]
-    rows = [row for row in rows if row.job.method.engine != "pic"] or rows
-    return sorted(rows, key=lambda row: (-row.job.dt_s, standing([row])))
+    runs = [_Run(row, row.score) for row in results.rows if row.job.scene.name == scene and row.score is not None]
+    runs = [run for run in runs if run.row.job.method.engine != "pic"] or runs
+    return sorted(runs, key=lambda run: (-run.row.job.dt_s, standing([run.row])))
 
 
-def _score(row: Row) -> Score:
-    if row.score is None:
-        raise AssertionError("a row without a score is in no table of scores")
-    return row.score
-
-
-def _impacts(row: Row) -> str:
-    score = _score(row)
+def _impacts(score: Score) -> str:
     invented = f" +{len(score.spurious)}" if score.spurious else ""
     return f"{score.expected - len(score.missed) - len(score.undecided)} of {score.expected}{invented}"
 
@@ -116,23 +116,16 @@ def _parted(score: Score) -> bool:
     return Verdict.PARTED in score.verdicts
 
 
-def _time(row: Row) -> str:
-    score = _score(row)
+def _time(score: Score, dt_s: float) -> str:
     error_s = score.total.time_s
     if math.isnan(error_s) or _parted(score):
         return wording.ABSENT
-    if abs(error_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, row.job.dt_s):
+    if abs(error_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return "0"
     return f"{'+' if error_s > 0.0 else '-'}{wording.number(abs(error_s) * 1e3, 3)} ms"
 
 
-def _error(row: Row, name: str) -> str:
-    score = _score(row)
-    return _percent(score, getattr(score.total, name))
-
-
-def _energy(row: Row) -> str:
-    score = _score(row)
+def _energy(score: Score) -> str:
     shown = _percent(score, score.total.energy)
     return f"+{shown}" if score.total.energy > 0.0 and shown not in ("0", wording.ABSENT) else shown
 
@@ -143,18 +136,16 @@ def _percent(score: Score, part: float) -> str:
     return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else wording.percent(part)
 
 
-def _direction(row: Row) -> str:
-    score = _score(row)
+def _direction(score: Score) -> str:
     turned = score.total.direction_rad
     if math.isnan(turned) or _parted(score):
         return wording.ABSENT
     return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else f"{wording.number(math.degrees(turned))}°"
 
 
-def _grade(row: Row) -> str:
+def _grade(run: _Run) -> str:
     """Return the grade, and how many times as much as checking once per step costs is paid."""
-    score, mark = _score(row), mark_of(row)
-    paid = score.price_paid
-    if mark in _COUNTED["exact"] or math.isnan(paid) or not score.errors:
+    mark, paid = mark_of(run.row), run.score.price_paid
+    if mark in _COUNTED["exact"] or math.isnan(paid) or not run.score.errors:
         return mark.word
     return f"{mark.word} {wording.ratio(paid).replace(' ', '')}"

@@ -141,14 +141,17 @@ def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impa
     Of a scene alone, what became of each of these impacts.
     """
     alone = len(grid.rows) == 1
-    groups = () if alone else _groups(grid)
+    groups = {} if alone else _groups(grid)
     columns = (
         Column("method", lambda method: Cell(method.label, method.profile, short=method.name)),
         Column("grade", partial(_grade, grid)) if alone else Column("scenes by grade", partial(_bar, grid)),
         Column("impacts", partial(_counted, grid), "- +", number=True),
         Column("error", partial(_paid, grid), "/ PIT's", number=True),
         *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
-        *(Column(of.name, partial(_group_cell, of), wording.count(len(of.rows), "scene"), only=PAGE) for of in groups),
+        *(
+            Column(name, partial(_group_cell, rows), wording.count(len(rows), "scene"), only=PAGE)
+            for name, rows in groups.items()
+        ),
         *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),
     )
     return Table(columns, ranked(grid, methods), css="methods", only=IN_FULL, cards=True)
@@ -183,25 +186,18 @@ def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
     return Cell(_scene_of(cell), title="; ".join(cell.reasons), link=replay_link(cell))
 
 
-class _Group(NamedTuple):
-    """Scenes of one group."""
-
-    name: str
-    rows: list[GridRow]
-
-
-def _groups(grid: Grid) -> list[_Group]:
-    """Return the groups in order of their first scenes; scenes without a group are together."""
+def _groups(grid: Grid) -> dict[str, list[GridRow]]:
+    """Return the scenes of each group, in order of their first scenes; scenes without a group are together."""
     by_name: dict[str, list[GridRow]] = {}
     for row in grid.rows:
         first, slash, _ = row.scene.name.partition("/")
         by_name.setdefault(first if slash else "others", []).append(row)
-    return [_Group(name, rows) for name, rows in by_name.items()]
+    return by_name
 
 
-def _group_cell(group: _Group, method: GridColumn) -> Cell:
+def _group_cell(rows: list[GridRow], method: GridColumn) -> Cell:
     """Return in how many of a group's graded scenes a method is right, with a way to the worst of them."""
-    cells = tuple(cell for row in group.rows for cell in row.cells if cell.column == method)
+    cells = tuple(cell for row in rows for cell in row.cells if cell.column == method)
     worst = _worst(cells)
     if worst is None:
         return Cell("", shares=_shares(cells))

@@ -6,6 +6,7 @@ import math
 import statistics
 from collections import Counter
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -116,12 +117,9 @@ def bisection_lines(found: Bisection | None) -> Iterator[str]:
     oldest = found.asked[0]
     before = f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which does as {oldest}, the oldest"
     why = f"{found.change.moved.value}: {found.change.why}"
-    yield f"{_cell_words(found.cell)}: {found.first} does otherwise than {before} ({why})."
+    cell = f"{found.cell.scene} with {found.cell.profile} at {wording.step(found.cell.dt_s)}"
+    yield f"{cell}: {found.first} does otherwise than {before} ({why})."
     yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
-
-
-def _cell_words(cell: RunCell) -> str:
-    return f"{cell.scene} with {cell.profile} at {wording.step(cell.dt_s)}"
 
 
 def _lead(found: History) -> Iterator[str]:
@@ -145,39 +143,29 @@ def _release_columns(found: History) -> tuple[Column, ...]:
     bits = {one.float_bits for release in found.ran for seen in release.seen.values() for one in seen.ran[:1]}
     marks = {grade: mark_of_grade(grade, max(bits, default=64)).word for grade in Grade if grade.name in grades}
 
-    def count(grade: Grade) -> Column:
-        return Column(marks[grade], lambda row: _blank(row, _graded(row.release)[grade.name]), number=True)
-
-    def since(kind: Moved) -> Column:
-        return Column(
-            _HEADS[kind], lambda row: "" if row.since is None else _number(row.since.count(kind)), number=True
-        )
-
     kinds = [kind for kind in _HEADS if any(step.count(kind) for step in found.transitions)]
     return (
         Column("release", lambda row: row.release.version),
-        *(count(grade) for grade in marks),
+        *(Column(marks[grade], partial(_graded, grade), number=True) for grade in marks),
         Column("same bits", _same_bits, number=True),
-        *map(since, kinds),
+        *(Column(_HEADS[kind], partial(_since, kind), number=True) for kind in kinds),
         *([Column("note", lambda row: _note(row.release))] if any(map(_note, found.releases)) else ()),
     )
 
 
-def _number(n: int) -> str:
-    """Return a count, and nothing of none."""
-    return str(n) if n else ""
-
-
-def _blank(row: _Row, n: int) -> str:
-    return "" if row.release.not_run else _number(n)
+def _since(kind: Moved, row: _Row) -> str:
+    """Return how many cells that became since the release before; nothing of none."""
+    return "" if row.since is None else str(row.since.count(kind) or "")
 
 
 def _same_bits(row: _Row) -> str:
     return "" if row.since is None else f"{row.since.count(Moved.NOTHING)} of {row.since.compared}"
 
 
-def _graded(release: Release) -> Counter[str]:
-    return Counter(seen.own.value.grade for seen in release.seen.values() if seen.own.value is not None)
+def _graded(grade: Grade, row: _Row) -> str:
+    """Return how many cells have a grade; nothing of none, or where the release was not run."""
+    ran = [seen.own.value for seen in row.release.seen.values() if seen.own.value is not None]
+    return "" if row.release.not_run else str(sum(one.grade == grade.name for one in ran) or "")
 
 
 def _note(release: Release) -> str:

@@ -100,8 +100,6 @@ class KnobSearch:
         self.trials, self.given_up = 0, 0
         self._progress, self._told = progress, told
         self._whole: list[Found] = []
-        self._first: Found | None = None
-        self._best: Found | None = None
         self._seen: dict[Tried, tuple[Merit, bool]] = {}
         self._order: list[int] = []
         self._most = 0
@@ -125,11 +123,11 @@ class KnobSearch:
     def _begin(self) -> None:
         """Judge the first profile, and put the scenes that went worst with it first."""
         judged = self.jury.judge(self.method, self.scenes)
-        self._first = self._best = Found((), merit_of(judged, judged), tuple(judged), 0)
+        first = Found((), merit_of(judged, judged), tuple(judged), 0)
         worst = {k: merit_of([one]) for k, one in enumerate(judged)}
         self._order = sorted(worst, key=lambda k: worst[k], reverse=True)
-        self._seen[()] = (self._first.merit, False)
-        self._whole.append(self._first)
+        self._seen[()] = (first.merit, False)
+        self._whole.append(first)
 
     def _ask(self, trials: int, seed: int) -> None:
         import optuna
@@ -183,15 +181,13 @@ class KnobSearch:
 
     @property
     def begun(self) -> Found:
-        """What came of the first profile."""
-        assert self._first is not None  # noqa: S101 - it is judged before all else
-        return self._first
+        """What came of the first profile, which is judged before all else."""
+        return self._whole[0]
 
     @property
     def best(self) -> Found:
         """The best that is found so far."""
-        assert self._best is not None  # noqa: S101 - as above
-        return self._best
+        return min(self._whole, key=lambda one: one.rank)
 
     def tried(self, point: Point) -> tuple[Merit, bool]:
         """Judge a point; return its merit, and whether it was given up, so that this is but the best it could be."""
@@ -219,10 +215,8 @@ class KnobSearch:
         judged = tuple(found[k] for k in range(len(self.scenes)))
         whole = Found(tried, merit_of(judged, first.judged), judged, self.trials)
         self._whole.append(whole)
-        if whole.rank < best.rank:
-            self._best = whole
-            if self._told is not None:
-                self._told(whole)
+        if whole.rank < best.rank and self._told is not None:
+            self._told(whole)
         return whole.merit, False
 
 

@@ -131,22 +131,6 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
-@pytest.mark.parametrize(
-    ("demand", "words"),
-    [
-        ((0.0,), "direction error must be above 0"),
-        ((math.nan,), "got nan degrees"),
-        ((math.pi,), "below 180 degrees, got 180"),
-        ((DEGREE, 1.0), "miss probability must be 0 or more and below 1, got 1"),
-        ((DEGREE, -0.1), "got -0.1"),
-    ],
-)
-def test_a_demand_that_is_none_is_refused(demand: tuple[float, ...], words: str) -> None:
-    """A demand out of range is refused by name and value before anything runs."""
-    with pytest.raises(InputError, match=words):
-        Demand(*demand)
-
-
 def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
     """Tuned pymunk does what PIT does: its steps lie below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
