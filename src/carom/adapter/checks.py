@@ -139,7 +139,7 @@ def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *,
             return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
     if reason := _combined(capabilities.friction_combine, rubbed, high):
         return reason
-    fastest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs)
+    fastest = max(disc.drive.fastest for disc in scene.discs)
     if fastest > capabilities.max_speed_m_s:
         return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
     spin = max(abs(disc.spin_rad_s) for disc in scene.discs)

@@ -101,7 +101,7 @@ def reach(scene: Scene, dt_s: float) -> tuple[Vector, float]:
 
 def is_fast(disc: Disc, dt_s: float) -> bool:
     """Whether a disc moves by more than its radius in a step: what continuous detection is for."""
-    return math.hypot(*disc.velocity_m_s) * dt_s > disc.radius_m
+    return disc.drive.fastest * dt_s > disc.radius_m
 
 
 def pair_of(a: int, b: int) -> tuple[int, int]:

@@ -13,6 +13,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from carom.comparator.scales import Scales
 from carom.physics.contact_law import rub
 from carom.physics.friction import ContactFriction, tangential_impulse
 from carom.scene import Scene, Wall
-from carom.trace import Trace, body_name, free_flights, rim_speeds, wall_body, wall_index
+from carom.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
 
 #: What two contacts of one instant may differ by in time (over the duration), place (over the scene's extent) and
 #: velocity (over the scene's speed): rounding, as everywhere else in the comparison.
@@ -36,7 +37,22 @@ MOST_AT_ONCE = 8
 
 #: Velocity and speed of the rim, ``(x, y, R w)``, one row a disc.
 Motions = NDArray[np.float64]
-Contact = tuple[int, int, tuple[float, float]]
+
+
+class Touch(NamedTuple):
+    """Two bodies that touch at the instant.
+
+    Attributes:
+        first: A disc.
+        second: A disc, or a wall, which is negative.
+        normal: Unit vector from first to second.
+        wall_m_s: Velocity of the wall at the instant, metres a second; 0 of a disc, which the motions tell.
+    """
+
+    first: int
+    second: int
+    normal: Vector
+    wall_m_s: Vector = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -64,13 +80,13 @@ class Group:
     Attributes:
         time_s: The instant.
         discs: Numbers of the discs, ascending.
-        contacts: Pairs of bodies (a wall is negative) with the normal from first to second.
+        contacts: What touches.
         motion_m_s: Velocity and speed of the rim before, one row a disc, shape ``(k, 3)``.
     """
 
     time_s: float
     discs: tuple[int, ...]
-    contacts: tuple[Contact, ...]
+    contacts: tuple[Touch, ...]
     motion_m_s: Motions
 
 
@@ -112,7 +128,7 @@ def first_group(reference: Trace) -> Group | None:
     while True:  # what is reached through movable discs is part of it
         linked = {
             body
-            for first, second, _ in contacts
+            for first, second, *_ in contacts
             for body in (first, second)
             if body >= 0 and any(b in discs and not scene.discs[b].immovable for b in (first, second) if b >= 0)
         }
@@ -155,7 +171,7 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
         seen.add(key)
         if len(seen) > MOST_STATES:
             return ()
-        active = [c for c in group.contacts if _closing(scene, c, motion, row) > tolerance]
+        active = [c for c in group.contacts if _closing(c, motion, row) > tolerance]
         if not active:
             found.append(AdmissibleOutcome(", then ".join(path) or "no impact", motion))
         # Last first, so that the stack gives the lower body numbers first.
@@ -205,45 +221,47 @@ def _motions_after(trace: Trace, group: Group) -> Motions:
     return motion
 
 
-def _touching(scene: Scene, position: NDArray[np.float64], time_s: float, tolerance_m: float) -> Iterator[Contact]:
+def _touching(scene: Scene, position: NDArray[np.float64], time_s: float, tolerance_m: float) -> Iterator[Touch]:
     radius = scene.arrays.radius_m
     for i in range(len(radius)):
         offset = position[i + 1 :] - position[i]
         distance = np.hypot(*offset.T)
         for k in np.flatnonzero(distance - (radius[i] + radius[i + 1 :]) <= tolerance_m):
             normal = offset[k] / distance[k]
-            yield i, i + 1 + int(k), (float(normal[0]), float(normal[1]))
+            yield Touch(i, i + 1 + int(k), (float(normal[0]), float(normal[1])))
         for number, wall in enumerate(scene.walls):
-            seen = position[i] - (wall.drive.moved_at(time_s) if wall.driven else 0.0)
+            leg = wall.drive.leg_at(time_s)
+            seen = position[i] - leg.moved_at(time_s)
             if isinstance(wall, Wall):
                 gap = float((seen - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
                 if gap <= tolerance_m:
-                    yield i, wall_body(number), (-wall.normal[0], -wall.normal[1])
+                    yield Touch(i, wall_body(number), (-wall.normal[0], -wall.normal[1]), leg.velocity)
                 continue
             x, y = seen.tolist()
             for foot in wall.outline.feet_within(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
                 distance = math.hypot(foot.x - x, foot.y - y)
-                yield i, wall_body(number), ((foot.x - x) / distance, (foot.y - y) / distance)
+                normal = ((foot.x - x) / distance, (foot.y - y) / distance)
+                yield Touch(i, wall_body(number), normal, leg.velocity)
 
 
-def _closing(scene: Scene, contact: Contact, motion: Motions, row: dict[int, int]) -> float:
-    first, second, normal = contact
-    other = motion[row[second], :2] if second >= 0 else np.array(scene.walls[wall_index(second)].velocity_m_s)
+def _closing(contact: Touch, motion: Motions, row: dict[int, int]) -> float:
+    first, second, normal, wall = contact
+    other = motion[row[second], :2] if second >= 0 else np.array(wall)
     return float((motion[row[first], :2] - other) @ np.array(normal))
 
 
-def _inverse_masses(scene: Scene, contact: Contact) -> tuple[float, float]:
-    first, second, _ = contact
+def _inverse_masses(scene: Scene, contact: Touch) -> tuple[float, float]:
+    first, second, *_ = contact
     return 1.0 / scene.discs[first].mass_kg, 1.0 / scene.discs[second].mass_kg if second >= 0 else 0.0
 
 
-def _struck(scene: Scene, contact: Contact, motion: Motions, row: dict[int, int]) -> Motions:
-    first, second, normal = contact
+def _struck(scene: Scene, contact: Touch, motion: Motions, row: dict[int, int]) -> Motions:
+    first, second, normal, _ = contact
     w1, w2 = _inverse_masses(scene, contact)
     if w1 + w2 == 0.0:
         return motion
     restitution = scene.restitution if second >= 0 else scene.arrays.materials[wall_index(second)].restitution
-    impulse = (1.0 + restitution) * _closing(scene, contact, motion, row) / (w1 + w2)
+    impulse = (1.0 + restitution) * _closing(contact, motion, row) / (w1 + w2)
     after = motion.copy()
     after[row[first], :2] -= impulse * w1 * np.array(normal)
     if second >= 0:
@@ -252,10 +270,10 @@ def _struck(scene: Scene, contact: Contact, motion: Motions, row: dict[int, int]
 
 
 def _rubbed(
-    scene: Scene, contact: Contact, before: Motions, after: Motions, pressed: float, row: dict[int, int]
+    scene: Scene, contact: Touch, before: Motions, after: Motions, pressed: float, row: dict[int, int]
 ) -> Motions:
     """Return what friction makes of the bodies of a contact besides, in place, given how hard they are pressed."""
-    first, second, (nx, ny) = contact
+    first, second, (nx, ny), wall_m_s = contact
     wall, start = second < 0, scene.arrays
     grip = (
         ContactFriction(start.materials[wall_index(second)].friction, start.wall_tangential_restitution)
@@ -270,7 +288,7 @@ def _rubbed(
     weights = dict(zip((first, second), _inverse_masses(scene, contact), strict=True))
     slip = sum(before[row[body], 2] - sign * float(before[row[body], :2] @ tangent) for body, sign in sides)
     if wall:
-        slip -= float(np.array(scene.walls[wall_index(second)].velocity_m_s) @ tangent)
+        slip -= float(np.array(wall_m_s) @ tangent)
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
     turned = rubbed = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
@@ -296,14 +314,14 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
         return None
     jacobian = np.zeros((len(contacts), 2 * len(row)))
     inverse_mass = np.repeat(1.0 / scene.arrays.mass_kg[list(group.discs)], 2)
-    for k, (first, second, normal) in enumerate(contacts):
+    for k, (first, second, normal, _) in enumerate(contacts):
         jacobian[k, 2 * row[first] : 2 * row[first] + 2] = np.negative(normal)
         if second >= 0:
             jacobian[k, 2 * row[second] : 2 * row[second] + 2] = normal
     matrix = (jacobian * inverse_mass) @ jacobian.T
-    closing = np.array([_closing(scene, c, group.motion_m_s, row) for c in contacts])
+    closing = np.array([_closing(c, group.motion_m_s, row) for c in contacts])
     # Closing speeds after: -e times those before; where nothing closed, nothing may close.
-    seconds = np.array([second for _, second, _ in contacts], dtype=np.int64)
+    seconds = np.array([second for _, second, *_ in contacts], dtype=np.int64)
     restitution = scene.arrays.restitution_of(seconds)
     wanted = -restitution * np.maximum(closing, 0.0)
     for pushing in sorted(product((True, False), repeat=len(contacts)), key=sum, reverse=True):
@@ -320,6 +338,6 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
     return None
 
 
-def _name(contact: Contact) -> str:
-    first, second, _ = contact
+def _name(contact: Touch) -> str:
+    first, second, *_ = contact
     return f"{first} on {second if second >= 0 else body_name(second)}"

@@ -108,7 +108,7 @@ def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BE
         order_differs = common
     # Radii are part of the error: what was not proven to the tolerance does not agree to it.
     speed = max([1e-300, *(math.hypot(*disc.velocity_m_s) for disc in scene.discs)])
-    if scene.gravity_m_s2 != (0.0, 0.0):  # what starts at rest gains speed
+    if scene.gravity_m_s2 != (0.0, 0.0) or scene.arrays.driven:  # what starts at rest gains speed
         speed = largest([speed, *np.hypot(*velocities(truth, "after").reshape(-1, 2).T).tolist()])
     end = common if order_differs is None else order_differs
     rims = np.zeros(end)

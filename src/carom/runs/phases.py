@@ -66,6 +66,8 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
         return math.nan
     one, two = scene.discs
+    if one.legs or two.legs:
+        return math.nan
     if any(scene.gravity_m_s2) and one.immovable is not two.immovable:
         return math.nan  # the one falls onto the other: no straight path
     d = np.subtract(two.position_m, one.position_m)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from tests.stage import disc_at, staged
 
 from carom.adapter import (
+    Capabilities,
     Disc,
     Scene,
     StepClock,
@@ -15,9 +17,11 @@ from carom.adapter import (
     factored_frictions,
     factored_restitutions,
     flattened,
+    is_fast,
     oriented_contact,
     pair_of,
     reach,
+    unsupported_reason,
 )
 from carom.solvers.pic import solve_pic
 
@@ -35,6 +39,19 @@ def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair
     rub = contact.tangential_impulse_n_s
     assert rub is not None
     assert (-ny * rub, nx * rub) == received
+
+
+def test_a_driven_disc_is_as_fast_as_its_fastest_leg() -> None:
+    """Limits on speed and on the way of a step hold of every leg, not of the velocity that a disc has without legs."""
+    legs = [{"from_s": 0.0, "velocity_m_s": (1.0, 0.0)}, {"from_s": 0.5, "velocity_m_s": (0.0, 30.0)}]
+    mallet = disc_at(0, 0, m=math.inf, driven=True, legs=legs)
+    scene = staged("mallet", mallet, disc_at(9, 0), duration_s=1.0)
+    able = Capabilities(driven_discs=True, legs=True)
+    assert unsupported_reason(scene, able, 0.1) == ""
+    assert "a disc moves at 30 m/s" in unsupported_reason(scene, replace(able, max_speed_m_s=29.0), 0.1)
+    assert "moves 3 m in a step" in unsupported_reason(scene, replace(able, max_move_m=2.0), 0.1)
+    assert is_fast(scene.discs[0], 0.02)
+    assert not is_fast(scene.discs[0], 0.01)
 
 
 def test_a_clock_counts_steps_and_does_not_add_them_up() -> None:

@@ -7,11 +7,13 @@ import math
 
 import numpy as np
 import pytest
+from tests.stage import disc_at
 
-from carom import Disc, Scene, compare, solve_pic
+from carom import Disc, Scene, Wall, compare, solve_pic
 from carom.comparator import Verdict
 from carom.comparator.convention import admissible_outcomes, first_group
 from carom.scenes import catalogue
+from carom.walls import Leg
 
 
 def cradle(discs: int, restitution: float = 1.0) -> Scene:
@@ -41,6 +43,24 @@ def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
     expected = [[-1 / 8, -math.sqrt(3) / 8], [-1 / 8, math.sqrt(3) / 8], [-1 / 5, 0.0]]
     np.testing.assert_allclose(striker, expected, rtol=0, atol=1e-12)
     assert [outcome.how for outcome in outcomes][2] == "all at once"
+
+
+def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
+    """A wall that is on its second leg strikes a disc as another does: every order ends at 1 and 3/2 m/s.
+
+    In turn, with equal masses: (0, -1/2) becomes (-1/2, 0), at a wall of 1/2 m/s (3/2, 0), (0, 3/2) and (1, 3/2).
+    """
+    legs = (Leg(from_s=0.0, velocity_m_s=(0.25, 0.0)), Leg(from_s=1.0, velocity_m_s=(0.5, 0.0)))
+    scene = Scene(
+        name="squeeze",
+        discs=[disc_at(0.75, 0.0), disc_at(2.75, 0.0, -0.5)],
+        walls=[Wall(point_m=(-0.5, 0.0), normal=(1.0, 0.0), legs=legs)],
+        duration_s=4.0,
+    )
+    group = first_group(solve_pic(scene))
+    assert group is not None
+    outcomes = admissible_outcomes(scene, group, 1.0)
+    assert [outcome.velocity_m_s.tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
 
 
 def test_pic_takes_the_first_of_them_and_is_told_so() -> None:

@@ -78,6 +78,17 @@ def test_a_scene_of_a_closed_form_is_covered_to_its_end() -> None:
     assert (found.agreed, found.certified, found.end_s) == (1, 1, 5.0)
 
 
+def test_discs_at_rest_that_a_driven_wall_strikes_are_covered() -> None:
+    """What errors are compared with is the speed that the wall gives, where all discs are at rest at the start."""
+    scene = carom.Scene(
+        name="swept",
+        discs=[carom.Disc(position_m=(x, y), radius_m=0.1) for x, y in ((1.0, 0.0), (2.0, 0.05))],
+        walls=[carom.Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(0.3, 0.0))],
+        duration_s=10.0,
+    )
+    assert carom.horizon(scene).covers_the_scene
+
+
 def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
     """Another path after the horizon does not touch the score; before it, it does. A run's own contradictions do."""
     horizon_s = float(pic.impacts["time_s"][29])

@@ -16,6 +16,7 @@ from carom.errors import InputError
 from carom.runs.phases import phase_values, pit_miss_probability
 from carom.runs.pool import InProcess
 from carom.scenes import catalogue
+from carom.walls import Leg
 
 
 def test_phases_are_spread_evenly_and_are_the_same_for_the_same_seed() -> None:
@@ -149,6 +150,9 @@ def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
     assert pit_miss_probability(straight, 1 / 5) == pit_miss_probability(both, 1 / 5) > 0.5
     assert math.isnan(pit_miss_probability(one, 1 / 5))
     assert math.isnan(pit_miss_probability(later, 1 / 5))
+    legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=0.05, velocity_m_s=(1.0, 0.0)))
+    turning = fixed.model_copy(update={"driven": True, "legs": legs})
+    assert math.isnan(pit_miss_probability(staged("legs", small, turning, duration_s=1.0), 1 / 5))
 
 
 @pytest.mark.parametrize("phases", [-1, True, 2.5])

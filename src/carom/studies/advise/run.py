@@ -235,10 +235,11 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
 
 
 def _closed_form(scene: Scene, hardest: Sequence[HardImpact]) -> ClosedForm | None:
-    """Return what PIT needs; None where friction, what slows discs, a third body or a fall onto one leaves none."""
+    """Return what PIT needs; None where friction, slowing, legs, a third body or a fall onto one leave none."""
     slowed = scene.damping_per_s or scene.table_deceleration_m_s2
     apart = slowed or (any(scene.gravity_m_s2) and not all(scene.arrays.movable))
-    if len(scene.discs) != 2 or scene.walls or scene.arrays.rubs_discs or apart:
+    turns = any(disc.legs for disc in scene.discs)
+    if len(scene.discs) != 2 or scene.walls or scene.arrays.rubs_discs or apart or turns:
         return None
     windows = [impact.limit.window for impact in hardest]
     never = min((window.length_s for window in windows if window is not None), default=math.inf)

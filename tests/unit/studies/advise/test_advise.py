@@ -21,6 +21,7 @@ from carom.studies.advise.run import Cause, Demand, ReferenceCut, SearchEnding, 
 from carom.studies.advise.sampling_limit import Window, largest_step, pair_limit
 from carom.studies.advise.step_search import CONFIRM
 from carom.studies.advise.step_trial import StartTask
+from carom.walls import Leg
 
 DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)
@@ -227,7 +228,7 @@ def test_with_friction_pit_is_tried() -> None:
 
 @pytest.mark.long
 def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
-    """Discs that spin and do not rub have the closed form of those that do not; where one falls past the other none."""
+    """Discs that spin and do not rub have the closed form of those that do not; where a path bends there is none."""
     discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
     spinning = Scene(**{**dict(pair()), "discs": discs})
     steps = [advise(scene, asked(["pit"], DEGREE), InProcess()).closed_form for scene in (pair(), spinning)]
@@ -235,7 +236,10 @@ def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
     assert steps[0] == steps[1]
     hung = [pair().discs[0], pair().discs[1].model_copy(update={"mass_kg": math.inf})]
     falling = Scene(**{**dict(pair()), "discs": hung, "gravity_m_s2": (0.0, -0.1)})
-    assert advise(falling, asked(["pit"], 10 * DEGREE, phases=1), InProcess()).closed_form is None
+    legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=1.2, velocity_m_s=(0.1, 0.0)))
+    bending = Scene(**{**dict(pair()), "discs": [hung[0], hung[1].model_copy(update={"driven": True, "legs": legs})]})
+    for scene in (falling, bending):
+        assert advise(scene, asked(["pit"], 10 * DEGREE, phases=1), InProcess()).closed_form is None
 
 
 def test_an_impact_in_the_last_step_is_asked_for() -> None:
