@@ -120,8 +120,8 @@ def walls_of(engine: str) -> str:
         lines = [[cell.strip() for cell in line.split("|")[1:-1]] for line in part.splitlines() if line[:1] == "|"]
         made.append(rows_of(lines[0][1:], [line[1:] for line in lines[2:] if line[0] == name]))
     said = (
-        "Thin walls: how many of 32 starts pass. Floors in pieces: how many of 48 flights end with another velocity. Ends, "
-        "hit off centre: degrees off, median and worst of 16 starts. Corners: m/s off at worst."
+        "Thin walls: how many of 32 starts pass. Floors in pieces: how many of 48 flights end with another velocity. "
+        "Ends, hit off centre: degrees off, median and worst of 16 starts. Corners: m/s off at worst."
     )
     return f"{said} [What is counted](../walls.md#my-ball-goes-through-thin-walls-what-now).\n\n" + "\n".join(made)
 
