@@ -8,7 +8,7 @@ from functools import partial
 from carom.scene import Disc
 from carom.scenes.closed_forms import disc, scene_of
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.entry import KnownAnswer, Staged
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
 from carom.scenes.walled import FLOOR
 from carom.trace import Vector
 
@@ -205,6 +205,75 @@ def _pooltool_39() -> Staged:
         rim=-5.0 / 7.0 * along,
         friction=friction,
     )
+
+
+@complained(
+    thread="https://github.com/google/brax/issues/58",
+    reported="A ball that rolls on a plane sometimes spins in place, and does not pass its momentum on to one that it "
+    "runs into.",
+    made="Spheres stand for the thread's capsules. Sizes, speed and friction are ours.",
+)
+def _brax_58() -> Staged:
+    """A sphere rolls into an equal one: it stops, spins in place, follows at 2/7, and the other rolls at 5/7."""
+    along, gap, friction, g, lasts, radius = 3.0, 1.5, 0.2, 9.81, 2.0, 0.5
+    met, changed = gap / along, 2.0 * along / 7.0
+    slid = changed / (friction * g)
+    rolls_s, slides_m = lasts - met - slid, changed * slid / 2.0
+    scene = scene_of(
+        discs=[_ball(along, rolls=True), disc(complex(2.0 * radius + gap, radius), 0j, radius, inertia_factor=_SPHERE)],
+        walls=[FLOOR],
+        gravity_m_s2=(0.0, -g),
+        wall_friction=friction,
+        wall_restitution=0.0,
+        duration_s=lasts,
+    )
+    rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
+    ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
+    known = KnownAnswer(
+        "Equal elastic spheres swap velocities and keep their spins; angular momentum about the floor is kept: of v "
+        "2/7 is left to the one that has the spin, 5/7 to the other",
+        (KnownImpact(met, 0, 1, (0.0, 0.0), (along, 0.0), -along / radius, 0.0),),
+        1,
+        ((rolling[0], 0.0), (rolling[1], 0.0)),
+        ((ways[0], radius), (ways[1], radius)),
+        final_spin_rad_s=(-rolling[0] / radius, -rolling[1] / radius),
+    )
+    return Staged(scene, known)
+
+
+@_never_rests(
+    thread="https://github.com/google/brax/issues/151",
+    reported="A ball that lies on a fixed ground, with elasticity 1, begins to bounce, higher and higher.",
+    made="Radius, gravity, elasticity, steps and their number are the thread's; a disc stands for the capsule.",
+)
+def _brax_151() -> Staged:
+    """An elastic ball that lies on the ground stays there."""
+    staged = _on_a_floor(
+        "Nothing happens to what does not move",
+        disc(complex(0.0, 0.1), 0j, 0.1),
+        0.0,
+        3.0,
+        gravity_m_s2=9.8,
+        restitution=1.0,
+    )
+    return Staged(staged.scene.model_copy(update={"frame_rate_hz": 100.0}), staged.known)
+
+
+@complained(
+    thread="https://github.com/bulletphysics/bullet3/issues/2117",
+    reported="A pool ball that rolls under rolling friction always goes along a curve, though its spin is at right "
+    "angles to its way; the friction acted on each axis by itself (mended by pull request 2138).",
+    made="Seen from above, the ball is a disc that its table slows down: rolling resistance takes 5/7 c g of its speed "
+    f"a second. {_OURS}",
+)
+def _bullet3_2117() -> Staged:
+    """A ball that rolls at a slant to both axes keeps to its line until it stops."""
+    resists, g, speed, lasts = 0.02, 9.81, 0.5, 2.5
+    slower = resists * g / (1.0 + _SPHERE)
+    left, way = speed - slower * lasts, speed * lasts - slower * lasts**2 / 2.0
+    scene = scene_of(discs=[disc(0j, speed * (0.8 + 0.6j), 0.028575)], table_deceleration_m_s2=slower, duration_s=lasts)
+    source = "v' = -c g/(1 + k) along the way: friction of what rolls has no other direction"
+    return Staged(scene, KnownAnswer(source, (), 0, ((0.8 * left, 0.6 * left),), ((0.8 * way, 0.6 * way),)))
 
 
 @_never_rests(
