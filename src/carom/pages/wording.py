@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import TypeVar
 
 from carom.number_text import ABSENT, instant, metres, number, seconds, steps
 from carom.trace import Setting
 
 __all__ = ["ABSENT", "instant", "metres", "number", "seconds", "steps"]
+
+K = TypeVar("K")
+V = TypeVar("V")
 
 #: A step is written 1/n where its inverse is whole to this, relative: a float holds 1/240 to 1e-16.
 WHOLE = 1e-9
@@ -63,6 +67,14 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     if len(words) < 2:
         return "".join(words)
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def together(pairs: Iterable[tuple[K, V]]) -> dict[K, list[V]]:
+    """Return what is told together: by what they share, in the order of the first of each, all that share it."""
+    found: dict[K, list[V]] = {}
+    for shared, one in pairs:
+        found.setdefault(shared, []).append(one)
+    return found
 
 
 def capitalised(sentence: str) -> str:

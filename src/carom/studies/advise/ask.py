@@ -4,16 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import fields, replace
-from typing import Any
+from dataclasses import dataclass, fields, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
+from carom.pages.inline import axes_of, with_picture
+from carom.pages.render.terminal import plain_text
 from carom.registry import engine_named
 from carom.runs.job import Progress, unheard
 from carom.runs.pool import Pool
 from carom.scene import Scene, as_scene
+from carom.studies.advise.document import advice_document
+from carom.studies.advise.figure import draw_advice, title_of
 from carom.studies.advise.options import AdviceOptions
-from carom.studies.advise.picture import ShownAdvice
+from carom.studies.advise.run import Advice
 from carom.studies.advise.run import advise as found_by
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, repr=False)
+class ShownAdvice(Advice):
+    """What the adviser says, and shows by itself."""
+
+    def __repr__(self) -> str:
+        return plain_text(advice_document(self))
+
+    def _repr_html_(self) -> str | None:
+        """Return its lines and its picture as HTML; None where the extra `report` is missing."""
+        return with_picture(partial(draw_advice, self), title_of(self), repr(self))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the direction error against the step, a line a method, the demand as a line, and return the axes.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        axes = axes_of(ax)
+        draw_advice(self, axes)
+        return axes
 
 
 def advise(

@@ -121,9 +121,8 @@ def _answers(advice: Advice) -> Iterator[str]:
         yield f"{advice.scene.name}: no engine was searched."
     if told := _yardstick(advice):
         yield f"Checking once per step (PIT) takes {told}."
-    reasons = dict.fromkeys(unable.reason for unable in advice.unable)
-    for reason in reasons:
-        names = [_name(unable.method) for unable in advice.unable if unable.reason == reason]
+    reasons = wording.together((unable.reason, _name(unable.method)) for unable in advice.unable)
+    for reason, names in reasons.items():
         yield f"Not run: {wording.listed(names)} ({reason})."
 
 
@@ -319,8 +318,7 @@ def _fails(answer: Advised, found: StepRange) -> str:
 
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield why searches tried no finer step."""
-    for ending in dict.fromkeys(one.ending for one in rows):
-        names = [_name(one.method) for one in rows if one.ending is ending]
+    for ending, names in wording.together((one.ending, _name(one.method)) for one in rows).items():
         yield f"No finer step was tried, as {ending.value}: {wording.listed(names)}."
 
 

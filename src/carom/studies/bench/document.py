@@ -193,10 +193,7 @@ def _unrun(bench: SceneBench) -> Iterator[str]:
                     own = steps.setdefault((what, reason), {})
                     own.setdefault(f"{curve.engine} {curve.profile}", []).append(wording.step(point.dt_s))
     for (what, reason), by_curve in steps.items():
-        alike: dict[str, list[str]] = {}
-        for who, at in by_curve.items():
-            alike.setdefault(wording.listed(at), []).append(who)
-        for at_steps, whose in alike.items():
+        for at_steps, whose in wording.together((wording.listed(at), who) for who, at in by_curve.items()).items():
             who = "everything" if len(whose) == len(bench.curves) else wording.listed(whose)
             yield f"{who}, {what} at {at_steps}: {reason}"
 

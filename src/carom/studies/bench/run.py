@@ -8,20 +8,23 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from carom.comparator.shift import even_phases
+from carom.registry import EngineInfo
 from carom.runs.desk import Ask, answers
-from carom.runs.engines import Methods, described, to_run
+from carom.runs.engines import Methods, described, methods_of, to_run
 from carom.runs.environment import environment
 from carom.runs.job import Answer, Job, Progress, unheard
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
+from carom.runs.plan import profiles_to_plan, sorted_out
 from carom.runs.pool import Pool
 from carom.runs.scoring import Measures, steps_of, sweep
 from carom.scene import Scene
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.plan import jobs_of
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.studies.bench.series import default_steps
 from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, timing_key
 
 
@@ -47,13 +50,13 @@ def work_precision(
         command: The command line to print.
 
     Raises:
-        InputError: As `jobs_of` says.
+        InputError: There is no scene, or two have one name.
         UnknownNameError: There is no such engine or profile.
     """
     started = time.perf_counter()
     with pool:  # its processes are gone when the timing pass begins
         infos = to_run(described(plan.engines, pool), plan.engines)
-        jobs, methods = jobs_of(scenes, infos, plan, pool)
+        jobs, methods = _jobs(scenes, infos, plan, pool)
         results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, notes or Notes(), progress)
     benches = []
     for scene in scenes:
@@ -65,6 +68,25 @@ def work_precision(
             points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
         benches.append(_scene_bench(scene, points, timing, plan.target))
     return Bench(tuple(benches), plan, tuple(infos), environment(infos), command, time.perf_counter() - started)
+
+
+def _jobs(
+    scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: BenchPlan, pool: Pool
+) -> tuple[list[Job], Methods]:
+    """Return every job of the scoring pass, and what is known of its methods."""
+    plain, _ = sorted_out(scenes)
+    profiles = profiles_to_plan(infos, plan.profiles)
+    steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}
+    methods = methods_of(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
+    jobs = [
+        Job(scene, method, dt_s, refinement, phase)
+        for scene in plain
+        for info in infos
+        for refinement, dt_s in enumerate(steps[scene.name])
+        for method in methods.at[info.name, dt_s]
+        for phase in even_phases(plan.phases)
+    ]
+    return jobs, methods
 
 
 def _score(

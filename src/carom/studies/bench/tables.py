@@ -57,10 +57,8 @@ def method_table(bench: SceneBench, targets: Sequence[float]) -> Table:
 
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     """Return a row a method over several scenes: its order, where it comes to each target, and at what cost."""
-    by_method: dict[tuple[str, str], list[tuple[SceneBench, Curve]]] = {}
-    for scene in bench.scenes:
-        for curve in scene.curves:
-            by_method.setdefault((curve.engine, curve.profile), []).append((scene, curve))
+    curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
+    by_method = wording.together(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     columns = [
         METHOD,
         Column("order", _median_order, "median", number=True),

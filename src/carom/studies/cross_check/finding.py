@@ -35,12 +35,8 @@ def misses(cell: GridCell) -> bool:
 
 
 def _of_one(grid: Grid, columns: Sequence[GridColumn]) -> str:
-    said: dict[str, list[str]] = {}
-    for column in ranked(grid, columns):
-        (cell,) = grid.cells(column)
-        if cell.plays:
-            said.setdefault(_does(cell), []).append(column.name)
-    kinds = list(said.items())
+    cells = (cell for column in ranked(grid, columns) for cell in grid.cells(column) if cell.plays)
+    kinds = list(wording.together((_does(cell), cell.column.name) for cell in cells).items())
     shown = kinds if len(kinds) <= MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_names(names)}: {does}" for does, names in shown]
     more = f"; {len(kinds) - len(shown)} other outcomes between" if len(shown) < len(kinds) else ""

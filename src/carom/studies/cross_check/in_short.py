@@ -30,9 +30,7 @@ NOTE = "largest errors; time: + late; n/a: missed, or parted before; ×: times w
 
 def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
     """Return a table a step of one scene, the coarsest first: what each run did in physical units, the best first."""
-    by_step: dict[float, list[_Run]] = {}
-    for run in _scored(results, scene):
-        by_step.setdefault(run.row.job.dt_s, []).append(run)
+    by_step = wording.together((run.row.job.dt_s, run) for run in _scored(results, scene))
     columns = (
         Column("method", lambda run: _method(grid, run.row)),
         Column("impacts", lambda run: _impacts(run.score), number=True),

@@ -188,11 +188,8 @@ def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
 
 def _groups(grid: Grid) -> dict[str, list[GridRow]]:
     """Return the scenes of each group, in order of their first scenes; scenes without a group are together."""
-    by_name: dict[str, list[GridRow]] = {}
-    for row in grid.rows:
-        first, slash, _ = row.scene.name.partition("/")
-        by_name.setdefault(first if slash else "others", []).append(row)
-    return by_name
+    named = ((row.scene.name.partition("/"), row) for row in grid.rows)
+    return wording.together((first if slash else "others", row) for (first, slash, _), row in named)
 
 
 def _group_cell(rows: list[GridRow], method: GridColumn) -> Cell:

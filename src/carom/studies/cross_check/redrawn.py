@@ -30,9 +30,7 @@ _Kind = tuple[Method, Sequence[RowLine]]
 
 def redrawn_document(summary: Summary, lines: Sequence[RowLine]) -> Document:
     """Return what the records of a cross-check say, as a document."""
-    methods: dict[Method, list[RowLine]] = {}
-    for line in lines:
-        methods.setdefault(_method(line), []).append(line)
+    methods = wording.together((_method(line), line) for line in lines)
     coarse = [line for line in lines if line.refinement == 0]
     tally = Counter(map(_mark, coarse))
     counted = "; ".join(f"{tally[mark]} {mark.word}" for mark in Mark if tally[mark])

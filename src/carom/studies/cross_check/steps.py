@@ -57,7 +57,7 @@ def steps_section(results: Results, grid: Grid) -> Section:
         *(() if alone else (Column("scene", lambda run: run.scene),)),
         Column("method", lambda run: run.cell.column.name),
         Column("grade", _grade, only=ON_PAPER),
-        Column("steps", _word),
+        Column("steps", lambda run: mark_cell(mark_of_grade(run.local.grade, run.local.float_bits))),
         *((Column("parted at", lambda run: _time(run.score.parted_s), only=ON_PAPER),) if parted else ()),
         Column("due", lambda run: str(run.local.due), number=True, only=ON_PAPER),
         Column("impacts", _counted, "- (PIT's) +", number=True, only=EVERYWHERE - ON_PAPER),
@@ -122,10 +122,6 @@ def _of(say: Callable[[LocalScore], str]) -> Callable[[_Steps], str]:
 
 def _grade(run: _Steps) -> Cell:
     return Cell(run.cell.mark.word, css=run.cell.mark.css, symbol=run.cell.mark.symbol, link=replay_link(run.cell))
-
-
-def _word(run: _Steps) -> Cell:
-    return mark_cell(mark_of_grade(run.local.grade, run.local.float_bits))
 
 
 def _missed(run: _Steps) -> str:

@@ -88,11 +88,8 @@ def build_trend(results: Results, grid: Grid) -> Trend:
     A median is of use only over the same scenes at every step, so the scenes are chosen once: those in which PIT, at
     every step that was run, finds an impact and gets its velocity wrong by more than rounding.
     """
-    by_scene: dict[str, list[Row]] = {}
-    by_place: dict[tuple[GridColumn, int], list[Row]] = {}
-    for row in results.rows:
-        by_scene.setdefault(row.job.scene.name, []).append(row)
-        by_place.setdefault((grid.columns[row.job.method], row.job.refinement), []).append(row)
+    by_scene = wording.together((row.job.scene.name, row) for row in results.rows)
+    by_place = wording.together(((grid.columns[row.job.method], row.job.refinement), row) for row in results.rows)
     refinements = sorted({refinement for _, refinement in by_place})
     coarsest = {row.job.scene.name: row.job.dt_s for row in results.rows if row.job.refinement == 0}
     parts: dict[int, list[float]] = {k: [] for k in refinements}
@@ -132,28 +129,31 @@ def _merged(points: Mapping[GridColumn, tuple[TrendPoint, ...]]) -> Iterator[Ser
             yield Series(column, own, column.label if alike else column.name)
 
 
+#: Why a scene is not among those whose errors are compared, in the order in which it is told.
+_EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
+    "as PIT's velocities are right there at every step that was run",
+    "as PIT finds no impact at one of the steps, so that it has no velocity to be wrong",
+    "as there is no impact",
+    "as the scene is not graded",
+)
+
+
 def _choose(by_scene: Mapping[str, Sequence[Row]]) -> tuple[list[str], tuple[tuple[str, tuple[str, ...]], ...]]:
-    chosen, exact, missed, without, other = [], [], [], [], []
-    for name, rows in by_scene.items():
-        scores = [row.score for row in rows if row.score is not None]
-        sampling = [math.nan if score.sampling is None else score.sampling.velocity for score in scores]
-        if not scores or any(mark_of(row) is Mark.UNGRADED for row in rows):
-            other.append(name)
-        elif not scores[0].expected:
-            without.append(name)
-        elif any(map(math.isnan, sampling)):
-            missed.append(name)
-        elif max(sampling) <= THRESHOLDS.rounding:
-            exact.append(name)
-        else:
-            chosen.append(name)
-    reasons = (
-        ("as PIT's velocities are right there at every step that was run", exact),
-        ("as PIT finds no impact at one of the steps, so that it has no velocity to be wrong", missed),
-        ("as there is no impact", without),
-        ("as the scene is not graded", other),
-    )
-    return chosen, tuple((why, tuple(names)) for why, names in reasons if names)
+    found = wording.together((_left_out(rows), name) for name, rows in by_scene.items())
+    return found.get("", []), tuple((why, tuple(found[why])) for why in _LEFT_OUT if why in found)
+
+
+def _left_out(rows: Sequence[Row]) -> str:
+    """Return why the scene of these rows is left out; empty where it is chosen."""
+    scores = [row.score for row in rows if row.score is not None]
+    sampling = [math.nan if score.sampling is None else score.sampling.velocity for score in scores]
+    if not scores or any(mark_of(row) is Mark.UNGRADED for row in rows):
+        return _OTHER
+    if not scores[0].expected:
+        return _WITHOUT
+    if any(map(math.isnan, sampling)):
+        return _MISSED
+    return _EXACT if max(sampling) <= THRESHOLDS.rounding else ""
 
 
 def _point(rows: Sequence[Row], chosen: Sequence[str]) -> TrendPoint:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 from carom.pages import wording
@@ -39,16 +38,8 @@ _COLUMNS = (
 )
 
 
-@dataclass(frozen=True)
-class _Group:
-    """Changes alike: of one kind and grade, after the same settings and versions."""
-
-    changes: tuple[Change, ...]
-
-    @property
-    def worst(self) -> Change:
-        """The one that grew most, or shrank least, as changes stand in order."""
-        return self.changes[0]
+#: Changes alike: of one kind and grade, after the same settings and versions; the first grew most, or shrank least.
+_Group = list[Change]
 
 
 def diff_document(found: Diff, old: str, new: str) -> Document:
@@ -85,11 +76,11 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
     groups: list[_Group] = []
     for some, most in zip((bad, others, ungraded), MOST_ALONE if len(methods) == 1 else MOST_OF_SEVERAL, strict=True):
         groups += _groups(some)[:most]
-    shown = sum(len(group.changes) for group in groups)
+    shown = sum(map(len, groups))
     note = "" if shown == len(changes) else f"{shown} of {len(changes)} cells; -v for all"
     columns = (
-        Column("cells", lambda group: str(len(group.changes)), number=True),
-        Column("change", lambda group: Cell(_kind(group.worst), _marks(group.worst))),
+        Column("cells", lambda group: str(len(group)), number=True),
+        Column("change", lambda group: Cell(_kind(group[0]), _marks(group[0]))),
         Column("for example", partial(_example, several=len(methods) > 1)),
     )
     if groups:
@@ -99,13 +90,13 @@ def _in_few(changes: Sequence[Change]) -> Iterator[Table]:
 
 def _groups(changes: Sequence[Change]) -> list[_Group]:
     """Return changes of the same kind, grades and changed settings together, in the order of the worst of each."""
-    found: dict[tuple[object, ...], list[Change]] = {}
-    for change in changes:
+
+    def shared(change: Change) -> tuple[object, ...]:
         # An impact less or more found is another cause than an error that is larger.
         counts = any(measure.counts for measure in change.measures)
-        key = (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
-        found.setdefault(key, []).append(change)
-    return [_Group(tuple(group)) for group in found.values()]
+        return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
+
+    return list(wording.together((shared(change), change) for change in changes).values())
 
 
 def _lead(found: Diff) -> list[str]:
@@ -150,7 +141,7 @@ def _kind(change: Change) -> str:
 
 
 def _example(group: _Group, *, several: bool) -> Cell:
-    change = group.worst
+    change = group[0]
     number = str(change.telling) if change.telling else next(iter(change.verdicts), "").partition(" (")[0]
     method = f"{change.method}: " if several else ""
     return Cell(f"{method}{change.scene}, {wording.step(change.dt_s)}", number)

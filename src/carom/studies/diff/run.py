@@ -124,10 +124,8 @@ class Change:
     @property
     def causes(self) -> tuple[str, ...]:
         """All that may have led to it, each as a phrase."""
-        kinds: dict[str, list[str]] = {}
-        for name, values in self.changed:
-            kind, _, what = name.partition(": ")
-            kinds.setdefault(kind, []).append(f"{what} {values}")
+        named = ((name.partition(": "), values) for name, values in self.changed)
+        kinds = wording.together((kind, f"{what} {values}") for (kind, _, what), values in named)
         return (*self.verdicts, *(f"{kind}: {', '.join(them)}" for kind, them in kinds.items()))
 
     @property

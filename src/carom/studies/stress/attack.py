@@ -147,8 +147,6 @@ def closed_form_judge(
     scale = np.where(change > 0, change, change.max() or greatest or 1.0)
 
     def judge(trace: Trace) -> Judgement:
-        if (cut := _cut_short(trace)) is not None:
-            return cut
         error = float(np.max(np.hypot(*(trace.final_velocity_m_s - final).T) / scale))
         if error <= TOLERANCE:
             return Judgement(error, note=note)
@@ -158,7 +156,7 @@ def closed_form_judge(
         counted = f"{found} impact{'' if found == 1 else 's'}" + (f" of {impacts}" if impacts else "")
         return Judgement(error, f"{counted}, a velocity wrong by {number(error)} of what {changes}")
 
-    return judge
+    return _of_whole(judge)
 
 
 def energy_judge(scene: Scene) -> Judge:
@@ -166,8 +164,6 @@ def energy_judge(scene: Scene) -> Judge:
     start = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
     def judge(trace: Trace) -> Judgement:
-        if (cut := _cut_short(trace)) is not None:
-            return cut
         gained = kinetic_energy(scene, trace.final_velocity_m_s) / start - 1.0
         if not abs(gained) <= TOLERANCE:
             return Judgement(abs(gained), f"{number(abs(gained))} of the energy {'gained' if gained > 0 else 'lost'}")
@@ -176,7 +172,7 @@ def energy_judge(scene: Scene) -> Judge:
             return Judgement(abs(gained), f"discs {number(overlap)} radii inside each other or a wall")
         return Judgement(abs(gained))
 
-    return judge
+    return _of_whole(judge)
 
 
 def pressure_judge(scene: Scene, compressibility: float) -> Judge:
@@ -189,8 +185,6 @@ def pressure_judge(scene: Scene, compressibility: float) -> Judge:
     energy = kinetic_energy(scene, np.array([disc.velocity_m_s for disc in scene.discs]))
 
     def judge(trace: Trace) -> Judgement:
-        if (cut := _cut_short(trace)) is not None:
-            return cut
         since = scene.duration_s / 5
         found = trace.impacts[(trace.impacts["second"] >= 0) & (trace.impacts["time_s"] > since)]
         first, second = found["first"], found["second"]
@@ -203,7 +197,12 @@ def pressure_judge(scene: Scene, compressibility: float) -> Judge:
             return Judgement(error, note=note)
         return Judgement(error, note)
 
-    return judge
+    return _of_whole(judge)
+
+
+def _of_whole(judge: Judge) -> Judge:
+    """Judge by what a trace is worth where it was not cut short."""
+    return lambda trace: _cut_short(trace) or judge(trace)
 
 
 def _cut_short(trace: Trace) -> Judgement | None:

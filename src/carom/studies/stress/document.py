@@ -164,9 +164,7 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
 
 def _why(results: StressResults, line: Line) -> Iterator[str]:
     """Say why cells of a line are as they are: each reason with the methods that it holds for."""
-    found: dict[str, list[str]] = {}
-    for method, spot in _spots(results, line):
-        found.setdefault(spot.reason, []).append(method.name)
+    found = wording.together((spot.reason, method.name) for method, spot in _spots(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 

@@ -16,7 +16,7 @@ from carom.scene import Scene
 from carom.scenes.closed_forms import disc
 from carom.scenes.walled import FLOOR
 from carom.studies.stress.attack import Attack, Trial, closed_form_judge
-from carom.studies.stress.pairs import PHASES, RATE_HZ
+from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
 from carom.studies.stress.rough import spin_judge
 
 _RADIUS_M, _G, _K = 0.25, 10.0, 0.5
@@ -53,16 +53,9 @@ def _on_a_floor(
     """Return a disc `up` metres above the line y = 0, where gravity leans by a tangent."""
     fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
     long = math.hypot(1.0, tangent)
-    return Scene(
-        name=f"stress/{name}",
-        description=shows,
-        discs=[disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)],
-        walls=[FLOOR],
-        gravity_m_s2=(_G * tangent / long, -_G / long),
-        duration_s=duration_s,
-        frame_rate_hz=RATE_HZ,
-        **{"wall_restitution": 0.0, **of},
-    )
+    discs = [disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)]
+    laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
+    return attacked(name, shows, discs, duration_s, walls=[FLOOR], **laws)
 
 
 def _ends(scene: Scene, along: float, rim: float, change: float) -> Trial:

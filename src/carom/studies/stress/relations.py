@@ -348,12 +348,7 @@ def _save(relation: Relation, method: Method, used: list[Scene], scenes: Path) -
     files = []
     for k, scene in enumerate(used):
         own = f"{relation.name}/{method.engine}/{method.profile}/{k}" if relation.of_runs else relation.name
-        name, shows = (
-            (own, f"{scene.description} {relation.states}") if k else (_name_of_base(scene), scene.description)
-        )
+        base = f"{scene.name.partition('/')[2]}-base"
+        name, shows = (own, f"{scene.description} {relation.states}") if k else (base, scene.description)
         files.append(save_as(name, scene, shows, scenes))
     return tuple(files)
-
-
-def _name_of_base(scene: Scene) -> str:
-    return f"{scene.name.partition('/')[2]}-base"

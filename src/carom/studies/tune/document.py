@@ -23,7 +23,7 @@ from carom.runs.job import Method
 from carom.studies.tune.merit import Judged
 from carom.studies.tune.run import PURPOSE, Tuning
 from carom.studies.tune.search import Found
-from carom.trace import Setting, setting_text
+from carom.trace import setting_text
 
 ERROR_NOTE = (
     "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what "
@@ -169,10 +169,11 @@ def _profiles(found: Tuning) -> Section:
         Column("not run", lambda row: _count(one.grade is None for one in row.found.judged), number=True),
         Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
-    refused: dict[str, list[str]] = {}
-    for name, other in found.others.items():
-        for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None):
-            refused.setdefault(reason, []).append(name)
+    refused = wording.together(
+        (reason, name)
+        for name, other in found.others.items()
+        for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None)
+    )
     lines = tuple(f"Not run: {wording.listed(names)} ({reason})." for reason, names in refused.items())
     return Section(
         "Next to the profiles written by hand", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines))
@@ -184,23 +185,15 @@ def _count(which: Iterable[bool]) -> str:
 
 
 def _settings(found: Tuning) -> Section:
+    before = {name: setting_text(value) for name, value in found.own.items()}
     columns = (
         Column("setting", lambda item: item[0]),
         Column("found", lambda item: setting_text(item[1]), number=True),
-        Column(found.options.profile, lambda item: _before(found, item[0]), number=True),
-        Column("tried from, to", lambda item: _range(found.space.values[item[0]])),
+        Column(found.options.profile, lambda item: before.get(item[0], "as shipped"), number=True),
+        Column("tried from, to", lambda item: ", ".join(setting_text(found.space.values[item[0]][k]) for k in (0, -1))),
     )
     note = "Each was turned back, with the others as they are: without any of them it is worse."
     return Section("Settings found", (Table(columns, found.best.tried), Text(note)))
-
-
-def _before(found: Tuning, name: str) -> str:
-    return setting_text(found.own[name]) if name in found.own else "as shipped"
-
-
-def _range(values: Sequence[Setting]) -> str:
-    first, last = setting_text(values[0]), setting_text(values[-1])
-    return f"{first}, {last}"
 
 
 def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:

@@ -10,7 +10,7 @@ import pytest
 import carom
 from carom.errors import InputError, UnknownNameError
 from carom.runs.pool import InProcess
-from carom.studies.advise.picture import ShownAdvice
+from carom.studies.advise.ask import ShownAdvice
 
 
 @pytest.fixture(scope="module")
