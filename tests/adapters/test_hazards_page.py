@@ -20,10 +20,10 @@ NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
 
 @pytest.mark.parametrize("name", long_after(2, NAMES))
 def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> None:
-    """Shares and ranges over 32 starts, of the group `engines`, of bounces by speed and of single findings."""
+    """Shares and ranges over 32 starts: the group `engines`, bounces, what is driven, and single findings."""
     named(name)
     page = PAGE.read_text(encoding="utf-8").splitlines()
-    figures = list(measured((name,), ("group", "bounces", "findings"), chaotic=False))
+    figures = list(measured((name,), ("group", "bounces", "driven", "findings"), chaotic=False))
     assert figures
     assert [line for line in lines_of(figures) if line not in page] == []
 

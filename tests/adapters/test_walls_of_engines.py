@@ -128,9 +128,38 @@ def test_pybullet_refuses_a_driven_disc_that_it_would_not_move_as_told(named: Na
             adapter.prepare(scene.model_copy(update={"discs": discs}), adapter.profiles["tuned"].settings(1 / 60))
 
 
-def test_a_paddle_that_mujoco_moves_from_place_to_place_is_at_rest_for_contacts() -> None:
-    """A `mocap` body that goes at -1 m/s sends a disc of 2 m/s back at -2 m/s at sixteen starts, as one at rest."""
-    mujoco = pytest.importorskip("mujoco")
+def _pymunk_put(start_m: float, step_m: float) -> float:
+    import pymunk
+
+    space, disc, held = pymunk.Space(), pymunk.Body(1, math.inf), pymunk.Body(body_type=pymunk.Body.KINEMATIC)
+    disc.position, disc.velocity = (start_m, 0), (2, 0)
+    shapes = pymunk.Circle(disc, 0.25), pymunk.Segment(held, (0, -1), (0, 1), 0.0)
+    for shape in shapes:
+        shape.elasticity = 1
+    space.add(disc, held, *shapes)
+    for step in range(60):
+        held.position = (step_m * step, 0)
+        space.step(0.01)
+    return float(disc.velocity.x)
+
+
+def _box2d_put(start_m: float, step_m: float) -> float:
+    import Box2D
+
+    world = Box2D.b2World(gravity=(0, 0))
+    disc = world.CreateDynamicBody(position=(start_m, 0), linearVelocity=(2, 0), fixedRotation=True, allowSleep=False)
+    disc.CreateFixture(shape=Box2D.b2CircleShape(radius=0.25), density=1, restitution=1, friction=0)
+    held = world.CreateKinematicBody()
+    held.CreateFixture(shape=Box2D.b2EdgeShape(vertices=[(0, -1), (0, 1)]), restitution=1, friction=0)
+    for step in range(60):
+        held.position = (step_m * step, 0)
+        world.Step(0.01, 8, 3)
+    return float(disc.linearVelocity.x)
+
+
+def _mujoco_put(start_m: float, step_m: float) -> float:
+    import mujoco
+
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><option timestep="0.01" gravity="0 0 0" integrator="Euler" jacobian="dense"/>
         <default><geom condim="1" solref="0 -200" solimp="0.9999 0.9999 0.001 0.5 2"/></default>
@@ -138,13 +167,22 @@ def test_a_paddle_that_mujoco_moves_from_place_to_place_is_at_rest_for_contacts(
         <body><joint type="slide" axis="1 0 0"/><geom type="sphere" size="0.25" mass="1"/></body>
         </worldbody></mujoco>"""
     )
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = start_m, 2.0
+    for step in range(60):
+        data.mocap_pos[0] = (step_m * step, 0, 0)
+        mujoco.mj_step(model, data)
+    return float(data.qvel[0])
+
+
+@pytest.mark.parametrize(("name", "put"), [("pymunk", _pymunk_put), ("Box2D", _box2d_put), ("mujoco", _mujoco_put)])
+def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(
+    name: str, put: Callable[[float, float], float]
+) -> None:
+    """A body without a velocity that goes at -1 m/s, `mocap` in MuJoCo, sends a disc of 2 m/s back at -2 m/s."""
+    pytest.importorskip(name)
     for k in range(16):
-        data = mujoco.MjData(model)
-        data.qpos[0], data.qvel[0] = -1.0 - 0.03 * k / 16, 2.0
-        for step in range(60):
-            data.mocap_pos[0] = (-0.01 * step, 0, 0)
-            mujoco.mj_step(model, data)
-        assert data.qvel[0] == pytest.approx(-2.0, rel=1e-3)
+        assert put(-1.0 - 0.03 * k / 16, -0.01) == pytest.approx(-2.0, rel=1e-3)
 
 
 @pytest.mark.parametrize("q", [0.9, 1.5, 3.0, 19.0])

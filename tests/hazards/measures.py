@@ -6,6 +6,7 @@ declares: it is there that they do in silence what its limits are declared for.
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 from tests.hazards.spread import Spread, ended, energy_change, starts_of, velocities_after
 
-from carom import Disc, Scene
+from carom import Chain, Disc, Scene
 from carom.adapter import Adapter, AdapterError, Setting
 from carom.registry import load_adapter, why_unavailable
 from carom.scenes.catalogue import find_scenes
@@ -93,6 +94,82 @@ def passing(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
         duration_s=1.25,
         frame_rate_hz=1 / dt_s,
     )
+
+
+def paddled(speed_m_s: float, *, disc_m_s: float = 0.0, radius_m: float = 0.5) -> Scene:
+    """An edge that is driven strikes a disc that comes at it, or is at rest, head-on, in 8 to 9 steps."""
+    gap = (speed_m_s + disc_m_s) * 8.37 * DT_S
+    return Scene(
+        name="paddled",
+        discs=[Disc(position_m=(radius_m + gap, 0), velocity_m_s=(-disc_m_s, 0), radius_m=radius_m)],
+        walls=[Chain(points_m=[(0, -4), (0, 4)], velocity_m_s=(speed_m_s, 0))],
+        duration_s=16 * DT_S,
+    )
+
+
+def left_paddle(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """The speed at which a disc leaves a paddle, as seen from that, over that at which it came: mechanics says 1."""
+    velocity = float(ended(adapter, scene, DT_S, profile).velocity_m_s[0, 0])
+    drive = scene.walls[0].velocity_m_s[0]
+    return (velocity - drive) / (drive - scene.discs[0].velocity_m_s[0])
+
+
+def fastest_crushed(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """The greatest speed of a disc that a piston crushes, m/s, at any step: mechanics says that it has no bound."""
+    world = adapter.prepare(scene, adapter.profiles[profile].settings(DT_S))
+    fastest = 0.0
+    for _ in range(scene.step_count(DT_S)):
+        world.advance(1)
+        fastest = max(fastest, math.hypot(*world.observe().velocity_m_s[0]))
+    world.close()
+    return fastest
+
+
+def beyond_crushed(adapter: Adapter, scene: Scene, profile: str) -> float:
+    """How far beyond the wall or the piston the centre of a crushed disc ends, metres: nothing may be beyond either."""
+    (x, _) = ended(adapter, scene, DT_S, profile).position_m[0]
+    faces = [(wall.point_m[0] + wall.velocity_m_s[0] * scene.duration_s, wall.normal[0]) for wall in scene.walls]
+    return max(0.0, *(float((face - x) * normal) for face, normal in faces))
+
+
+def left_mocap(_adapter: Adapter, scene: Scene, _profile: str) -> float:
+    """As `left_paddle`, of a box that is a `mocap` body of MuJoCo's, put where the paddle is at each step."""
+    mujoco: Any = importlib.import_module("mujoco")
+    (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
+    model = mujoco.MjModel.from_xml_string(
+        f"""<mujoco><option timestep="{DT_S}" gravity="0 0 0"/>
+        <default><geom condim="1" solref="0 {-2 / DT_S}" solimp="0.9999 0.9999 0.001"/></default>
+        <worldbody><body mocap="true"><geom type="box" size="0.01 4 1" pos="-0.01 0 0"/></body>
+        <body><joint type="slide" axis="1 0 0"/><geom type="sphere" size="{disc.radius_m}" mass="1"/></body>
+        </worldbody></mujoco>"""
+    )
+    data = mujoco.MjData(model)
+    data.qpos[0], data.qvel[0] = disc.position_m[0], disc.velocity_m_s[0]
+    for step in range(scene.step_count(DT_S)):
+        data.mocap_pos[0] = (drive * step * DT_S, 0, 0)
+        mujoco.mj_step(model, data)
+    return float(data.qvel[0] - drive) / (drive - disc.velocity_m_s[0])
+
+
+def left_box(_adapter: Adapter, scene: Scene, _profile: str) -> float:
+    """As `left_paddle`, of a box of PyBullet's without a mass that is given a velocity, all else as shipped."""
+    p: Any = importlib.import_module("pybullet")
+    (disc,), (drive, _) = scene.discs, scene.walls[0].velocity_m_s
+    client = p.connect(p.DIRECT)
+    p.setTimeStep(DT_S, physicsClientId=client)
+    box = p.createCollisionShape(p.GEOM_BOX, halfExtents=[0.01, 4, 1], physicsClientId=client)
+    ball = p.createCollisionShape(p.GEOM_SPHERE, radius=disc.radius_m, physicsClientId=client)
+    at = (0.0, box, -0.01, drive), (1.0, ball, disc.position_m[0], disc.velocity_m_s[0])
+    for mass, shape, x, speed in at:
+        body = p.createMultiBody(mass, shape, -1, [x, 0, 0], physicsClientId=client)
+        smooth = {"restitution": 1, "lateralFriction": 0, "linearDamping": 0, "angularDamping": 0}
+        p.changeDynamics(body, -1, **smooth, physicsClientId=client)
+        p.resetBaseVelocity(body, [speed, 0, 0], [0, 0, 0], physicsClientId=client)
+    for _step in range(scene.step_count(DT_S)):
+        p.stepSimulation(physicsClientId=client)
+    left = p.getBaseVelocity(body, physicsClientId=client)[0][0]
+    p.disconnect(client)
+    return float(left - drive) / (drive - disc.velocity_m_s[0])
 
 
 def parted(adapter: Adapter, scene: Scene, profile: str, **changes: Setting) -> float:
@@ -181,6 +258,11 @@ def _findings() -> Iterator[Finding]:
     for says, seconds in CHAOTIC.items():
         scene = _entry(GAS).scene.model_copy(update={"duration_s": seconds})
         yield Finding(says, "mujoco", "default", scene, off_the_plane, 0.0, count=GAS_STARTS)
+    says = "leaves a paddle of {:g} m/s, of the speed at which they met: {}"
+    yield Finding(says.format(1, "a mocap body"), "mujoco", "default", paddled(1.0, disc_m_s=1.0), left_mocap, 1.0)
+    for drive in (1.0, 5.0):
+        scene = paddled(drive, disc_m_s=drive)
+        yield Finding(says.format(drive, "a box"), "pybullet", "default", scene, left_box, 1.0)
     yield from _swept()
     yield from _far_out()
     yield from _heavy()
@@ -190,6 +272,11 @@ def _findings() -> Iterator[Finding]:
 def _entry(name: str) -> CatalogueScene:
     (entry,) = find_scenes([name])
     return entry
+
+
+def _crush() -> Scene:
+    """The crush of the catalogue, with half a second left of a disc without room."""
+    return _entry("driven/crush").scene.model_copy(update={"duration_s": 3.5, "frame_rate_hz": 1 / DT_S})
 
 
 def _film() -> CatalogueScene:
@@ -337,6 +424,27 @@ def _changed(adapter: Adapter, profile: str, scene: Scene) -> float:
     return energy_change(scene, ended(adapter, scene, DT_S, profile))
 
 
+#: What is driven, by columns of the page: a scene, what is read of it, what mechanics says.
+DRIVEN: dict[str, tuple[Scene, Callable[[Adapter, Scene, str], float], float]] = {
+    "leaves a paddle of 1 m/s": (paddled(1.0, disc_m_s=2.0), left_paddle, 1.0),
+    "leaves one of 65 m/s": (paddled(65.0, radius_m=2.0), left_paddle, 1.0),
+    "crushed: m/s at most": (_crush(), fastest_crushed, math.inf),
+    "crushed: metres beyond": (_crush(), beyond_crushed, 0.0),
+}
+
+
+def _driven(adapter: Adapter) -> Iterator[Figure]:
+    for profile in ("default", "tuned"):
+        if profile in adapter.profiles and adapter.capabilities.driven_walls:
+            for of, (scene, figure, right) in DRIVEN.items():
+                value = partial(_of_profile, figure, adapter, profile)
+                yield _figure("driven", of, adapter.name, profile, scene, value, right)
+
+
+def _of_profile(figure: Callable[[Adapter, Scene, str], float], adapter: Adapter, profile: str, scene: Scene) -> float:
+    return figure(adapter, scene, profile)
+
+
 def _figure(
     table: str,
     of: str,
@@ -370,7 +478,7 @@ def measured(
         adapter = load_adapter(name)
         if why_unavailable(adapter):
             continue
-        for table, of in (("group", _group), ("bounces", _bounces), ("gas", _gas)):
+        for table, of in (("group", _group), ("bounces", _bounces), ("driven", _driven), ("gas", _gas)):
             if not tables or table in tables:
                 yield from of(adapter)
         if tables and "findings" not in tables:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 from operator import itemgetter
 
-from tests.hazards.measures import ENGINES, GAS, GAS_STARTS, SPEEDS, STARTS, Figure
+from tests.hazards.measures import DRIVEN, ENGINES, GAS, GAS_STARTS, SPEEDS, STARTS, Figure
 from tests.hazards.spread import OFF, Spread
 
 from carom.adapter import Adapter
@@ -98,6 +98,7 @@ def tables(figures: Sequence[Figure]) -> dict[str, Table]:
     return {
         "The group engines, as shipped": _table("group", [(name.partition("/")[2], name) for name in scenes], figures),
         "How slow discs still bounce": _table("bounces", [(f"{speed:g} m/s",) * 2 for speed in SPEEDS], figures),
+        "What is driven": _table("driven", [(of, of) for of in DRIVEN], figures),
         "A gas": _gas(figures),
         "Findings": _findings(figures),
     }
@@ -128,6 +129,11 @@ NOTES = {
     "closed form; profile default, at each scene's own frame rate.",
     "How slow discs still bounce": "Speed of parting over that of closing, of two equal discs of 0.5 m, head-on: "
     "mechanics says 1.",
+    "What is driven": "An edge that is driven strikes a disc head-on: the speed at which that leaves it over the "
+    "speed at which they met, as seen from the edge; mechanics says 1. At 1 m/s it meets a disc of 0.5 m that comes at "
+    "2 m/s, at 65 m/s one of 2 m at rest, which must leave at 130 m/s. A disc of 0.25 m between a wall and a piston of "
+    "0.5 m/s is left no room after 3 s: its greatest speed until 3.5 s, of which mechanics says that it has no bound "
+    "before 3 s; and how far beyond the wall or the piston its centre is then, of which nothing may be.",
     "A gas": f"Change of the energy of the 25 discs of {GAS} in 20 s at 60 steps a second, over {GAS_STARTS} starts. "
     "A gas is chaotic: another build of an engine gives other figures of the same kind.",
     "Findings": "The sentences of docs/engines that are figures; right is what mechanics says.",
