@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -144,13 +146,12 @@ def _pymunk_put(start_m: float, step_m: float) -> float:
 
 
 def _box2d_put(start_m: float, step_m: float) -> float:
-    import Box2D
-
-    world = Box2D.b2World(gravity=(0, 0))
+    box2d: Any = importlib.import_module("Box2D")
+    world = box2d.b2World(gravity=(0, 0))
     disc = world.CreateDynamicBody(position=(start_m, 0), linearVelocity=(2, 0), fixedRotation=True, allowSleep=False)
-    disc.CreateFixture(shape=Box2D.b2CircleShape(radius=0.25), density=1, restitution=1, friction=0)
+    disc.CreateFixture(shape=box2d.b2CircleShape(radius=0.25), density=1, restitution=1, friction=0)
     held = world.CreateKinematicBody()
-    held.CreateFixture(shape=Box2D.b2EdgeShape(vertices=[(0, -1), (0, 1)]), restitution=1, friction=0)
+    held.CreateFixture(shape=box2d.b2EdgeShape(vertices=[(0, -1), (0, 1)]), restitution=1, friction=0)
     for step in range(60):
         held.position = (step_m * step, 0)
         world.Step(0.01, 8, 3)
@@ -158,8 +159,7 @@ def _box2d_put(start_m: float, step_m: float) -> float:
 
 
 def _mujoco_put(start_m: float, step_m: float) -> float:
-    import mujoco
-
+    mujoco: Any = importlib.import_module("mujoco")
     model = mujoco.MjModel.from_xml_string(
         """<mujoco><option timestep="0.01" gravity="0 0 0" integrator="Euler" jacobian="dense"/>
         <default><geom condim="1" solref="0 -200" solimp="0.9999 0.9999 0.001 0.5 2"/></default>

@@ -128,7 +128,9 @@ def fastest_crushed(adapter: Adapter, scene: Scene, profile: str) -> float:
 def beyond_crushed(adapter: Adapter, scene: Scene, profile: str) -> float:
     """How far beyond the wall or the piston the centre of a crushed disc ends, metres: nothing may be beyond either."""
     (x, _) = ended(adapter, scene, DT_S, profile).position_m[0]
-    faces = [(wall.point_m[0] + wall.velocity_m_s[0] * scene.duration_s, wall.normal[0]) for wall in scene.walls]
+    faces = [
+        (wall.point_m[0] + wall.velocity_m_s[0] * scene.duration_s, wall.normal[0]) for wall in scene.half_planes()
+    ]
     return max(0.0, *(float((face - x) * normal) for face, normal in faces))
 
 
