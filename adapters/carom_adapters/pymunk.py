@@ -86,6 +86,7 @@ CAPABILITIES = Capabilities(
     belts=True,
     gravity=True,
     damping=True,
+    table_friction=True,
     restitution=(0.0, 1.0),
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,
@@ -151,6 +152,8 @@ class PymunkWorld:
                 self._movable.append(body)
             body.position = disc.position_m
             self._space.add(body)
+            if scene.table_deceleration_m_s2 and not disc.immovable:
+                self._space.add(_table(self._space, body, scene.table_deceleration_m_s2))
             self._add(pymunk.Circle(body, disc.radius_m), disc_elasticity, disc_friction, i)
             self._bodies.append(body)
         for k, (shaped, material) in enumerate(zip(shapes_of_walls(scene, dt_s), of_walls, strict=True)):
@@ -291,6 +294,15 @@ class PymunkWorld:
         del self._space, self._bodies, self._movable, self._driven, self._legs, self._number
 
 
+def _table(space: pymunk.Space, body: pymunk.Body, deceleration_m_s2: float) -> pymunk.PivotJoint:
+    """Return the joint that holds a body to its place no more strongly than a table does that slows it down."""
+    import pymunk
+
+    joint = pymunk.PivotJoint(space.static_body, body, body.position, (0.0, 0.0))
+    joint.max_bias, joint.max_force = 0.0, deceleration_m_s2 * body.mass
+    return joint
+
+
 def _belt(wall: Wall) -> tuple[float, float]:
     """Return the `surface_velocity` of a belt, which runs to the left of the normal."""
     nx, ny = wall.normal
@@ -348,6 +360,16 @@ def _code_of_wall(
         + (f", neighbors=({s.before!r}, {s.after!r}))" if told else ")")
         for s in shape[0]
     ]
+
+
+def _code_of_table(scene: Scene) -> str:
+    if not scene.table_deceleration_m_s2:
+        return ""
+    return f"""        # A table slows it down: a joint that holds it to its place no more strongly than that.
+        joint = pymunk.PivotJoint(space.static_body, body, position, (0.0, 0.0))
+        joint.max_bias, joint.max_force = 0.0, {scene.table_deceleration_m_s2!r} * mass
+        space.add(joint)
+"""
 
 
 def _code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
@@ -410,7 +432,7 @@ def add_disc(position, radius, mass=None, moment=0.0, velocity=None, spin=0.0):
     body.position = position
     if mass is not None:
         body.velocity, body.angular_velocity = velocity, spin
-    add(body, pymunk.Circle(body, radius), elasticity={elasticity!r}, friction={friction!r})
+{_code_of_table(scene)}    add(body, pymunk.Circle(body, radius), elasticity={elasticity!r}, friction={friction!r})
     discs.append(body)
 
 

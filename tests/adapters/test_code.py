@@ -95,6 +95,7 @@ SCENES = {
     "bullet": all_scenes()["classics/bullet"].scene,
     "damped corner": CORNER.model_copy(update={"gravity_m_s2": (0.0, 0.0), "damping_per_s": 0.4}),
     "damped box": all_scenes()["contact/damped-box"].scene,
+    "table": all_scenes()["contact/table-pair"].scene.model_copy(update={"duration_s": 1.5}),  # while it slides
     "seams": along_a_floor(10, 11 / 16, half_width_m=0.01),
     "edges": EDGES,
     "told": TOLD,

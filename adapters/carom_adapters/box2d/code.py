@@ -62,6 +62,9 @@ world.contactListener = belts = Belts()
 
 """
 
+TABLE = """        force = {slower} * mass * scale * scale  # of the table, which slows the disc down
+        world.CreateFrictionJoint(bodyA=table, bodyB=body, localAnchorA=position, maxForce=force)
+"""
 #: How a driven body is made, and how where it is told of legs.
 _MADE = "return world.CreateKinematicBody(position=position, linearVelocity=velocity, angularVelocity=spin * scale)"
 _KEPT = f"driven.append({_MADE.removeprefix('return ')})\n    return driven[-1]"
@@ -125,6 +128,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     if functions:
         add_walls = ADD_SHAPE.format(of_wall=of_wall, bits=BEFORE_WALLS, skin=skin, **belts)
         add_walls += "".join(functions.values()) + (LISTENER if any(belts.values()) else "")
+    slower = scene.table_deceleration_m_s2
     iterations = f"{int(settings['velocityIterations'])}, {int(settings['positionIterations'])}"
     state = "*body.position, *(v / scale for v in body.linearVelocity), body.angularVelocity / scale"
     legs = legs_by_step(driven, float(settings["dt_s"]))
@@ -141,7 +145,7 @@ world = Box2D.b2World(gravity=({scene.gravity_m_s2[0]!r} * scale * scale, {scene
 {assignments("world", settings, WORLD_SETTINGS)}world.continuousPhysics = {sweeps(fast_clock, settings, dt_s)}
 circles = [{circles}]
 discs = []
-{"driven = []" + chr(10) if has_legs(scene) else ""}
+{"driven = []" + chr(10) if has_legs(scene) else ""}{"table = world.CreateStaticBody()" + chr(10) if slower else ""}
 
 def held_body(position, velocity, spin=0.0):  # which no impact moves: it stands, or moves by itself
     if velocity is None:
@@ -162,7 +166,7 @@ def add_disc(position, radius, mass=None, inertia=0.0, velocity=None, spin=0.0, 
         body.CreateFixture(shape=Box2D.b2CircleShape(radius=radius), density=1.0, **circle)
     if mass is not None:
         body.massData = Box2D.b2MassData(mass=mass, center=(0, 0), I=inertia)
-    discs.append(body)
+{TABLE.format(slower=repr(slower)) if slower else ""}    discs.append(body)
 
 
 {add_walls}{bodies}

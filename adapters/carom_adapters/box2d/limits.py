@@ -47,6 +47,9 @@ LEAST_INERTIA_FACTOR = 1e-2
 #: times the velocity scale.
 LARGEST_FRICTION = 1e19
 
+#: A third of the largest 32-bit float.
+LARGEST_FORCE_N = 1e38
+
 #: `b2WorldManifold` makes up a normal for points that are closer than b2_epsilon, 1.2e-7.
 SMALLEST_RADIUS_M = 1e-6
 
@@ -79,6 +82,7 @@ CAPABILITIES = Capabilities(
     belts=True,
     gravity=True,
     damping=True,
+    table_friction=True,
     restitution=(0.0, 1.0),
     spin=True,
     min_inertia_factor=LEAST_INERTIA_FACTOR,
@@ -106,5 +110,12 @@ def require_usable(scene: Scene, settings: Mapping[str, Setting]) -> None:
     require_sound("Box2D", scene, settings, (*WORLD_SETTINGS, *OTHER_SETTINGS), LEAST, MOST, {"sweep": SWEEPS})
     if scene.damping_per_s > LARGEST_FRICTION:
         raise AdapterError(f"Box2D: damping_per_s must be at most {LARGEST_FRICTION:g}, got {scene.damping_per_s:g}")
+    scale = float(settings.get("velocity_scale", 1.0))
+    heaviest = max((disc.mass_kg for disc in scene.discs if not disc.immovable), default=0.0)
+    if scene.table_deceleration_m_s2 * heaviest * scale * scale > LARGEST_FORCE_N:
+        raise AdapterError(
+            f"Box2D: the force of the table on {heaviest:g} kg, {scene.table_deceleration_m_s2:g} m/s^2 by the square "
+            f"of velocity_scale {scale:g}, is beyond 32-bit floats; lower table_deceleration_m_s2"
+        )
     if math.frexp(float(settings.get("velocity_scale", 1.0)))[0] != 0.5:
         raise AdapterError(f"Box2D: velocity_scale must be a power of two, got {settings['velocity_scale']}")

@@ -109,6 +109,7 @@ class Box2dWorld:
         self._solved: list[tuple[Any, Any, Point, float, float]] = []
         self._normals: dict[tuple[Any, ...], Point] = {}
         self._listener: Any = None
+        self._table = self._world.CreateStaticBody() if scene.table_deceleration_m_s2 else None
         for i, disc in enumerate(scene.discs):
             self._add_disc(scene, i, disc.immovable)
         centre, radius = reach(scene, self._clock.dt_s)
@@ -154,6 +155,11 @@ class Box2dWorld:
             # Of a body that does not turn Box2D makes the inverse of any inertia 0.
             inertia = 1.0 if body.fixedRotation else disc.inertia_factor * disc.mass_kg * disc.radius_m**2
             body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
+            if scene.table_deceleration_m_s2:
+                force = scene.table_deceleration_m_s2 * disc.mass_kg
+                self._world.CreateFrictionJoint(
+                    bodyA=self._table, bodyB=body, localAnchorA=disc.position_m, maxForce=force
+                )
         body.userData = i
         self._bodies.append(body)
 
@@ -338,6 +344,7 @@ class Box2dWorld:
             self._legs,
             self._walls,
             self._skinned,
+            self._table,
             self._listener,
             self._world,
         )
