@@ -164,6 +164,8 @@ def _align_pair(
     times = observed_time[found]
     low = np.searchsorted(times, [windows[r][0] for r in expected], side="left").tolist()
     high = np.searchsorted(times, [windows[r][1] for r in expected], side="right").tolist()
+    if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
+        return list(zip(expected, found, strict=True))  # in order, no other leaves none unmatched
     table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
 
     def cost(r: int, c: int) -> tuple[int, float]:
