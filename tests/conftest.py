@@ -12,9 +12,11 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Generator, Iterator
+from functools import cache
 
 import pytest
 from hypothesis import settings
+from typer.main import get_command
 
 from carom import Scene, extension
 from carom.adapter import Adapter, Observation, Setting
@@ -26,6 +28,9 @@ settings.register_profile("carom", deadline=None, derandomize=True, max_examples
 settings.register_profile("more", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("search", deadline=None, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
+
+# Hundreds of commands are asked of one program: its options are read off its functions once.
+pytest.MonkeyPatch().setattr("typer.main.get_command", cache(get_command))
 
 
 def pytest_configure() -> None:
@@ -77,12 +82,27 @@ def heard_interrupts() -> Iterator[None]:
 
 
 @pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ask engines in this process: where a test is about what is asked and said, a worker would only cost its start."""
+    from carom.runs import code, engines, imported, pool
+
+    for module in (code, engines, imported, pool):
+        monkeypatch.setattr(module, "LocalPool", lambda *_: pool.InProcess())
+
+
+@cache
+def _found(name: str) -> tuple[Adapter, str]:
+    adapter = load_adapter(name)
+    return adapter, why_unavailable(adapter)
+
+
+@pytest.fixture
 def named() -> Callable[[str], Adapter]:
     """One adapter by its name; the test is skipped where its engine is missing."""
 
     def find(name: str) -> Adapter:
-        adapter = load_adapter(name)
-        if reason := why_unavailable(adapter):
+        adapter, reason = _found(name)
+        if reason:
             pytest.skip(reason)
         return adapter
 

@@ -70,6 +70,7 @@ def test_a_scene_that_becomes_a_space_comes_back(tmp_path: Path, protocol: int) 
     )
 
 
+@pytest.mark.usefixtures("in_process")
 def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
     """Joints, damping, sensors, movable polygons, compounds, filters, moving kinematic bodies: each is a line."""
     space = pymunk.Space()
@@ -141,6 +142,7 @@ def dotted() -> bytes:
     return pickle.PROTO + b"\x04" + b"\x8c\x0cpymunk.space" + b"\x8c\x1aSpace.__init__.__globals__" + b"\x93."
 
 
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("kind", long_after(1, ["bomb", "dotted", "callback"]))
 def test_what_is_no_part_of_a_space_is_refused_by_name_and_not_run(tmp_path: Path, kind: str) -> None:
     """A file that asks for anything else is refused with that name, from Python as by the command."""
@@ -192,6 +194,7 @@ def test_arguments_of_an_import_are_refused_by_name(tmp_path: Path) -> None:
         import_scene(tmp_path / "space.pkl", pixels_per_metre=0.0)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_the_command_writes_a_scene_that_loads(tmp_path: Path) -> None:
     """`carom import FILE TO` writes the scene, names what was dropped, and never takes another file's place."""
     space = pymunk.Space()

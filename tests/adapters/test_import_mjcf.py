@@ -75,6 +75,7 @@ MODEL = """<mujoco>
 </mujoco>"""
 
 
+@pytest.mark.usefixtures("in_process")
 def test_all_that_a_scene_has_no_place_for_is_named(tmp_path: Path) -> None:
     """Boxes, planes across z, hinges, what is out of the plane or lies down, MuJoCo's own gravity: each is a line."""
     path = tmp_path / "model.xml"

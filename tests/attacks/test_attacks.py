@@ -19,15 +19,15 @@ from carom.registry import adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {
-    "scenes": 60,
+    "scenes": 30,
     "known-failures": 60,
-    "journal-cuts": 30,
-    "journal-garbage": 30,
-    "reports": 6,
-    "wild-numbers": 5,
+    "journal-cuts": 15,
+    "journal-garbage": 15,
+    "reports": 3,
+    "wild-numbers": 3,
     "journal-types": 30,
-    "results": 15,
-    "clocks": 8,
+    "results": 8,
+    "clocks": 4,
 }
 SLOW = {"options": 8, "kills": 3, "clusters": 2, "hostile": 2, "disks": 2, "digests": 2}
 

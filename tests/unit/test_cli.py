@@ -47,6 +47,7 @@ def test_a_scene_of_ones_own_runs_and_conforms(scene_file: Path) -> None:
     assert "exact" in result.output
 
 
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(("fail_on", "code"), long_after(1, [("inaccurate", 1), ("never", 0)]))
 def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code: int, tmp_path: Path) -> None:
     """PIT misses `paper/missed`: that is exit code 1, and 0 where nothing is to fail; JUnit says the same."""
@@ -55,6 +56,7 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code
     assert f'failures="{code}"' in (tmp_path / "junit.xml").read_text()
 
 
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -111,15 +113,15 @@ def test_a_bad_scene_names_file_field_index_and_value(tmp_path: Path) -> None:
     assert f"{path}: discs[0].radius_m: must be greater than 0, got -0.5" in result.output.replace("\n", "")
 
 
+@pytest.mark.usefixtures("in_process")
 def test_an_unavailable_engine_that_was_asked_for_is_exit_code_3(
     scene_file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An engine asked for by name but not installed is exit code 3, its reason in the output."""
-    from carom.runs import engines, pool
+    from carom.runs import engines
 
     monkeypatch.setattr(engines, "why_unavailable", lambda _adapter: "it is on strike")
     monkeypatch.setattr(engines, "_KNOWN", {})
-    monkeypatch.setattr(pool, "LocalPool", lambda *_: pool.InProcess())
     result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "0.1", "--no-timing")
     assert result.exit_code == 3
     assert "it is on strike" in result.output
@@ -203,6 +205,7 @@ def test_an_engine_is_shown_in_full() -> None:
     assert "tuned" in carom_command("engines", "pit").output
 
 
+@pytest.mark.usefixtures("in_process")
 def test_settings_are_printed_to_paste() -> None:
     """`carom engines NAME --show PROFILE` prints the engine's own code, with what was asked for in it."""
     arguments = ("--show", "tuned", "--dt", ".002", "--restitution", ".9", "--friction", ".3")
@@ -313,6 +316,7 @@ COMMANDS_WITH_JOURNALS = {
 }
 
 
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("moment", long_after(2, ["made", "opened", "written", "marked"]))
 @pytest.mark.parametrize("command", long_after(1, COMMANDS_WITH_JOURNALS))
 def test_ctrl_c_while_a_journal_is_made_leaves_nothing(

@@ -21,6 +21,7 @@ def test_the_list_names_every_kind_of_line() -> None:
         assert name in result.output
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_quick_attack_prints_a_table_and_writes_its_files(tmp_path: Path) -> None:
     """One attack on PIT: the table, the summary, the documents, the journal and the scene of its number."""
     result = stress("tunnelling", "-e", "pit", "--quick", "--out", tmp_path)

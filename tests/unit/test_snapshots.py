@@ -52,6 +52,7 @@ def assert_kept(name: str, text: str) -> None:
     assert path.read_text(encoding="utf-8") == text
 
 
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At 80 columns, to the letter but for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""

@@ -20,8 +20,8 @@ from carom.studies.cross_check.document import cross_check_document
 @pytest.fixture(scope="module")
 def document() -> Document:
     """Scenes of three groups, one of a long name, by PIC, PIT and pymunk."""
-    classics = [f"classics/{name}" for name in ("perfectly-inelastic", "cradle-gaps", "three-in-line")]
-    scenes = find_scenes(["paper", "gravity/falling-pair", *classics])
+    classics = [f"classics/{name}" for name in ("perfectly-inelastic", "three-in-line")]
+    scenes = find_scenes(["paper/late", "paper/missed", "gravity/falling-pair", *classics])
     results = carom.cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60], timing=False, pool=InProcess())
     return cross_check_document(results)
 

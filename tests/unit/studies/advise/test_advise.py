@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.unit.pages.test_terminal import printed
 
@@ -132,9 +133,11 @@ def test_a_fast_small_disc_is_called_that_and_a_wall_is_no_hurdle() -> None:
     assert hardest_impacts(solve_pic(walled), Demand(DEGREE))[0].limit.dt_s == math.inf
 
 
-def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
+@pytest.mark.parametrize("starts", long_after(1, [16, CONFIRM]))
+def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Tuned pymunk does what PIT does: its steps lie below the closed form, by no more than a step of the grid."""
     pytest.importorskip("pymunk", reason="pymunk is not installed")
+    monkeypatch.setattr("carom.studies.advise.step_search.CONFIRM", starts)
     with InProcess() as pool:
         advice = advise(
             pair(0.4),
@@ -150,7 +153,7 @@ def test_what_looks_once_a_step_needs_what_the_closed_form_says() -> None:
     for answer, limit_s in ((found.never_misses, closed.never_misses_s), (found.demand, closed.demand_s)):
         assert answer.passes is not None
         assert answer.fails is not None
-        assert answer.passes.starts == CONFIRM + 1
+        assert answer.passes.starts == starts + 1
         assert answer.passes.dt_s <= limit_s < answer.fails.dt_s
         assert answer.fails.dt_s <= 1.5 * answer.passes.dt_s * (1 + 1e-9)
 

@@ -15,8 +15,10 @@ from carom.studies.advise.ask import ShownAdvice
 
 @pytest.fixture(scope="module")
 def advice() -> ShownAdvice:
-    """Pymunk's steps for two discs."""
-    return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcess())
+    """Pymunk's steps for two discs, confirmed at four starts."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("carom.studies.advise.step_search.CONFIRM", 4)
+        return carom.advise("paper/late", ["pymunk"], profiles=["tuned"], phases=1, pool=InProcess())
 
 
 def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:

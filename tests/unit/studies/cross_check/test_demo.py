@@ -25,6 +25,7 @@ def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return pages
 
 
+@pytest.mark.usefixtures("in_process")
 def test_the_demo_opens_a_page_of_an_engine_that_misses(
     monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:
@@ -41,6 +42,7 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
     assert "pymunk as shipped misses 1 of 1 impact at 24 steps a second" in repr(found)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_without_a_display_the_page_is_written_and_named(
     monkeypatch: pytest.MonkeyPatch, opened: list[str], tmp_path: Path
 ) -> None:

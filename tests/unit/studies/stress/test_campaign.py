@@ -67,6 +67,7 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
     assert again.spots == results.spots
 
 
+@pytest.mark.usefixtures("in_process")
 def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
     """A folder that no campaign has written into is left as it is, and the message names what lies there."""
     (tmp_path / "scenes").mkdir()

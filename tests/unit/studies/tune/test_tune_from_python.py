@@ -15,6 +15,7 @@ pytest.importorskip("optuna", reason="optuna, extra tune, is not installed")
 pytest.importorskip("pymunk", reason="pymunk is not installed")
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_call_gives_settings_that_print_and_draw_themselves() -> None:
     """Its first line is the command line's, and the picture has each scene's errors before and after."""
     pytest.importorskip("matplotlib", reason="matplotlib, extra report, is not installed")
