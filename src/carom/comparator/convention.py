@@ -39,7 +39,7 @@ MOST_AT_ONCE = 8
 Motions = NDArray[np.float64]
 
 
-class Touch(NamedTuple):
+class TouchingBodies(NamedTuple):
     """Two bodies that touch at the instant.
 
     Attributes:
@@ -86,7 +86,7 @@ class Group:
 
     time_s: float
     discs: tuple[int, ...]
-    contacts: tuple[Touch, ...]
+    contacts: tuple[TouchingBodies, ...]
     motion_m_s: Motions
 
 
@@ -221,41 +221,43 @@ def _motions_after(trace: Trace, group: Group) -> Motions:
     return motion
 
 
-def _touching(scene: Scene, position: NDArray[np.float64], time_s: float, tolerance_m: float) -> Iterator[Touch]:
+def _touching(
+    scene: Scene, position: NDArray[np.float64], time_s: float, tolerance_m: float
+) -> Iterator[TouchingBodies]:
     radius = scene.arrays.radius_m
     for i in range(len(radius)):
         offset = position[i + 1 :] - position[i]
         distance = np.hypot(*offset.T)
         for k in np.flatnonzero(distance - (radius[i] + radius[i + 1 :]) <= tolerance_m):
             normal = offset[k] / distance[k]
-            yield Touch(i, i + 1 + int(k), (float(normal[0]), float(normal[1])))
+            yield TouchingBodies(i, i + 1 + int(k), (float(normal[0]), float(normal[1])))
         for number, wall in enumerate(scene.walls):
             leg = wall.drive.leg_at(time_s)
             seen = position[i] - leg.moved_at(time_s)
             if isinstance(wall, Wall):
                 gap = float((seen - np.array(wall.point_m)) @ np.array(wall.normal)) - radius[i]
                 if gap <= tolerance_m:
-                    yield Touch(i, wall_body(number), (-wall.normal[0], -wall.normal[1]), leg.velocity)
+                    yield TouchingBodies(i, wall_body(number), (-wall.normal[0], -wall.normal[1]), leg.velocity)
                 continue
             x, y = seen.tolist()
             for foot in wall.outline.feet_within(x, y, wall.half_width_m + float(radius[i]) + tolerance_m):
                 distance = math.hypot(foot.x - x, foot.y - y)
                 normal = ((foot.x - x) / distance, (foot.y - y) / distance)
-                yield Touch(i, wall_body(number), normal, leg.velocity)
+                yield TouchingBodies(i, wall_body(number), normal, leg.velocity)
 
 
-def _closing(contact: Touch, motion: Motions, row: dict[int, int]) -> float:
+def _closing(contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> float:
     first, second, normal, wall = contact
     other = motion[row[second], :2] if second >= 0 else np.array(wall)
     return float((motion[row[first], :2] - other) @ np.array(normal))
 
 
-def _inverse_masses(scene: Scene, contact: Touch) -> tuple[float, float]:
+def _inverse_masses(scene: Scene, contact: TouchingBodies) -> tuple[float, float]:
     first, second, *_ = contact
     return 1.0 / scene.discs[first].mass_kg, 1.0 / scene.discs[second].mass_kg if second >= 0 else 0.0
 
 
-def _struck(scene: Scene, contact: Touch, motion: Motions, row: dict[int, int]) -> Motions:
+def _struck(scene: Scene, contact: TouchingBodies, motion: Motions, row: dict[int, int]) -> Motions:
     first, second, normal, _ = contact
     w1, w2 = _inverse_masses(scene, contact)
     if w1 + w2 == 0.0:
@@ -270,7 +272,7 @@ def _struck(scene: Scene, contact: Touch, motion: Motions, row: dict[int, int]) 
 
 
 def _rubbed(
-    scene: Scene, contact: Touch, before: Motions, after: Motions, pressed: float, row: dict[int, int]
+    scene: Scene, contact: TouchingBodies, before: Motions, after: Motions, pressed: float, row: dict[int, int]
 ) -> Motions:
     """Return what friction makes of the bodies of a contact besides, in place, given how hard they are pressed."""
     first, second, (nx, ny), wall_m_s = contact
@@ -338,6 +340,6 @@ def _at_once(scene: Scene, group: Group, row: dict[int, int], tolerance: float) 
     return None
 
 
-def _name(contact: Touch) -> str:
+def _name(contact: TouchingBodies) -> str:
     first, second, *_ = contact
     return f"{first} on {second if second >= 0 else body_name(second)}"
