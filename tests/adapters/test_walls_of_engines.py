@@ -20,6 +20,7 @@ from tests.adapters.staged import (
 
 from carom import Chain, Disc, Scene
 from carom.adapter import Adapter, AdapterError, Observation
+from carom.scenes import all_scenes
 
 Finish = Callable[..., Observation]
 Named = Callable[[str], Adapter]
@@ -118,6 +119,24 @@ def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wro
         np.testing.assert_allclose(tuned, -1.0, rtol=1e-12)
         assert (shipped > 0).sum() == passing
         assert (np.abs(shipped[shipped < 0] + 1) > 0.01).sum() == wrong
+
+
+@pytest.mark.parametrize("profile", ["default", "tuned"])
+def test_what_pybullet_pushes_out_of_the_plane_is_told_as_what_lies_in_it(named: Named, profile: str) -> None:
+    """In a box of moving edges normals are of unit length, and impulses along them are what changes the disc."""
+    scene, adapter = all_scenes()["driven/moving-box"].scene, named("pybullet")
+    world = adapter.prepare(scene, adapter.profiles[profile].settings(1 / 60))
+    last, contacts = world.observe(), 0
+    for _ in range(scene.step_count(1 / 60)):
+        world.advance(1)
+        now = world.observe()
+        pushed = sum((np.multiply(c.normal, c.impulse_n_s or 0.0) for c in now.contacts), start=np.zeros(2))
+        change = scene.discs[0].mass_kg * (now.velocity_m_s[0] - last.velocity_m_s[0])
+        np.testing.assert_allclose(-pushed, change, rtol=0, atol=1e-14)
+        assert all(abs(math.hypot(*contact.normal) - 1.0) <= 1e-15 for contact in now.contacts)
+        last, contacts = now, contacts + len(now.contacts)
+    world.close()
+    assert contacts > 10
 
 
 def test_pybullet_refuses_a_driven_disc_that_it_would_not_move_as_told(named: Named) -> None:

@@ -168,7 +168,9 @@ class PybulletWorld:
         self._asked = dict(settings) | dynamics_of(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
-        self._leans = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
+        # Cylinders turn out of the plane, and between a sphere and a box that it is deep in GJK's normals point out of it.
+        turns_over = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
+        self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
         velocity = np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64)
         # A disc that the scene has at the clamp already was not slowed down to it.

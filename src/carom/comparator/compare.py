@@ -65,7 +65,8 @@ class Score(Shown):
         equals_pit: Whether it finds the very impacts that PIT finds, with all errors against PIT within rounding.
         edits: Edit distance of the two sequences of impacts.
         beyond_horizon: How many of the reference's impacts lie beyond the horizon, and were not compared.
-        horizon_s: The horizon, seconds; None where the whole run is compared.
+        horizon_s: The horizon, seconds: where the reference is no longer reliable, or where a disc comes to rest, to
+            slide or to roll if that is earlier. None where the whole run is compared.
         local: Each impact against the analytic answer from the trace's own state before it.
         convention: Which of the admissible outcomes the trace took, where the scene has no unique answer.
         consistency: How far the trace is from what its own impacts and states lead to; None where one of its numbers is

@@ -63,7 +63,7 @@ def findings(evidence: Evidence) -> tuple[Finding, ...]:
     if not found:
         floats = "" if evidence.observed.float_bits >= 64 else f", in {evidence.observed.float_bits}-bit floats"
         unknown = "".join(f"; not told apart: {finding.reason}" for finding in _not_told(evidence))
-        until = "" if evidence.reach.whole else f" up to the horizon, {instant(evidence.reach.until_s)}"
+        until = "" if evidence.reach.whole else f" up to {instant(evidence.reach.until_s)}"
         looked = not (evidence.reach.whole or crushed or evidence.local_truth is None)
         rest = "; to the end every step agrees with PIC from its own state" if looked else ""
         reason = f"{len(errors)} of {evidence.reach.impacts} impacts found{until}{floats}{unknown}{rest}"

@@ -260,7 +260,7 @@ def _figure(row: Row | None) -> tuple[str, str]:
     if not score.errors:
         if score.undecided:
             return f"{len(score.undecided)} of {score.expected} undecided", ""
-        return "all beyond the horizon" if score.beyond_horizon else "no impact", ""
+        return "none compared" if score.beyond_horizon else "no impact", ""
     # Head-on, velocities come out right however late the impact is found: then the time is what there is to say.
     time_s, rounding = score.total.time_s, THRESHOLDS.rounding_of(score.float_bits)
     velocity, spin = score.total.velocity, score.total.spin

@@ -353,7 +353,7 @@ def _or_none(value: float) -> float | None:
 
 def _lost(k: int, score: Score) -> Json:
     if k >= score.expected:
-        return {"flag": "beyond", "became": "beyond the horizon"}
+        return {"flag": "beyond", "became": "not compared"}
     if k in score.undecided:
         return {"flag": "undecided", "became": "not found before the end of the run"}
     if k not in score.missed:

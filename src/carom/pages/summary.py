@@ -142,7 +142,7 @@ def _of_score(score: Score) -> list[str]:
     total, expected = score.total, wording.count(score.expected, "impact")
     found = f"{len(score.errors)} of {expected} found, {len(score.missed)} missed, {len(score.spurious)} invented"
     undecided = f", {len(score.undecided)} undecided" if score.undecided else ""
-    beyond = f", {score.beyond_horizon} beyond the horizon" if score.beyond_horizon else ""
+    beyond = f", {score.beyond_horizon} not compared" if score.beyond_horizon else ""
     spin = "" if math.isnan(total.spin) else f", spin {_n(total.spin)}"
     heading = (
         f"Score: {mark_of_grade(score.grade, score.float_bits).word}",

@@ -34,7 +34,7 @@ class Reference:
     Attributes:
         trace: The PIC trace, or the certified one.
         certified: How far PIC agrees with the certified run, or why that is not known; None where it was not looked at.
-        horizon_s: Time up to which `trace` is reliable; None for all of it.
+        horizon_s: Time up to which `trace` is reliable and no contact lasts; None for all of it.
         pic: The PIC trace where `trace` is not it.
     """
 

@@ -68,8 +68,9 @@ class Results(Tabular):
         elapsed_s: Wall-clock seconds of the whole cross-check.
         certified: How far the reference of a scene is certified, or in words why it is not, by the scene's name; scenes
             of one or two discs are left out unless that was asked for.
-        horizons: Up to when a scene's reference is reliable, seconds, by the scene's name; what is not listed is
-            believed whole. An estimate where nobody has certified it.
+        horizons: Up to when runs of a scene are compared with its reference, seconds, by the scene's name: where it is
+            no longer reliable, by an estimate where nobody has certified it, or where contact that lasts begins. What
+            is not listed is compared whole.
         phases: At how many sub-step phases each job was run in addition to the scene's own.
     """
 

@@ -67,7 +67,7 @@ def test_agreement_is_said_up_to_the_horizon_only() -> None:
     """Of a reference that is reliable for its first impact, one impact agrees, and nothing is said of the other."""
     reference = solve_pic(ROW)
     score = compare(reference, faithful(reference), horizon=(FIRST_S + LAST_S) / 2)
-    assert reason(score, Verdict.CONFORMS) == "1 of 1 impacts found up to the horizon, 0.875 s"
+    assert reason(score, Verdict.CONFORMS) == "1 of 1 impacts found up to 0.875 s"
     assert reason(compare(reference, faithful(reference)), Verdict.CONFORMS) == "2 of 2 impacts found"
 
 

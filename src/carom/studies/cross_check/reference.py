@@ -36,8 +36,9 @@ def reference_section(results: Results) -> Section:
     lines = []
     for name in dict.fromkeys((*results.certified, *results.horizons)):
         said = [str(results.certified[name])] if name in results.certified else []
-        if (until_s := results.horizons.get(name)) is not None:
-            times = results.references[name].impacts["time_s"]
+        until_s, reference = results.horizons.get(name), results.references[name]
+        if until_s is not None and until_s < reference.contact_s:
+            times = reference.impacts["time_s"]
             believed = int((times <= until_s).sum())
             if believed < len(times):
                 said.append(f"believed for {believed} of {len(times)} impacts, to {wording.seconds(until_s)}")

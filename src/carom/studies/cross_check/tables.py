@@ -398,7 +398,7 @@ def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Found]:
 
 def _not_found(k: int, score: Score) -> str:
     if k >= score.expected:
-        return "beyond the horizon"
+        return "not compared"
     return "not found" if k in score.undecided else "missed"
 
 

@@ -18,6 +18,7 @@ from carom.pages.grid import build_grid
 from carom.runs.job import Job, Method
 from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
+from carom.scenes import all_scenes
 from carom.studies.cross_check.reference import reference_section
 from carom.studies.cross_check.steps import steps_section
 
@@ -158,3 +159,10 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
     assert any("runs are compared up to 0.5 s of 2 s, where a disc comes to rest" in line for (line,) in lines)
     _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
     assert {row[0].split()[0] for row in shown} == {"PIT"}
+
+
+def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
+    """Discs that roll from the start, of which one strikes the other: nobody says that the reference is not believed."""
+    results = carom.cross_check([all_scenes()["contact/struck"].scene], ["pit"], timing=False, pool=InProcess())
+    told = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
+    assert told == [("contact/struck: runs are compared up to 0 s of 3 s, where a disc rolls along a wall.",)]
