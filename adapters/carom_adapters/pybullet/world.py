@@ -168,7 +168,7 @@ class PybulletWorld:
         self._asked = dict(settings) | dynamics_of(scene, settings)
         self._clock = StepClock(float(settings["dt_s"]))
         self._turns = scene.arrays.turns
-        # Cylinders turn out of the plane, and between a sphere and a box that it is deep in GJK's normals point out of it.
+        # Cylinders turn out of the plane; of a sphere that is deep in a box GJK's normals point out of it.
         turns_over = settings.get("shape", "sphere") == "cylinder" and bool(settings.get("turn", True))
         self._leans = turns_over or any(not isinstance(wall, Wall) for wall in scene.walls)
         self._seen: tuple[Contact, ...] | None = None
