@@ -6,9 +6,9 @@ import math
 from functools import partial
 
 from carom.scene import Disc
-from carom.scenes.closed_forms import disc, scene_of
+from carom.scenes.closed_forms import answered, disc, impact, scene_of
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
+from carom.scenes.entry import KnownAnswer, Staged
 from carom.scenes.walled import FLOOR
 from carom.trace import Vector
 
@@ -229,16 +229,14 @@ def _brax_58() -> Staged:
     )
     rolling = (2.0 * along / 7.0, 5.0 * along / 7.0)
     ways = (gap + slides_m + rolling[0] * rolls_s, 2.0 * radius + gap + along * slid - slides_m + rolling[1] * rolls_s)
-    known = KnownAnswer(
+    source = (
         "Equal elastic spheres swap velocities and keep their spins; angular momentum about the floor is kept: of v "
-        "2/7 is left to the one that has the spin, 5/7 to the other",
-        (KnownImpact(met, 0, 1, (0.0, 0.0), (along, 0.0), -along / radius, 0.0),),
-        1,
-        ((rolling[0], 0.0), (rolling[1], 0.0)),
-        ((ways[0], radius), (ways[1], radius)),
-        final_spin_rad_s=(-rolling[0] / radius, -rolling[1] / radius),
+        "2/7 is left to the one that has the spin, 5/7 to the other"
     )
-    return Staged(scene, known)
+    hit = impact(met, 0, 1, 0j, complex(along), -along / radius, 0.0)
+    final = [(complex(way, radius), complex(speed)) for way, speed in zip(ways, rolling, strict=True)]
+    spins = (-rolling[0] / radius, -rolling[1] / radius)
+    return answered(scene, [hit], source, final=final, spins=spins)
 
 
 @_never_rests(

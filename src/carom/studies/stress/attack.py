@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -111,6 +112,31 @@ class Attack:
             return middle
         middle = float(round(middle))
         return None if middle in (stands, breaks) else middle
+
+
+def attack(
+    axis: str, ends: tuple[float, float], truth: str, gives_way: str, *, phases: Sequence[float] = (), **more: Any
+) -> Callable[[Callable[..., Any]], Attack]:
+    """Return a decorator that makes an attack of what stages a value, under its name.
+
+    Args:
+        axis: As of `Attack`.
+        ends: Values at the harmless end and at the absurd one.
+        truth: As of `Attack`.
+        gives_way: As of `Attack`.
+        phases: Where in a step the impact falls, if each trial is staged by itself, from value and phase; else all
+            trials of a value are staged at once.
+        more: Other fields of `Attack`.
+    """
+
+    def named(stage: Callable[..., Any]) -> Attack:
+        def each(value: float) -> Sequence[Trial]:
+            return [stage(value, phase) for phase in phases]
+
+        name = stage.__name__.strip("_").replace("_", "-")
+        return Attack(name, axis, *ends, each if phases else stage, truth, gives_way, **more)
+
+    return named
 
 
 def velocity_judge(truth: TrueMotion, scene: Scene) -> Judge:

@@ -16,6 +16,7 @@ from carom.studies.stress.attack import (
     Attack,
     Judge,
     Trial,
+    attack,
     closed_form_judge,
     energy_judge,
     pressure_judge,
@@ -31,6 +32,8 @@ _RADIUS_M = 0.25
 _SPEED_M_S = 1.2
 _TURN = math.pi * (3.0 - math.sqrt(5.0))  # the golden angle: directions spread evenly and line up nowhere
 
+_DIGITS = "brute force in 240 decimal digits from the scene as stored"
+_ELASTIC = "conservation: every impact is elastic"
 _VELOCITY = "a final velocity wrong by more than a tenth of what an impact changes"
 _ENERGY = (
     "a tenth of the energy gained or lost, or a disc a radius deep in another or a wall: elastic impacts keep the "
@@ -64,13 +67,28 @@ def _row(name: str, shows: str, gaps: Sequence[float], phase: float, steps_after
     return _trial(name, shows, discs, (5 + steps_after) * dt)
 
 
-def _cradle(gap: float) -> list[Trial]:
+@attack(
+    "gap between the discs of Newton's cradle in metres, and touching (by convention)",
+    (0.1, 1e-15),
+    f"{_DIGITS}; touching: the limit of vanishing gaps, one pair at a time",
+    f"{_VELOCITY}: only the last disc leaves",
+    last=0.0,
+)
+def _cradle_gap(gap: float) -> list[Trial]:
     shows = f"Newton's cradle of five, its gaps {metres(gap)}: only the last disc must leave."
     # Three gaps to be crossed, and as much time again as a late method may need.
     steps = 40 + math.ceil(3 * gap / (_SPEED_M_S / RATE_HZ))
     return [_row("cradle-gap", shows, [gap] * 3, phase, steps) for phase in PHASES]
 
 
+@attack(
+    "impacts in one step, down a row of discs",
+    (1, 64),
+    _DIGITS,
+    f"{_VELOCITY}: only the last disc leaves",
+    quick_absurd=32,
+    whole=True,
+)
 def _crowded_frame(impacts: float) -> list[Trial]:
     count = round(impacts)
     # All of them within half a step from the first, which falls at each phase below a half; but a method that passes on
@@ -80,6 +98,14 @@ def _crowded_frame(impacts: float) -> list[Trial]:
     return [_row("crowded-frame", shows, [gap] * (count - 1), phase, 40 + count) for phase in (0.13, 0.42)]
 
 
+@attack(
+    "pairs that meet at one instant",
+    (1, 128),
+    "each pair on its own, in 240 decimal digits",
+    _VELOCITY,
+    quick_absurd=32,
+    whole=True,
+)
 def _at_once(pairs: float) -> list[Trial]:
     """Stage pairs far apart that all meet at one instant: quarter turns of one meeting, so to the bit."""
     count = round(pairs)
@@ -99,7 +125,14 @@ def _at_once(pairs: float) -> list[Trial]:
     return [_trial("at-once", shows, discs, 48 * dt, lambda scene: closed_form_judge(scene, final, count, change))]
 
 
-def _packed(gap: float) -> list[Trial]:
+@attack(
+    "gap over diameter in a hexagonal packing of 9 discs (packing 0.907 / (1 + gap)²)",
+    (1.0, 1e-3),
+    _ELASTIC,
+    _ENERGY,
+    quick_absurd=1e-2,
+)
+def _packing(gap: float) -> list[Trial]:
     columns, rows, radius = 3, 3, 0.1
     pitch = 2 * radius * (1 + gap)
     margin = pitch / 2
@@ -115,7 +148,8 @@ def _packed(gap: float) -> list[Trial]:
     return [_trial("packing", shows, discs, 24 / RATE_HZ, energy_judge, walls=box_walls(width, height))]
 
 
-def _lasting(impacts: float) -> list[Trial]:
+@attack("impacts, about", (10, 1e4), _ELASTIC, _ENERGY, quick_absurd=300)
+def _duration(impacts: float) -> list[Trial]:
     side, radius, pitch, speed, rate = 3, 0.1, 0.3, 1.0, 120.0
     gas = boxed_gas(side, radius_m=radius, pitch_m=pitch, speed=speed, duration_s=1.0).scene
     n, free = len(gas.discs), side * pitch - 2 * radius
@@ -134,7 +168,15 @@ PACKING = 0.3
 COMPRESSIBILITY = 1.0 + 2 * PACKING + sum(b * (2 * PACKING) ** k for k, b in enumerate(VIRIAL, 2))
 
 
-def _pressed(advance: float) -> list[Trial]:
+@attack(
+    "speed x dt / radius in a hard-disc gas at packing 0.3",
+    (0.05, 2.0),
+    "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); the walls take "
+    "some 6 % from 144 discs, as the inverse root of their number",
+    "p V / N k T wrong by more than a tenth, from the impulses of the disc impacts (the virial)",
+    full_only=True,
+)
+def _gas_pressure(advance: float) -> list[Trial]:
     """Stage a hard-disc gas whose pressure is known; `advance` is the mean path in a step, in radii."""
     side, radius, speed = 12, 0.05, 1.0
     count = side * side
@@ -155,7 +197,13 @@ def _pressed(advance: float) -> list[Trial]:
     return [_trial("gas-pressure", shows, discs, duration_s, judge, rate_hz=rate, walls=box_walls(width, width))]
 
 
-def _inelastic(restitution: float) -> list[Trial]:
+@attack(
+    "restitution, past inelastic collapse at 7 - 4 √3 = 0.0718",
+    (0.9, 0.01),
+    f"{_DIGITS} above 7 - 4 √3; below it the three end with their centre of mass (McNamara and Young, 1992)",
+    _VELOCITY,
+)
+def _restitution(restitution: float) -> list[Trial]:
     discs = [disc(place, velocity, _RADIUS_M) for place, velocity in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
 
     def judge(scene: Scene) -> Judge:
@@ -171,6 +219,13 @@ def _inelastic(restitution: float) -> list[Trial]:
     return [_trial("restitution", shows, discs, 2.0, judge, restitution=restitution)]
 
 
+@attack(
+    "mass ratio of Galperin's billiard (100^k: floor(10^k π) impacts)",
+    (1.0, 1e8),
+    "unfolding of the wedge (G. Galperin, 2003)",
+    _VELOCITY,
+    quick_absurd=1e4,
+)
 def _galperin(mass_ratio: float) -> list[Trial]:
     radius, light_gap, heavy_gap, speed = 0.1, 0.25, 0.5, 1.0
     shows = f"A disc of {number(mass_ratio, 4)} kg drives one of 1 kg against a wall."
@@ -192,7 +247,17 @@ def _galperin(mass_ratio: float) -> list[Trial]:
     ]
 
 
-def _unstable(bounces: float) -> list[Trial]:
+@attack(
+    "bounces between two immovable discs, along a slanted axis",
+    (1, 24),
+    _DIGITS,
+    f"{_VELOCITY}; an error across the axis grows 5.8 times a bounce, so 53 bits last for some twenty",
+    whole=True,
+    # Once off the axis the disc leaves in much the same direction, by all methods: the few bounces between are where
+    # it shows, so none may be stepped over.
+    rungs=40,
+)
+def _unstable_orbit(bounces: float) -> list[Trial]:
     count = round(bounces)
     contact, free, axis = 0.5, 1.0, cmath.rect(1.0, 0.7)
     half = (free / 2 + contact) * axis
@@ -206,106 +271,9 @@ def _unstable(bounces: float) -> list[Trial]:
     return [_trial("unstable-orbit", shows, discs, (0.1 + count * free) / 2.0, rate_hz=60.0)]
 
 
-_DIGITS = "brute force in 240 decimal digits from the scene as stored"
-_ELASTIC = "conservation: every impact is elastic"
-
-
 def crowd_attacks() -> list[Attack]:
     """Return the attacks with many discs or many impacts."""
-    return [*_many_discs(), *_many_impacts()]
-
-
-def _many_discs() -> list[Attack]:
     return [
-        Attack(
-            "cradle-gap",
-            "gap between the discs of Newton's cradle in metres, and touching (by convention)",
-            0.1,
-            1e-15,
-            _cradle,
-            f"{_DIGITS}; touching: the limit of vanishing gaps, one pair at a time",
-            f"{_VELOCITY}: only the last disc leaves",
-            last=0.0,
-        ),
-        Attack(
-            "crowded-frame",
-            "impacts in one step, down a row of discs",
-            1,
-            64,
-            _crowded_frame,
-            _DIGITS,
-            f"{_VELOCITY}: only the last disc leaves",
-            quick_absurd=32,
-            whole=True,
-        ),
-        Attack(
-            "at-once",
-            "pairs that meet at one instant",
-            1,
-            128,
-            _at_once,
-            "each pair on its own, in 240 decimal digits",
-            _VELOCITY,
-            quick_absurd=32,
-            whole=True,
-        ),
-        Attack(
-            "packing",
-            "gap over diameter in a hexagonal packing of 9 discs (packing 0.907 / (1 + gap)²)",
-            1.0,
-            1e-3,
-            _packed,
-            _ELASTIC,
-            _ENERGY,
-            quick_absurd=1e-2,
-        ),
-    ]
-
-
-def _many_impacts() -> list[Attack]:
-    return [
-        Attack("duration", "impacts, about", 10, 1e4, _lasting, _ELASTIC, _ENERGY, quick_absurd=300),
-        Attack(
-            "gas-pressure",
-            "speed x dt / radius in a hard-disc gas at packing 0.3",
-            0.05,
-            2.0,
-            _pressed,
-            "the ten-term virial series of the hard-disc fluid: Z = 2.0632 (Clisby and McCoy, 2006); the walls take "
-            "some 6 % from 144 discs, as the inverse root of their number",
-            "p V / N k T wrong by more than a tenth, from the impulses of the disc impacts (the virial)",
-            full_only=True,
-        ),
-        Attack(
-            "restitution",
-            "restitution, past inelastic collapse at 7 - 4 √3 = 0.0718",
-            0.9,
-            0.01,
-            _inelastic,
-            f"{_DIGITS} above 7 - 4 √3; below it the three end with their centre of mass (McNamara and Young, 1992)",
-            _VELOCITY,
-        ),
-        Attack(
-            "galperin",
-            "mass ratio of Galperin's billiard (100^k: floor(10^k π) impacts)",
-            1.0,
-            1e8,
-            _galperin,
-            "unfolding of the wedge (G. Galperin, 2003)",
-            _VELOCITY,
-            quick_absurd=1e4,
-        ),
-        Attack(
-            "unstable-orbit",
-            "bounces between two immovable discs, along a slanted axis",
-            1,
-            24,
-            _unstable,
-            _DIGITS,
-            f"{_VELOCITY}; an error across the axis grows 5.8 times a bounce, so 53 bits last for some twenty",
-            whole=True,
-            # Once off the axis the disc leaves in much the same direction, by all methods: the few bounces between are
-            # where it shows, so none may be stepped over.
-            rungs=40,
-        ),
+        *(_cradle_gap, _crowded_frame, _at_once, _packing),
+        *(_duration, _gas_pressure, _restitution, _galperin, _unstable_orbit),
     ]

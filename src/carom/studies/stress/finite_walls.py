@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from decimal import Decimal
 from typing import Any
 
@@ -12,7 +12,7 @@ from carom.number_text import metres, number
 from carom.scene import Chain, Scene, Wall
 from carom.scenes.closed_forms import disc
 from carom.scenes.walled import edges
-from carom.studies.stress.attack import Attack, Trial, closed_form_judge, velocity_judge
+from carom.studies.stress.attack import Attack, Trial, attack, closed_form_judge, velocity_judge
 from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
 from carom.studies.stress.truth import true_motion
 from carom.walls import Leg, drive_of
@@ -29,6 +29,13 @@ _CORNER_M, _CORNER_SPEED_M_S = 0.5, 2 * 0.5 / (30 * _DT_S)
 
 _HEAD_ON = "the normal is known without rounding: the velocity along it is turned round"
 _VELOCITY = "a final velocity wrong by more than a tenth of what the impact changes: a miss is wrong by all of it"
+
+
+def _met(
+    axis: str, ends: tuple[float, float], truth: str, gives_way: str = _VELOCITY, **more: Any
+) -> Callable[[Callable[..., Any]], Attack]:
+    """Return a decorator that makes an attack of what stages one impact, at every phase."""
+    return attack(axis, ends, truth, gives_way, phases=PHASES, **more)
 
 
 def _upright(**fields: Any) -> Chain:
@@ -51,7 +58,8 @@ def _until(phase: float) -> float:
     return (STEPS_BEFORE + phase) * _DT_S
 
 
-def _thin(value: float, phase: float) -> Trial:
+@_met("speed x dt / radius, at a wall without thickness", (0.01, 1e4), _HEAD_ON)
+def _thin_wall(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     scene = _scene(
         "thin-wall",
@@ -64,6 +72,11 @@ def _thin(value: float, phase: float) -> Trial:
     return _once(scene, complex(-speed))
 
 
+@_met(
+    "speed x dt / radius of a driven wall without thickness, at a disc at rest",
+    (0.01, 1e4),
+    "Newton's law as seen from the wall: a disc at rest gets twice the wall's velocity",
+)
 def _paddle(value: float, phase: float) -> Trial:
     speed = value * _RADIUS_M * RATE_HZ
     scene = _scene(
@@ -77,7 +90,8 @@ def _paddle(value: float, phase: float) -> Trial:
     return _once(scene, complex(2.0 * speed))
 
 
-def _wide(value: float, phase: float) -> Trial:
+@_met("half width of a wall, metres", (0.1, 1e-12), _HEAD_ON, last=0.0)
+def _wall_width(value: float, phase: float) -> Trial:
     scene = _scene(
         "wall-width",
         f"A disc meets a wall of half width {metres(value)} head-on.",
@@ -89,7 +103,13 @@ def _wide(value: float, phase: float) -> Trial:
     return _once(scene, complex(-_SPEED_M_S))
 
 
-def _end(value: float, phase: float) -> Trial:
+@_met(
+    "1 - b/R, how far from a miss of the end of a wall",
+    (0.1, 1e-15),
+    "the normal at an end is from it to the centre: s off, (2 s² - 1, 2 s √(1 - s²)), in 28 decimal digits "
+    "from the scene as stored",
+)
+def _wall_end(value: float, phase: float) -> Trial:
     """Stage a disc that flies along the line across a wall's end; the normal there is from the end to the centre."""
     height = _RADIUS_M * (1.0 - value)
     offset = Decimal(height) / Decimal(_RADIUS_M)  # of the scene as stored
@@ -106,6 +126,13 @@ def _end(value: float, phase: float) -> Trial:
     return _once(scene, after)
 
 
+@_met(
+    "pieces of a floor of 8 m",
+    (2.0, 1000.0),
+    "a seam is no wall of its own: the velocity is mirrored at the floor",
+    f"{_VELOCITY}; a catch at a seam turns the way that the disc goes",
+    whole=True,
+)
 def _seam(value: float, phase: float) -> Trial:
     pieces = int(value)
     joint = _HALF_LENGTH_M * (2 * (pieces // 2) / pieces - 1)
@@ -121,6 +148,12 @@ def _seam(value: float, phase: float) -> Trial:
     return _once(scene, velocity.conjugate())
 
 
+@_met(
+    "degrees of a corner",
+    (90.0, 1.0),
+    "the half-planes through its sides, in 240 decimal digits: the corner itself is out of the disc's reach",
+    "a final velocity wrong by more than a tenth of the greatest change that one of its impacts makes",
+)
 def _corner(value: float, phase: float) -> Trial:
     """Stage a disc that is thrown into a corner past its apex; the half-planes through its sides say what it does."""
     angle = math.radians(value)
@@ -144,6 +177,12 @@ def _corner(value: float, phase: float) -> Trial:
     return Trial(scene, velocity_judge(true_motion(scene.model_copy(update={"walls": tuple(sides)})), scene))
 
 
+@_met(
+    "legs of a driven wall's path",
+    (1.0, 1000.0),
+    "Newton's law as seen from the wall on its last leg: a disc at rest gets twice the wall's velocity",
+    whole=True,
+)
 def _legs(value: float, phase: float) -> Trial:
     """Stage a wall that comes to and fro, three steps on and one back, and strikes a disc at rest on its last leg.
 
@@ -165,68 +204,6 @@ def _legs(value: float, phase: float) -> Trial:
     return _once(scene, complex(2.0 * speeds[-1]))
 
 
-def _attack(
-    name: str,
-    axis: str,
-    ends: tuple[float, float],
-    trial: Callable[[float, float], Trial],
-    truth: str,
-    gives_way: str = _VELOCITY,
-    *,
-    whole: bool = False,
-    last: float | None = None,
-) -> Attack:
-    """Return an attack whose value is tried at every phase."""
-
-    def trials(value: float) -> Sequence[Trial]:
-        return [trial(value, phase) for phase in PHASES]
-
-    return Attack(name, axis, *ends, trials, truth, gives_way, whole=whole, last=last)
-
-
 def wall_attacks() -> list[Attack]:
     """Return the attacks with a disc and a finite wall."""
-    return [
-        _attack("thin-wall", "speed x dt / radius, at a wall without thickness", (0.01, 1e4), _thin, _HEAD_ON),
-        _attack(
-            "wall-end",
-            "1 - b/R, how far from a miss of the end of a wall",
-            (0.1, 1e-15),
-            _end,
-            "the normal at an end is from it to the centre: s off, (2 s² - 1, 2 s √(1 - s²)), in 28 decimal digits "
-            "from the scene as stored",
-        ),
-        _attack(
-            "seam",
-            "pieces of a floor of 8 m",
-            (2.0, 1000.0),
-            _seam,
-            "a seam is no wall of its own: the velocity is mirrored at the floor",
-            f"{_VELOCITY}; a catch at a seam turns the way that the disc goes",
-            whole=True,
-        ),
-        _attack("wall-width", "half width of a wall, metres", (0.1, 1e-12), _wide, _HEAD_ON, last=0.0),
-        _attack(
-            "paddle",
-            "speed x dt / radius of a driven wall without thickness, at a disc at rest",
-            (0.01, 1e4),
-            _paddle,
-            "Newton's law as seen from the wall: a disc at rest gets twice the wall's velocity",
-        ),
-        _attack(
-            "legs",
-            "legs of a driven wall's path",
-            (1.0, 1000.0),
-            _legs,
-            "Newton's law as seen from the wall on its last leg: a disc at rest gets twice the wall's velocity",
-            whole=True,
-        ),
-        _attack(
-            "corner",
-            "degrees of a corner",
-            (90.0, 1.0),
-            _corner,
-            "the half-planes through its sides, in 240 decimal digits: the corner itself is out of the disc's reach",
-            "a final velocity wrong by more than a tenth of the greatest change that one of its impacts makes",
-        ),
-    ]
+    return [_thin_wall, _wall_end, _seam, _wall_width, _paddle, _legs, _corner]

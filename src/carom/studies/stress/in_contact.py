@@ -15,7 +15,7 @@ from carom.number_text import number
 from carom.scene import Scene
 from carom.scenes.closed_forms import disc
 from carom.scenes.walled import FLOOR
-from carom.studies.stress.attack import Attack, Trial, closed_form_judge
+from carom.studies.stress.attack import Attack, Trial, attack, closed_form_judge
 from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
 from carom.studies.stress.rough import spin_judge
 
@@ -63,33 +63,40 @@ def _ends(scene: Scene, along: float, rim: float, change: float) -> Trial:
     return Trial(scene, spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact changes"))
 
 
-def _lively(value: float) -> Sequence[Trial]:
+@attack(
+    "1 - e of a ball that bounces three times under gravity",
+    (0.1, 1e-9),
+    _SERIES,
+    "a final velocity wrong by more than a tenth of what the first impact changes",
+    phases=PHASES,
+)
+def _lively(value: float, phase: float) -> Trial:
     """Stage a ball that bounces three times, and flies for as long again as it fell at first."""
-    e, bounces = 1.0 - value, 3
-    trials = []
-    for phase in PHASES:
-        fall_s = (96 + phase) * _DT_S
-        lost = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
-        last_s, speed = fall_s + lost, e**bounces * _G * fall_s
-        shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces three times."
-        ends_s = last_s + fall_s
-        scene = _on_a_floor("lively", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
-        final = [(0.0, speed - _G * fall_s)]
-        trials.append(Trial(scene, closed_form_judge(scene, final, bounces, [(1.0 + e) * _G * fall_s])))
-    return trials
+    e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * _DT_S
+    lost = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
+    last_s, speed = fall_s + lost, e**bounces * _G * fall_s
+    shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces three times."
+    scene = _on_a_floor("lively", shows, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    final = [(0.0, speed - _G * fall_s)]
+    return Trial(scene, closed_form_judge(scene, final, bounces, [(1.0 + e) * _G * fall_s]))
 
 
-def _rests(value: float) -> Sequence[Trial]:
+@attack(
+    "1 - e of a ball that bounces until it rests",
+    (0.5, 0.01),
+    _SERIES,
+    "half a second after the last bounce, a velocity of more than a tenth of what the first impact changes",
+    phases=PHASES,
+    quick_absurd=0.05,
+    rungs=3,
+)
+def _rests(value: float, phase: float) -> Trial:
     """Stage a ball that is dropped and bounces until it rests; half a second later it lies still."""
-    e = 1.0 - value
-    trials = []
-    for phase in PHASES:
-        fall_s = (24 + phase) * _DT_S
-        shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces until it rests."
-        ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # with a step
-        scene = _on_a_floor("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
-        trials.append(Trial(scene, closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s])))
-    return trials
+    e, fall_s = 1.0 - value, (24 + phase) * _DT_S
+    shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces until it rests."
+    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # with a step
+    scene = _on_a_floor("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    return Trial(scene, closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s]))
 
 
 def _slope(kind: str, value: float, side: float) -> Trial:
@@ -124,7 +131,14 @@ def _slopes(kind: str, value: float) -> Sequence[Trial]:
     return [_slope(kind, value, side) for side in (1.0, -1.0)]
 
 
-def _slid(value: float) -> Sequence[Trial]:
+@attack(
+    "coefficient of friction of a disc that slides, and one over it",
+    (1.0, 1e-6),
+    _LAW,
+    f"{_MOTION}; whatever is beyond what grips changes nothing",
+    last=0.0,
+)
+def _slide_friction(value: float) -> Sequence[Trial]:
     """Stage a disc thrown along a floor with as much backspin: it slides, then rolls."""
 
     def thrown(friction: float) -> Trial:
@@ -142,7 +156,14 @@ def _slid(value: float) -> Sequence[Trial]:
     return [thrown(friction) for friction in _both(value)]
 
 
-def _resisted(value: float) -> Sequence[Trial]:
+@attack(
+    "rolling resistance of a disc that rolls, and one over it",
+    (1.0, 1e-6),
+    _LAW,
+    f"{_MOTION}; whatever is beyond what friction can take changes nothing of its speed",
+    last=0.0,
+)
+def _rolling_resistance(value: float) -> Sequence[Trial]:
     """Stage a disc that rolls along a floor: c slows it by c g/(1 + k), up to what friction can; then it slides on."""
     friction = _FRICTION
 
@@ -178,49 +199,8 @@ def contact_attacks() -> list[Attack]:
         "rolling-slope": "how far a slope is from the steepest on which rolling resistance holds a disc, over it",
         "bouncing-slope": "how far a slope is from the steepest on which bounces hold a slip, over it",
     }
-    return [
-        Attack(
-            "lively",
-            "1 - e of a ball that bounces three times under gravity",
-            0.1,
-            1e-9,
-            _lively,
-            _SERIES,
-            "a final velocity wrong by more than a tenth of what the first impact changes",
-        ),
-        Attack(
-            "rests",
-            "1 - e of a ball that bounces until it rests",
-            0.5,
-            0.01,
-            _rests,
-            _SERIES,
-            "half a second after the last bounce, a velocity of more than a tenth of what the first impact changes",
-            quick_absurd=0.05,
-            rungs=3,
-        ),
-        *(
-            Attack(name, axis, 0.5, ulp, partial(_slopes, name), _LAW, f"{_MOTION}, on either side", last=0.0)
-            for name, axis in slopes.items()
-        ),
-        Attack(
-            "slide-friction",
-            "coefficient of friction of a disc that slides, and one over it",
-            1.0,
-            1e-6,
-            _slid,
-            _LAW,
-            f"{_MOTION}; whatever is beyond what grips changes nothing",
-            last=0.0,
-        ),
-        Attack(
-            "rolling-resistance",
-            "rolling resistance of a disc that rolls, and one over it",
-            1.0,
-            1e-6,
-            _resisted,
-            _LAW,
-            f"{_MOTION}; whatever is beyond what friction can take changes nothing of its speed",
-            last=0.0,
-        ),
+    leaning = [
+        Attack(name, axis, 0.5, ulp, partial(_slopes, name), _LAW, f"{_MOTION}, on either side", last=0.0)
+        for name, axis in slopes.items()
     ]
+    return [_lively, _rests, *leaning, _slide_friction, _rolling_resistance]

@@ -15,7 +15,7 @@ from carom.number_text import number
 from carom.scene import Scene, Wall
 from carom.scenes.closed_forms import disc
 from carom.scenes.walled import FLOOR
-from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, closed_form_judge
+from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, attack, closed_form_judge
 from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
 from carom.trace import Trace, Vector
 
@@ -95,22 +95,39 @@ def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: f
     return Trial(scene, spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
 
 
+@attack("coefficient of friction", (0.01, 1e19), _LAW, f"{_MOTION}; beyond what grips, more friction changes nothing")
 def _friction(value: float) -> list[Trial]:
     shows = f"Friction of {number(value, 3)}: a disc on a floor at 45 degrees, and a spinning disc head-on to another."
     walls = [_on_wall("friction", shows, phase, value, 0.5) for phase in PHASES]
     return walls + [_head_on("friction", shows, phase, value, 5.0) for phase in PHASES]
 
 
+@attack(
+    "spin in rad/s",
+    (1.0, 1e12),
+    _LAW,
+    f"{_MOTION}; an engine's limit on how far a disc turns in a step shows here",
+)
 def _spin(value: float) -> list[Trial]:
     shows = f"A disc that spins at {number(value, 3)} rad/s slides along another, head-on, with friction of 0.1."
     return [_head_on("spin", shows, phase, 0.1, value) for phase in PHASES]
 
 
+@attack("moment of inertia over m R²", (0.5, 1e-6), _LAW, _MOTION)
 def _inertia(value: float) -> list[Trial]:
     shows = f"A disc of moment of inertia {number(value, 3)} m R^2 grips a floor at 45 degrees, and leaves rolling."
     return [_on_wall("inertia", shows, phase, _GRIP, value) for phase in PHASES]
 
 
+@attack(
+    "impacts of a superball between two rough plates",
+    (2, 1e3),
+    "two plates turn (v, √k R w) by the angle whose cosine is ((1 - k)² - 4 k)/(1 + k)² = -7/9 (Broomhead and "
+    "Gutkin, Physica D 67 (1993) 188)",
+    _MOTION,
+    quick_absurd=100,
+    whole=True,
+)
 def _grip_chain(value: float) -> list[Trial]:
     """Stage this many bounces of a superball between two plates, each a dozen steps after the one before."""
     rounds = max(1, round(value / 2))
@@ -126,6 +143,12 @@ def _grip_chain(value: float) -> list[Trial]:
     return [Trial(scene, spin_judge(scene, final, rim, [2.0], 2 * rounds))]
 
 
+@attack(
+    "restitution of a disc that bounces on a rough floor until it rolls",
+    (0.9, 1e-3),
+    "angular momentum about the floor is kept: v / (1 + k), rolling, when all bounces are over",
+    _MOTION,
+)
 def _rolling(value: float) -> list[Trial]:
     """Stage a disc thrown along a floor that bounces with a restitution until it rests on it, rolling."""
     speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
@@ -150,45 +173,4 @@ def _rolling(value: float) -> list[Trial]:
 
 def rough_attacks() -> list[Attack]:
     """Return the attacks with friction and spin."""
-    return [
-        Attack(
-            "friction",
-            "coefficient of friction",
-            0.01,
-            1e19,
-            _friction,
-            _LAW,
-            f"{_MOTION}; beyond what grips, more friction changes nothing",
-        ),
-        Attack(
-            "spin",
-            "spin in rad/s",
-            1.0,
-            1e12,
-            _spin,
-            _LAW,
-            f"{_MOTION}; an engine's limit on how far a disc turns in a step shows here",
-        ),
-        Attack("inertia", "moment of inertia over m R²", 0.5, 1e-6, _inertia, _LAW, _MOTION),
-        Attack(
-            "grip-chain",
-            "impacts of a superball between two rough plates",
-            2,
-            1e3,
-            _grip_chain,
-            "two plates turn (v, √k R w) by the angle whose cosine is ((1 - k)² - 4 k)/(1 + k)² = -7/9 (Broomhead and "
-            "Gutkin, Physica D 67 (1993) 188)",
-            _MOTION,
-            quick_absurd=100,
-            whole=True,
-        ),
-        Attack(
-            "rolling",
-            "restitution of a disc that bounces on a rough floor until it rolls",
-            0.9,
-            1e-3,
-            _rolling,
-            "angular momentum about the floor is kept: v / (1 + k), rolling, when all bounces are over",
-            _MOTION,
-        ),
-    ]
+    return [_friction, _spin, _inertia, _grip_chain, _rolling]
