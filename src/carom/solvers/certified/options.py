@@ -11,6 +11,9 @@ MOST_DIGITS = 10_000
 #: Half a million impacts of 64 discs at packing .4, which would take an hour or so.
 MAX_PRECISION_BITS = 65536
 
+#: Sixteen times as many. One exponential of so long a number takes a second or so; ctx.prec, a C long, ends far above.
+MOST_PRECISION_BITS = 2**20
+
 #: Two times that agree in this many bits are no accident of the start's 53.
 TIE_BITS = 512
 
@@ -32,6 +35,11 @@ class CertifyOptions(DeclaredOptions):
         None, seconds(), "Stop after this many seconds, each scene.", "--time-budget", "-t"
     )
     max_precision_bits: int = option(
-        MAX_PRECISION_BITS, whole(LEAST_BITS), "Never compute with more bits than these.", "--max-precision"
+        MAX_PRECISION_BITS,
+        whole(LEAST_BITS, MOST_PRECISION_BITS),
+        "Never compute with more bits than these.",
+        "--max-precision",
     )
-    tie_bits: int = option(TIE_BITS, whole(LEAST_BITS), "Bits that agree and still do not tell two events apart.")
+    tie_bits: int = option(
+        TIE_BITS, whole(LEAST_BITS, MOST_PRECISION_BITS), "Bits that agree and still do not tell two events apart."
+    )
