@@ -58,7 +58,10 @@ def test_json_and_files_hold_the_whole_run(tmp_path: Path) -> None:
             ("classics/box", "--time-budget", "0"),
             "--time-budget must be a positive number of seconds, 1e+07 at most, got '0'",
         ),
-        (("classics/box", "--max-precision", "10"), "--max-precision must be a whole number from 64 to 1048576, got '10'"),
+        (
+            ("classics/box", "--max-precision", "10"),
+            "--max-precision must be a whole number from 64 to 1048576, got '10'",
+        ),
         (("classics/box", "--digits", "100000"), "--digits must be a whole number from 1 to 10000, got '100000'"),
     ],
 )
