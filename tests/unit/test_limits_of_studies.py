@@ -36,6 +36,7 @@ from carom.studies.history.cells import history_journal
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.overlay import Kept
 from carom.studies.history.run import history
+from carom.studies.stress.options import StressOptions
 from carom.studies.stress.run import stress
 from carom.studies.tune.judge import tune_journal
 from carom.studies.tune.options import TuneOptions
@@ -104,7 +105,8 @@ def grow(folder: Path, how: How) -> None:
 
 
 def attack(folder: Path, how: How) -> None:
-    stress(["tunnelling"], ["pit"], out=folder / "out", quick=True, profiles=["tuned"], jobs=1, **LIMITS, **how)
+    asked = StressOptions(["pit"], profiles=["tuned"], quick=True, jobs=1, **LIMITS)
+    stress(["tunnelling"], asked, out=folder / "out", **how)
 
 
 def search(folder: Path, how: How) -> None:

@@ -1,4 +1,4 @@
-"""Complaints about what rolls, slides or should rest: balls that never stop, that slide too far, that creep."""
+"""Complaints about friction: spin at impacts, and what rolls, slides or should rest, never stops, creeps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import partial
 from carom.scene import Disc
 from carom.scenes.closed_forms import answered, disc, impact, scene_of
 from carom.scenes.complaint import Symptom, complained
-from carom.scenes.entry import KnownAnswer, Staged
+from carom.scenes.entry import KnownAnswer, KnownImpact, Staged
 from carom.scenes.walled import FLOOR
 from carom.trace import Vector
 
@@ -17,6 +17,58 @@ _LAW = "Coulomb's law with a rolling resistance of c P R: v' = -c g/(1 + k) wher
 _OURS = "Sizes, speeds and the coefficient of rolling resistance are ours."
 
 _never_rests = partial(complained, symptom=Symptom.NEVER_RESTS)
+
+#: When the impacts on which friction acts are, seconds.
+_HIT_S = 0.25
+
+
+@complained(
+    package="MBSim",
+    thread="https://github.com/mbsim-env/mbsim/issues/49",
+    reported="A ball with friction bounces without taking up a spin, and begins to roll only when all bouncing is "
+    "over; a ball that spins bounces without being driven aside.",
+    at_least=0.1,
+    made="The thread has a slope and gravity; here it is one bounce on a level floor. All sizes are ours.",
+)
+def _mbsim_49() -> Staged:
+    """A disc that does not spin bounces on a rough floor, and leaves rolling."""
+    radius, along, down, restitution, k = 0.5, 1.0, 2.0, 0.5, 0.5
+    start = Disc(position_m=(0.0, radius + down * _HIT_S), velocity_m_s=(along, -down), radius_m=radius)
+    scene = scene_of(
+        discs=[start],
+        walls=[FLOOR],
+        wall_friction=0.5,
+        wall_restitution=restitution,
+        duration_s=2 * _HIT_S,
+    )
+    after = (along / (1 + k), restitution * down)
+    spin = -after[0] / radius
+    hit = KnownImpact(_HIT_S, 0, -1, after, spin_first_after=spin)
+    source = "Cross, Am. J. Phys. 70 (2002) 1093: what grips leaves rolling, at v/(1 + k)"
+    return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
+
+
+@complained(
+    package="tailuge/billiards",
+    thread="https://github.com/tailuge/billiards/pull/298",
+    reported="The object ball of a cut shot was thrown too little, by a stray factor of .3, and the limit up to which "
+    "balls hold each other was wrong: it is a seventh of the slip.",
+    made="Balls have the moment of inertia of spheres, as there; cut, speed and friction are ours.",
+)
+def _tailuge_298() -> Staged:
+    """A cut shot in which the balls hold each other: the object ball leaves off the line of centres."""
+    radius, speed, k, (nx, ny) = 0.028575, 2.0, 0.4, (0.8, 0.6)
+    discs = [
+        Disc(position_m=(-speed * _HIT_S, 0.0), velocity_m_s=(speed, 0.0), radius_m=radius, inertia_factor=k),
+        Disc(position_m=(2 * radius * nx, 2 * radius * ny), radius_m=radius, inertia_factor=k),
+    ]
+    scene = scene_of(discs=discs, friction=0.5, duration_s=2 * _HIT_S)
+    normal, tangential = speed * nx, speed * ny / (2 * (1 + 1 / k))  # of the slip, -speed ny, a seventh
+    struck = (normal * nx + tangential * ny, normal * ny - tangential * nx)
+    after, spin = ((speed - struck[0], -struck[1]), struck), tangential / k / radius
+    hit = KnownImpact(_HIT_S, 0, 1, *after, spin, spin)
+    source = "Alciatore, billiards TP A.14: the tangent of the throw is a seventh of that of the cut, with e = 1"
+    return Staged(scene, KnownAnswer(source, (hit,), 1, after, final_spin_rad_s=(spin, spin)))
 
 
 def _on_a_floor(

@@ -53,7 +53,7 @@ def stress(
 
     require_report_extra()
     with shared.studied(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
-        results = campaign.carried_out(
+        results = campaign.stress(
             attacks or [],
             options,
             out=out,

@@ -65,26 +65,6 @@ def listing(*, quick: bool = False) -> list[Line]:
 
 
 def stress(
-    names: Sequence[str] = (), engine_names: Sequence[str] | None = None, *, out: Path, **asked: Any
-) -> StressResults:
-    """Stress methods and return where each fails: `carried_out` with `StressOptions` by name.
-
-    Args:
-        names: As of `carried_out`.
-        engine_names: Names of adapters; every one that is installed by default.
-        out: As of `carried_out`.
-        asked: ``quick``, ``profiles`` and the other fields of `StressOptions`, ``resume``, ``retry``, ``progress``
-            and ``command`` of `carried_out`.
-
-    Raises:
-        UnknownNameError: There is no such attack, engine or profile.
-        InputError: As `carried_out` says, or an option makes no sense.
-    """
-    how = {name: asked.pop(name) for name in ("resume", "retry", "progress", "command") if name in asked}
-    return carried_out(names, StressOptions(engines=engine_names or None, **asked), out=out, **how)
-
-
-def carried_out(
     names: Sequence[str],
     asked: StressOptions,
     *,
@@ -94,7 +74,7 @@ def carried_out(
     progress: Progress = unheard,
     command: str = "",
 ) -> StressResults:
-    """Carry out a campaign.
+    """Attack methods, and return where each gives way.
 
     Args:
         names: Attacks, relations and complaints by name, or the words "attacks", "relations" and "complaints"; all by

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,8 +12,12 @@ from carom.errors import InputError, UnknownNameError
 from carom.pages.render.terminal import terminal
 from carom.studies.stress import run as campaign
 from carom.studies.stress.document import stress_document, write_stress
+from carom.studies.stress.options import StressOptions
 from carom.studies.stress.run import JOURNAL, listing, stress
 from carom.studies.stress.spots import SpotEnding, StressResults
+
+#: What is asked of Carom's own two methods.
+BOTH = StressOptions(["pic", "pit"], quick=True)
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def results(folder: Path) -> StressResults:
     """A small campaign, through worker processes: one line of each kind, on our own two methods."""
     names = ["tunnelling", "reversal", "mujoco-441", "rapier-97"]
-    return stress(names, ["pic", "pit"], out=folder, quick=True, jobs=1, command="carom stress")
+    return stress(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
 
 
 def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
@@ -63,7 +68,7 @@ def test_a_finished_campaign_is_not_run_again(results: StressResults, folder: Pa
     assert isinstance(monkeypatch, pytest.MonkeyPatch)
     monkeypatch.setattr(campaign.TableCell, "answer", lambda *_: pytest.fail("a finished cell was run again"))
     names = [line.name for line in results.lines]
-    again = stress(names, ["pic", "pit"], out=folder, quick=True, resume=True, command="carom stress")
+    again = stress(names, BOTH, out=folder, resume=True, command="carom stress")
     assert again.spots == results.spots
 
 
@@ -73,7 +78,7 @@ def test_files_of_the_user_are_not_touched(tmp_path: Path) -> None:
     (tmp_path / "scenes").mkdir()
     (tmp_path / "scenes" / "notes.txt").write_text("mine")
     with pytest.raises(InputError, match="holds files that Carom did not write, such as scenes"):
-        stress(["small"], ["pit"], out=tmp_path, quick=True)
+        stress(["small"], StressOptions(["pit"], quick=True), out=tmp_path)
     assert (tmp_path / "scenes" / "notes.txt").read_text() == "mine"
 
 
@@ -85,11 +90,11 @@ def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
         raise KeyboardInterrupt(f"{done} of {total}: {what}")
 
     with pytest.raises(KeyboardInterrupt):
-        stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, jobs=1, progress=interrupt)
+        stress(["small"], replace(BOTH, jobs=1), out=tmp_path, progress=interrupt)
     finished = (tmp_path / JOURNAL).read_text().splitlines()
     assert len(finished) >= 2, "the stamp and a cell"
     done: list[int] = []
-    stress(["small"], ["pit", "pic"], out=tmp_path, quick=True, resume=True, progress=lambda d, _t, _w: done.append(d))
+    stress(["small"], BOTH, out=tmp_path, resume=True, progress=lambda d, _t, _w: done.append(d))
     assert done == [1, 2, 3], "all are counted, those of the journal too"
     assert (tmp_path / JOURNAL).read_text().splitlines()[: len(finished)] == finished
 
@@ -97,9 +102,9 @@ def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
 def test_an_unknown_name_is_refused(tmp_path: Path) -> None:
     """An unknown attack or engine is refused before anything runs, with what there is."""
     with pytest.raises(UnknownNameError, match="grazing"):
-        stress(["grasing"], out=tmp_path)
+        stress(["grasing"], StressOptions(), out=tmp_path)
     with pytest.raises(UnknownNameError, match="pybullet"):
-        stress(["grazing"], ["bullet"], out=tmp_path)
+        stress(["grazing"], StressOptions(["bullet"]), out=tmp_path)
     assert not (tmp_path / JOURNAL).exists()
 
 
