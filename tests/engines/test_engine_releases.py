@@ -51,7 +51,7 @@ def kept() -> Iterator[Kept]:
 
 def release(kept: Kept, registry: str, package: str, version: str) -> Path:
     try:
-        return kept.made(CLIENTS[registry], registry, package, version).folder
+        return kept.made(CLIENTS[registry], registry, package, version)
     except ClientError as error:
         pytest.skip(str(error))
 

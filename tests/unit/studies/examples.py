@@ -70,7 +70,7 @@ def bench(*names: str) -> Bench:
         front = pareto_front([p for p in every if p.engine != "pic"])
         noise = Noise(1e-3, 0.05, 1.4, 100)
         found.append(SceneBench(scene(name), tuple(curves), front, cheapest(every, plan.target), noise, 7, HERE.date))
-    return Bench(tuple(found), plan, (), HERE, "carom bench paper/late", 80.0)
+    return Bench(tuple(found), plan, HERE, "carom bench paper/late", 80.0)
 
 
 def spot(line: Line, method: Method) -> Spot:
@@ -149,4 +149,4 @@ def growth() -> Growth:
         costs = ((n, 1e-5 * n * rank, 1e4 * n * rank) for n in (2, 10, 100, 1000, 10_000))
         own = tuple(GrowthPoint(n, 1e-3, run_s, grown, 6e7 + grown, 1.0) for n, run_s, grown in costs)
         curves.append(GrowthCurve(method.engine, method.profile, own, (1.0, 0.9, 1.1), (1.0, 0.9, 1.1)))
-    return Growth(tuple(curves), (), HERE, 300.0, "carom bench --grow", 100.0)
+    return Growth(tuple(curves), HERE, 300.0, "carom bench --grow", 100.0)

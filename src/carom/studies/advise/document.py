@@ -334,8 +334,7 @@ def _direction(answer: Advised) -> str:
     trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
     if trial is None:
         return wording.ABSENT
-    flat = answer.flat
-    any_step = flat is not None and trial.dt_s <= flat.from_s
+    any_step = trial.dt_s <= (answer.flat_from_s or 0.0)
     return _degrees(trial.direction_error_rad) + (" at any" if any_step else "")
 
 

@@ -74,21 +74,6 @@ class StepRange:
 
 
 @dataclass(frozen=True)
-class Flat:
-    """A direction error that does not depend on the step.
-
-    Attributes:
-        from_s: The largest step from which that is so, seconds, down to the finest tried.
-        least_rad: The least error at these steps.
-        most_rad: The greatest.
-    """
-
-    from_s: float
-    least_rad: float
-    most_rad: float
-
-
-@dataclass(frozen=True)
 class Advised:
     """What was found of a method.
 
@@ -116,8 +101,8 @@ class Advised:
         return sum(trial.steps for trial in self.trials)
 
     @property
-    def flat(self) -> Flat | None:
-        """Over which steps the direction error does not depend on the step; None where it does.
+    def flat_from_s(self) -> float | None:
+        """The largest step from which on the direction error does not depend on the step, seconds; None for none.
 
         Looked at are the finest steps tried, as far up as nothing is lost.
         """
@@ -126,10 +111,7 @@ class Advised:
             if not _same([one.direction_error_rad for one in (trial, *run)]):
                 break
             run.insert(0, trial)
-        if not _reaches(run, LONGEST):
-            return None
-        errors = [trial.direction_error_rad for trial in run]
-        return Flat(run[0].dt_s, min(errors), max(errors))
+        return run[0].dt_s if _reaches(run, LONGEST) else None
 
 
 @dataclass(frozen=True)

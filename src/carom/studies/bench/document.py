@@ -95,7 +95,7 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
 
 def _json(bench: Bench) -> str:
     scenes = [{**fields_of(scene), "scene": scene.scene.name} for scene in bench.scenes]
-    return as_json("bench", bench, leave_out=("engines",), scenes=scenes)
+    return as_json("bench", bench, scenes=scenes)
 
 
 def _diagrams_of(scene: SceneBench, axes: Sequence[Diagram]) -> tuple[Diagram, ...]:

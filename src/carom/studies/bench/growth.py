@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from carom.adapter import unsupported_reason
-from carom.registry import EngineInfo, load_adapter
+from carom.registry import load_adapter
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import described, to_run
 from carom.runs.environment import Environment, environment, resident_bytes
@@ -166,7 +166,6 @@ class Growth:
 
     Attributes:
         curves: One entry an engine.
-        engines: What was known of each.
         environment: Machine and versions.
         budget_s: Seconds that it was allowed.
         command: The command that makes this again.
@@ -174,7 +173,6 @@ class Growth:
     """
 
     curves: tuple[GrowthCurve, ...]
-    engines: tuple[EngineInfo, ...]
     environment: Environment
     budget_s: float
     command: str
@@ -229,7 +227,7 @@ def growth(
     pit = {(point.discs, point.sitting): point.advance_s for point in points.get("pit", ())}
     curves = tuple(_curve(name, profile, own, pit) for name, own in points.items())
     elapsed_s = time.perf_counter() - started
-    return Growth(curves, tuple(infos), here, budget_s, command, elapsed_s)
+    return Growth(curves, here, budget_s, command, elapsed_s)
 
 
 def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:

@@ -175,7 +175,7 @@ def write_growth(growth: Growth, folder: Path) -> Path:
     """
     require_report_extra()
     foot = stamp_lines(growth.environment, growth.command)
-    page, numbers = html(growth_document(growth)), as_json("growth", growth, leave_out=("engines",))
+    page, numbers = html(growth_document(growth)), as_json("growth", growth)
     files: dict[str, str | bytes] = {"growth.html": page, "growth.json": numbers}
     for memory, name in ((False, "growth-time"), (True, "growth-memory")):
         svg, files[f"{name}.png"] = _diagram(growth, memory, foot)

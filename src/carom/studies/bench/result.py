@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Method
 from carom.scene import Scene
@@ -111,7 +110,6 @@ class Bench:
     Attributes:
         scenes: One entry a scene.
         plan: What was asked for.
-        engines: What was known of each engine.
         environment: Machine and versions.
         command: The command that makes this again.
         elapsed_s: Wall-clock seconds.
@@ -119,7 +117,6 @@ class Bench:
 
     scenes: tuple[SceneBench, ...]
     plan: BenchPlan
-    engines: tuple[EngineInfo, ...]
     environment: Environment
     command: str
     elapsed_s: float

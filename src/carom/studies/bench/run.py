@@ -67,7 +67,7 @@ def work_precision(
             clocks, why = dict(timing.timings), dict(timing.untimed)
             points = [replace(p, timing=clocks.get(p.at), untimed=why.get(p.at, "")) for p in points]
         benches.append(_scene_bench(scene, points, timing, plan.target))
-    return Bench(tuple(benches), plan, tuple(infos), environment(infos), command, time.perf_counter() - started)
+    return Bench(tuple(benches), plan, environment(infos), command, time.perf_counter() - started)
 
 
 def _jobs(

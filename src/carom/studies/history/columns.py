@@ -19,7 +19,6 @@ from carom.program.manifest import MANIFEST
 from carom.program.serve import served_manifest
 from carom.registry import MANIFESTS, adapter_points, distribution_of, engine_named, load_adapter, version_of
 from carom.runs.job import AdapterTask
-from carom.studies.history.overlay import Overlay
 
 
 @dataclass(frozen=True)
@@ -81,7 +80,7 @@ def column_name(engine: str, version: str) -> str:
     return f"{engine}-{re.sub('[^A-Za-z0-9_.-]', '_', version)}"
 
 
-def laid(manifest: Path, name: str, version: str, overlay: Overlay, folder: Path) -> Path:
+def laid(manifest: Path, name: str, version: str, overlay: Path, folder: Path) -> Path:
     """Lay the program of an engine from npm next to a release of it; return its manifest there.
 
     The manifest's folder and the files next to it are copied: a module is looked for from where it really lies.
@@ -92,7 +91,7 @@ def laid(manifest: Path, name: str, version: str, overlay: Overlay, folder: Path
         if file.is_file() and file.suffix in {".mjs", ".js", ".cjs"}:
             shutil.copy(file, folder)
     (folder / "package.json").write_text('{"private": true, "type": "module"}\n', encoding="utf-8")
-    (folder / "node_modules").symlink_to(overlay.folder / "node_modules", target_is_directory=True)
+    (folder / "node_modules").symlink_to(overlay / "node_modules", target_is_directory=True)
     told = tomllib.loads(manifest.read_text(encoding="utf-8")) | {"name": name, "version": version}
     (there / MANIFEST).write_text(tomli_w.dumps(told), encoding="utf-8")
     return there / MANIFEST

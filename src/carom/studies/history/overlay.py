@@ -25,37 +25,26 @@ _NOTE = "carom-release.json"
 
 
 @dataclass(frozen=True)
-class Overlay:
-    """A release in a folder of its own.
-
-    Attributes:
-        folder: Where it lies: to be put before all others on the path, or with a `node_modules` in it.
-        holds: Names and versions of what was installed.
-    """
-
-    folder: Path
-    holds: tuple[str, ...]
-
-
-@dataclass(frozen=True)
 class Kept:
     """The folders of releases on this machine, `root` among them the first."""
 
     root: Path
 
-    def has(self, registry: str, package: str, version: str) -> Overlay | None:
-        """Return a release that is there; None where it is not."""
+    def has(self, registry: str, package: str, version: str) -> Path | None:
+        """Return the folder of a release that is there; None where it is not."""
         folder = self._place(registry, package, version)
         try:
-            holds = json.loads((folder / _NOTE).read_text(encoding="utf-8"))
+            json.loads((folder / _NOTE).read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
         with suppress(OSError):
             os.utime(folder / _NOTE)  # used last
-        return Overlay(folder, tuple(map(str, holds)))
+        return folder
 
-    def made(self, client: Client, registry: str, package: str, version: str) -> Overlay:
-        """Return a release, which is installed where it is not there.
+    def made(self, client: Client, registry: str, package: str, version: str) -> Path:
+        """Return the folder of a release, which is installed where it is not there.
+
+        It is to be put before all others on the path, or has a `node_modules` in it.
 
         Raises:
             ClientError: It can't be installed.
@@ -66,14 +55,13 @@ class Kept:
         place.parent.mkdir(parents=True, exist_ok=True)
         new = Path(tempfile.mkdtemp(prefix=".new-", dir=place.parent))
         try:
-            holds = client.install(package, version, new)
-            (new / _NOTE).write_text(json.dumps(holds), encoding="utf-8")
+            (new / _NOTE).write_text(json.dumps(client.install(package, version, new)), encoding="utf-8")
             shutil.rmtree(place, ignore_errors=True)  # without its note it is none
             with suppress(OSError):  # somebody else has made it meanwhile
                 new.rename(place)
         finally:
             shutil.rmtree(new, ignore_errors=True)
-        return Overlay(place, tuple(holds))
+        return place
 
     def names(self, registry: str, package: str) -> tuple[str, ...]:
         """Return the versions of a package that are there."""

@@ -52,14 +52,12 @@ class Release:
         version: Its version.
         name: What it is called among the engines of the run; empty where it is none.
         reason: Why it was not run; empty where it was.
-        holds: Names and versions of what was installed for it.
         seen: What came of each cell.
     """
 
     version: str
     name: str = ""
     reason: str = ""
-    holds: tuple[str, ...] = ()
     seen: Mapping[RunCell, SeenCell] = field(default_factory=dict)
 
     @property
@@ -300,13 +298,13 @@ def _columns(
             if origin.manifest:
                 path = laid(Path(origin.manifest), name, version, overlay, folder)
             else:
-                answer = pool.ask(AskServed(study.engine, name, version, str(overlay.folder)))
+                answer = pool.ask(AskServed(study.engine, name, version, str(overlay)))
                 if answer.value is None:
                     raise AdapterError(f"{study.engine} was asked for its manifest: {answer.said}")
                 path = folder / "engine.toml"
                 path.write_text(answer.value, encoding="utf-8")
             manifests.append(path)
-            made.append(Release(version, name, holds=overlay.holds))
+            made.append(Release(version, name))
         with known_columns(manifests):
             yield tuple(made)
 

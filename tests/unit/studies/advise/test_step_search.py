@@ -154,11 +154,9 @@ def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> Non
     assert found.demand.passes is None
     assert found.never_misses.passes is not None
     assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
-    assert found.flat is not None
-    assert found.flat.least_rad == found.flat.most_rad == math.radians(3.0)
-    assert found.flat.from_s == found.never_misses.passes.dt_s
+    assert found.flat_from_s == found.never_misses.passes.dt_s
     sinking, _ = searched(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
-    assert sinking.flat is None
+    assert sinking.flat_from_s is None
     assert sinking.ending is SearchEnding.FINEST
     needy, tried = searched(lambda *_: (False, math.radians(3.0)), guess_s=1 / 1000)
     assert needy.ending is SearchEnding.FLAT

@@ -172,7 +172,7 @@ def test_what_is_used_last_is_kept_within_the_bound(tmp_path: Path) -> None:
     """Of three releases of a kilobyte each two stay, and one that was made long ago but used last is one of them."""
     with kept_releases(1e9, tmp_path) as kept:
         for age, version in enumerate(("1", "3", "4")):
-            note = kept.made(Breaks(), "pip", "toy", version).folder / "carom-release.json"
+            note = kept.made(Breaks(), "pip", "toy", version) / "carom-release.json"
             os.utime(note, (age, age))
         assert kept.has("pip", "toy", "1") is not None
     with kept_releases(2.5e3, tmp_path):
