@@ -27,7 +27,7 @@ from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed, wall_time
 from carom.physics.wall_time_falling import descent_time
 from carom.scene import Scene
-from carom.solvers.plain.finite_walls import FiniteWall
+from carom.solvers.plain.finite_walls import FiniteWall, finite_wall
 
 #: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
 Pair = tuple[int, int]
@@ -51,7 +51,7 @@ class Law:
         self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
         self.inverse_inertia_ratio: list[float] = (1.0 / arrays.inertia).tolist()
         self.walls: list[HalfPlane | FiniteWall] = [
-            tuple(map(float, wall)) if isinstance(wall, tuple) else FiniteWall(wall)  # type: ignore[misc] # four floats
+            tuple(map(float, wall)) if isinstance(wall, tuple) else finite_wall(wall)  # type: ignore[misc] # four floats
             for wall in arrays.walls
         ]
         self.wall_drives = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]

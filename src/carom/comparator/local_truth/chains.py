@@ -83,6 +83,7 @@ class Chains:
     def __init__(self, law: Law) -> None:
         self._law = law
         self._held: list[_Growing] = []
+        self._settled: list[_Growing] = []
         self._next = 0
 
     @property
@@ -100,6 +101,8 @@ class Chains:
         pairs = list(active)
         if not pairs:
             return
+        self._settled += [chain for chain in self._held if chain.end < self.settled_to]
+        self._held = [chain for chain in self._held if chain.end >= self.settled_to]
         last = {pair: chain for chain in self._held if chain.end == step for pair in _active_in(chain, step - 1)}
         cut = set[_Growing]()
         while True:
@@ -121,8 +124,8 @@ class Chains:
 
     def take_settled(self, *, ends: bool = False) -> list[StepChain]:
         """Return chains in the order in which they end: those that are settled, or all of them where the run ends."""
-        done = [chain for chain in self._held if ends or chain.end <= self.settled_to]
-        self._held = [chain for chain in self._held if chain not in done]
+        done = self._settled + [chain for chain in self._held if ends or chain.end <= self.settled_to]
+        self._held, self._settled = [chain for chain in self._held if chain not in done], []
         return sorted((chain.settled() for chain in done), key=lambda chain: (chain.end, chain.begin, chain.discs))
 
     def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, _Growing]) -> list[_Group]:
@@ -134,16 +137,14 @@ class Chains:
             if (chain := last.get(pair)) is not None:
                 groups.join(pair, chain)
         holders: dict[int, list[_Growing]] = defaultdict(list)
-        since = self.settled_to
-        near = [chain for chain in self._held if chain.end >= since]
-        for chain in near:
+        for chain in self._held:
             for disc in filter(movable, chain.discs):
                 holders[disc].append(chain)
         while True:
             found: dict[Hashable, _Group] = {}
             for pair in pairs:
                 found.setdefault(groups.find(pair), _Group(step)).pairs.append(pair)
-            for chain in near:
+            for chain in self._held:
                 if (group := found.get(groups.find(chain))) is not None:
                     group.chains.add(chain)
             settled = True

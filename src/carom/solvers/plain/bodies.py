@@ -76,6 +76,8 @@ class Bodies:
 
     #: What solves for a half-plane.
     half_plane_time: ClassVar[Callable[..., float]] = staticmethod(wall_time)
+    #: And what does for a finite wall.
+    finite_wall: ClassVar[type[FiniteWall]] = FiniteWall
 
     def __init__(self, start: Start | DiscArrays) -> None:
         if not isinstance(start, DiscArrays):
@@ -88,7 +90,7 @@ class Bodies:
         self.time = [0.0] * len(start)
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
-        self.finite = [None if isinstance(wall, tuple) else FiniteWall(wall) for wall in start.walls]
+        self.finite = [None if isinstance(wall, tuple) else self.finite_wall(wall) for wall in start.walls]
         #: Path of each driven wall, None of one that stands; its legs are counted from the epoch.
         self.drive = [None if drive.stands else drive for drive in start.wall_drives or ()] or [None] * len(start.walls)
         self.belts = start.belts_m_s

@@ -8,6 +8,7 @@ import numpy as np
 
 from carom.physics import pair_times, wall_times
 from carom.solvers.plain.bodies import Bodies, require_supported
+from carom.solvers.plain.compiled_walls import CompiledWall
 from carom.solvers.plain.run import AllPairsRun
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ _TOGETHER = 12
 
 class _Compiled(Bodies):
     half_plane_time = staticmethod(wall_times.half_plane_time)
+    finite_wall = CompiledWall
 
 
 class DrivenRun(AllPairsRun):
