@@ -14,8 +14,10 @@ from mpmath import mp, mpf
 from carom import Scene
 
 DIGITS = 60
-#: What is below this is 0; bounces below it are over.
+#: What is below this is 0.
 NOTHING = mpf(10) ** -45
+#: Bounces below this are over: what friction gives back of a slip in the last is some times as much at most.
+OVER = mpf(10) ** -48
 
 
 class End(NamedTuple):
@@ -63,6 +65,7 @@ def run(scene: Scene) -> End:
     radius, y = mpf(disc.radius_m), 1 / mpf(disc.inertia_factor) if disc.inertia_factor < mp.inf else mpf(0)
     p, a = -(gx * nx + gy * ny), gx * ny - gy * nx
     e, mu, c = map(mpf, (scene.wall_restitution, scene.wall_friction, scene.wall_rolling_resistance))
+    b = mpf(scene.wall_tangential_restitution)  # with which there is no c: what holds (1 + b) s at 0 leaves -b s
     x, z = (mpf(disc.position_m[k]) - mpf(wall.point_m[k]) for k in (0, 1))
     vx, vz = map(mpf, disc.velocity_m_s)
     gap, off = x * nx + z * ny - radius, vx * nx + vz * ny
@@ -78,9 +81,9 @@ def run(scene: Scene) -> End:
             break
         time, way, u, w = time + wait, way + wait * (u + a * wait / 2), u + a * wait, p * wait - off
         pressed = (1 + e) * w
-        f, h = taken(u + q, q, (mu * pressed, c * pressed), y)
+        f, h = taken((1 + b) * (u + q), q, (mu * pressed, c * pressed), y)
         u, q, gap, off = u - f, q - (f + h) * y, mpf(0), e * w
-        on = off < NOTHING
+        on = off < OVER
     if not on:
         left = end - time
         way, u, off_end = way + left * (u + a * left / 2), u + a * left, off - p * left

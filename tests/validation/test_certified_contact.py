@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 from typing import Any
 
 import numpy as np
@@ -220,3 +221,59 @@ def test_contact_survives_as_data() -> None:
     assert certified.mode_radii is not None
     assert again.trace.modes.tobytes() == certified.trace.modes.tobytes()
     assert again.mode_radii.tobytes() == certified.mode_radii.tobytes()
+
+
+def drawn_giving_back(seed: int) -> Scene:
+    """Return a disc that falls on a slope whose friction gives back of a slip, turned round or not, up to all of it."""
+    rng = random.Random(seed)
+    tangent, inertia = rng.choice((0.0, rng.uniform(-0.6, 0.6))), rng.choice((0.4, 0.5, 1.0, math.inf))
+    disc = disc_at(
+        0.0,
+        0.5 + rng.uniform(0.1, 1.0),
+        rng.uniform(-4.0, 4.0),
+        0.0,
+        spin_rad_s=0.0 if inertia == math.inf else rng.choice((0.0, rng.uniform(-6.0, 6.0))),
+        inertia_factor=inertia,
+    )
+    return staged(
+        f"gives back {seed}",
+        disc,
+        wall_at(0.0, 0.0, 0.0, 1.0),
+        gravity_m_s2=(10.0 * tangent / math.hypot(1.0, tangent), -10.0 / math.hypot(1.0, tangent)),
+        wall_restitution=rng.choice((0.2, 0.3, 0.5, 0.6, 0.8)),
+        wall_friction=rng.choice((0.05, 0.2, 0.6, 2.0)),
+        wall_tangential_restitution=rng.choice((-1.0, -0.5, 0.2, 0.5, 0.9, 1.0)),
+        duration_s=rng.uniform(3.0, 5.0),
+    )
+
+
+@pytest.mark.parametrize("first", long_after(1, range(0, 400, 20)))
+def test_what_lands_where_friction_gives_back_is_proven_or_ends_by_name(first: int) -> None:
+    """Within radii of 60 digits, PIC within 1e-12 of these; bounces whose slip stays undecided end as a collapse."""
+    proven = 0
+    with mp.workdps(contact_runs.DIGITS):
+        for seed in range(first, first + 20):
+            scene = drawn_giving_back(seed)
+            certified, trace, end = certify(scene), solve_pic(scene), contact_runs.run(scene)
+            off = [float(end.place[k] - trace.final_position_m[0, k]) for k in (0, 1)]
+            assert max(map(abs, off)) < 1e-12, f"PIC of {seed}: {off}"
+            if certified.ending is Ending.COMPLETED:
+                assert widest(certified) < NARROW
+                assert beyond(certified, end) == [], f"{seed}"
+                proven += 1
+            else:
+                assert certified.degeneracy is not None
+                assert certified.degeneracy.kind is Degenerate.COLLAPSE
+    assert proven >= 17
+
+
+def test_impacts_that_give_a_slip_back_as_it_was_leave_it_to_contact() -> None:
+    """With -1 no impact rubs: a disc lands with all of its slip, and contact takes it, from 0.6 s on, f g (1 + 1/k)."""
+    disc = disc_at(0.0, 0.7, 3.0, 0.0)
+    law = {"wall_restitution": 0.5, "wall_friction": 0.2, "wall_tangential_restitution": -1.0}
+    scene = staged("as it was", disc, wall_at(0.0, 0.0, 0.0, 1.0), gravity_m_s2=(0.0, -10.0), **law, duration_s=2.0)
+    for trace in (solve_pic(scene), certify(scene).trace):
+        assert trace.modes is not None
+        assert trace.modes["after"].tolist() == [Mode.SLIDE, Mode.ROLL]
+        assert trace.modes["time_s"] == pytest.approx([0.6, 1.1], abs=1e-14)
+        assert trace.final_velocity_m_s[0] == pytest.approx([2.0, 0.0], abs=1e-14)

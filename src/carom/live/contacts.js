@@ -89,9 +89,11 @@ export class Contacts {
   land(i, ground, approach) {
     const b = this.bodies,
       e = b.wallRestitution[ground.wall],
+      back = b.wallGrip[ground.wall][1],
       press = this.press(i, ground),
-      // What the only impact has given back of a slip is left; of infinitely many, the last gives back next to nothing.
-      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall) && (e > 0 || !b.wallGrip[ground.wall][1]),
+      // What the only impact has given back of a slip is left, and so is what impacts leave of it that keep its sign; of
+      // infinitely many that turn it round, the last gives back next to nothing.
+      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall) && (back === 0 || (back > 0 && e > 0)),
       bounces = approach > 0 && e < 1;
     let slip = this.slip(i, ground),
       rim = this.rim(i);

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from tests.drawn import KINDS, drawn
 from tests.lengths import long_after
+from tests.validation.test_certified_contact import drawn_giving_back
 from tests.unit.solvers.tables import random_scene
 
 import carom
@@ -278,6 +279,11 @@ def test_tables_drawn_at_random_have_carom_s_bits() -> None:
     jobs = _tables(range(8))
     assert len(jobs) > 8
     assert _unlike(jobs) == []
+
+
+def test_what_lands_where_friction_gives_back_has_carom_s_bits() -> None:
+    """Of a slip, turned round or not, up to all of it: no bit differs."""
+    assert _unlike([(drawn_giving_back(seed), "pic") for seed in range(20)]) == []
 
 
 def test_a_wall_that_is_met_beyond_every_number_is_never_met() -> None:

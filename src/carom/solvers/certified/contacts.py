@@ -342,7 +342,7 @@ class BallContacts:
         window = hop / (1 - arb(material.restitution))
         if tolerance is not None and not window <= tolerance * bounce.time:
             return False
-        state = after_all(bodies, i, ground, bounce, hop)
+        state = after_all(bodies, i, ground, bounce, hop, tolerance)
         known = tolerance is None or window.is_zero()  # whether nothing else can come before
         if state is None or not (known or is_alone(bodies, i, ground, bounce.time, window)):
             return False

@@ -16,25 +16,34 @@ from carom.solvers.certified.two_frictions import held, sign
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
+    from carom.disc_arrays import Material
     from carom.solvers.certified.ball_bodies import BallBodies
 
 _ZERO = arb(0)
 
 
-def after_all(bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb) -> GlideState | None:
-    """Return the state of a disc after all bounces that are left; None where they do not certainly do alike."""
+def after_all(
+    bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, hop: arb, tolerance: arb | None
+) -> GlideState | None:
+    """Return the state of a disc after all bounces that are left; None where they do not certainly do alike.
+
+    What friction gives back may be told to that part of the slip alone; to whatever part, where it is None.
+    """
     material = bodies.materials[bodies.obstacles[wall_index(bounce.body)].wall]
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
     speed = ground.along_it(*bodies.velocity(i, bounce.time, bodies.time[i]))
     place, rim = ground.along_it(*bodies.place_at(i, bounce.time)), bodies.surface(i)
     slip_held, rim_held = bounce.held.slip, bounce.held.rim
     gives_back = material.friction and bodies.scene.wall_tangential_restitution
-    if slip_held is None or rim_held is None:
+    if rim_held is None or (slip_held is None and not gives_back):
         return None
     slip, rim = _ZERO if slip_held and not gives_back else speed + rim, _ZERO if rim_held else rim
     if bounce.leaves.is_zero():
         return GlideState(place, speed, slip, rim)
     if gives_back:
+        ended = _given_back(bodies, ground, material, bounce, y, GlideState(place, speed, slip, rim))
+        if ended is None or tolerance is None or ended.slip.rad() <= tolerance / 1024 * abs(ended.slip):
+            return ended
         return None
     pressed, gained = (1 + e) * bounce.leaves, ground.along * hop
     most = (arb(material.friction) * pressed, arb(c) * pressed)
@@ -52,6 +61,36 @@ def after_all(bodies: BallBodies, i: int, ground: BallGround, bounce: Bounce, ho
     slip = _ZERO if slip_held else slip + slips / left
     rim = _ZERO if rim_held else rim + turns / left
     return GlideState(place + way, speed + change / left, slip, rim)
+
+
+def _given_back(
+    bodies: BallBodies, ground: BallGround, material: Material, bounce: Bounce, y: arb, state: GlideState
+) -> GlideState | None:
+    """Return the state after bounces that give slip back; None where it is not decided whether any of it is left.
+
+    Of r, the slip over the speed of approach, a bounce and its hop make ``(g(r) + A) / e``: with b the tangential
+    restitution and ``C = f (1 + e)(1 + y)`` g is ``-b r`` up to ``|r| = C / (1 + b)``, and r less C beyond. So r stays
+    within ``R = (C - |A|) / (1 - e)`` where ``|b| C / (1 + b) + |A|`` is at most ``e R``, and the slip ends as the
+    approach does, at 0, whichever bounces slide. Of ``y u - q`` friction changes nothing, and that gives the speed.
+
+    Else a slip that is more than all of these impacts could take is left, to what they could take.
+    """
+    (place, speed, slip, rim), hop = state, 2 * bounce.leaves / ground.presses
+    e, b = arb(material.restitution), arb(bodies.scene.wall_tangential_restitution)
+    c, a = arb(material.friction) * (1 + e) * (1 + y), 2 * abs(ground.along) * e / ground.presses
+    most, lasts = (c - a) / (1 - e), hop / (1 - e)
+    bounded = 1 + b > 0 and c * (e * (1 + b) - abs(b) * (1 - e)) >= a * (1 + b)
+    if bounded and abs(slip + ground.along * hop) <= most * bounce.leaves:
+        slips, kept = arb(0, (abs(slip) + most * bounce.leaves).upper()), y * speed - rim
+        way = lasts * (kept + y * ground.along * lasts / 2 + slips) / (1 + y)
+        speed = (kept + y * ground.along * lasts) / (1 + y)
+        return GlideState(place + way, speed, _ZERO, _ZERO - speed)
+    taken, gained = arb(0, (c * bounce.leaves / ((1 - e) * (1 + y))).upper()), ground.along * lasts
+    taken = _ZERO if (1 + b).is_zero() else taken
+    left = GlideState(
+        place + lasts * (speed + gained / 2 + taken), speed + gained + taken, slip + gained + taken * (1 + y), rim
+    )
+    return None if sign(left.slip) is None else left._replace(rim=rim + taken * y)
 
 
 def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: arb) -> bool:
