@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from tests.drawn import KINDS, drawn
 from tests.lengths import long_after
-from tests.validation.test_certified_contact import drawn_giving_back
 from tests.unit.solvers.tables import random_scene
+from tests.validation.test_certified_contact import drawn_giving_back
 
 import carom
 from carom.live.page import SOURCES
