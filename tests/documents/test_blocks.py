@@ -16,6 +16,7 @@ import yaml
 from tests.documents.blocks import LANGUAGES, PAGES, ROOT, Block, blocks_of, fault_of, unfenced
 
 import carom
+from carom.cli import COMMANDS
 from carom.conformance.known_failures import load_known_failures
 
 BLOCKS = [block for page in PAGES for block in blocks_of(page)]
@@ -55,7 +56,7 @@ def test_commands_are_commands(block: Block) -> None:
 def test_commands_in_the_text_are_commands(page: Path) -> None:
     """So does each in a sentence or in a workflow's step, where N is a number."""
     text = re.sub(r"\bN\b", "1", page.read_text(encoding="utf-8"))
-    names = "|".join(("run", "diff", "bench", "advise", "certify", "stress", "tune", "scenes", "engines", "demo"))
+    names = "|".join(COMMANDS)
     found = re.findall(rf"(?<=`)carom (?:{names}) [^`\n]+(?=`)|(?<=- run: )carom .+", text)
     assert [fault for command in found if (fault := fault_of(command))] == []
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from inspect import signature
 from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any
@@ -150,7 +151,6 @@ def compare(_folder: Path, _how: How) -> None:
 
 
 HISTORY = pytest.param(look_back, marks=pytest.mark.long)
-KEPT = [cross_check, bench, grow, attack, search, HISTORY]
 #: Each study, and what starts workers for it: a comparison reads two files, and starts none.
 ALL: dict[str, list[Any]] = {
     "advise": [advice],
@@ -161,11 +161,13 @@ ALL: dict[str, list[Any]] = {
     "stress": [attack],
     "tune": [search],
 }
+#: What keeps a journal, and so is told `how` to open it.
+KEPT = [one for own in ALL.values() for one in own if one is HISTORY or "how" in signature(one).parameters]
 
 
 def test_every_study_is_held_to_its_limits_here() -> None:
     """A study that is added to the house is in the table, with what it starts."""
-    assert {one.name for one in iter_modules(studies.__path__)} == set(ALL)
+    assert {one.name for one in iter_modules(studies.__path__)} == set(ALL), "each study needs a row in ALL"
 
 
 def test_a_comparison_starts_no_worker(asked: Asked, tmp_path: Path) -> None:
@@ -180,8 +182,9 @@ def test_each_worker_of_a_study_has_its_limits(
 ) -> None:
     """Whatever a study starts, to ask adapters, to run or to time, has the memory and the time that were asked for."""
     study(tmp_path, {})
-    assert {name for _, _, name in asked} > {"Describe"}
-    assert {(memory, time_s) for memory, time_s, _ in asked} == {(round(1e6 * MEMORY_MB), TIME_S)}
+    assert {name for _, _, name in asked} - {"Describe"}
+    others = [one for one in asked if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]
+    assert not others, "asked in a pool with limits of its own: see CONTRIBUTING.md, a new study"
 
 
 @pytest.mark.parametrize("study", KEPT)

@@ -9,7 +9,7 @@ import importlib
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
-from pkgutil import iter_modules
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -22,26 +22,26 @@ from carom.shell.again import Command
 
 __all__ = ["app", "app_of", "command"]
 
-STUDIES = {study.name for study in iter_modules(studies.__path__)}
+STUDIES = {path.parent.name for path in Path(studies.__path__[0]).glob("*/command.py")}
 
 #: In the order of `carom --help`; a study that is not named comes last.
 _FIRST = (
-    *(
-        "demo",
-        "play",
-        "run",
-        "diff",
-        "report",
-        "bench",
-        "advise",
-        "certify",
-        "stress",
-        "tune",
-        "history",
-        "scenes",
-        "engines",
-    ),
-    *("explain", "import", "serve"),
+    "demo",
+    "play",
+    "run",
+    "diff",
+    "report",
+    "bench",
+    "advise",
+    "certify",
+    "stress",
+    "tune",
+    "history",
+    "scenes",
+    "engines",
+    "explain",
+    "import",
+    "serve",
 )
 
 #: Module and function of a command that is not the function of its own name in the module of that name.

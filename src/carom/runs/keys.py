@@ -59,6 +59,9 @@ def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
 
 
 def job_key(job: Job, form: str = "") -> JobKey:
-    """Return the key of a job on this machine; see `JobKey.form`."""
+    """Return the key of a job on this machine; see `JobKey.form`.
+
+    An engine that nobody has described yet is asked for its version here, in a process with the usual limits.
+    """
     scene = job.scene
     return JobKey(scene.name, scene_hash(scene), job.method, job.dt_s, job.phase, versions_of(job.engine), form)

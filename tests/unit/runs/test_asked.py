@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,6 +13,7 @@ from tests.lengths import long_after
 from typer.testing import CliRunner
 
 import carom
+from carom import studies
 from carom.cli import app
 from carom.declared import DeclaredOptions, declared
 from carom.errors import InputError
@@ -37,6 +40,24 @@ STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
     HistoryOptions: ("history", "pymunk"),
 }
 WRONG = [(study, name, value) for study in STUDIES for name, one in declared(study).items() for value in one.wrong]
+
+
+def test_what_a_study_declares_is_held_here() -> None:
+    """Options of each study's folder have a row in `STUDIES`, and each of them a line under Attributes."""
+    modules = [
+        import_module(f"carom.studies.{path.parent.name}.options")
+        for path in Path(studies.__path__[0]).glob("*/options.py")
+    ]
+    found = {
+        one
+        for module in modules
+        for one in vars(module).values()
+        if isinstance(one, type) and issubclass(one, DeclaredOptions) and one.__module__ == module.__name__
+    }
+    assert found == set(STUDIES) - {Options, CertifyOptions}
+    for study in found:
+        told = "".join(base.__doc__ or "" for base in study.__mro__)
+        assert [name for name in declared(study) if f"    {name}: " not in told] == [], study
 
 
 def optional(study: type[DeclaredOptions], name: str) -> bool:
@@ -95,7 +116,7 @@ def test_the_shells_defaults_are_pythons(study: type[DeclaredOptions]) -> None:
     assert study.said(dict.fromkeys(declared(study))) == study()
 
 
-#: Another sensible value of each kind of option, by name.
+#: Another sensible value of each option that is neither yes or no nor a number, by name.
 OTHER: dict[str, Any] = {
     "engines": ["pit"],
     "profiles": ["tuned"],
@@ -122,6 +143,7 @@ def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name
     elif name in OTHER:
         other = OTHER[name]
     else:
+        assert value is None or isinstance(value, int | float), f"{name} needs another sensible value in OTHER"
         other = value + 1 if value else 2
     changed = study(**{name: other})
     assert getattr(changed, name) != value
