@@ -78,7 +78,7 @@ def _mallet() -> Staged:
     return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}; of a disc it is the line of centres")
 
 
-def _before_a_paddle(
+def before_a_paddle(
     speed: Fraction, length: Fraction, legs: Sequence[tuple[Fraction, Fraction]], duration: Fraction, source: str
 ) -> Staged:
     """Stage a disc that begins a metre from a wall, and bounces between it and a paddle, all in rational numbers.
@@ -116,7 +116,7 @@ def _before_a_paddle(
 def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
     """Stage a disc between a wall and a piston, from the middle on, at 1 m/s towards the wall."""
     source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
-    return _before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
+    return before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
 
 
 @listed("driven")
@@ -154,7 +154,12 @@ def _moving_box() -> Staged:
 @listed("driven")
 def _lift() -> Staged:
     """A ball bounces on a floor that comes up at a constant speed: seen from there, on a floor at rest."""
-    pull, rise, speed, radius, restitution = 8.0, 1.5, 5.0, 0.5, 0.5
+    return on_a_lift(1.5)
+
+
+def on_a_lift(rise: float) -> Staged:
+    """Stage a ball that falls from rest on a floor with this upward velocity, and bounces three times."""
+    pull, speed, radius, restitution = 8.0, 5.0, 0.5, 0.5
     height = 0.5 * speed**2 / pull  # seen from the floor the ball begins with a speed of -rise, at this height
     lands = math.sqrt(rise**2 + 2.0 * pull * height)
     impacts, time, leaving = [], (lands - rise) / pull, restitution * lands
@@ -191,7 +196,7 @@ def _paddle_to_and_fro() -> Staged:
     """A paddle comes, stands and goes back while a disc bounces between it and a wall: three speeds are handed over."""
     legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
     source = f"{_LAW}, leg by leg; the times by rational recurrence"
-    return _before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
+    return before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
 
 
 @listed("driven")
