@@ -20,12 +20,13 @@ RATES_HZ = [60.0, 240.0]
 
 @pytest.mark.long
 @pytest.mark.parametrize("rate_hz", RATES_HZ)
+@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
 @pytest.mark.parametrize("name", ["mujoco", "pybullet", "pymunk"])
 def test_a_ball_comes_to_rest_with_the_settings_that_are_best_for_impacts(
-    named: Named, name: str, rate_hz: float
+    named: Named, name: str, e: float, rate_hz: float
 ) -> None:
     """It has bounced out, and no longer moves by a hundredth of what it falls in a step."""
-    for speeds in speeds_at_rest(named(name), "tuned", rate_hz):
+    for speeds in speeds_at_rest(named(name), "tuned", rate_hz, e):
         assert float(np.abs(speeds).max()) <= 0.01 * G / rate_hz
 
 

@@ -1,0 +1,132 @@
+"""How high discs lie, how they roll on, run down slopes and leave edges, in each engine: from eight starts each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from tests.adapters.drops import RADIUS_M, STARTS, G, on_a_floor, speeds_at_rest, take_offs
+
+from carom import Chain, Disc, Scene
+from carom.adapter import Adapter, Observation, Setting
+
+pytestmark = pytest.mark.long
+
+Named = Callable[[str], Adapter]
+Finish = Callable[..., Observation]
+
+RATE_HZ = 240.0
+
+
+class Rows(NamedTuple):
+    """What an engine does at 240 steps a second, as the least and the most of eight starts.
+
+    Attributes:
+        gap_mm: How high above its floor a ball lies that has bounced out.
+        kept: What is left after 10 s of a speed of about 2 m/s at which a disc rolls.
+        held: By how much a disc that rolls down a slope is off in a second, m/s; of slopes up to tan .57.
+        slipped: The same where it slips, of slopes up to tan 1.
+        edge: How far a disc that rolls off an edge at about 3 m/s is too high a second later, over ``g dt t / 2``, by
+            which an integrator is off that falls by steps; all of it is paid by one that leaves with a step.
+    """
+
+    gap_mm: tuple[float, float]
+    kept: tuple[float, float]
+    held: tuple[float, float]
+    slipped: tuple[float, float]
+    edge: tuple[float, float]
+
+
+EXACT = (1.0 - 1e-12, 1.0 + 1e-12)
+NONE = (-1e-12, 1e-12)
+ROWS = {
+    ("pymunk", "default"): Rows((-0.2, 0.0), EXACT, NONE, NONE, (0.2, 1.05)),
+    ("pymunk", "tuned"): Rows((-0.2, 0.0), EXACT, NONE, NONE, (0.2, 1.05)),
+    ("box2d", "default"): Rows((7.5, 10.0), (0.998, 0.9985), (-0.012, -0.01), (-2e-5, 2e-5), (0.6, 1.6)),
+    ("box2d", "resting"): Rows((-0.2, 0.2), (1 - 1e-6, 1 + 1e-6), (-2e-5, 2e-5), (-2e-5, 2e-5), (-0.6, 1.05)),
+    ("pybullet", "default"): Rows((-0.02, 0.0), EXACT, NONE, NONE, (0.2, 1.05)),
+    ("pybullet", "tuned"): Rows((-0.2, 0.0), EXACT, NONE, NONE, (-0.6, 1.05)),
+    ("mujoco", "default"): Rows((-0.7, -0.6), (0.9999, 1.0), (0.0015, 0.002), (-0.008, 0.012), (0.9, 2.1)),
+    ("mujoco", "tuned"): Rows((-0.2, 0.0), (0.9999, 1.0), (-0.0004, -0.0003), (0.0, 2e-6), (-0.6, 1.05)),
+}
+
+
+def _starts(least: float, most: float) -> list[float]:
+    return [float(start) for start in np.linspace(least, most, STARTS)]
+
+
+def _down(finish: Finish, engine: Adapter, profile: str, tangent: float, friction: float) -> float:
+    """Return by how much the speed is off, a second after a disc is let go on a slope."""
+    long = math.hypot(1.0, tangent)
+    law = G * tangent / long / 1.5 if tangent <= 3.0 * friction else G * (tangent - friction) / long
+    scene = on_a_floor(Disc(position_m=(0, RADIUS_M), radius_m=RADIUS_M), 1.0, fall=tangent, friction=friction)
+    return float(finish(engine, scene, 1 / RATE_HZ, profile).velocity_m_s[0, 0]) - law
+
+
+def _off_an_edge(finish: Finish, engine: Adapter, profile: str, speed: float) -> float:
+    disc = Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
+    scene = Scene(
+        name="edge",
+        discs=[disc],
+        walls=[Chain(points_m=((-5.0, 0.0), (1.0, 0.0)))],
+        gravity_m_s2=(0.0, -G),
+        wall_friction=0.5,
+        wall_restitution=0.0,
+        duration_s=1.0,
+    )
+    flown = 1.0 - 1.0 / speed
+    height = float(finish(engine, scene, 1 / RATE_HZ, profile).position_m[0, 1])
+    return (height - (RADIUS_M - 0.5 * G * flown**2)) / (0.5 * G * flown / RATE_HZ)
+
+
+def _rolling(speed: float) -> Disc:
+    return Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M, spin_rad_s=-speed / RADIUS_M)
+
+
+@pytest.mark.parametrize(("name", "profile"), ROWS)
+def test_what_each_engine_makes_of_contact(named: Named, finish: Finish, name: str, profile: str) -> None:
+    """All of a row lies between its bounds, from each start."""
+    engine, row, dt_s = named(name), ROWS[name, profile], 1 / RATE_HZ
+    found: dict[str, list[float]] = {field: [] for field in Rows._fields}
+    for up in _starts(1.0, 1.03):
+        ball = on_a_floor(Disc(position_m=(0, RADIUS_M + up), radius_m=RADIUS_M), 4.0, e=0.5)
+        found["gap_mm"].append(1e3 * (finish(engine, ball, dt_s, profile).position_m[0, 1] - RADIUS_M))
+    for speed in _starts(1.75, 2.25):
+        end = finish(engine, on_a_floor(_rolling(speed), 10.0, friction=0.5), dt_s, profile)
+        found["kept"].append(end.velocity_m_s[0, 0] / speed)
+    for tangent in _starts(0.54, 0.57):
+        found["held"].append(_down(finish, engine, profile, tangent, 0.2))
+    for tangent in _starts(0.96, 1.0):
+        found["slipped"].append(_down(finish, engine, profile, tangent, 0.3))
+    for speed in _starts(2.8, 3.2):
+        found["edge"].append(_off_an_edge(finish, engine, profile, speed))
+    for field, (least, most) in row._asdict().items():
+        assert least <= min(found[field]), (field, found[field])
+        assert max(found[field]) <= most, (field, found[field])
+
+
+@pytest.mark.parametrize(("name", "profile"), ROWS)
+def test_no_ball_takes_off_that_has_come_to_rest(named: Named, name: str, profile: str) -> None:
+    """At 240 steps a second, e = 1/2; Box2D as `tuned` alone does, for ever."""
+    assert [take_offs(speeds, RATE_HZ) for speeds in speeds_at_rest(named(name), profile, RATE_HZ)] == [0] * STARTS
+
+
+def _struck(finish: Finish, engine: Adapter, profile: str, speed: float, **changes: Setting) -> float:
+    """Return how fast a disc at rest ends that one has rolled into, over that one's speed: by the law 2/3."""
+    discs = [_rolling(speed), Disc(position_m=(2.0, RADIUS_M), radius_m=RADIUS_M)]
+    scene = on_a_floor(discs[0], 3.0, friction=0.2).model_copy(update={"discs": tuple(discs)})
+    return float(finish(engine, scene, 1 / RATE_HZ, profile, **changes).velocity_m_s[1, 0]) / speed
+
+
+def test_pybullet_as_shipped_pushes_what_is_struck_by_its_overlap(named: Named, finish: Finish) -> None:
+    """By up to a twentieth too fast; with `contactERP` 0, or as `tuned`, what the step of the impact costs is left."""
+    shipped, without, tuned = (
+        [_struck(finish, named("pybullet"), profile, speed, **changes) * 1.5 - 1.0 for speed in _starts(3.0, 3.42)]
+        for profile, changes in (("default", {}), ("default", {"contactERP": 0.0}), ("tuned", {}))
+    )
+    assert min(shipped) > 0.003
+    assert 0.035 < max(shipped) < 0.05
+    assert all(0.001 < off < 0.004 for off in (*without, *tuned))
