@@ -196,8 +196,11 @@ def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
     return max(*_deviations(trace, known, scene), deepest_overlap(trace, scene) / _extent(scene), 0.0)
 
 
+_VELOCITIES = ("velocity_first_after", "velocity_second_after")
+
+
 def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
-    afters = [v for impact in known.impacts for v in (impact.velocity_first_after, impact.velocity_second_after)]
+    afters = [getattr(impact, name) for impact in known.impacts for name in _VELOCITIES]
     velocities = [*(disc.velocity_m_s for disc in scene.discs), *(after for after in afters if after is not None)]
     speed = max(math.hypot(*velocity) for velocity in velocities) or 1.0
     told: list[tuple[ArrayLike, ArrayLike | None, float]] = [
@@ -205,12 +208,8 @@ def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[floa
         (trace.final_position_m, known.final_position_m, _extent(scene)),
     ]
     for expected, found in zip(known.impacts, trace.impacts, strict=False):
-        for name, scale in (
-            ("time_s", scene.duration_s),
-            ("velocity_first_after", speed),
-            ("velocity_second_after", speed),
-        ):
-            told.append((found[name], getattr(expected, name), scale))
+        told.append((found["time_s"], expected.time_s, scene.duration_s))
+        told += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
     if (energy := known.final_kinetic_energy_j) is not None:
         told.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
     told += _told_of_spin(trace, known, scene, speed)

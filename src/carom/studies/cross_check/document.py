@@ -190,9 +190,7 @@ def _python_call(results: Results, grid: Grid) -> str:
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
     tried = next((dict(method.tried) for method in grid.columns if method.tried), {})
     settings = f", settings={tried!r}" if tried else ""
-    steps: dict[str, set[float]] = {}
-    for row in results.rows:
-        steps.setdefault(row.job.scene.name, set()).add(row.job.dt_s)
-    own = all(steps[row.scene.name] <= set(default_dts(row.scene)) for row in grid.rows)
+    steps = wording.together((row.job.scene.name, row.job.dt_s) for row in results.rows)
+    own = all(set(steps[row.scene.name]) <= set(default_dts(row.scene)) for row in grid.rows)
     dts = "" if own else f", dts={sorted(set().union(*steps.values()), reverse=True)!r}"
     return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"

@@ -76,11 +76,6 @@ class Trend:
     scenes: tuple[str, ...]
     left_out: tuple[tuple[str, tuple[str, ...]], ...]
 
-    @property
-    def drawable(self) -> bool:
-        """Whether there is anything to draw."""
-        return any(point.graded for series in self.series for point in series.points)
-
 
 def build_trend(results: Results, grid: Grid) -> Trend:
     """Derive the series.
@@ -173,7 +168,7 @@ def _point(rows: Sequence[Row], chosen: Sequence[str]) -> TrendPoint:
 def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
     """Yield the charts of error and of wrong scenes against the step with their numbers, where there are any."""
     trend = build_trend(results, grid)
-    if not trend.drawable:
+    if not any(point.graded for series in trend.series for point in series.points):
         return
     charts = Figures(
         (

@@ -50,11 +50,6 @@ class Trial:
     scene: Scene
     judge: Judge
 
-    @property
-    def dt_s(self) -> float:
-        """Step at which it is run, seconds."""
-        return 1.0 / self.scene.frame_rate_hz
-
 
 @dataclass(frozen=True)
 class Attack:

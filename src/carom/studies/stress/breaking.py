@@ -101,7 +101,7 @@ def _judged(method: Method, trial: Trial, asker: Asker, *, harmless: bool) -> Ju
     Raises:
         NotRunError: The engine is unavailable, or declares that it can't do what even the harmless end asks for.
     """
-    answer = trace_of(Job(trial.scene, method, trial.dt_s), asker)
+    answer = trace_of(Job(trial.scene, method, 1.0 / trial.scene.frame_rate_hz), asker)
     if answer.status is Status.UNAVAILABLE or (harmless and answer.status is Status.UNSUPPORTED):
         raise NotRunError(answer)
     return Judgement(math.nan, answer.said, status=answer.status) if answer.value is None else trial.judge(answer.value)
