@@ -206,7 +206,7 @@ def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
     require(score, Grade.SAMPLED, Grade.WRONG, None, "it finds impacts at step boundaries")
 
 
-@pytest.mark.parametrize("phase", [0.0, 0.25])
+@pytest.mark.parametrize("phase", long_after(1, [0.25, 0.0]))
 @pytest.mark.parametrize("aside_m", [0.0, 0.3])
 @pytest.mark.parametrize("steps", STEPS[1:])
 def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: float, phase: float) -> None:

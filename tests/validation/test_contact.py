@@ -87,8 +87,8 @@ def test_small_steps_come_to_the_same_end_from_many_starts(first: int) -> None:
 
 
 def test_one_to_three_discs_agree_with_small_steps() -> None:
-    """Of five scenes of the campaign, with edges, slopes and rolling resistance, none is contradicted."""
-    assert [said for seed in range(5) if (said := contact.judged(contact.drawn(seed))) not in contact.RIGHT] == []
+    """Of three scenes of the campaign, with edges, slopes and rolling resistance, none is contradicted."""
+    assert [said for seed in range(3) if (said := contact.judged(contact.drawn(seed))) not in contact.RIGHT] == []
 
 
 @pytest.mark.long
@@ -147,7 +147,7 @@ def bounced(u: mpf, q: mpf, w: mpf, a: mpf, p: mpf, mu: mpf, e: mpf, k: mpf) -> 
     return time, way, u, u + q
 
 
-@pytest.mark.parametrize("landings", long_after(1, [25, 150]))
+@pytest.mark.parametrize("landings", long_after(1, [12, 150]))
 def test_landings_are_those_of_bounces_at_sixty_digits(landings: int) -> None:
     """Of landings on slopes with friction: instant, place, speed and slip, to 1e-12."""
     rng, seen = random.Random(4), set[Mode]()

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from tests.campaign.tables import KINDS, Tally, draw, run_tables
+from tests.lengths import long_after
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, compare, scene_of
 
@@ -110,7 +111,8 @@ def rounded_arcs(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
 
 
 @pytest.mark.parametrize(
-    "fault", [without_last_vertex, without_backs, whole_arcs, other_sectors, wider_vertices, rounded_arcs]
+    "fault",
+    long_after(3, [whole_arcs, wider_vertices, rounded_arcs, without_last_vertex, without_backs, other_sectors]),
 )
 def test_a_fault_in_what_walls_consist_of_is_told(
     fault: Callable[[tuple[WallFeature, ...]], Iterable[WallFeature]], monkeypatch: pytest.MonkeyPatch

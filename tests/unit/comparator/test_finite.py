@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -22,6 +23,8 @@ from carom.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
 
 REFERENCE = solve_pic(ROW)
 BROKEN = [math.nan, math.inf, -math.inf]
+#: What stands next to it, in turn: nothing, and a PIT without error.
+SAMPLINGS = (None, dataclasses.replace(REFERENCE, dt_s=DT))
 
 
 def sampled(trace: Trace) -> Trace:
@@ -70,16 +73,15 @@ def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
 
 @pytest.mark.parametrize("name", list(fields()))
 def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
-    """In every field of every row, NaN and infinity are a verdict, and the grade is wrong, with and without a PIT."""
+    """In every field of every row, NaN and infinity are a verdict, and the grade is wrong, with a PIT or without."""
     trace = sampled(faithful(REFERENCE))
     assert compare(REFERENCE, trace).grade is Grade.EXACT
-    for copy, what in broken_copies(trace, name):
-        for sampling in (None, dataclasses.replace(REFERENCE, dt_s=DT)):
-            score = compare(REFERENCE, copy, sampling=sampling)
-            assert score.grade is Grade.WRONG, what
-            assert score.verdicts[0] is Verdict.NOT_FINITE, what
-            assert Verdict.CONFORMS not in score.verdicts, what
-            assert not score.equals_pit, what
+    for sampling, (copy, what) in zip(itertools.cycle(SAMPLINGS), broken_copies(trace, name), strict=False):
+        score = compare(REFERENCE, copy, sampling=sampling)
+        assert score.grade is Grade.WRONG, what
+        assert score.verdicts[0] is Verdict.NOT_FINITE, what
+        assert Verdict.CONFORMS not in score.verdicts, what
+        assert not score.equals_pit, what
 
 
 @pytest.mark.parametrize(

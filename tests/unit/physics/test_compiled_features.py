@@ -56,7 +56,7 @@ def near(rnd: random.Random, feature: Feature, radius: float) -> Point:
     return x + distance * math.cos(turn), y + distance * math.sin(turn)
 
 
-@pytest.mark.parametrize("draws", long_after(1, [120, 400]))
+@pytest.mark.parametrize("draws", long_after(1, [60, 400]))
 @pytest.mark.parametrize("name", DRAWS)
 def test_every_form_has_the_bits_of_the_plain_one(name: str, draws: int) -> None:
     """Far and near, touching, overlapping, along tangents, just left, and as seen from a wall that moves."""

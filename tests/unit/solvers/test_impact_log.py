@@ -98,12 +98,12 @@ def test_what_is_flagged_is_what_comparing_with_every_earlier_impact_flags(
 
 
 def test_very_many_impacts_at_one_instant_take_no_longer_each() -> None:
-    """A hundred thousand impacts of one disc at one instant are logged one as fast as the other."""
+    """Twenty thousand impacts of one disc at one instant are logged one as fast as the other."""
     kept = log(discs=2)
     record = impact(1.0, 0, 1)
-    for _ in range(100_000):
+    for _ in range(20_000):
         kept.add(record)
-    assert len(kept.ambiguous()) == 99_999
+    assert len(kept.ambiguous()) == 19_999
 
 
 def test_impacts_that_share_only_an_immovable_disc_or_a_wall_are_unique() -> None:

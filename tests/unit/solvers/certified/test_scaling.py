@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,12 @@ def numbers(certified: CertifiedTrace, length: int = 0, speed: int = 0) -> dict[
     }
 
 
+@cache
+def plain_numbers(scene: Scene) -> dict[str, Any]:
+    """Return what the certified run of a scene says as it is."""
+    return numbers(certify(scene, max_impacts=MOST))
+
+
 SCENES = [
     gas_scene(6, 0.4),
     gas_scene(4, 0.1).model_copy(update={"restitution": 0.75, "wall_restitution": 0.5, "gravity_m_s2": (0.25, -2.0)}),
@@ -68,7 +75,7 @@ def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) ->
     if scene.gravity_m_s2 != (0.0, 0.0) and abs(2 * speed - length) > 500:
         return  # such a gravity is refused
     found = certify(scaled(scene, length, speed), max_impacts=MOST)
-    assert numbers(found, length, speed) == numbers(certify(scene, max_impacts=MOST))
+    assert numbers(found, length, speed) == plain_numbers(scene)
 
 
 @pytest.mark.parametrize(("length", "speed"), [(256, 256), (-300, -300), (500, 250)])
