@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.lengths import long_after
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Trace, Wall, solve_pic, solve_pit
 from carom.scenes import deviation, find_scenes
@@ -542,7 +541,8 @@ def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses() -> No
     assert math.isclose(energy, kinetic_energy(scene, trace.final_velocity_m_s, trace.final_spin_rad_s), rel_tol=1e-13)
 
 
-@pytest.mark.parametrize("freed_by", long_after(1, ["a wall that turns back", "friction", "a third body"]))
+@pytest.mark.long
+@pytest.mark.parametrize("freed_by", ["a wall that turns back", "friction", "a third body"])
 def test_a_disc_that_friction_or_a_third_body_may_free_is_not_called_crushed(freed_by: str) -> None:
     """What rubs it sideways, strikes it, or stands in its way, may let it out; a wall that turns back does."""
     fixed, comes = Chain(points_m=[(0.0, -1.0), (0.0, 1.0)]), Chain(points_m=[(2.0, -1.0), (2.0, 1.0)])
