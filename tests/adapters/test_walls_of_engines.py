@@ -17,6 +17,7 @@ from tests.adapters.staged import (
     at_a_thin_wall,
     with_a_late_leg,
 )
+from tests.lengths import long_after
 
 from carom import Chain, Disc, Scene
 from carom.adapter import Adapter, AdapterError, Observation
@@ -35,7 +36,7 @@ ROUNDING_M_S = {"pymunk": 1e-12, "box2d": 0.0}
 LOOKING = [("pymunk", "default"), ("pymunk", "tuned"), ("mujoco", "no-ccd"), ("pybullet", "no-ccd")]
 
 
-@pytest.mark.parametrize("q", [0.9, 1.5, 3.0, 20.0])
+@pytest.mark.parametrize("q", long_after(2, [0.9, 3.0, 1.5, 20.0]))
 @pytest.mark.parametrize(("name", "profile"), LOOKING)
 def test_what_looks_once_a_step_passes_a_thin_wall_by_the_closed_form(
     named: Named, finish: Finish, name: str, profile: str, q: float
@@ -104,21 +105,23 @@ def test_pymunk_refuses_a_belt_that_has_two_sides(named: Named) -> None:
         adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 64))
 
 
+@pytest.mark.parametrize(
+    ("q", "passing", "wrong"), long_after(2, [(0.9, 0, 13), (3.0, 10, 3), (1.5, 5, 8), (20.0, 15, 1)])
+)
 def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wrongly_as_shipped(
-    named: Named, finish: Finish
+    named: Named, finish: Finish, q: float, passing: int, wrong: int
 ) -> None:
     """Of sixteen starts none passes a thin wall, tuned; as shipped max(0, 1 - 1/q) pass, and most others are off."""
     adapter = named("pybullet")
-    for q, passing, wrong in ((0.9, 0, 13), (1.5, 5, 8), (3.0, 10, 3), (20.0, 15, 1)):
-        ends = [
-            [finish(adapter, at_a_thin_wall(q, k / 16), 1 / 60, profile) for k in range(16)]
-            for profile in ("tuned", "default")
-        ]
-        speed = at_a_thin_wall(q, 0.0).discs[0].velocity_m_s[0]
-        tuned, shipped = (np.array([end.velocity_m_s[0, 0] for end in each]) / speed for each in ends)
-        np.testing.assert_allclose(tuned, -1.0, rtol=1e-12)
-        assert (shipped > 0).sum() == passing
-        assert (np.abs(shipped[shipped < 0] + 1) > 0.01).sum() == wrong
+    ends = [
+        [finish(adapter, at_a_thin_wall(q, k / 16), 1 / 60, profile) for k in range(16)]
+        for profile in ("tuned", "default")
+    ]
+    speed = at_a_thin_wall(q, 0.0).discs[0].velocity_m_s[0]
+    tuned, shipped = (np.array([end.velocity_m_s[0, 0] for end in each]) / speed for each in ends)
+    np.testing.assert_allclose(tuned, -1.0, rtol=1e-12)
+    assert (shipped > 0).sum() == passing
+    assert (np.abs(shipped[shipped < 0] + 1) > 0.01).sum() == wrong
 
 
 @pytest.mark.parametrize("profile", ["default", "tuned"])

@@ -156,7 +156,7 @@ def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> N
     assert "Traceback" not in done.stderr
     assert done.stderr.splitlines()[-1].startswith("carom: ")
     assert "(ulimit -v)" in done.stderr
-    for words in (("--help",), ("run", "--help"), ("--version",)):
+    for words in (("--help",), ("--version",)):
         helped = subprocess.run(["sh", "-c", command, sys.executable, *words], capture_output=True, check=False)
         assert helped.returncode == 0
 

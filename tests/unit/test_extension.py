@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.forms import needs_extension, plain_form
+from tests.lengths import long_after
 
 import carom
 from carom import extension
@@ -48,7 +49,7 @@ def test_compiled_runs_have_nothing_to_note() -> None:
 
 @needs_extension
 @pytest.mark.parametrize(
-    ("edited", "touched", "stale"), [(False, False, False), (False, True, False), (True, True, True)]
+    ("edited", "touched", "stale"), long_after(2, [(True, True, True), (False, True, False), (False, False, False)])
 )
 def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
     edited: bool, touched: bool, stale: bool, tmp_path: Path

@@ -57,7 +57,7 @@ finally:
 """
 
 
-@pytest.mark.parametrize("command", long_after(2, reversed(COMMANDS)))
+@pytest.mark.parametrize("command", long_after(1, reversed(COMMANDS)))
 def test_a_command_loads_no_more_than_it_uses(command: str, tmp_path: Path) -> None:
     """Of what the table names for a command, its process has imported nothing when it ends."""
     found = tmp_path / "modules.json"

@@ -132,7 +132,7 @@ def test_however_flat_an_arc_is_its_nearest_point_is_known_to_the_rounding_of_it
         edge = Edge((-1.25, 0.75), (0.5, 1.0), sign * bulge)
         arc = Outline(edge[:2], (edge.bulge,), 0.0)
         middle = -0.375 + 0.125 * edge.bulge, 0.875 - 0.875 * edge.bulge  # the bulge is the height over half the chord
-        for _ in range(50):
+        for _ in range(20):
             off = rnd.uniform(-0.4, 0.4), rnd.uniform(-0.4, 0.4)
             x, y = middle[0] + off[0], middle[1] + off[1]
             foot = arc.nearest(x, y)

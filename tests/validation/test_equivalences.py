@@ -29,7 +29,7 @@ from carom.solvers.run import Run
 from carom.trace import Outcome
 
 #: Scenes of a kind by their numbers: a few, and hundreds with `-m long`.
-BATCHES = [range(8), range(8, 24), *(range(first, first + 24) for first in range(24, 480, 24))]
+BATCHES = [range(8), range(8, 24), *(range(first, first + 114) for first in range(24, 480, 114))]
 #: Of the kinds of few discs there are more; half of all scenes are rough.
 TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6)
 GRAVITY = (0.25, -1.0)

@@ -61,7 +61,7 @@ def test_pic_is_exact_in_contact(name: str) -> None:
 
 
 @pytest.mark.parametrize("dt_s", long_after(1, [1 / 60, 1 / 240]))
-@pytest.mark.parametrize("name", list(CONTACT))
+@pytest.mark.parametrize("name", long_after(10, [*list(CONTACT)[::2], *list(CONTACT)[1::2]]))
 def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None:
     """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))

@@ -46,7 +46,7 @@ LEVEL = [
     and entry.scene.step_count(1 / entry.scene.frame_rate_hz) <= 1500
 ]
 SHORT = [name for name in LEVEL if name.startswith("classics/")][::3]
-each_scene = pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
+each_scene = pytest.mark.parametrize("scene", long_after(2, reversed(SCENES)), ids=lambda scene: scene.name)
 
 
 class OtherwiseDamped(PicAdapter):

@@ -276,8 +276,8 @@ def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
 
 def test_tables_drawn_at_random_have_carom_s_bits() -> None:
     """Edges, arcs, circles and their joints, with materials of their own, driven and under gravity: no bit differs."""
-    jobs = _tables(range(8))
-    assert len(jobs) > 8
+    jobs = _tables(range(4))
+    assert len(jobs) > 6
     assert _unlike(jobs) == []
 
 
@@ -299,7 +299,7 @@ def test_two_thousand_scenes_have_carom_s_bits(first: int) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("first", range(8, 408, 100))
+@pytest.mark.parametrize("first", range(4, 404, 100))
 def test_hundreds_of_tables_have_carom_s_bits(first: int) -> None:
     """Four hundred draws of tables, a quarter of them driven and falling."""
     assert _unlike(_tables(range(first, first + 100))) == []

@@ -62,7 +62,7 @@ def circles(axes: object) -> list[Circle]:
 def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: Scene) -> None:
     """Everything that has a picture shows it beside its lines; a name with tags and dollars is read as it is."""
     reference, observed = carom.solve_pic(scene), carom.solve_pit(scene)
-    results = carom.cross_check([scene], ["pic", "pit"], timing=False, pool=InProcess())
+    results = carom.cross_check([scene], ["pic", "pit"], dts=[1 / 8], timing=False, pool=InProcess())
     for thing in (scene, reference, observed, results, carom.certify(scene)):
         page = thing._repr_html_()
         assert page

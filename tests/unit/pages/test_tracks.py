@@ -18,7 +18,7 @@ from carom.walls import drive_of
 GROUPS = sorted({name.partition("/")[0] for name in all_scenes()})
 
 
-@pytest.mark.parametrize("group", long_after(4, GROUPS))
+@pytest.mark.parametrize("group", long_after(2, GROUPS))
 def test_the_bodies_of_every_impact_touch(group: str) -> None:
     """At each impact of the reference its two bodies touch, to 1e-9 of the scene's extent."""
     for scene in (entry.scene for name, entry in all_scenes().items() if name.startswith(f"{group}/")):

@@ -126,7 +126,9 @@ def spoilt(results: Results, **fields: Any) -> Results:
     return replace(results, rows=rows)
 
 
-@pytest.mark.parametrize("fields", [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}])
+@pytest.mark.parametrize(
+    "fields", long_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}])
+)
 def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be made is a failed row of the report; the report is written."""
     results = spoilt(checked(scene, "sound"), **fields)

@@ -102,7 +102,7 @@ class Noting(InProcess):
 @pytest.mark.parametrize(
     ("options", "most_impacts"),
     long_after(
-        2,
+        1,
         [
             ({"profiles": ["all"]}, 3),
             ({"profiles": ["tuned", "default"], "dts": [0.5, 0.1]}, reference.MOST_IMPACTS),
