@@ -34,6 +34,8 @@ def exp(x: float) -> float:
     Raises:
         OverflowError: It is beyond the largest float.
     """
+    if x == 0.0:  # asked at every step of what nothing slows
+        return 1.0
     if not _LEAST <= x <= _MOST:
         return math.exp(x) if not x < _LEAST else 0.0
     n, k = _power(x)

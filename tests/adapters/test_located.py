@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.adapters.widths import width
+from tests.lengths import long_after
 
 from carom import Disc, Scene, compare, solve_pic
 from carom.adapter import Adapter, CuttableWorld
@@ -36,7 +37,7 @@ SCENES = (
 )
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", long_after(4, SCENES))
 def test_located_steps_end_on_the_impact(engine: Adapter, name: str) -> None:
     """At 60 steps a second, cut steps find every impact at PIC's instant and with PIC's velocities, to rounding."""
     scene = catalogue()[name].scene

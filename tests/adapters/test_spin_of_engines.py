@@ -90,7 +90,7 @@ def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]
 )
 def test_located_engines_have_the_law_to_rounding(engine: Adapter, pair: str, friction: float, mass: float) -> None:
     """Landed on the impact, each engine leaves the velocities and spins of the law, whatever friction and masses."""
-    for restitution in (0.0, 0.5, 1.0):
+    for restitution in (0.0, 0.75):
         scene = meeting(*PAIRS[pair], friction, restitution, mass)
         trace = observe_run(engine, scene, "located", 1 / 60)
         velocity, spin = by_the_law(scene)
