@@ -347,18 +347,20 @@ def test_not_one_bit_has_moved(engine: str, versions: str, kept: Kept) -> None:
     assert set.union(*moved.values()) <= {Moved.NOTHING, Moved.NOT_RUN}
 
 
-def test_what_carom_asks_otherwise_is_not_mujocos(kept: Kept) -> None:
-    """Speculative contacts came with 4.0: `tuned` asks for them, and what that changes is laid to no release."""
-    moved = told("mujoco", "3.17.0,4.0.0", kept, "classics/bullet", "classics/box")
-    assert moved["4.0.0"] & {Moved.ASKED}
-    assert not any(one.real for one in moved["4.0.0"])
-
-
-def test_rapier_0_20_ships_another_prediction_distance(kept: Kept) -> None:
-    """`default` is what each release ships: where that changed, it is told, and nothing is called worse or better."""
-    moved = told("rapier2d", "0.19.3,0.20.0", kept, "classics/cradle-gaps")
-    assert Moved.ASKED in moved["0.20.0"]
-    assert not any(one.real for one in moved["0.20.0"])
+@pytest.mark.parametrize(
+    ("engine", "before", "release", "scenes"),
+    [
+        ("rapier2d", "0.19.3", "0.20.0", ["classics/cradle-gaps"]),  # ships another prediction distance
+        ("mujoco", "3.17.0", "4.0.0", ["classics/bullet", "classics/box"]),  # tuned asks for speculative contacts
+    ],
+)
+def test_what_is_asked_otherwise_is_laid_to_no_release(
+    engine: str, before: str, release: str, scenes: list[str], kept: Kept
+) -> None:
+    """Where what is shipped or asked for changed, it is told, and nothing is called worse or better."""
+    moved = told(engine, f"{before},{release}", kept, *scenes)[release]
+    assert Moved.ASKED in moved
+    assert not any(one.real for one in moved)
 
 
 #: Of Rapier, tuned, bare, five eighths into a run: a disc's coordinate, and how far off it is over 32 phases, metres.

@@ -25,13 +25,6 @@ OF_OTHERS = {
     "carom.studies.stress.command",
     "carom.studies.bench.command",
 }
-#: The list of commands needs their options.
-OPTIONS_OF = {
-    "carom.studies.stress",
-    "carom.studies.tune",
-    "carom.studies.stress.command",
-    "carom.studies.bench.command",
-}
 OF_RUNS = {"carom.runs.worker", "carom.runs.process", "carom.comparator", "carom.studies.cross_check.document"}
 
 COMMANDS = {

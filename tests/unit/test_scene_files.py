@@ -76,18 +76,16 @@ def checked_by_schema(scene: dict[str, Any]) -> None:
     schema().validate(scene)
 
 
-def test_a_file_that_is_not_toml_is_refused_with_line_and_column(tmp_path: Path) -> None:
-    """What the TOML parser has to say is passed on, with the place."""
-    text = refusal(written(tmp_path / "x.toml", "name = \n"))
-    assert text.startswith("is not TOML: ")
-    assert "line 1" in text
-
-
-def test_a_file_that_is_not_json_is_refused_with_line_and_column(tmp_path: Path) -> None:
-    """What the JSON parser has to say is passed on, with the place."""
-    text = refusal(written(tmp_path / "x.json", '{"name": }'))
-    assert text.startswith("is not JSON: ")
-    assert "line 1 column 10" in text
+@pytest.mark.parametrize(
+    ("kind", "text", "place"), [("TOML", "name = \n", "line 1"), ("JSON", '{"name": }', "line 1 column 10")]
+)
+def test_a_file_that_is_of_no_such_kind_is_refused_with_its_place(
+    kind: str, text: str, place: str, tmp_path: Path
+) -> None:
+    """What the parser has to say is passed on, with the place."""
+    said = refusal(written(tmp_path / f"x.{kind.lower()}", text))
+    assert said.startswith(f"is not {kind}: ")
+    assert place in said
 
 
 @pytest.mark.parametrize("suffix", [".toml", ".json"])
