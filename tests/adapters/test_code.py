@@ -129,7 +129,7 @@ def models_end(text: str, scene: Scene, steps: int) -> State:
     return np.array(found)
 
 
-@pytest.mark.parametrize("scene_name", long_after(2, SCENES))
+@pytest.mark.parametrize("scene_name", long_after(1, SCENES))
 @pytest.mark.parametrize("profile", long_after(1, ["tuned", "default"]))
 @pytest.mark.parametrize("name", WRITING)
 def test_what_is_pasted_gives_the_adapters_digits(

@@ -69,7 +69,7 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
 
 
 @pytest.mark.parametrize("profile", ["default", "tuned"])
-@pytest.mark.parametrize("starts", long_after(1, [3, 16]))
+@pytest.mark.parametrize("starts", long_after(1, [2, 16]))
 def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str, starts: int) -> None:
     """At e = 0 the contact lasts to the end of the run, and its impact is where the ball came down: to two steps.
 
@@ -162,7 +162,7 @@ def test_two_discs_that_fall_side_by_side_collide_as_if_they_did_not(engine: Ada
 
 
 @pytest.mark.parametrize("profile", ["default", "tuned"])
-@pytest.mark.parametrize("starts", long_after(1, [3, 16]))
+@pytest.mark.parametrize("starts", long_after(1, [2, 16]))
 def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
     engine: Adapter, profile: str, starts: int
 ) -> None:

@@ -18,7 +18,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "hazards.md"
 NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
 
 
-@pytest.mark.parametrize("name", long_after(2, NAMES))
+@pytest.mark.parametrize("name", long_after(1, NAMES))
 def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> None:
     """Shares and ranges over 32 starts: the group `engines`, bounces, what is driven, and single findings."""
     named(name)

@@ -90,7 +90,7 @@ class Wrong(AllPairsRun):
 @pytest.mark.parametrize(
     "fault",
     long_after(
-        2,
+        1,
         [
             *("kept of another disc", "not taken to the new epoch", "first disc not looked at"),
             *("second disc not looked at", "walls not elastic", "impacts on walls not kept"),

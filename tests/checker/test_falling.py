@@ -172,19 +172,19 @@ class TurnsInFlight(FallingBodies):
 @pytest.mark.parametrize(
     ("bodies", "broken"),
     long_after(
-        6,
+        3,
         [
             (LateOnWalls, "contact"),
+            (OtherGravity, "history"),
+            (BouncesTooFast, "law"),
             (NoFloor, "passed"),
             (StraightToWalls, "passed"),
             (NoPair, "passed"),
             (NoFixed, "passed"),
             (StraightToFixed, "contact"),
-            (OtherGravity, "history"),
             (KeepsItsVelocity, "history"),
             (FallsByEuler, "contact"),
             (FixedFall, "state"),
-            (BouncesTooFast, "law"),
             (RubsTooLittle, "law"),
             (TurnsInFlight, "history"),
         ],

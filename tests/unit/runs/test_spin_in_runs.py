@@ -97,7 +97,7 @@ def test_pic_as_it_is_is_exact(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROUGH)
-@pytest.mark.parametrize("factor", long_after(2, [1 + 1e-6, -1.0, 1.001]))
+@pytest.mark.parametrize("factor", long_after(1, [-1.0, 1 + 1e-6, 1.001]))
 def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
     """Spins that are off by a thousandth or a millionth, or turned round, while all velocities are right."""
     grade, verdicts = graded(name, run(name, spins_times(factor)))

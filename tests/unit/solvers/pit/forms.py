@@ -53,3 +53,11 @@ def bits(run: FrameRun) -> tuple[bytes, bytes, bytes, bytes, tuple[int, ...], in
     impacts, found = run.log.array().tobytes(), run.log.edges()
     edges = b"" if found is None else found.tobytes()
     return impacts, edges, position.tobytes(), velocity.tobytes(), run.log.ambiguous(), run.frames
+
+
+def assert_identical(scene: Scene, clock: FrameClock) -> FrameRun:
+    """Run a scene by all forms, which must end in the same bytes; return the definition's run."""
+    run = finished(scene, clock)
+    for name, form in compiled_forms().items():
+        assert bits(finished(scene, clock, form)) == bits(run), name
+    return run

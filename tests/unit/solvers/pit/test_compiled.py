@@ -11,22 +11,13 @@ from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
 from tests.lengths import long_after
 from tests.stage import line
-from tests.unit.solvers.pit.forms import bits, compiled_forms, finished
+from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
 
 from carom.scene import Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import FrameRun
 from carom.studies.bench.gas import gas_scene
 
 pytestmark = needs_extension
-
-
-def assert_identical(scene: Scene, clock: FrameClock) -> FrameRun:
-    """Run a scene by all forms, which must end in the same bytes; return the definition's run."""
-    definition = finished(scene, clock)
-    for name, form in compiled_forms().items():
-        assert bits(finished(scene, clock, form)) == bits(definition), name
-    return definition
 
 
 def crowd(seed: int, *, ratio: float, speed: float) -> Scene:

@@ -6,24 +6,15 @@ import random
 
 import numpy as np
 import pytest
-from tests.unit.solvers.pit.forms import bits, compiled_forms, definition, finished
+from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, definition, finished
 from tests.unit.solvers.tables import drawn
 
 from carom import Chain, Disc, Scene
 from carom.scenes import CatalogueScene, find_scenes
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import FrameRun
 from carom.trace import EdgeKind
 
 pytest.importorskip("carom.solvers.pit.frame_loop")
-
-
-def assert_alike(scene: Scene, clock: FrameClock) -> FrameRun:
-    """Run a scene by the definition and by all compiled forms, compare all, and return the first."""
-    run = finished(scene, clock)
-    for name, form in compiled_forms().items():
-        assert bits(finished(scene, clock, form)) == bits(run), name
-    return run
 
 
 @pytest.mark.parametrize(
@@ -34,7 +25,7 @@ def assert_alike(scene: Scene, clock: FrameClock) -> FrameRun:
 def test_every_table_of_the_catalogue_has_the_bits_of_the_definition(entry: CatalogueScene) -> None:
     """Over the first two seconds of each."""
     short = entry.scene.model_copy(update={"duration_s": min(entry.scene.duration_s, 2.0)})
-    assert_alike(short, FrameClock.at_rate(short.frame_rate_hz))
+    assert_identical(short, FrameClock.at_rate(short.frame_rate_hz))
 
 
 def test_random_tables_have_the_bits_of_the_definition() -> None:
@@ -45,7 +36,7 @@ def test_random_tables_have_the_bits_of_the_definition() -> None:
         if found is None:
             continue
         scene = found[0].model_copy(update={"duration_s": 4.0})
-        run = assert_alike(scene, FrameClock.at_rate((10.0, 60.0, 37.3)[seed % 3]))
+        run = assert_identical(scene, FrameClock.at_rate((10.0, 60.0, 37.3)[seed % 3]))
         edges = run.log.edges()
         assert edges is not None
         kinds |= set(edges["kind"].tolist())
@@ -60,7 +51,7 @@ def test_a_nearly_flat_arc_is_met_as_a_segment_is(bulge: float) -> None:
     for bulges in ((bulge,), ()):
         floor = Chain(points_m=[(-1, 0), (1, 0)], bulges=bulges)
         scene = Scene(name="floor", discs=discs, walls=[floor], duration_s=4.0)
-        run = assert_alike(scene, FrameClock.at_rate(1000.0))
+        run = assert_identical(scene, FrameClock.at_rate(1000.0))
         frames.append(run.log.array()["time_s"].tolist())
     assert len(frames[1]) == 1
     # The arc's middle is off the segment by the bulge, in metres, at a metre a second; and a frame more or less.
@@ -78,7 +69,7 @@ def test_many_discs_in_cells_have_the_bits_of_the_definition() -> None:
     stadium = Chain(points_m=[(-4, -3), (5, -3), (5, 3), (-4, 3)], bulges=[0, 1, 0, 1], closed=True)
     bar = Chain(points_m=[(-1, 2.5), (3, 2.25)], half_width_m=0.125)
     scene = Scene(name="stadium of many", discs=discs, walls=[stadium, bar], duration_s=2.0)
-    run = assert_alike(scene, FrameClock.at_rate(120.0))
+    run = assert_identical(scene, FrameClock.at_rate(120.0))
     assert np.count_nonzero(run.log.array()["second"] < 0) > 20
 
 

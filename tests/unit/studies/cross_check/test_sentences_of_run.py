@@ -62,7 +62,7 @@ def test_every_sentence_is_said_by_the_code(sentence: Sentence) -> None:
 @pytest.mark.parametrize(
     ("scenes", "engines", "said", "outcome"),
     long_after(
-        3,
+        2,
         [
             ([MINE], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS}, "velocities off by "),
             ([HEAD_ON], ["pit"], {Sentence.UNPROVEN, Sentence.RUNS}, " ms late"),

@@ -163,6 +163,7 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
 
 def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
     """Discs that roll from the start, of which one strikes the other: no word says that the reference is in doubt."""
-    results = carom.cross_check([all_scenes()["contact/struck"].scene], ["pit"], timing=False, pool=InProcess())
+    scene = all_scenes()["contact/struck"].scene
+    results = carom.cross_check([scene], ["pit"], dts=[1 / 24], timing=False, pool=InProcess())
     told = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
     assert told == [("contact/struck: runs are compared up to 0 s of 3 s, where a disc rolls along a wall.",)]
