@@ -130,17 +130,18 @@ def main() -> int:
     parser.add_argument(
         "--state", type=Path, default=Path("reports/attacks"), help="folder of counts, corpus and findings"
     )
-    parser.add_argument("--anew", action="store_true", help="begin the counts at nought; the corpus stays")
+    parser.add_argument("--anew", action="store_true", help="begin the counts of these at nought; the corpus stays")
     parser.add_argument("--write", type=Path, help="put the table into this page, between its two marks")
     chosen = parser.parse_args()
     state = chosen.state.absolute()
     state.mkdir(parents=True, exist_ok=True)
+    names = chosen.only or [*ATTACKS]
     if chosen.anew:
-        for path in state.glob(f"*/{COUNT}"):
-            path.unlink()
+        for name in names:
+            (state / name / COUNT).unlink(missing_ok=True)
     interrupted = False
     try:
-        _attack(chosen.only or [*ATTACKS], state, time.monotonic() + 60.0 * chosen.minutes)
+        _attack(names, state, time.monotonic() + 60.0 * chosen.minutes)
     except KeyboardInterrupt:
         interrupted = True
     counts = {name: _count(state / name) for name in ATTACKS}
