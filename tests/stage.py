@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
-from carom import Disc, Scene, Wall
+from carom import Disc, Scene, Trace, Wall
 
 
 def disc_at(
@@ -34,3 +35,19 @@ def line(*positions: float, velocities: tuple[float, ...], restitution: float = 
         restitution=restitution,
         duration_s=duration_s,
     )
+
+
+def altered(trace: Trace, k: int, **fields: Any) -> Trace:
+    """Return a trace of whose impact k some fields are others."""
+    impacts = trace.impacts.copy()
+    for name, value in fields.items():
+        impacts[name][k] = value
+    return replace(trace, impacts=impacts)
+
+
+def from_end(scene: Scene, end: Trace, *, backwards: bool = False) -> Scene:
+    """Return the scene that starts where a trace of it ends, with its velocities or their opposites."""
+    velocity = (0.0 - end.final_velocity_m_s if backwards else end.final_velocity_m_s).tolist()
+    ends = zip(scene.discs, end.final_position_m.tolist(), velocity, strict=True)
+    discs = [disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(v)}) for disc, p, v in ends]
+    return scene.model_copy(update={"discs": tuple(discs)})

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, from_end, staged, wall_at
 
 from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
@@ -302,11 +302,7 @@ def test_an_elastic_run_turned_round_retraces_itself() -> None:
     scene = box_scene(7).model_copy(update={"duration_s": 0.8})
     there = solve_pic(scene)
     assert len(there.impacts) >= 5
-    turned = [
-        disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(0.0 - v)})
-        for disc, p, v in zip(scene.discs, there.final_position_m.tolist(), there.final_velocity_m_s, strict=True)
-    ]
-    back = solve_pic(scene.model_copy(update={"discs": tuple(turned)}))
+    back = solve_pic(from_end(scene, there, backwards=True))
     assert len(back.impacts) == len(there.impacts)
     assert back.final_position_m == pytest.approx(np.array([disc.position_m for disc in scene.discs]), abs=1e-9)
 

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from tests.rebuilt import Map, rebuilt, same, turned
+from tests.stage import from_end
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise
 from carom.scenes import CatalogueScene, KnownAnswer, Tag, catalogue, deviation
@@ -104,13 +105,6 @@ def test_the_numbering_of_the_discs_is_nothing_to_the_physics(entry: CatalogueSc
     assert np.array_equal(shuffled.final_velocity_m_s, plain.final_velocity_m_s[list(order)])
 
 
-def reversed_end(scene: Scene, trace: Trace) -> Scene:
-    """Return the scene that starts where the trace ended, with all velocities reversed."""
-    ends = zip(scene.discs, trace.final_position_m.tolist(), (-trace.final_velocity_m_s).tolist(), strict=True)
-    discs = [disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(v)}) for disc, p, v in ends]
-    return scene.model_copy(update={"discs": tuple(discs)})
-
-
 def amplification(scene: Scene) -> float:
     """Return by how much a small displacement of one disc at the start has grown at most, anywhere, at the end."""
     nudge = 2.0**-30
@@ -135,7 +129,7 @@ def test_a_reversed_elastic_run_leads_back_to_its_start(entry: CatalogueScene, s
     """
     scene = entry.scene
     there = solve(scene)
-    reverse = reversed_end(scene, there)
+    reverse = from_end(scene, there, backwards=True)
     back = solve(reverse)
     roundings = 64 * len(there.impacts) * 2.0**-53
     extent = max(abs(c) + disc.radius_m for s in (scene, reverse) for disc in s.discs for c in disc.position_m)

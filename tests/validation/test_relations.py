@@ -16,6 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from tests.rebuilt import in_units
+from tests.stage import from_end
 
 from carom import Disc, Scene, solve_pic, solve_pit
 from carom.scenes import CatalogueScene, Tag, catalogue
@@ -107,13 +108,7 @@ def test_a_run_may_be_split_anywhere(entry: CatalogueScene, part: float) -> None
     """Stopped at any instant and begun again from the state there, a run ends where the whole run ends."""
     scene = entry.scene
     whole, half = solve_pic(scene), solve_pic(scene, until_s=part * scene.duration_s)
-    discs = [
-        disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(v)})
-        for disc, p, v in zip(
-            scene.discs, half.final_position_m.tolist(), half.final_velocity_m_s.tolist(), strict=True
-        )
-    ]
-    rest = solve_pic(with_discs(scene, discs, duration_s=scene.duration_s * (1 - part)))
+    rest = solve_pic(from_end(scene, half).model_copy(update={"duration_s": scene.duration_s * (1 - part)}))
     assert len(half.impacts) + len(rest.impacts) == len(whole.impacts)
     greatest = max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
     extent = max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m) + greatest * scene.duration_s

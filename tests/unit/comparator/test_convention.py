@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.stage import disc_at
+from tests.stage import altered, disc_at
 
 from carom import Disc, Scene, Wall, compare, solve_pic
 from carom.comparator import Verdict
@@ -85,9 +85,7 @@ def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
 def test_what_no_order_gives_is_said_to_match_none() -> None:
     """Velocities that no order of impacts gives match none, and the distance from the nearest is told."""
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
-    impacts = reference.impacts.copy()
-    impacts["velocity_first_after"][1] = (0.5, 0.5)
-    score = compare(reference, dataclasses.replace(reference, impacts=impacts))
+    score = compare(reference, altered(reference, 1, velocity_first_after=(0.5, 0.5)))
     assert score.convention is not None
     assert not score.convention.matches
     assert score.verdicts[0] is Verdict.CONVENTION

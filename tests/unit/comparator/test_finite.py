@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.planted.faults import DT, ROW, faithful
+from tests.stage import altered
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
@@ -110,10 +111,7 @@ def test_the_end_and_the_step_are_numbers(field: str) -> None:
 
 def test_the_reason_names_field_row_and_value() -> None:
     """The verdict's reason says which number it is, of which impact or disc, and what stands there."""
-    trace = faithful(REFERENCE)
-    impacts = trace.impacts.copy()
-    impacts["velocity_first_after"][1, 0] = math.nan
-    score = compare(REFERENCE, dataclasses.replace(trace, impacts=impacts))
+    score = compare(REFERENCE, altered(faithful(REFERENCE), 1, velocity_first_after=(math.nan, 0.0)))
     assert score.findings[0].reason == "velocity_first_after of impact 1 is nan, 0"
     assert score.total.velocity == math.inf
     assert score.errors[0].velocity == 0

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from tests.planted.faults import replayed
-from tests.stage import line
+from tests.stage import altered, line
 
 import carom
 from carom import CertifiedTrace, Trace, certify, compare, solve_pic
@@ -32,13 +32,6 @@ def pic() -> Trace:
     return solve_pic(SCENE, max_impacts=IMPACTS)
 
 
-def spoilt(trace: Trace, k: int, **values: object) -> Trace:
-    impacts = trace.impacts.copy()
-    for name, value in values.items():
-        impacts[name][k] = value
-    return dataclasses.replace(trace, impacts=impacts)
-
-
 def test_float64_agrees_to_ten_digits_and_not_to_all(certified: CertifiedTrace, pic: Trace) -> None:
     """Of 60 impacts of a dilute gas all agree to 1e-6, and not all to a unit in the last place: errors grow."""
     assert horizon_of(certified, pic, tolerance=1e-6).agreed == IMPACTS
@@ -49,7 +42,7 @@ def test_float64_agrees_to_ten_digits_and_not_to_all(certified: CertifiedTrace, 
 def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Trace, k: int) -> None:
     """A time or a velocity off by more than the tolerance is where the horizon is, for NaN too."""
     for values in ({"time_s": pic.impacts["time_s"][k] + 1e-3}, {"velocity_first_after": (math.nan, 0.0)}):
-        found = horizon_of(certified, spoilt(pic, k, **values), tolerance=1e-6)
+        found = horizon_of(certified, altered(pic, k, **values), tolerance=1e-6)
         assert (found.agreed, found.order_differs) == (k, None)
         assert found.end_s == (certified.trace.impacts["time_s"][k - 1] if k else 0.0)
         assert not found.covers_the_scene
@@ -58,7 +51,7 @@ def test_the_first_impact_that_is_off_ends_it(certified: CertifiedTrace, pic: Tr
 def test_an_impact_of_other_bodies_is_where_the_order_differs(certified: CertifiedTrace, pic: Trace) -> None:
     """The first impact of a pair that the certified run does not have there is named."""
     other = 14 if pic.impacts["first"][25] != 14 else 13
-    found = horizon_of(certified, spoilt(pic, 25, first=other), tolerance=1e-6)
+    found = horizon_of(certified, altered(pic, 25, first=other), tolerance=1e-6)
     assert (found.agreed, found.order_differs) == (25, 25)
     assert "differs from impact 26 on" in str(found)
 
@@ -99,7 +92,7 @@ def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
         assert (score.expected, len(score.errors), score.missed, score.spurious) == (30, 30, (), ())
         assert score.beyond_horizon == len(pic.impacts) - 30
         assert math.isnan(score.total.final_position)
-    for broken in (spoilt(pic, 40, velocity_first_after=(99.0, 99.0)), dropped(pic, 45)):
+    for broken in (altered(pic, 40, velocity_first_after=(99.0, 99.0)), dropped(pic, 45)):
         assert compare(pic, broken, horizon=horizon_s).grade is Grade.INACCURATE
     assert compare(pic, dropped(pic, 10), horizon=horizon_s).missed == (10,)
     assert compare(pic, dropped(pic, 45)).missed == (45,)

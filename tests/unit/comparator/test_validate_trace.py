@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import altered
 
 from carom.comparator import compare
 from carom.errors import InputError
@@ -19,16 +21,9 @@ from carom.trace import Trace
 REFERENCE = solve_pic(find_scenes(["spin/slide"])[0].scene)
 
 
-def of_bodies(**bodies: int) -> Callable[[Trace], Trace]:
-    """Return what gives the first impact of a trace other bodies."""
-
-    def changed(trace: Trace) -> Trace:
-        impacts = trace.impacts.copy()
-        for side, body in bodies.items():
-            impacts[side][0] = body
-        return replace(trace, impacts=impacts)
-
-    return changed
+def with_other(**fields: Any) -> Callable[[Trace], Trace]:
+    """Return what gives the first impact of a trace other bodies or velocities."""
+    return lambda trace: altered(trace, 0, **fields)
 
 
 def with_spin_of_the_wall(trace: Trace) -> Trace:
@@ -38,20 +33,17 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
     return replace(trace, spins=spins)
 
 
-def with_velocity_of_the_wall(trace: Trace) -> Trace:
-    impacts = trace.impacts.copy()
-    impacts["velocity_second_before"][0] = (0.0, -0.1)
-    return replace(trace, impacts=impacts)
-
-
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (of_bodies(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
-        (of_bodies(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
-        (of_bodies(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
+        (with_other(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
+        (with_other(second=9), r"second of impact 0 .* is disc 9 \(9\)"),
+        (with_other(first=-1), r"first of impact 0 .* is wall 0 \(-1\)"),
         (with_spin_of_the_wall, "spin second_after of impact 0 .* is 2.5, and its second body is wall 0"),
-        (with_velocity_of_the_wall, "velocity_second_before of impact 0 .* is 0, -0.1, and its second body is wall 0"),
+        (
+            with_other(velocity_second_before=(0.0, -0.1)),
+            "velocity_second_before of impact 0 .* is 0, -0.1, and its second body is wall 0",
+        ),
         (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* nothing is known of what"),
         (lambda trace: replace(trace, spins=None), "tells no spins"),
         (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, and must be one of \[32, 64\]"),

@@ -5,7 +5,6 @@ from __future__ import annotations
 import subprocess
 import sys
 from collections import Counter
-from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import pairwise
 
@@ -15,6 +14,7 @@ from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
+from tests.stage import altered
 
 import carom
 from carom import Disc, Scene, Wall
@@ -105,9 +105,7 @@ def test_large_results_are_told_without_a_picture() -> None:
 def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: str, bad: float) -> None:
     """NaN and infinity have no place in a picture: a cell has the lines alone, a plot and a replay say which."""
     trace = carom.solve_pic(scene)
-    impacts = trace.impacts.copy()
-    impacts[field][0] = bad
-    broken = replace(trace, impacts=impacts)
+    broken = altered(trace, 0, **{field: bad})
     assert Seen(broken._repr_html_() or "").elements == {"div": 1, "pre": 1}
     with pytest.raises(InputError, match=f"{field}.*can't be drawn"):
         broken.plot(Figure().add_subplot())

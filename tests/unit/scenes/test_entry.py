@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import altered
 
 from carom import solve_pic
 from carom.scenes import CatalogueScene, catalogue, deviation
@@ -24,13 +25,6 @@ def solved(entry: CatalogueScene) -> Trace:
 
 def score(trace: Trace, entry: CatalogueScene) -> float:
     return deviation(trace, entry.known, entry.scene)
-
-
-def altered(trace: Trace, k: int, **fields: Any) -> Trace:
-    impacts = trace.impacts.copy()
-    for name, value in fields.items():
-        impacts[name][k] = value
-    return replace(trace, impacts=impacts)
 
 
 @each_entry
