@@ -19,14 +19,14 @@ from carom.registry import adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {
-    "scenes": 30,
+    "scenes": 15,
     "known-failures": 60,
     "journal-cuts": 15,
     "journal-garbage": 15,
     "reports": 3,
-    "wild-numbers": 3,
+    "wild-numbers": 2,
     "journal-types": 30,
-    "results": 8,
+    "results": 4,
     "clocks": 4,
 }
 SLOW = {"options": 8, "kills": 3, "clusters": 2, "hostile": 2, "disks": 2, "digests": 2}

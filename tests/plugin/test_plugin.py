@@ -84,7 +84,7 @@ def test_a_third_party_adapter_is_found() -> None:
     assert info.available
 
 
-@pytest.mark.usefixtures("installed")
+@pytest.mark.usefixtures("installed", "in_process")
 @pytest.mark.parametrize(("profile", "contact_steps"), long_after(1, [("default", 4), ("tuned", 2)]))
 def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_contact_late(
     profile: str, contact_steps: int

@@ -10,7 +10,7 @@ from tests.drawn import KINDS, drawn, impacts_of
 from carom import Outcome, Scene, Trace, solve_pic
 
 #: So many scenes of each kind are drawn, half of them rough.
-DRAWN = 60
+DRAWN = 40
 
 #: In which share of the scenes of all kinds something must occur at least: two thirds of what the drawing gives,
 #: rounded down, so that one which loses a kind of scene, or draws it seldom, is told.

@@ -233,7 +233,7 @@ def test_a_block_that_creeps_is_told() -> None:
     assert "still at 0.01 m/s on average where it rests" in reasons(doctored(creeping, "contact/holds"))
 
 
-@pytest.mark.parametrize("restitution", [0.2, 0.8, pytest.param(0.95, marks=pytest.mark.long)])
+@pytest.mark.parametrize("restitution", long_after(1, [0.2, 0.8, 0.95]))
 def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: float) -> None:
     """Whatever its floor gives back, though it hops for ever, and the higher the more."""
     for height in (1.0, 1.013):

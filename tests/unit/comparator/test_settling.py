@@ -34,7 +34,7 @@ def without(trace: Trace, row: int) -> Trace:
 
 @pytest.mark.parametrize("heights", long_after(1, [2, 6]))
 @pytest.mark.parametrize("frame_rate_hz", long_after(1, [60, 240, 960]))
-@pytest.mark.parametrize("tilt", [0.0, 0.3])
+@pytest.mark.parametrize("tilt", long_after(1, [0.3, 0.0]))
 @pytest.mark.parametrize("restitution", long_after(2, [0.0, 0.7, 0.2, 0.5]))
 def test_pit_of_a_disc_that_comes_to_rest_is_no_worse_than_pit(
     restitution: float, tilt: float, frame_rate_hz: int, heights: int

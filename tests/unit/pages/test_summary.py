@@ -29,7 +29,7 @@ def every_kind(of: Scene) -> list[object]:
     return [of, reference, carom.compare(reference, observed), results, carom.certify(of)]
 
 
-@pytest.mark.parametrize("of", [scene(), scene(40, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")], ids=["plain", "hostile"])
+@pytest.mark.parametrize("of", [scene(), scene(20, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")], ids=["plain", "hostile"])
 def test_every_result_fits_a_corner_of_the_screen(of: Scene) -> None:
     """`repr` and `str` are the same few lines of printing characters, whatever the size and the name."""
     for thing in every_kind(of):

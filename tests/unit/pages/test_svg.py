@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-import carom
 from carom.pages.svg import SERIES, drawing, finish, line_style, plain_number
+from carom.registry import adapter_points, load_adapter
 
 
 def test_an_axis_of_less_than_a_decade_has_plain_words() -> None:
@@ -38,10 +38,10 @@ def test_an_axis_of_less_than_a_decade_has_plain_words() -> None:
 def test_no_two_profiles_of_an_engine_are_drawn_with_one_dash() -> None:
     """Lines of an engine have one colour, so the dash alone tells its profiles apart."""
     several = 0
-    for engine in carom.engines():
-        names = list(engine.profiles)
-        dashes = {repr(line_style(engine.name, profile=name)["linestyle"]) for name in names}
-        assert len(dashes) == len(names), (engine.name, names)
+    for engine in adapter_points():
+        names = list(load_adapter(engine).profiles)
+        dashes = {repr(line_style(engine, profile=name)["linestyle"]) for name in names}
+        assert len(dashes) == len(names), (engine, names)
         several += len(names) > 2
     assert several, "no engine with three profiles was tried"
 
@@ -55,7 +55,7 @@ def test_a_profile_has_one_dash_whatever_the_engine() -> None:
 
 def test_no_two_engines_look_alike() -> None:
     """Each engine has a colour or a mark that no other one has, and PIC's colour and PIT's are no engine's."""
-    names = [engine.name for engine in carom.engines()]
+    names = list(adapter_points())
     looks = {name: (line_style(name)["color"], line_style(name)["marker"]) for name in names}
     assert len(set(looks.values())) == len(names) > 2
     own = {looks[name][0] for name in ("pic", "pit")}

@@ -10,6 +10,7 @@ import pytest
 from carom import load_scene, run
 from carom.errors import InputError, UnknownNameError
 from carom.pages.render.terminal import terminal
+from carom.runs.pool import InProcess
 from carom.studies.stress import run as campaign
 from carom.studies.stress.document import stress_document, write_stress
 from carom.studies.stress.options import StressOptions
@@ -27,9 +28,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def results(folder: Path) -> StressResults:
-    """A small campaign, through worker processes: one line of each kind, on our own two methods."""
+    """A small campaign: one line of each kind, on our own two methods."""
     names = ["tunnelling", "reversal", "mujoco-441", "rapier-97"]
-    return stress(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("carom.runs.pool.LocalPool", lambda *_: InProcess())
+        return stress(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
 
 
 def test_every_cell_has_a_number_or_a_reason(results: StressResults) -> None:
