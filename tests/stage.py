@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -51,3 +53,20 @@ def from_end(scene: Scene, end: Trace, *, backwards: bool = False) -> Scene:
     ends = zip(scene.discs, end.final_position_m.tolist(), velocity, strict=True)
     discs = [disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(v)}) for disc, p, v in ends]
     return scene.model_copy(update={"discs": tuple(discs)})
+
+
+def crushed_rows() -> list[tuple[Scene, float]]:
+    """Return rows of discs on one line that are left no room, and when: their room over the speed of closing."""
+    left, right = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(4.0, 0.0, -1.0, 0.0)
+    comes = right.model_copy(update={"velocity_m_s": (-0.5, 0.0)})
+    held = {"m": math.inf, "driven": True}
+    mallet = disc_at(2.5, 0.0, -0.5, **held)
+    rows: list[tuple[float, Sequence[Disc | Wall]]] = [
+        # 2.5 m less the mallet's half and the disc's whole width, at 0.5 m/s
+        (1.5 / 0.5, (disc_at(1.0, 0.0, -1.0, r=0.25), mallet, left)),
+        (2.0 / 0.75, (disc_at(1.0, 0.0, -1.0, r=0.25), disc_at(-1.0, 0.0, 0.25, **held), mallet)),
+        (1.5 / 0.5, (disc_at(0.0, 1.0, 0.0, -1.0, r=0.25), disc_at(0.0, 2.5, 0.0, -0.5, **held), wall_at(0, 0, 0, 1))),
+        (3.0 / 0.5, (disc_at(1.0, 0.0, -1.0, r=0.25), disc_at(2.5, 0.0, 0.25, r=0.25), left, comes)),
+        (3.0 / 0.5, (disc_at(1.0, 0.0, -1.0, r=0.25), disc_at(2.5, 0.0, 0.25, r=0.25, m=3.0), left, comes)),
+    ]
+    return [(staged(f"row {k}", *bodies, duration_s=8.0), crushed_s) for k, (crushed_s, bodies) in enumerate(rows)]

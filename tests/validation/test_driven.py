@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.stage import crushed_rows
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Trace, Wall, solve_pic, solve_pit
 from carom.scenes import deviation, find_scenes
@@ -187,6 +188,38 @@ def test_speed_times_room_stays_the_same_before_a_disc_is_crushed() -> None:
     assert np.allclose(kept, kept[0], rtol=1e-9)
     shorter = solve_pic(scene.model_copy(update={"duration_s": 2.96875}))
     assert shorter.outcome is Outcome.COMPLETED  # no room is left after the end, and till then impacts have a number
+
+
+@pytest.mark.parametrize(("scene", "crushed_s"), crushed_rows(), ids=lambda one: getattr(one, "name", ""))
+def test_a_row_of_discs_is_crushed_when_its_room_is_used_up(scene: Scene, crushed_s: float) -> None:
+    """Between half-planes and mallets, on one line, discs of any mass are crushed when what is free of it is gone."""
+    trace = solve_pic(scene)
+    assert trace.outcome is Outcome.CRUSHED
+    assert float(trace.notes[0].rpartition(" at ")[2].removesuffix(" s")) == pytest.approx(crushed_s, rel=1e-15)
+    assert trace.end_time_s < crushed_s
+    shorter = solve_pic(scene.model_copy(update={"duration_s": crushed_s - 0.125}))
+    assert shorter.outcome is Outcome.COMPLETED  # till then impacts have a number
+
+
+def test_a_row_that_may_get_out_is_not_called_crushed() -> None:
+    """Off the line by 1e-9 m it leaves sideways; so it may where it is rubbed, or struck, or a mallet turns back."""
+    (scene, crushed_s), *_ = crushed_rows()
+    beyond = len(solve_pic(scene).impacts) + 100
+    disc, mallet = scene.discs
+
+    def outcome(**fields: Any) -> Outcome:
+        return solve_pic(scene.model_copy(update=fields), max_impacts=beyond).outcome
+
+    aside = disc.model_copy(update={"position_m": (1.0, 1e-9)})
+    assert outcome(discs=(aside, mallet)) is Outcome.COMPLETED
+    assert outcome(discs=(disc.model_copy(update={"velocity_m_s": (-1.0, 1e-9)}), mallet)) is Outcome.COMPLETED
+    assert outcome(friction=0.1) is Outcome.MAX_IMPACTS
+    assert outcome(wall_friction=0.1) is Outcome.MAX_IMPACTS
+    beside = Disc(position_m=(0.5, 0.505), radius_m=0.25)
+    assert outcome(discs=(disc, mallet, beside)) is Outcome.MAX_IMPACTS
+    path = on_legs((0.0, (-0.5, 0.0)), (crushed_s - 2**-9, (0.5, 0.0)))
+    turns = Disc(**{**dict(mallet), "velocity_m_s": (0.0, 0.0), **path})
+    assert outcome(discs=(disc, turns)) is not Outcome.CRUSHED
 
 
 def test_a_disc_between_edges_that_it_leaves_sideways_is_not_crushed() -> None:

@@ -18,7 +18,7 @@ export class AllPairs {
     this.reported = 0; // since the start
     this.atInstant = 0;
     this.standstill = standstillImpacts(bodies.n + walls);
-    this.squeezes = bodies.drive.some((drive) => drive) ? new Squeezes(bodies, this.standstill) : null;
+    this.squeezes = [...bodies.drive, ...bodies.driven].some(Boolean) ? new Squeezes(bodies, this.standstill) : null;
     // Row i holds when disc i meets the last wall, ..., the first, disc 0, ..., the last, each pair once.
     this.width = walls + bodies.n;
     this.heads = new Float64Array(bodies.n * this.width).fill(INF);
@@ -79,9 +79,11 @@ export class AllPairs {
     this.impacts.push({ ...record, time_s: this.reported });
     this.recorded();
     if (this.squeezes)
-      for (const disc of moved)
-        if (b.sinceStart(this.squeezes.struck(disc, second < 0 ? -1 - second : null)) <= this.end)
-          this.outcome = "crushed";
+      for (const disc of moved) {
+        const back = record.normal.map((value) => -value),
+          told = disc === first ? [second, back] : [first, record.normal];
+        if (b.sinceStart(this.squeezes.struck(disc, ...told)) <= this.end) this.outcome = "crushed";
+      }
     if (this.outcome !== null) return;
     if (this.impacts.length % (this.epochImpacts * b.n) === 0) {
       b.beginEpoch(this.now[0]);

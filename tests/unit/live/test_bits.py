@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from tests.drawn import KINDS, drawn
 from tests.lengths import long_after
+from tests.stage import crushed_rows
 from tests.unit.solvers.tables import random_scene
 from tests.validation.test_certified_contact import drawn_giving_back
 
@@ -26,7 +27,7 @@ from carom.walls import Leg
 
 HERE = Path(__file__).parent
 #: Enough of the impacts of the longest scenes.
-MOST = 2000
+MOST = 2500
 #: All that the JavaScript refuses, by the names that it says.
 REFUSED = {"a table that slows discs down", "numbers of extreme size"}
 
@@ -279,6 +280,11 @@ def test_tables_drawn_at_random_have_carom_s_bits() -> None:
     jobs = _tables(range(4))
     assert len(jobs) > 6
     assert _unlike(jobs) == []
+
+
+def test_rows_of_discs_that_are_crushed_have_carom_s_bits() -> None:
+    """Between mallets and walls that close on them: every impact before the crush is named."""
+    assert _unlike([(scene, "pic") for scene, _ in crushed_rows()]) == []
 
 
 def test_what_lands_where_friction_gives_back_has_carom_s_bits() -> None:

@@ -62,7 +62,7 @@ class AllPairsRun:
         self._ended: Outcome | None = None
         self._at_instant = 0
         self._standstill = standstill_impacts(len(self.bodies) + len(self.bodies.walls))
-        driven = start.arrays.wall_drives is not None
+        driven = start.arrays.wall_drives is not None or bool(self.bodies.driven)
         self._squeezes = Squeezes(self.bodies, self._standstill) if driven else None
         self._last_s = start.duration_s  # up to when impacts are asked for, at the least
         self._patience = Patience()
@@ -168,7 +168,7 @@ class AllPairsRun:
         counts["impacts"] += 1
         counts["wall_impacts"] += second < 0
         if self._squeezes is not None:
-            self._look_for_crushing(self._squeezes, moved, second)
+            self._look_for_crushing(self._squeezes, moved, found[0])
         if self._ended is not None:
             return
         counts["predictions"] += len(moved)
@@ -194,14 +194,15 @@ class AllPairsRun:
         record = self.bodies.collide(first, second, now_s, elastic=any(soon))._replace(time_s=self._reported_s)
         return record, self.bodies.resolution_s(record)
 
-    def _look_for_crushing(self, squeezes: Squeezes, moved: list[int], second: int) -> None:
+    def _look_for_crushing(self, squeezes: Squeezes, moved: list[int], record: ImpactRecord) -> None:
         """End the run where a disc that has just been struck is crushed before what is asked for ends."""
+        first, second, (nx, ny) = record.first, record.second, record.normal
         for disc in moved:
-            crush = squeezes.struck(disc, wall_index(second) if second < 0 else None)
+            crush = squeezes.struck(*((disc, second, (-nx, -ny)) if disc == first else (disc, first, (nx, ny))))
             if crush is None or (time_s := self.bodies.since_start(crush.time_s)) > self._last_s:
                 continue
             self._ended = Outcome.CRUSHED
-            one, other = (body_name(wall_body(k)) for k in crush.walls)
+            one, other = map(body_name, crush.between)
             self.notes = (f"disc {disc} is crushed between {one} and {other} at {time_s:.17g} s",)
 
     def _keep(self, record: ImpactRecord, resolution_s: float) -> None:

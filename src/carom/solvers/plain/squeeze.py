@@ -1,4 +1,4 @@
-"""Discs that bounce to and fro between two walls that close on them: impacts without end before the walls meet them.
+"""Discs that bounce to and fro between what closes on them: impacts without end before no room is left to them.
 
 Between a wall and a parallel one that comes at a speed U, the relative speed of the disc after each impact on the
 latter times the way that is left to it stays the same: so the speed grows as one over the way, and infinitely many
@@ -13,9 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.features import Face
 from carom.solvers.plain.finite_walls import gap_of
-from carom.trace import wall_body
+from carom.trace import Vector, wall_body, wall_index
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from carom.solvers.plain.bodies import Bodies
 
 
@@ -24,17 +26,17 @@ class Crush(NamedTuple):
 
     Attributes:
         disc: The disc.
-        walls: The two that close on it.
+        between: The two bodies that close on it, or on the discs with which it is in a row.
         time_s: When the way that is left to it is used up, seconds since the epoch.
     """
 
     disc: int
-    walls: tuple[int, int]
+    between: tuple[int, int]
     time_s: float
 
 
 class Squeezes:
-    """How often in a row each disc has gone from one wall to one opposite, exactly parallel, and back.
+    """How often in a row each disc has gone from one body to one exactly opposite, and back.
 
     Args:
         bodies: The bodies of the run.
@@ -44,22 +46,29 @@ class Squeezes:
     def __init__(self, bodies: Bodies, most: int) -> None:
         self._bodies = bodies
         self._most = most
-        self._last: list[tuple[int, tuple[float, float]] | None] = [None] * len(bodies)
+        self._last: list[tuple[int, Vector] | None] = [None] * len(bodies)
+        self._sides: list[dict[Vector, int]] = [{} for _ in range(len(bodies))]  # whom it struck last on either side
         self._row = [0] * len(bodies)
 
-    def struck(self, disc: int, wall: int | None) -> Crush | None:
-        """Note that a disc has struck a wall, or another disc (None); return when it is crushed, None for not that."""
-        last, self._last[disc] = self._last[disc], None
-        if wall is None:
-            self._row[disc] = 0
-            return None
-        nx, ny = self._bodies.normal(disc, wall)
-        self._last[disc] = (wall, (nx, ny))
-        opposite = last is not None and last[0] != wall and last[1] == (-nx, -ny)
-        self._row[disc] = self._row[disc] + 1 if opposite else 0
+    def struck(self, disc: int, other: int, normal: Vector) -> Crush | None:
+        """Note that a disc has struck a body; return when it is crushed, None for not that.
+
+        Args:
+            disc: The disc.
+            other: The body.
+            normal: Unit vector from the body to the disc.
+        """
+        last, self._last[disc] = self._last[disc], (other, normal)
+        opposite = last is not None and last[0] != other and last[1] == (-normal[0], -normal[1])
+        # A disc of a row may strike the one beside it twice before it is back at the other.
+        again = other >= 0 and last == (other, normal)
+        self._row[disc] = self._row[disc] + 1 if opposite or again else 0
+        self._sides[disc] = {**(self._sides[disc] if self._row[disc] else {}), normal: other}
         if last is None or self._row[disc] <= self._most:
             return None
-        return self._crush(disc, wall, last[0])
+        if other < 0 and last[0] < 0:
+            return self._crush(disc, wall_index(other), wall_index(last[0]))
+        return self._crush_in_a_row(disc, normal)
 
     def _crush(self, i: int, k: int, other: int) -> Crush | None:
         """Return when disc `i`, on wall `k`, is crushed between it and another.
@@ -78,31 +87,99 @@ class Squeezes:
         if gap is None:
             return None
         left_s = gap / closing
-        if any(leg.end_s <= now_s + left_s for leg in legs) or self._is_disturbed(i, (k, other), gap, left_s):
+        sides = tuple(map(wall_body, sorted((k, other))))
+        slip = abs(bodies.vx[i] * ny - bodies.vy[i] * nx) + max(_speed(leg.velocity) for leg in legs)
+        if any(leg.end_s <= now_s + left_s for leg in legs) or self._is_disturbed(
+            i, sides, gap + left_s * slip, left_s
+        ):
             return None
         bounded = [wall for wall in (k, other) if not isinstance(bodies.walls[wall], tuple)]
         rubs = any(bodies.contact_of_wall(wall).friction > 0.0 for wall in (k, other))
         if (bounded and rubs) or not all(self._stays(i, wall, left_s) for wall in bounded):
             return None
-        return Crush(i, (min(k, other), max(k, other)), now_s + left_s)
+        return Crush(i, (sides[0], sides[1]), now_s + left_s)
 
-    def _is_disturbed(self, i: int, between: tuple[int, int], gap: float, seconds: float) -> bool:
-        """Whether something else may come to disc `i` so soon, as all move now."""
+    def _crush_in_a_row(self, i: int, normal: Vector) -> Crush | None:
+        """Return when disc `i` and those that it strikes have no room left between two half-planes or held discs.
+
+        That is so on one line to the bit, which is one along an axis, with no speed across it, no friction and no fall:
+        nothing then takes them off it. And nothing may be lost, or they might come to rest on each other before.
+        """
+        bodies, now_s = self._bodies, self._bodies.time[i]
+        line = self._in_a_row(i, normal)
+        rubs_or_loses = bodies.contact.friction > 0.0 or bodies.restitution < 1.0
+        if line is None or rubs_or_loses or any(bodies.gravity) or 0.0 not in normal:
+            return None
+        along = 0 if normal[0] else 1
+        states = [state for body in line if (state := self._in_line(body, now_s, normal)) is not None]
+        if len(states) < len(line) or any(state[3 - along] for state in states):
+            return None
+        if len({state[1 - along] for j, state in zip(line, states, strict=True) if j >= 0}) > 1:
+            return None
+        ends = states[0], states[-1]
+        closing = (ends[0][2 + along] - ends[1][2 + along]) * normal[along]
+        room = (ends[1][along] - ends[0][along]) * normal[along]
+        for body in line:
+            if body >= 0:  # of a held disc one half lies between the ends
+                room -= bodies.radius[body] * (2.0 if bodies.inverse_mass[body] else 1.0)
+        room = max(0.0, room)
+        if not closing > 0.0:
+            return None
+        left_s = room / closing
+        way = room + left_s * max(abs(end[2 + along]) for end in ends)
+        if any(bodies.legs_ahead(body, now_s)[0].end_s <= now_s + left_s for body in (line[0], line[-1])):
+            return None
+        if any(self._is_disturbed(j, line, way, left_s) for j in line[1:-1]):
+            return None
+        return Crush(i, (line[0], line[-1]), now_s + left_s)
+
+    def _in_line(self, body: int, time_s: float, normal: Vector) -> tuple[float, float, float, float] | None:
+        """Return place and velocity of a body at a time; None for a wall that is not across a line, or takes speed."""
+        bodies = self._bodies
+        if body >= 0:
+            return bodies.state_at(body, (time_s, 0.0))
+        k, leg = wall_index(body), bodies.legs_ahead(body, time_s)[0]
+        wall = bodies.walls[k]
+        if not isinstance(wall, tuple) or bodies.rubs_on(k) or bodies.restitution_of_wall(k) < 1.0:
+            return None
+        if wall[2] * normal[1] != wall[3] * normal[0]:
+            return None
+        moved_x, moved_y = leg.moved_at(time_s)
+        return wall[0] + moved_x, wall[1] + moved_y, *leg.velocity
+
+    def _in_a_row(self, i: int, normal: Vector) -> list[int] | None:
+        """Return disc `i` and who strikes whom beside it, up to a body at each end that no impact moves.
+
+        They are in the order of the normal, which is from one that disc `i` has struck to it.
+        """
+        bodies, ways = self._bodies, []
+        for side in (normal, (-normal[0], -normal[1])):
+            way, body = list[int](), self._sides[i].get(side)
+            while body is not None and len(way) <= len(bodies):
+                way.append(body)
+                if body < 0 or not bodies.inverse_mass[body]:
+                    break
+                body = self._sides[body].get(side)
+            else:
+                return None
+            ways.append(way)
+        return [*reversed(ways[0]), i, *ways[1]]
+
+    def _is_disturbed(self, i: int, among: Collection[int], way: float, seconds: float) -> bool:
+        """Whether another body may come so soon to disc `i`, which gets this far beside its fall, as all move now."""
         bodies = self._bodies
         now_s = bodies.time[i]
-        nx, ny = bodies.normal(i, between[0])
         fall = 0.5 * math.hypot(*bodies.gravity) * seconds * seconds
-        sides = [bodies.legs_ahead(wall_body(wall), now_s)[0].velocity for wall in between]
-        way = gap + fall + seconds * (abs(bodies.vx[i] * ny - bodies.vy[i] * nx) + max(map(_speed, sides)))
+        way += fall
         for k in range(len(bodies.walls)):
             fastest = max(_speed(leg.velocity) for leg in bodies.legs_ahead(wall_body(k), now_s))
-            if k not in between and self._room(i, k) <= way + fastest * seconds:
+            if wall_body(k) not in among and self._room(i, k) <= way + fastest * seconds:
                 return True
         for j in range(len(bodies)):
             x, y, u, v = bodies.state_at(j, (now_s, 0.0))
             room = math.hypot(x - bodies.x[i], y - bodies.y[i]) - bodies.radius[i] - bodies.radius[j]
             fastest = max(_speed((u, v)), *(_speed(leg.velocity) for leg in bodies.legs_ahead(j, now_s)))
-            if j != i and room <= way + fall + fastest * seconds:
+            if j not in among and j != i and room <= way + fall + fastest * seconds:
                 return True
         return False
 
