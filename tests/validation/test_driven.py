@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.lengths import long_after
 from tests.stage import crushed_rows
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Trace, Wall, solve_pic, solve_pit
@@ -190,7 +191,7 @@ def test_speed_times_room_stays_the_same_before_a_disc_is_crushed() -> None:
     assert shorter.outcome is Outcome.COMPLETED  # no room is left after the end, and till then impacts have a number
 
 
-@pytest.mark.parametrize(("scene", "crushed_s"), crushed_rows(), ids=lambda one: getattr(one, "name", ""))
+@pytest.mark.parametrize(("scene", "crushed_s"), long_after(1, crushed_rows()))
 def test_a_row_of_discs_is_crushed_when_its_room_is_used_up(scene: Scene, crushed_s: float) -> None:
     """Between half-planes and mallets, on one line, discs of any mass are crushed when what is free of it is gone."""
     trace = solve_pic(scene)
@@ -201,6 +202,7 @@ def test_a_row_of_discs_is_crushed_when_its_room_is_used_up(scene: Scene, crushe
     assert shorter.outcome is Outcome.COMPLETED  # till then impacts have a number
 
 
+@pytest.mark.long
 def test_a_row_that_may_get_out_is_not_called_crushed() -> None:
     """Off the line by 1e-9 m it leaves sideways; so it may where it is rubbed, or struck, or a mallet turns back."""
     (scene, crushed_s), *_ = crushed_rows()

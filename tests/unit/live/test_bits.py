@@ -282,6 +282,7 @@ def test_tables_drawn_at_random_have_carom_s_bits() -> None:
     assert _unlike(jobs) == []
 
 
+@pytest.mark.long
 def test_rows_of_discs_that_are_crushed_have_carom_s_bits() -> None:
     """Between mallets and walls that close on them: every impact before the crush is named."""
     assert _unlike([(scene, "pic") for scene, _ in crushed_rows()]) == []
