@@ -24,7 +24,7 @@ from carom.errors import MissingExtraError
 from carom.registry import load_adapter, why_unavailable
 
 # Shared machines make deadlines lie: no single example is timed.
-settings.register_profile("carom", deadline=None, derandomize=True, max_examples=20)
+settings.register_profile("carom", deadline=None, derandomize=True, max_examples=12)
 settings.register_profile("more", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("search", deadline=None, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
