@@ -58,7 +58,7 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
         gravity_m_s2=(0, -g),
         duration_s=2.0,
     )
-    dt_s, fall_s = 1 / 1000, math.sqrt(2 * height / g)
+    dt_s, fall_s = 1 / 500, math.sqrt(2 * height / g)
     trace = observe_run(engine, scene, "tuned", dt_s)
     # Noticed up to a step late, stamped up to one more; an integrator of first order is another half a step off in a
     # fall, and a bounce at a depth of g t dt keeps as much of the fall's energy again.

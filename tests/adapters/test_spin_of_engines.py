@@ -162,7 +162,7 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.3])
-@pytest.mark.parametrize("wall_friction", [0.0, 0.1, 2.0])
+@pytest.mark.parametrize("wall_friction", long_after(2, [0.0, 0.1, 2.0]))
 def test_discs_and_walls_have_each_their_own_friction(engine: Adapter, friction: float, wall_friction: float) -> None:
     """In one scene a disc grips another, and a third a wall, each by its own coefficient, whichever of them is 0."""
     pair = meeting(*PAIRS["equal"], friction, 1.0)

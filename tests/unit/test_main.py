@@ -109,7 +109,7 @@ ENDED = {
 
 
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is nothing to come again by")
-@pytest.mark.parametrize("how", ENDED)
+@pytest.mark.parametrize("how", long_after(2, ENDED))
 def test_a_signal_ends_a_process_with_its_own_code_and_a_sentence(how: str, tmp_path: Path) -> None:
     """Whenever it comes, the exit code is the signal's, and one sentence names it; run by `python -m`, too."""
     script, number = ENDED[how]
