@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tests.adapters.staged import assert_begun_late, at_a_belt, at_a_paddle, with_a_late_leg
 from tests.engines.staged import PHASES, Finish, Named
 
+import carom_adapters.npm
 from carom import Chain, Wall
+
+HERE, NPM = Path(__file__).parent, Path(carom_adapters.npm.__file__).parent
 
 #: Of engines and profiles, what of a velocity of 4 m/s is rounding.
 ROUNDING_M_S = {
@@ -59,3 +66,14 @@ def test_a_belt_pushes_a_disc_that_slips_on_it(profile: str, side: int, named: N
         for phase in PHASES:
             seen = finish(named("planck"), at_a_belt(phase, wall, side), 1 / 64, profile)
             np.testing.assert_allclose(seen.velocity_m_s[0], (3.0 * side, 1.5 * side), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("package", ["planck", "box2d3-wasm", "@dimforge/rapier2d-compat"])
+def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(package: str) -> None:
+    """So put at -1 m/s it sends a disc of 2 m/s back at -2 m/s, at each of sixteen starts, and not at -4."""
+    if not (NPM / "node_modules" / package).is_dir():
+        pytest.skip(f"{package} is not installed: make engines")
+    program = (HERE / "put.mjs").read_text(encoding="utf-8")
+    command = ["node", "--input-type=module", "--eval", program, package]
+    done = subprocess.run(command, cwd=NPM, capture_output=True, text=True, check=True)
+    np.testing.assert_allclose(json.loads(done.stdout), [-2.0] * 16, rtol=1e-6)
