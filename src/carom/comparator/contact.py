@@ -151,7 +151,10 @@ def _late_allowed(reference: Trace, pit: Ends, looks_s: Array, dt_s: float) -> E
     A hop that counts by a rounding lasts as many steps as it takes to rise and fall again; looks are some steps apart.
     """
     materials = reference.scene.arrays.materials
-    lost = max((dt_s / (1.0 - materials[wall_index(t.wall)].restitution) for t in touches(reference)), default=0.0)
+    own = (materials[wall_index(touch.wall)].restitution for touch in touches(reference))
+    lost = max(
+        (dt_s / (1.0 - e) for e in own if e < 1.0), default=0.0
+    )  # where all is given back, no hops close on rest
     apart_s = 2.0 * float(np.max(np.diff(looks_s, prepend=0.0))) + 2.0 * RESTING_STEPS * dt_s
     return Ends(apart_s + float(np.fmax(lost, abs(pit.bounces_s))), apart_s + float(np.fmax(lost, abs(pit.slips_s))))
 

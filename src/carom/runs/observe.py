@@ -19,6 +19,7 @@ from carom.runs.collect import ImpactCollector, gravity_of
 from carom.runs.free_flight import FreeFlight
 from carom.runs.job import PIT_METHOD, Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
 from carom.runs.locate import Cutter
+from carom.runs.phases import phase_values
 from carom.runs.raised import raised
 from carom.runs.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
 from carom.runs.wire import CarriedTrace
@@ -160,6 +161,19 @@ def sampling_of(scene: Scene, dt_s: float) -> Trace:
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
+def look_steps(steps: int) -> frozenset[int]:
+    """Return after which of the steps of a run states are kept: all, or one in each of as many equal stretches.
+
+    Where in its stretch is quasi-random: what hops in two steps would be seen at rest every other step.
+    """
+    every = -(-steps // MOST_LOOKS)
+    stretches = range(0, steps, every)
+    return frozenset(
+        min(begin + 1 + int(every * phase), steps)
+        for begin, phase in zip(stretches, phase_values(len(stretches)), strict=True)
+    )
+
+
 class _Run:
     """What has been seen of a run so far; positions are kept every `stride` steps."""
 
@@ -181,7 +195,7 @@ class _Run:
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
         self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
-        self.look_every = -(-self.steps // MOST_LOOKS)
+        self.look_at = look_steps(self.steps)
 
     def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps to the end, or to where nothing but free flight is left."""
@@ -205,7 +219,7 @@ class _Run:
                 self.outcome = Outcome.STANDSTILL
                 return
             self.taken = step
-            if self.looks is not None and step % self.look_every == 0:
+            if self.looks is not None and step in self.look_at:
                 self.looks.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.state.position_m)

@@ -71,6 +71,19 @@ def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None
     assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 
+def test_what_hops_in_two_steps_is_not_looked_at_in_every_other() -> None:
+    """On an elastic floor PIT hops where a ball lies, by g dt at every other frame: sampled, and not exact.
+
+    Of its 300 states 150 are kept; every second is the truth.
+    """
+    (entry,) = find_scenes(["issues/brax-151"])
+    trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
+    score = compare(solve_pic(entry.scene), trace, sampling=trace)
+    assert score.contact is not None
+    assert (score.contact.looks, score.grade) == (150, Grade.SAMPLED)
+    assert score.contact.own.velocity_m_s == pytest.approx(9.8 * 0.01)
+
+
 @pytest.mark.parametrize("name", list(CONTACT))
 def test_the_motion_of_a_trace_is_that_of_the_run(name: str) -> None:
     """Places, velocities and spins read off a trace at any time are those of a run that ends then."""
