@@ -98,6 +98,8 @@ def _take_consequences(block: Block, found: Activity, near: dict[int, list[Pair]
             if pair not in active and closing > (RESTING_STEPS + 0.5) * law.pull * seconds:
                 active[pair] = time_s
                 found.follows.add((step, pair))
+                if _all_active(active, due, near):
+                    break  # however often they strike each other yet
 
 
 def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:
