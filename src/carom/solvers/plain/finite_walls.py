@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.extension import extension_available
 from carom.physics.arc_time import from_pair, reach_of
 from carom.physics.double_double import two_sum
 from carom.physics.face_time import face_gap
@@ -78,15 +77,6 @@ class FiniteWall:
         bent = EdgeKind.FACE if stretch.centre is None else EdgeKind.ARC
         kind = bent if foot.inner else EdgeKind.VERTEX
         return Hit(None, (dx / distance, dy / distance), (foot.edge, kind))
-
-
-def finite_wall(outline: Outline) -> FiniteWall:
-    """Return a wall that is solved for in compiled code where that serves, with the same bits."""
-    if not extension_available():
-        return FiniteWall(outline)
-    from carom.solvers.plain.compiled_walls import CompiledWall
-
-    return CompiledWall(outline)
 
 
 def gap_of(disc: Mover, feature: Feature) -> float:

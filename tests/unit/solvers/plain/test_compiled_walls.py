@@ -10,7 +10,8 @@ from tests.forms import needs_extension, plain_form
 
 from carom import Chain, Ring
 from carom.physics.features import Mover
-from carom.solvers.plain.finite_walls import FiniteWall, finite_wall
+from carom.solvers.plain.chosen_walls import finite_wall
+from carom.solvers.plain.finite_walls import FiniteWall
 
 SHAPES: dict[str, Chain | Ring] = {
     "edges": Chain(points_m=[(-2, -1), (0, 1), (1, -1), (3, 0.5)], half_width_m=0.1),
