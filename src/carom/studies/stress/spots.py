@@ -50,7 +50,7 @@ class Spot:
             complaint the deviation. None where there is no number.
         stands_at: The largest size at which it was seen to stand, None where there is none.
         error: The error at `stands_at`, in the measure of the attack; None where there is none.
-        reason: Why it gave way, or why there is no number.
+        reason: Why it fails, or why there is no number.
         scenes: The files, in the folder of the results, whose scenes show the number.
         runs: How many runs the number took.
         status: What became of the run that decided, or why there was none.

@@ -139,3 +139,17 @@ def test_the_terminal_shows_tables_and_a_summary(results: StressResults) -> None
         headings = [before for before, item in pairwise(shown) if not isinstance(item, str)]
         assert headings == ["What became of each method", *(kinds if full else ())]
         assert any(isinstance(item, str) and item.startswith("Of 1 stress test ") for item in shown)
+
+
+@pytest.mark.parametrize(
+    ("phrase", "ending"),
+    [
+        ("gives way", SpotEnding.GIVES_WAY),
+        ("stands to the end", SpotEnding.STANDS),
+        ("gives way at the harmless end", SpotEnding.NEVER_STOOD),
+        ("fails at this size", SpotEnding.GIVES_WAY),
+    ],
+)
+def test_a_journal_of_earlier_words_is_read(phrase: str, ending: SpotEnding) -> None:
+    """How a cell ended is known by the phrase of today and by those that earlier journals have."""
+    assert SpotEnding(phrase) is ending
