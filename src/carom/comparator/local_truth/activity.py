@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -17,6 +18,9 @@ from carom.comparator.local_truth.rest import RESTING_STEPS, Rest, rests
 from carom.comparator.local_truth.room import has_room
 
 Flags = NDArray[np.bool_]
+
+#: Impacts at one instant after which it is asked whether the others can matter; crowds have fewer.
+_AT_ONCE = 64
 
 #: Steps whose near pairs are looked for together: boxes round so much of a path are little larger than a disc.
 _TOGETHER = 16
@@ -93,9 +97,9 @@ def _take_consequences(block: Block, found: Activity, near: dict[int, list[Pair]
         struck = (body for _, pair in due for body in pair if body in near)
         if not has_room(block, step, {pair for body in struck for pair in near[body]}):
             continue
-        seconds = float(block.step_s[step])
-        for time_s, pair, closing in _impacts_of(block, step, due, near):
-            if pair not in active and closing > (RESTING_STEPS + 0.5) * law.pull * seconds:
+        slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
+        for time_s, pair, closing in _impacts_of(block, step, due, near, slow):
+            if pair not in active and closing > slow:
                 active[pair] = time_s
                 found.follows.add((step, pair))
                 if _all_active(active, due, near):
@@ -117,11 +121,12 @@ def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], nea
 
 
 def _impacts_of(
-    block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]]
+    block: Block, step: int, due: list[tuple[float, Pair]], near: dict[int, list[Pair]], slow: float
 ) -> Iterator[tuple[float, Pair, float]]:
     """Yield PIC's impacts in a step that some pairs begin: seconds from its start, the pair, the speed they close at.
 
     Only what a struck disc meets is looked at anew: two that no impact has turned do not meet unless they are due.
+    Impacts without end at one instant, a collapse, end where all that are left must be as slow as is said.
     """
     law, seconds, begun_s = block.law, float(block.step_s[step]), float(block.states.time_s[step])
     flown: dict[int, tuple[float, BodyStates]] = {}
@@ -139,7 +144,8 @@ def _impacts_of(
 
     events = [(time_s, pair, (0, 0)) for time_s, pair in due]
     heapify(events)
-    found = 0
+    found = at_once = 0
+    last_s = 0.0
     while events and found < MOST_IMPACTS:
         time_s, pair, counts = heappop(events)
         if counts != (struck[pair[0]], struck[pair[1]]):
@@ -149,17 +155,32 @@ def _impacts_of(
         if falls_back and contact.closing <= 0.0:
             continue
         state.strike(pair)
-        found += 1
+        found, at_once, last_s = found + 1, at_once + 1 if time_s == last_s else 1, time_s
         yield time_s, pair, contact.closing
         turned = [body for body in pair if law.movable(body)]
         for body in turned:
             struck[body] += 1
             flown[body] = (time_s, state.only(body))
+        if at_once > _AT_ONCE and not law.driven and _fastest_closing(block, flown) <= slow:
+            return
         for other in {other for body in turned for other in near[body]}:
             if other != pair or falls_back:
                 meets_s = time_s + at(time_s, other).wait(other)
                 if meets_s <= seconds:
                     heappush(events, (meets_s, other, (struck[other[0]], struck[other[1]])))
+
+
+def _fastest_closing(block: Block, flown: Mapping[int, tuple[float, BodyStates]]) -> float:
+    """Return a bound on the speed at which some discs can close at one instant: no impact gives them energy."""
+    law, twice, lightest = block.law, 0.0, math.inf
+    for body, (_, state) in flown.items():
+        if law.movable(body):
+            inverse, rim = law.inverse_inertia_ratio[body], law.radius[body] * state.spin[body]
+            twice += law.mass[body] * (
+                math.hypot(*state.velocity[body]) ** 2 + (rim * rim / inverse if inverse else 0.0)
+            )
+            lightest = min(lightest, law.mass[body])
+    return 2.0 * math.sqrt(twice / lightest)
 
 
 def _drop_bystanders(block: Block, found: Activity, step: int) -> None:
