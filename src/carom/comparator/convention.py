@@ -32,6 +32,9 @@ SAME = 1e-12
 #: More states than these are not followed: a reader can't use a list of thousands of outcomes either.
 MOST_STATES = 4096
 
+#: Of more impacts than these the first are told; of an inelastic collapse there are infinitely many.
+MOST_TOLD = 12
+
 #: Every subset of the contacts can be the one that pushes; of more contacts than these, subsets are not tried.
 MOST_AT_ONCE = 8
 
@@ -159,25 +162,28 @@ def admissible_outcomes(scene: Scene, group: Group, speed_m_s: float) -> tuple[A
     """
     row = {disc: k for k, disc in enumerate(group.discs)}
     tolerance = SAME * speed_m_s
+    # Far wider than rounding and far narrower than any difference that could matter; and what closes more slowly than
+    # this has come to rest, as after infinitely many impacts.
+    cell = 1e3 * tolerance
     found: list[AdmissibleOutcome] = []
     seen: set[bytes] = set()
     stack: list[tuple[Motions, tuple[str, ...]]] = [(group.motion_m_s.copy(), ())]
     while stack:
         motion, path = stack.pop()
-        # Cells far wider than rounding and far narrower than any difference that could matter.
-        key = (np.round(motion / (1e3 * tolerance)) + 0.0).tobytes()  # which makes a zero of either sign one
+        key = (np.round(motion / cell) + 0.0).tobytes()  # which makes a zero of either sign one
         if key in seen:
             continue
         seen.add(key)
         if len(seen) > MOST_STATES:
             return ()
-        active = [c for c in group.contacts if _closing(c, motion, row) > tolerance]
+        active = [c for c in group.contacts if _closing(c, motion, row) > cell]
         if not active:
-            found.append(AdmissibleOutcome(", then ".join(path) or "no impact", motion))
+            told = ", then ".join(path[:MOST_TOLD]) or "no impact"
+            found.append(AdmissibleOutcome(told + ", and so on" * (len(path) > MOST_TOLD), motion))
         # Last first, so that the stack gives the lower body numbers first.
         stack += [(_struck(scene, c, motion, row), (*path, _name(c))) for c in reversed(active)]
     at_once = _at_once(scene, group, row, tolerance)
-    if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > 1e3 * tolerance for o in found):
+    if at_once is not None and all(np.max(np.abs(at_once - o.motion_m_s)) > cell for o in found):
         found.append(AdmissibleOutcome("all at once", at_once))
     return tuple(found)
 

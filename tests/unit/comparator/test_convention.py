@@ -12,7 +12,7 @@ from tests.stage import altered, disc_at
 from carom import Disc, Scene, Wall, compare, solve_pic
 from carom.comparator import Verdict
 from carom.comparator.convention import admissible_outcomes, first_group
-from carom.scenes import catalogue
+from carom.scenes import catalogue, find_scenes
 from carom.walls import Leg
 
 
@@ -61,6 +61,27 @@ def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
     assert group is not None
     outcomes = admissible_outcomes(scene, group, 1.0)
     assert [outcome.velocity_m_s.tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
+
+
+def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
+    """A disc falls at 2 m/s onto one that lies on a floor, of restitution 1/2 and 0: two outcomes, and PIC has one.
+
+    In turn, each impact on the other halves what they close at, and the floor takes it: both end at rest, after
+    infinitely many. All at once, what lies there stays, and the other leaves at 1/2 of 2 m/s.
+    """
+    (entry,) = find_scenes(["contact/pressed"])
+    reference = solve_pic(entry.scene)
+    group = first_group(reference)
+    assert group is not None
+    in_turn, at_once = admissible_outcomes(entry.scene, group, 2.0)
+    np.testing.assert_allclose(in_turn.velocity_m_s, [[0, 0], [0, 0]], rtol=0, atol=4e-9)
+    np.testing.assert_allclose(at_once.velocity_m_s, [[0, 0], [0, 1]], rtol=0, atol=1e-12)
+    assert in_turn.how.startswith("0 on 1, then 0 on wall 0, then 0 on 1")
+    assert in_turn.how.endswith(", and so on")
+    score = compare(reference, reference)
+    assert score.convention is not None
+    assert score.convention.nearest == 0
+    assert score.convention.distance < 1e-7  # PIC ends by name after a dozen of them
 
 
 def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
