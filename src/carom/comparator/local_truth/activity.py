@@ -19,7 +19,7 @@ from carom.comparator.local_truth.room import has_room
 
 Flags = NDArray[np.bool_]
 
-#: Impacts at one instant after which it is asked whether the others can matter; crowds have fewer.
+#: Impacts at one instant after which it is asked whether the others can matter. Chosen: asking costs as much as a few.
 _AT_ONCE = 64
 
 #: Steps whose near pairs are looked for together: boxes round so much of a path are little larger than a disc.
