@@ -167,11 +167,11 @@ class AllPairsRun:
             self._impacts_per_disc[disc] += 1
         counts["impacts"] += 1
         counts["wall_impacts"] += second < 0
+        counts["predictions"] += len(moved)
         if self._squeezes is not None:
             self._look_for_crushing(self._squeezes, moved, found[0])
         if self._ended is not None:
             return
-        counts["predictions"] += len(moved)
         if counts["impacts"] % (self.epoch_impacts * len(bodies)) == 0:
             self._begin_epoch()
             moved = list(range(len(bodies)))

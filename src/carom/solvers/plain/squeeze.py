@@ -18,6 +18,7 @@ from carom.trace import Vector, wall_body, wall_index
 if TYPE_CHECKING:
     from collections.abc import Collection
 
+    from carom.physics.features import Feature
     from carom.solvers.plain.bodies import Bodies
 
 
@@ -35,20 +36,61 @@ class Crush(NamedTuple):
     time_s: float
 
 
+class Struck(NamedTuple):
+    """What a disc has met last.
+
+    Attributes:
+        body: The body.
+        feature: What of it, if it is a finite wall.
+    """
+
+    body: int
+    feature: Feature | None
+
+
+class ToAndFro(NamedTuple):
+    """How often in a row a disc has gone from one body to one exactly opposite, and back.
+
+    Attributes:
+        last: What it struck last; None for nothing so far.
+        normal: Unit vector from there to the disc.
+        across: What it struck last on the other side, in this row; None for nothing.
+        row: How often.
+    """
+
+    last: Struck | None = None
+    normal: Vector = (0.0, 0.0)
+    across: Struck | None = None
+    row: int = 0
+
+    def after(self, struck: Struck, normal: Vector) -> ToAndFro:
+        """Return the same after another impact of the disc."""
+        if self.last is not None:
+            if self.last.body != struck.body and self.normal == (-normal[0], -normal[1]):
+                return ToAndFro(struck, normal, self.last, self.row + 1)
+            # A disc of a row may strike the one beside it twice before it is back at the other.
+            if struck.body >= 0 and (self.last.body, self.normal) == (struck.body, normal):
+                return self._replace(row=self.row + 1)
+        return ToAndFro(struck, normal)
+
+    def beside(self, side: Vector) -> int | None:
+        """Return whom the disc struck last on a side, given by a unit vector from there; None for nobody."""
+        struck = self.last if side == self.normal else self.across
+        return None if struck is None or side not in (self.normal, (-self.normal[0], -self.normal[1])) else struck.body
+
+
 class Squeezes:
-    """How often in a row each disc has gone from one body to one exactly opposite, and back.
+    """How each disc of a run goes to and fro, and which are crushed.
 
     Args:
         bodies: The bodies of the run.
-        most: After how many in a row a disc is looked at.
+        most: After how many impacts in a row a disc is looked at.
     """
 
     def __init__(self, bodies: Bodies, most: int) -> None:
         self._bodies = bodies
         self._most = most
-        self._last: list[tuple[int, Vector] | None] = [None] * len(bodies)
-        self._sides: list[dict[Vector, int]] = [{} for _ in range(len(bodies))]  # whom it struck last on either side
-        self._row = [0] * len(bodies)
+        self.to_and_fro = [ToAndFro()] * len(bodies)
 
     def struck(self, disc: int, other: int, normal: Vector) -> Crush | None:
         """Note that a disc has struck a body; return when it is crushed, None for not that.
@@ -58,16 +100,18 @@ class Squeezes:
             other: The body.
             normal: Unit vector from the body to the disc.
         """
-        last, self._last[disc] = self._last[disc], (other, normal)
-        opposite = last is not None and last[0] != other and last[1] == (-normal[0], -normal[1])
-        # A disc of a row may strike the one beside it twice before it is back at the other.
-        again = other >= 0 and last == (other, normal)
-        self._row[disc] = self._row[disc] + 1 if opposite or again else 0
-        self._sides[disc] = {**(self._sides[disc] if self._row[disc] else {}), normal: other}
-        if last is None or self._row[disc] <= self._most:
+        hit = self._bodies.last_hit[disc] if other < 0 else None
+        struck = Struck(other, None if hit is None else hit.feature)
+        self.to_and_fro[disc] = self.to_and_fro[disc].after(struck, normal)
+        return self.crush(disc) if self.to_and_fro[disc].row > self._most else None
+
+    def crush(self, disc: int) -> Crush | None:
+        """Return when a disc is crushed that has just struck a body, as it goes to and fro."""
+        last, normal, across, _ = self.to_and_fro[disc]
+        if last is None or across is None:  # it struck one disc again and again
             return None
-        if other < 0 and last[0] < 0:
-            return self._crush(disc, wall_index(other), wall_index(last[0]))
+        if last.body < 0 and across.body < 0:
+            return self._crush(disc, wall_index(last.body), wall_index(across.body))
         return self._crush_in_a_row(disc, normal)
 
     def _crush(self, i: int, k: int, other: int) -> Crush | None:
@@ -154,12 +198,12 @@ class Squeezes:
         """
         bodies, ways = self._bodies, []
         for side in (normal, (-normal[0], -normal[1])):
-            way, body = list[int](), self._sides[i].get(side)
+            way, body = list[int](), self.to_and_fro[i].beside(side)
             while body is not None and len(way) <= len(bodies):
                 way.append(body)
                 if body < 0 or not bodies.inverse_mass[body]:
                     break
-                body = self._sides[body].get(side)
+                body = self.to_and_fro[body].beside(side)
             else:
                 return None
             ways.append(way)
@@ -199,8 +243,11 @@ class Squeezes:
         return None if face is None else gap_of(self._bodies.mover(i, k), face)
 
     def _face(self, i: int, k: int) -> Face | None:
-        part = self._bodies.expected(i, k)
-        return part.feature if part is not None and isinstance(part.feature, Face) else None
+        """Return the flat face of finite wall `k` that disc `i` struck last; None where it struck no flat one."""
+        for struck in (self.to_and_fro[i].last, self.to_and_fro[i].across):
+            if struck is not None and struck.body == wall_body(k) and isinstance(struck.feature, Face):
+                return struck.feature
+        return None
 
     def _stays(self, i: int, k: int, seconds: float) -> bool:
         """Whether disc `i` is before finite wall `k` from now on for this many seconds, along the wall."""
