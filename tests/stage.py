@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from carom import Disc, Scene, Trace, Wall
+from carom.walls import AnyWall
 
 
 def disc_at(
@@ -22,10 +23,10 @@ def wall_at(x: float, y: float, nx: float, ny: float) -> Wall:
     return Wall(point_m=(x, y), normal=(nx, ny))
 
 
-def staged(name: str, *bodies: Disc | Wall, **fields: Any) -> Scene:
+def staged(name: str, *bodies: Disc | AnyWall, **fields: Any) -> Scene:
     """Return the scene of some bodies; `fields` are the others of a scene."""
     discs = [body for body in bodies if isinstance(body, Disc)]
-    walls = [body for body in bodies if isinstance(body, Wall)]
+    walls = [body for body in bodies if not isinstance(body, Disc)]
     return Scene(name=name, discs=discs, walls=walls, **fields)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Place and velocity of each disc at each boundary of a step: shape (steps + 1, n, 4), metres and metres a second.
+#: Place, velocity and spin of each disc at each boundary of a step: shape (steps + 1, n, 5), metres, seconds, radians.
 States = NDArray[np.float64]
 Vector = tuple[float, float]
 
@@ -26,12 +26,14 @@ WALL_M = 64.0
 
 @dataclass(frozen=True)
 class Body:
-    """A disc: place, velocity, radius and mass, which is infinite of one that can't move."""
+    """A disc: mass is infinite of one that can't move, inertia of one that can't turn; None is what its shape has."""
 
     place: Vector
     velocity: Vector
     radius: float
     mass: float
+    spin: float = 0.0
+    inertia: float | None = math.inf
 
     def is_fast(self, dt_s: float) -> bool:
         """Whether it moves by more than its radius in a step."""
@@ -40,13 +42,17 @@ class Body:
 
 @dataclass(frozen=True)
 class Stage:
-    """What is to be run: discs, half-planes as point and normal, restitutions of discs and of walls, and gravity."""
+    """What is to be run: discs, half-planes as point and normal, restitutions of discs and of walls, and gravity.
+
+    Discs rub walls alone.
+    """
 
     discs: tuple[Body, ...]
     walls: tuple[tuple[Vector, Vector], ...]
     restitution: float
     wall_restitution: float
     gravity: Vector
+    wall_friction: float = 0.0
 
 
 def _corners(normal: Vector, size: float) -> list[Vector]:
@@ -66,27 +72,28 @@ def pymunk(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
     bodies = []
     for disc in stage.discs:
         fixed = math.isinf(disc.mass)
-        body = engine.Body(body_type=engine.Body.STATIC) if fixed else engine.Body(disc.mass, math.inf)
-        body.position, body.velocity = disc.place, disc.velocity
+        moment = engine.moment_for_circle(disc.mass, 0, disc.radius) if disc.inertia is None else disc.inertia
+        body = engine.Body(body_type=engine.Body.STATIC) if fixed else engine.Body(disc.mass, moment)
+        body.position, body.velocity, body.angular_velocity = disc.place, disc.velocity, disc.spin
         circle = engine.Circle(body, disc.radius)
-        circle.elasticity = of_disc
+        circle.elasticity, circle.friction = of_disc, stage.wall_friction
         space.add(body, circle)
         bodies.append(body)
     for point, normal in stage.walls:
         body = engine.Body(body_type=engine.Body.STATIC)
         corners = [(point[0] + x, point[1] + y) for x, y in _corners(normal, WALL_M)]
         block = engine.Poly(body, corners)
-        block.elasticity = stage.wall_restitution / of_disc
+        block.elasticity, block.friction = stage.wall_restitution / of_disc, 1.0  # frictions are multiplied, too
         space.add(body, block)
 
     def read() -> list[list[float]]:
-        return [[*body.position, *body.velocity] for body in bodies]
+        return [[*body.position, *body.velocity, body.angular_velocity] for body in bodies]
 
     return _driven(lambda: space.step(dt_s), read, steps)
 
 
 def pybullet(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
-    """Run PyBullet with spheres and planes; restitutions are multiplied."""
+    """Run PyBullet with spheres and planes; restitutions and frictions are multiplied."""
     engine: Any = importlib.import_module("pybullet")
     client = engine.connect(engine.DIRECT)
     tuned = profile == "tuned"
@@ -102,11 +109,11 @@ def pybullet(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
     of_disc = math.sqrt(stage.restitution)
     undamped = {"linearDamping": 0.0} if tuned else {"linearDamping": 0.0, "angularDamping": 0.0}
 
-    def added(shape: int, mass: float, place: Vector, restitution: float) -> int:
+    def added(shape: int, mass: float, place: Vector, restitution: float, friction: float) -> int:
         body: int = engine.createMultiBody(
             mass, shape, basePosition=[*place, 0.0], useMaximalCoordinates=tuned, physicsClientId=client
         )
-        said = dict(undamped, restitution=restitution, lateralFriction=0.0)
+        said = dict(undamped, restitution=restitution, lateralFriction=friction)
         if tuned:
             said["contactProcessingThreshold"] = 0.0
         engine.changeDynamics(body, -1, physicsClientId=client, **said)
@@ -116,21 +123,24 @@ def pybullet(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
     for disc in stage.discs:
         ball = engine.createCollisionShape(engine.GEOM_SPHERE, radius=disc.radius, physicsClientId=client)
         fixed = math.isinf(disc.mass)
-        body = added(ball, 0.0 if fixed else disc.mass, disc.place, of_disc)
+        body = added(ball, 0.0 if fixed else disc.mass, disc.place, of_disc, stage.wall_friction)
         if not fixed:
-            engine.resetBaseVelocity(body, [*disc.velocity, 0.0], [0, 0, 0], client)
+            if disc.inertia is not None and math.isfinite(disc.inertia):
+                inertia = [disc.inertia] * 3
+                engine.changeDynamics(body, -1, mass=disc.mass, localInertiaDiagonal=inertia, physicsClientId=client)
+            engine.resetBaseVelocity(body, [*disc.velocity, 0.0], [0, 0, disc.spin], client)
             if tuned and disc.is_fast(dt_s):
                 swept = 0.95 * disc.radius
                 engine.changeDynamics(body, -1, ccdSweptSphereRadius=swept, physicsClientId=client)
         bodies.append(body)
     for point, normal in stage.walls:
         plane = engine.createCollisionShape(engine.GEOM_PLANE, planeNormal=[*normal, 0.0], physicsClientId=client)
-        added(plane, 0.0, point, stage.wall_restitution / of_disc)
+        added(plane, 0.0, point, stage.wall_restitution / of_disc, 1.0)
     engine.setGravity(*stage.gravity, 0.0, physicsClientId=client)
 
     def read() -> list[list[float]]:
         places = [engine.getBasePositionAndOrientation(body, client)[0][:2] for body in bodies]
-        speeds = [engine.getBaseVelocity(body, client)[0][:2] for body in bodies]
+        speeds = [(*v[:2], w[2]) for v, w in (engine.getBaseVelocity(body, client) for body in bodies)]
         return np.hstack([places, speeds]).tolist()  # type: ignore[no-any-return] # of two axes
 
     states = _driven(lambda: engine.stepSimulation(client), read, steps)
@@ -146,23 +156,27 @@ def mujoco(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
     def solref(restitution: float) -> str:
         if tuned:
             return f"0 {-(1.0 + restitution) / dt_s!r}"
-        loss = -math.log(restitution)
-        return f"-1000 {-2.0 * (loss / math.hypot(math.pi, loss)) * math.sqrt(1000.0)!r}"
+        loss = -math.log(restitution) if restitution else math.inf
+        damped = loss / math.hypot(math.pi, loss) if restitution else 1.0
+        return f"-1000 {-2.0 * damped * math.sqrt(1000.0)!r}"
 
-    shared = 'condim="1"' + (' solimp="0.9999 0.9999 0.001 0.5 2"' if tuned else "")
-    joint = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>' if tuned else "<freejoint/>"
+    shared = f'condim="{3 if stage.wall_friction else 1}"' + (' solimp="0.9999 0.9999 0.001 0.5 2"' if tuned else "")
+    slides = tuned or (stage.wall_friction > 0 and all(disc.inertia == math.inf for disc in stage.discs))
+    joint = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>' if slides else "<freejoint/>"
     parts = []
     for disc in stage.discs:
         size = f'type="sphere" size="{disc.radius!r}" solref="{solref(stage.restitution)}" {shared}'
         if math.isinf(disc.mass):
             parts.append(f'<geom pos="{disc.place[0]!r} {disc.place[1]!r} 0" {size}/>')
-        elif tuned:
-            inertial = f'<inertial pos="0 0 0" mass="{disc.mass!r}" diaginertia="1 1 1"/>'
+        elif slides or (disc.inertia is not None and math.isfinite(disc.inertia)):
+            moment = 1.0 if slides else disc.inertia
+            inertial = f'<inertial pos="0 0 0" mass="{disc.mass!r}" diaginertia="{moment} {moment} {moment}"/>'
             parts.append(f"<body>{inertial}{joint}<geom {size}/></body>")
         else:
             parts.append(f'<body>{joint}<geom mass="{disc.mass!r}" {size}/></body>')
     for (px, py), (nx, ny) in stage.walls:
         plane = f'type="plane" size="0 0 1" pos="{px!r} {py!r} 0" zaxis="{nx!r} {ny!r} 0" priority="1"'
+        plane += f' friction="{stage.wall_friction!r} 0 0"'
         parts.append(f'<geom {plane} solref="{solref(stage.wall_restitution)}" {shared}/>')
     gravity = f"{stage.gravity[0]!r} {stage.gravity[1]!r} 0"
     flags = '<flag autoreset="disable" speculative="enable"/>' if tuned else ""
@@ -170,16 +184,19 @@ def mujoco(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
     option = f'<option timestep="{dt_s!r}" gravity="{gravity}" {exact}>{flags}</option>'
     model = engine.MjModel.from_xml_string(f"<mujoco>{option}<worldbody>{''.join(parts)}</worldbody></mujoco>")
     data = engine.MjData(model)
-    per_place, per_speed = (2, 2) if tuned else (7, 6)
+    per_place, per_speed = (2, 2) if slides else (7, 6)
     movable = [k for k, disc in enumerate(stage.discs) if not math.isinf(disc.mass)]
     for at, k in enumerate(movable):
         data.qpos[per_place * at : per_place * at + 2] = stage.discs[k].place
         data.qvel[per_speed * at : per_speed * at + 2] = stage.discs[k].velocity
+        if not slides:
+            data.qvel[per_speed * at + 5] = stage.discs[k].spin
 
     def read() -> list[list[float]]:
-        rows = [[*disc.place, 0.0, 0.0] for disc in stage.discs]
+        rows = [[*disc.place, 0.0, 0.0, 0.0] for disc in stage.discs]
         for at, k in enumerate(movable):
-            rows[k] = [*data.qpos[per_place * at : per_place * at + 2], *data.qvel[per_speed * at : per_speed * at + 2]]
+            place, speed = data.qpos[per_place * at :], data.qvel[per_speed * at :]
+            rows[k] = [*place[:2], *speed[:2], 0.0 if slides else speed[5]]
         return rows
 
     return _driven(lambda: engine.mj_step(model, data), read, steps)
@@ -202,16 +219,18 @@ def box2d(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
         if math.isinf(disc.mass):
             body = world.CreateStaticBody(position=disc.place)
         else:
-            velocity = tuple(v / unit for v in disc.velocity)
-            body = world.CreateDynamicBody(position=disc.place, linearVelocity=velocity, fixedRotation=True)
+            velocity, spin = tuple(v / unit for v in disc.velocity), disc.spin / unit
+            body = world.CreateDynamicBody(position=disc.place, linearVelocity=velocity, angularVelocity=spin)
+            body.fixedRotation = disc.inertia == math.inf
             body.bullet, body.sleepingAllowed = tuned and disc.is_fast(dt_s), tuned
         for bits, restitution in shapes:
             circle = engine.b2CircleShape(radius=disc.radius)
-            body.CreateFixture(
-                shape=circle, density=1, friction=0, restitution=restitution, categoryBits=bits, maskBits=bits
-            )
+            laws = {"friction": stage.wall_friction, "restitution": restitution}
+            body.CreateFixture(shape=circle, density=1, categoryBits=bits, maskBits=bits, **laws)
         if not math.isinf(disc.mass):
-            body.massData = engine.b2MassData(mass=disc.mass, center=(0, 0), I=1.0)
+            inertia = 0.5 * disc.mass * disc.radius**2 if disc.inertia is None else disc.inertia
+            inertia = inertia if math.isfinite(inertia) else 1.0  # of what can't turn it is not asked
+            body.massData = engine.b2MassData(mass=disc.mass, center=(0, 0), I=inertia)
         bodies.append(body)
     for point, normal in stage.walls:
         block = engine.b2PolygonShape(vertices=_corners(normal, WALL_M))
@@ -219,12 +238,11 @@ def box2d(stage: Stage, profile: str, dt_s: float, steps: int) -> States:
             block.radius = 0.0  # a skin of 1 cm is shipped
         body = world.CreateStaticBody(position=point)
         bits = 2 if apart else 3
-        body.CreateFixture(
-            shape=block, friction=0, restitution=stage.wall_restitution, categoryBits=bits, maskBits=bits
-        )
+        laws = {"friction": stage.wall_friction, "restitution": stage.wall_restitution}
+        body.CreateFixture(shape=block, categoryBits=bits, maskBits=bits, **laws)
 
     def read() -> list[list[float]]:
-        return [[*body.position, *(v * unit for v in body.linearVelocity)] for body in bodies]
+        return [[*body.position, *(v * unit for v in (*body.linearVelocity, body.angularVelocity))] for body in bodies]
 
     velocity_iterations, position_iterations = (50, 0) if tuned else (8, 3)
     return _driven(lambda: world.Step(dt_s * unit, velocity_iterations, position_iterations), read, steps)

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from tests.adapters.bare_runs import ENGINES, Body, Stage
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, Setting
@@ -104,6 +105,16 @@ def worst_difference(adapter: Adapter, shipped: Shipped) -> float:
     return max(found)
 
 
+def run_of(engine: str) -> Callable[[Sequence[Disc]], End]:
+    """Return how discs run in the bare engine as shipped, each free to turn."""
+
+    def run(discs: Sequence[Disc]) -> End:
+        bodies = [Body(disc.position_m, disc.velocity_m_s, disc.radius_m, disc.mass_kg, inertia=None) for disc in discs]
+        return ENGINES[engine](Stage(tuple(bodies), (), 1.0, 1.0, (0.0, 0.0)), "default", DT_S, STEPS)[-1, :, :4]
+
+    return run
+
+
 def of_pymunk() -> Shipped:
     """Pymunk's own: the attributes of a space and of a shape."""
     import pymunk
@@ -113,50 +124,17 @@ def of_pymunk() -> Shipped:
     shape = pymunk.Circle(pymunk.Body(1, 1), 1)
     values: dict[str, object] = {name: getattr(space, name) for name in names}
     values |= {"elasticity": shape.elasticity, "friction": shape.friction, "moment": None, "set_neighbors": NOT_TOLD}
-
-    def run(discs: Sequence[Disc]) -> End:
-        space, bodies = pymunk.Space(), []
-        for disc in discs:
-            body = pymunk.Body(disc.mass_kg, pymunk.moment_for_circle(disc.mass_kg, 0, disc.radius_m))
-            body.position, body.velocity = disc.position_m, disc.velocity_m_s
-            circle = pymunk.Circle(body, disc.radius_m)
-            circle.elasticity = 1.0
-            space.add(body, circle)
-            bodies.append(body)
-        for _ in range(STEPS):
-            space.step(DT_S)
-        return np.array([[*body.position, *body.velocity] for body in bodies])
-
-    return Shipped(values, run)
+    return Shipped(values, run_of("pymunk"))
 
 
 def of_pybullet() -> Shipped:
     """PyBullet's own; damping, which it does not tell, is the part of its speed that a free body loses a second."""
     bullet: Any = importlib.import_module("pybullet")
-
-    def built(discs: Sequence[Disc], **dynamics: float) -> tuple[int, list[int]]:
-        client, bodies = bullet.connect(bullet.DIRECT), []
-        bullet.setPhysicsEngineParameter(fixedTimeStep=DT_S, physicsClientId=client)
-        for disc in discs:
-            ball = bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=disc.radius_m, physicsClientId=client)
-            place = [*disc.position_m, 0]
-            body = bullet.createMultiBody(disc.mass_kg, ball, basePosition=place, physicsClientId=client)
-            bullet.changeDynamics(body, -1, physicsClientId=client, **dynamics)
-            bullet.resetBaseVelocity(body, [*disc.velocity_m_s, 0], [0, 0, 0], client)
-            bodies.append(body)
-        return client, bodies
-
-    def run(discs: Sequence[Disc]) -> End:
-        client, bodies = built(discs, restitution=1.0, lateralFriction=0.0, linearDamping=0.0, angularDamping=0.0)
-        for _ in range(STEPS):
-            bullet.stepSimulation(client)
-        places = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in bodies]
-        speeds = [bullet.getBaseVelocity(body, client)[0][:2] for body in bodies]
-        bullet.disconnect(client)
-        return np.hstack([places, speeds])
-
-    (disc,) = (Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1),)
-    client, (body,) = built([disc])
+    client = bullet.connect(bullet.DIRECT)
+    bullet.setPhysicsEngineParameter(fixedTimeStep=DT_S, physicsClientId=client)
+    body = bullet.createMultiBody(
+        1, bullet.createCollisionShape(bullet.GEOM_SPHERE, radius=1, physicsClientId=client), physicsClientId=client
+    )
     world, told = bullet.getPhysicsEngineParameters(client), bullet.getDynamicsInfo(body, -1, client)
     bullet.resetBaseVelocity(body, [1, 0, 0], [0, 0, 1], client)
     bullet.stepSimulation(client)
@@ -170,7 +148,7 @@ def of_pybullet() -> Shipped:
         "linearDamping": (1 - left) / DT_S,
         "angularDamping": (1 - spin) / DT_S,
     }
-    return Shipped(values, run)
+    return Shipped(values, run_of("pybullet"))
 
 
 def of_mujoco() -> Shipped:
@@ -201,23 +179,7 @@ def of_mujoco() -> Shipped:
         "stiffness": None,
         "damping": None,
     }
-
-    def run(discs: Sequence[Disc]) -> End:
-        contact = 'condim="1" solref="-1000 0"'
-        bodies = "".join(
-            f'<body><freejoint/><geom size="{disc.radius_m!r}" mass="{disc.mass_kg!r}" {contact}/></body>'
-            for disc in discs
-        )
-        option = f'<option timestep="{DT_S!r}" gravity="0 0 0"/>'
-        model = mujoco.MjModel.from_xml_string(f"<mujoco>{option}<worldbody>{bodies}</worldbody></mujoco>")
-        data = mujoco.MjData(model)
-        for k, disc in enumerate(discs):
-            data.qpos[7 * k : 7 * k + 2], data.qvel[6 * k : 6 * k + 2] = disc.position_m, disc.velocity_m_s
-        for _ in range(STEPS):
-            mujoco.mj_step(model, data)
-        return np.array([[*data.qpos[7 * k : 7 * k + 2], *data.qvel[6 * k : 6 * k + 2]] for k in range(len(discs))])
-
-    return Shipped(values, run)
+    return Shipped(values, run_of("mujoco"))
 
 
 def of_box2d() -> Shipped:
@@ -244,21 +206,7 @@ def of_box2d() -> Shipped:
         "polygon_radius_m": 0.0,
         "chains": False,
     }
-
-    def run(discs: Sequence[Disc]) -> End:
-        world, bodies = box2d.b2World(gravity=(0, 0)), []
-        for disc in discs:
-            body = world.CreateDynamicBody(position=disc.position_m, linearVelocity=disc.velocity_m_s, allowSleep=False)
-            circle = box2d.b2CircleShape(radius=disc.radius_m)
-            body.CreateFixture(shape=circle, density=1, friction=0, restitution=1)
-            inertia = 0.5 * disc.mass_kg * disc.radius_m**2
-            body.massData = box2d.b2MassData(mass=disc.mass_kg, center=(0, 0), I=inertia)
-            bodies.append(body)
-        for _ in range(STEPS):
-            world.Step(DT_S, 8, 3)
-        return np.array([[*body.position, *body.linearVelocity] for body in bodies])
-
-    return Shipped(values, run, roundings=1)
+    return Shipped(values, run_of("box2d"), roundings=1)
 
 
 OF_ALL: Mapping[str, Callable[[], Shipped]] = {

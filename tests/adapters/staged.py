@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from tests.stage import disc_at, staged, wall_at
 
 from carom import Chain, Disc, Scene, Wall
 from carom.adapter import Observation
@@ -16,50 +17,37 @@ def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: floa
     Lengths, masses and times are scaled by the three factors, and all is moved by `x_m`.
     """
     speed = length / time
-    return Scene(
-        name="oblique",
-        discs=[
-            Disc(position_m=(x_m, 0), velocity_m_s=(3 * speed, 0), radius_m=0.5 * length, mass_kg=mass),
-            Disc(
-                position_m=(x_m + 1.72 * length, 0.3 * length),
-                velocity_m_s=(-speed, 0.1 * speed),
-                radius_m=0.5 * length,
-                mass_kg=2 * mass,
-            ),
-        ],
-        walls=[Wall(point_m=(x_m - length, 0), normal=(1, 0.2))],
+    return staged(
+        "oblique",
+        disc_at(x_m, 0, 3 * speed, r=0.5 * length, m=mass),
+        disc_at(x_m + 1.72 * length, 0.3 * length, -speed, 0.1 * speed, r=0.5 * length, m=2 * mass),
+        wall_at(x_m - length, 0, 1, 0.2),
         duration_s=1.5 * time,
     )
 
 
 def cradle() -> Scene:
     """A disc that runs into the end of a row of four in contact."""
-    row = [Disc(position_m=(i, 0), radius_m=0.5) for i in range(4)]
-    runner = Disc(position_m=(-1.51, 0), velocity_m_s=(1, 0), radius_m=0.5)
-    return Scene(name="cradle", discs=[runner, *row], duration_s=2.0)
+    row = [disc_at(i, 0) for i in range(4)]
+    runner = disc_at(-1.51, 0, 1)
+    return staged("cradle", runner, *row, duration_s=2.0)
 
 
 def break_() -> Scene:
     """A disc that runs into the tip of a triangle of ten in contact."""
     pitch = 1 + 1e-7  # touching, but for the rounding of the root of 3
-    rack = [
-        Disc(position_m=(math.sqrt(0.75) * pitch * row, (k - row / 2) * pitch), radius_m=0.5)
-        for row in range(4)
-        for k in range(row + 1)
-    ]
-    cue = Disc(position_m=(-3, 0.013), velocity_m_s=(5, 0), radius_m=0.5)
-    return Scene(name="break", discs=[cue, *rack], duration_s=1.0)
+    rack = [disc_at(math.sqrt(0.75) * pitch * row, (k - row / 2) * pitch) for row in range(4) for k in range(row + 1)]
+    cue = disc_at(-3, 0.013, 5)
+    return staged("break", cue, *rack, duration_s=1.0)
 
 
 def bullet(phase: float, dt_s: float) -> Scene:
     """Return a disc that flies 33 radii a step and hits one at rest after 5.25 steps and this phase of one."""
     speed, radius = 100.0, 0.05
-    return Scene(
-        name="bullet",
-        discs=[
-            Disc(position_m=(-(5.3 + phase) * speed * dt_s, 0), velocity_m_s=(speed, 0), radius_m=radius),
-            Disc(position_m=(0, 0.06), radius_m=radius, mass_kg=2),
-        ],
+    return staged(
+        "bullet",
+        disc_at(-(5.3 + phase) * speed * dt_s, 0, speed, r=radius),
+        disc_at(0, 0.06, r=radius, m=2),
         duration_s=12 * dt_s,
     )
 
@@ -71,10 +59,10 @@ def along_a_floor(pieces: int, phase: float, approach_m_s: float = 2.0, *, half_
     """
     speed, radius, lands_s = 5.0, 0.25, 0.3
     start = (-3.0 - phase, radius + half_width_m + lands_s * approach_m_s)
-    return Scene(
-        name="along a floor",
-        discs=[Disc(position_m=start, velocity_m_s=(speed, -approach_m_s), radius_m=radius)],
-        walls=[Chain(points_m=[(-5.0, 0.0), (5.0, 0.0)], pieces=pieces, half_width_m=half_width_m)],
+    return staged(
+        "along a floor",
+        Disc(position_m=start, velocity_m_s=(speed, -approach_m_s), radius_m=radius),
+        Chain(points_m=[(-5.0, 0.0), (5.0, 0.0)], pieces=pieces, half_width_m=half_width_m),
         duration_s=1.0,
         frame_rate_hz=60.0,
     )
@@ -85,30 +73,28 @@ def at_a_paddle(phase: float, *, disc: bool = False, half_width_m: float = 0.0) 
     dt_s, radius = 1 / 60, 0.25
     # The two close at 3 m/s: twelve steps and a phase until they touch, and as many after.
     gap_m = (12 + phase) * dt_s * 3
-    flying = Disc(position_m=(-gap_m - radius - half_width_m, 0), velocity_m_s=(2, 0), radius_m=radius)
-    mallet = Disc(position_m=(0.5, 0), velocity_m_s=(-1, 0), radius_m=0.5, mass_kg=math.inf, driven=True)
+    flying = disc_at(-gap_m - radius - half_width_m, 0, 2, r=radius)
+    mallet = disc_at(0.5, 0, -1, m=math.inf, driven=True)
     paddle = Chain(points_m=[(0, -1), (0, 1)], velocity_m_s=(-1, 0), half_width_m=half_width_m)
-    return Scene(
-        name="at a paddle",
-        discs=[flying, mallet] if disc else [flying],
-        walls=[] if disc else [paddle],
-        duration_s=26 * dt_s,
+    return staged(
+        "at a paddle", *[flying, mallet] if disc else [flying], *[] if disc else [paddle], duration_s=26 * dt_s
     )
 
 
 def with_a_late_leg(phase: float, dt_s: float) -> Scene:
     """Return a disc that stands until this part of a step after 0.25 s, and is then driven at (2, -1) m/s."""
-    late = Disc(
-        position_m=(0.0, 0.0),
-        radius_m=0.25,
-        mass_kg=math.inf,
+    late = disc_at(
+        0.0,
+        0.0,
+        r=0.25,
+        m=math.inf,
         driven=True,
         legs=[
             {"from_s": 0.0, "velocity_m_s": (0.0, 0.0)},
             {"from_s": 0.25 + phase * dt_s, "velocity_m_s": (2.0, -1.0)},
         ],
     )
-    return Scene(name="late", discs=[Disc(position_m=(0.75, -0.25), radius_m=0.25), late], duration_s=1.0)
+    return staged("late", disc_at(0.75, -0.25, r=0.25), late, duration_s=1.0)
 
 
 def assert_begun_late(seen: Observation, steps: int, dt_s: float, *, rounding: float) -> None:
@@ -122,8 +108,8 @@ def assert_begun_late(seen: Observation, steps: int, dt_s: float, *, rounding: f
 
 def at_a_belt(phase: float, wall: Chain | Wall, side: int = 1) -> Scene:
     """Return a disc that comes at 3 m/s, head-on, from positive x or the other side, to a belt of friction 1/4."""
-    disc = Disc(position_m=(side * (1.0 + phase * 3 / 64), 0.0), velocity_m_s=(-3.0 * side, 0.0), radius_m=0.25)
-    return Scene(name="belt", discs=[disc], walls=[wall], wall_friction=0.25, duration_s=0.75)
+    disc = disc_at(side * (1.0 + phase * 3 / 64), 0.0, -3.0 * side, r=0.25)
+    return staged("belt", disc, wall, wall_friction=0.25, duration_s=0.75)
 
 
 def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scene:
@@ -135,10 +121,10 @@ def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scen
     reach = radius + half_width_m
     step_m = q * reach
     # Six steps and a phase before it touches, and six after.
-    return Scene(
-        name="at a thin wall",
-        discs=[Disc(position_m=(-reach - (6 + phase) * step_m, 0), velocity_m_s=(step_m / dt_s, 0), radius_m=radius)],
-        walls=[Chain(points_m=[(0.0, -2.0), (0.0, 2.0)], half_width_m=half_width_m)],
+    return staged(
+        "at a thin wall",
+        disc_at(-reach - (6 + phase) * step_m, 0, step_m / dt_s, r=radius),
+        Chain(points_m=[(0.0, -2.0), (0.0, 2.0)], half_width_m=half_width_m),
         duration_s=12 * dt_s,
         frame_rate_hz=60.0,
     )

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.adapters.widths import width
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene
 from carom.adapter import Adapter, Observation
 
 Drive = Callable[..., list[Observation]]
@@ -20,11 +20,8 @@ ROUNDING = 12 * float(np.spacing(3.0))
 
 def test_equal_masses_exchange_velocities_head_on_at_any_step(adapter: Adapter, drive: Drive) -> None:
     """Two equal discs that meet head-on leave with each other's velocity, whatever the step."""
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-        Disc(position_m=(2.01, 0), velocity_m_s=(-2, 0), radius_m=0.5),
-    ]
-    scene = Scene(name="head-on", discs=discs, duration_s=1.0)
+    discs = [disc_at(0, 0, 1), disc_at(2.01, 0, -2)]
+    scene = staged("head-on", *discs, duration_s=1.0)
     for dt_s in (1 / 60, 1 / 64, 1 / 240):
         end = drive(adapter, scene, dt_s)[-1]
         np.testing.assert_allclose(end.velocity_m_s, [(-2, 0), (1, 0)], rtol=0, atol=width(adapter, ROUNDING))
@@ -38,11 +35,8 @@ def test_contact_is_stamped_with_the_instant_at_which_the_engine_looked(
     """A contact carries the time of the state in which its overlap was seen, by engines that look first or last."""
     # Touching at 0.3 s: of the boundaries, multiples of 1/8 s, the third (0.375 s) is the first with an overlap.
     dt_s, seen_at_s = 1 / 8, 0.375
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-        Disc(position_m=(1.3, 0), radius_m=0.5, mass_kg=math.inf),
-    ]
-    scene = Scene(name="stamp", discs=discs[::-1] if swapped else discs, duration_s=1.0)
+    discs = [disc_at(0, 0, 1), disc_at(1.3, 0, m=math.inf)]
+    scene = staged("stamp", *discs[::-1] if swapped else discs, duration_s=1.0)
     adapter = named(name)
     seen = drive(adapter, scene, dt_s)
     (step,) = [k for k, observation in enumerate(seen) if observation.contacts]

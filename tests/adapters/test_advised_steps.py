@@ -1,18 +1,15 @@
-"""The steps that the adviser gives, tried on the engines themselves: by their own interfaces, and judged by hand.
-
-Of each engine stands here what its profile `tuned` says, for two smooth discs of which the second rests.
-"""
+"""The steps that the adviser gives, tried on the engines themselves: by their own interfaces, and judged by hand."""
 
 from __future__ import annotations
 
-import importlib
 import math
-import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
+from tests.adapters.bare_runs import ENGINES, Body, Stage, Vector
 
 from carom import Scene
 from carom.runs.pool import LocalPool
@@ -20,202 +17,65 @@ from carom.scenes import find_scenes
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Advice, advise
 
-Vector = tuple[float, float]
-
 #: A push from so long ago is over: a run goes on for this many steps after the touch.
 AFTER = 4
+
+NAMES = ("pymunk", "box2d", "mujoco", "pybullet")
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One disc shot at another that rests; velocities are along x.
+    """One disc shot along x at another that rests, with the restitution of their impact."""
 
-    Attributes:
-        at: Where the shot one is at first.
-        target: Where the other one is.
-        speed: Of the shot one.
-        radii: Of both.
-        masses: Of both.
-        restitution: Of their impact.
-    """
-
-    at: Vector
-    target: Vector
-    speed: float
-    radii: tuple[float, float]
-    masses: tuple[float, float]
+    shot: Body
+    target: Body
     restitution: float
 
     @classmethod
     def of(cls, scene: Scene) -> Shot:
         """Read its numbers off a scene."""
-        one, two = scene.discs
-        assert one.velocity_m_s[1] == 0.0
-        assert two.velocity_m_s == (0.0, 0.0)
-        assert one.velocity_m_s[0] > 0.0
-        return cls(
-            one.position_m,
-            two.position_m,
-            one.velocity_m_s[0],
-            (one.radius_m, two.radius_m),
-            (one.mass_kg, two.mass_kg),
-            scene.restitution,
-        )
+        one, two = (Body(disc.position_m, disc.velocity_m_s, disc.radius_m, disc.mass_kg) for disc in scene.discs)
+        assert one.velocity[1] == 0.0
+        assert two.velocity == (0.0, 0.0)
+        assert one.velocity[0] > 0.0
+        return cls(one, two, scene.restitution)
+
+    @property
+    def offset(self) -> tuple[float, float]:
+        """From one centre to the other where they touch."""
+        aside = self.target.place[1] - self.shot.place[1]
+        return math.sqrt((self.shot.radius + self.target.radius) ** 2 - aside**2), aside
 
     @property
     def touch_s(self) -> float:
         """When they touch."""
-        aside = self.target[1] - self.at[1]
-        return (self.target[0] - self.at[0] - math.sqrt(sum(self.radii) ** 2 - aside**2)) / self.speed
+        return (self.target.place[0] - self.shot.place[0] - self.offset[0]) / self.shot.velocity[0]
 
     @property
     def after(self) -> tuple[Vector, Vector]:
         """Velocities after the impact: the push is along the line of centres."""
-        reach, aside = sum(self.radii), self.target[1] - self.at[1]
-        normal = (math.sqrt(reach**2 - aside**2) / reach, aside / reach)
-        push = (1 + self.restitution) * self.speed * normal[0] / (1 / self.masses[0] + 1 / self.masses[1])
-        one, two = push / self.masses[0], push / self.masses[1]
-        return ((self.speed - one * normal[0], -one * normal[1]), (two * normal[0], two * normal[1]))
+        reach, speed = math.hypot(*self.offset), self.shot.velocity[0]
+        normal = (self.offset[0] / reach, self.offset[1] / reach)
+        push = (1 + self.restitution) * speed * normal[0] / (1 / self.shot.mass + 1 / self.target.mass)
+        one, two = push / self.shot.mass, push / self.target.mass
+        return ((speed - one * normal[0], -one * normal[1]), (two * normal[0], two * normal[1]))
 
-    def begun(self, earlier_s: float) -> Shot:
-        """The same, begun so much earlier."""
-        at = (self.at[0] - self.speed * earlier_s, self.at[1])
-        return Shot(at, self.target, self.speed, self.radii, self.masses, self.restitution)
-
-    def fast(self, dt_s: float) -> bool:
-        """Whether the shot one moves by more than its radius in a step: then it is swept."""
-        return self.speed * dt_s > self.radii[0]
-
-    def steps(self, dt_s: float) -> int:
-        """Steps to some after the touch."""
-        return math.ceil(self.touch_s / dt_s) + AFTER
+    def run(self, engine: str, dt_s: float, earlier_s: float) -> NDArray[np.float64]:
+        """Return the velocities that an engine comes to, tuned, where the shot begins so much earlier."""
+        x, y = self.shot.place
+        begun = replace(self.shot, place=(x - self.shot.velocity[0] * earlier_s, y))
+        stage = Stage((begun, self.target), (), self.restitution, self.restitution, (0.0, 0.0))
+        steps = math.ceil((self.touch_s + earlier_s) / dt_s) + AFTER
+        return ENGINES[engine](stage, "tuned", dt_s, steps)[-1, :, 2:4]
 
 
-Drive = Callable[[Shot, float], tuple[Vector, Vector]]
-
-
-def pymunk(shot: Shot, dt_s: float) -> tuple[Vector, Vector]:
-    """Velocities after the run."""
-    engine: Any = importlib.import_module("pymunk")
-    space = engine.Space()
-    space.iterations, space.collision_bias = 20, 1.0
-    bodies = []
-    for at, radius, mass in zip((shot.at, shot.target), shot.radii, shot.masses, strict=True):
-        body = engine.Body(mass, math.inf)
-        body.position = at
-        shape = engine.Circle(body, radius)
-        shape.elasticity = math.sqrt(shot.restitution)
-        space.add(body, shape)
-        bodies.append(body)
-    bodies[0].velocity = (shot.speed, 0.0)
-    for _ in range(shot.steps(dt_s)):
-        space.step(dt_s)
-    one, two = bodies
-    return (one.velocity.x, one.velocity.y), (two.velocity.x, two.velocity.y)
-
-
-def box2d(shot: Shot, dt_s: float) -> tuple[Vector, Vector]:
-    """The same in a world that runs a million times faster, so that slow contacts bounce, too."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        engine: Any = importlib.import_module("Box2D")
-    scale = 2.0**20
-    world = engine.b2World(gravity=(0, 0))
-    world.continuousPhysics = shot.fast(dt_s)
-    bodies = []
-    for k, (at, radius, mass) in enumerate(zip((shot.at, shot.target), shot.radii, shot.masses, strict=True)):
-        body = world.CreateDynamicBody(
-            position=at,
-            linearVelocity=(0 if k else shot.speed * scale, 0),
-            fixedRotation=True,
-            bullet=not k and shot.fast(dt_s),
-        )
-        body.CreateFixture(
-            shape=engine.b2CircleShape(radius=radius), density=1, friction=0, restitution=shot.restitution
-        )
-        body.massData = engine.b2MassData(mass=mass, center=(0, 0), I=1)
-        bodies.append(body)
-    for _ in range(shot.steps(dt_s)):
-        world.Step(dt_s / scale, 50, 0)
-    one, two = ((body.linearVelocity[0] / scale, body.linearVelocity[1] / scale) for body in bodies)
-    return one, two
-
-
-def mujoco(shot: Shot, dt_s: float) -> tuple[Vector, Vector]:
-    """The same of spheres on slides, with contacts that one step answers, and speculated on."""
-    engine: Any = importlib.import_module("mujoco")
-    contact = f'solref="0 {-(1 + shot.restitution) / dt_s!r}" solimp="0.9999 0.9999 0.001 0.5 2" condim="1"'
-    slides = '<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>'
-    bodies = "".join(
-        f'<body><inertial pos="0 0 0" mass="{mass!r}" diaginertia="1 1 1"/>{slides}'
-        f'<geom type="sphere" size="{radius!r}" {contact}/></body>'
-        for radius, mass in zip(shot.radii, shot.masses, strict=True)
-    )
-    model = engine.MjModel.from_xml_string(
-        f'<mujoco><option timestep="{dt_s!r}" gravity="0 0 0" integrator="Euler" jacobian="dense" tolerance="0">'
-        f'<flag autoreset="disable" speculative="enable"/></option><worldbody>{bodies}</worldbody></mujoco>'
-    )
-    data = engine.MjData(model)
-    data.qpos[:] = (*shot.at, *shot.target)
-    data.qvel[:] = (shot.speed, 0, 0, 0)
-    for _ in range(shot.steps(dt_s)):
-        engine.mj_step(model, data)
-    a, b, c, d = data.qvel.tolist()
-    return (a, b), (c, d)
-
-
-def pybullet(shot: Shot, dt_s: float) -> tuple[Vector, Vector]:
-    """The same of spheres; one that is fast is swept."""
-    engine: Any = importlib.import_module("pybullet")
-    client = engine.connect(engine.DIRECT)
-    try:
-        engine.setPhysicsEngineParameter(
-            fixedTimeStep=dt_s,
-            contactERP=0,
-            contactSlop=0,
-            restitutionVelocityThreshold=0,
-            solverResidualThreshold=0,
-            numSolverIterations=50,
-            deterministicOverlappingPairs=1,
-            physicsClientId=client,
-        )
-        bodies = []
-        for k, (at, radius, mass) in enumerate(zip((shot.at, shot.target), shot.radii, shot.masses, strict=True)):
-            shape = engine.createCollisionShape(engine.GEOM_SPHERE, radius=radius, physicsClientId=client)
-            body = engine.createMultiBody(
-                mass, shape, basePosition=[*at, 0], useMaximalCoordinates=True, physicsClientId=client
-            )
-            engine.changeDynamics(
-                body,
-                -1,
-                restitution=math.sqrt(shot.restitution),
-                lateralFriction=0,
-                linearDamping=0,
-                contactProcessingThreshold=0,
-                ccdSweptSphereRadius=0.95 * radius if not k and shot.fast(dt_s) else 0,
-                physicsClientId=client,
-            )
-            bodies.append(body)
-        engine.resetBaseVelocity(bodies[0], [shot.speed, 0, 0], [0, 0, 0], client)
-        for _ in range(shot.steps(dt_s)):
-            engine.stepSimulation(client)
-        (a, b, _), (c, d, _) = (engine.getBaseVelocity(body, client)[0] for body in bodies)
-        return (a, b), (c, d)
-    finally:
-        engine.disconnect(client)
-
-
-DRIVES: dict[str, Drive] = {"pymunk": pymunk, "box2d": box2d, "mujoco": mujoco, "pybullet": pybullet}
-
-
-def judged(drive: Drive, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]:
+def judged(engine: str, shot: Shot, dt_s: float) -> Iterator[tuple[bool, float]]:
     """Whether it hits, and its direction error: at 64 starts over a step, and where a look is just before the touch."""
     for phase in (*(k / 64 for k in range(64)), (1e-3 - shot.touch_s / dt_s) % 1.0):
-        begun = shot.begun(phase * dt_s)
-        found = drive(begun, dt_s)
-        hit = found[1] != (0.0, 0.0)
+        found = shot.run(engine, dt_s, phase * dt_s)
+        hit = bool(found[1].any())
         wrong = [
-            abs(math.atan2(a * d - b * c, a * c + b * d)) for (a, b), (c, d) in zip(found, begun.after, strict=True)
+            abs(math.atan2(a * d - b * c, a * c + b * d)) for (a, b), (c, d) in zip(found, shot.after, strict=True)
         ]
         yield hit, max(wrong) if hit else math.nan
 
@@ -242,12 +102,12 @@ def advised(request: pytest.FixtureRequest) -> tuple[str, Advice]:
     make, degrees = CASES[request.param]
     with LocalPool() as pool:
         return request.param, advise(
-            make(), AdviceOptions(list(DRIVES), profiles=["tuned"], direction_error_rad=math.radians(degrees)), pool
+            make(), AdviceOptions(list(NAMES), profiles=["tuned"], direction_error_rad=math.radians(degrees)), pool
         )
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("engine", DRIVES)
+@pytest.mark.parametrize("engine", NAMES)
 def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
     advised: tuple[str, Advice], engine: str
 ) -> None:
@@ -259,12 +119,12 @@ def test_a_bare_engine_passes_at_the_step_advised_and_fails_at_the_next(
     shot, angle = Shot.of(advice.scene), advice.demand.direction_error_rad
     for found, wholly in ((answer.never_misses, False), (answer.demand, True)):
         assert found.passes is not None, name
-        tried = list(judged(DRIVES[engine], shot, found.passes.dt_s))
+        tried = list(judged(engine, shot, found.passes.dt_s))
         assert len(tried) == 65
         assert all(hit for hit, _ in tried)
         assert all(wrong <= angle for _, wrong in tried) or not wholly
         if found.fails is not None:
-            tried = list(judged(DRIVES[engine], shot, found.fails.dt_s))
+            tried = list(judged(engine, shot, found.fails.dt_s))
             assert not all(hit and (wrong <= angle or not wholly) for hit, wrong in tried)
 
 

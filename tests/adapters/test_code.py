@@ -14,8 +14,9 @@ import pytest
 from tests.adapters.pasted import State, adapters_end, programs_end
 from tests.adapters.staged import along_a_floor
 from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Chain, Disc, Scene, Wall
+from carom import Chain, Scene, Wall
 from carom.adapter import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
 from carom.registry import adapter_points, load_adapter
 from carom.runs.step_code import step_lines
@@ -43,14 +44,13 @@ OTHERS = [
 ]
 
 #: Discs that spin and rub, one of them held, in a corner, under gravity: all that a scene can ask for.
-CORNER = Scene(
-    name="a corner",
-    discs=[
-        Disc(position_m=(0.6, 1.0), velocity_m_s=(2.0, -1.0), radius_m=0.2, mass_kg=1.5, spin_rad_s=3.0),
-        Disc(position_m=(1.5, 0.9), velocity_m_s=(-1.0, 0.5), radius_m=0.3, inertia_factor=0.4),
-        Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf),
-    ],
-    walls=[Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 0), normal=(1, 0.1))],
+CORNER = staged(
+    "a corner",
+    disc_at(0.6, 1.0, 2.0, -1.0, r=0.2, m=1.5, spin_rad_s=3.0),
+    disc_at(1.5, 0.9, -1.0, 0.5, r=0.3, inertia_factor=0.4),
+    disc_at(2.5, 1.0, r=0.25, m=math.inf),
+    wall_at(0, 0, 0, 1),
+    wall_at(0, 0, 1, 0.1),
     restitution=0.9,
     wall_restitution=0.8,
     friction=0.3,
@@ -74,10 +74,7 @@ _LEGS = [{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in ((0.
 TOLD = CORNER.model_copy(
     update={
         "name": "told",
-        "discs": (
-            *CORNER.discs[:2],
-            Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf, driven=True, legs=_LEGS),
-        ),
+        "discs": (*CORNER.discs[:2], disc_at(2.5, 1.0, r=0.25, m=math.inf, driven=True, legs=_LEGS)),
         "walls": (
             Wall(point_m=(0, 0), normal=(0, 1), legs=[*_LEGS, {"from_s": 0.5, "velocity_m_s": (0.0, 0.125)}]),
             Chain(points_m=[(-1, -1), (-1, 2), (3, 2)], half_width_m=0.05, legs=_LEGS),
@@ -184,7 +181,7 @@ def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> N
     """Where they are put in place of those of another step, the program is that of this step, to the letter."""
     adapter = load_adapter(name)
     assert isinstance(adapter, CodedAdapter)
-    slow = Scene(name="slow", discs=[Disc(position_m=(0, 0), velocity_m_s=(0.1, 0), radius_m=1.0)], duration_s=1 / 60)
+    slow = staged("slow", disc_at(0, 0, 0.1, r=1.0), duration_s=1 / 60)
     for profile in (one for one in adapter.profiles if not adapter.profiles[one].located):
         here, finer = (
             adapter.code(slow, adapter.profiles[profile].settings(dt_s), "A heading.") for dt_s in (1 / 360, 1 / 720)

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from tests.adapters.widths import width
 from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall
+from carom import Disc, Scene
 from carom.adapter import Adapter, Observation
 from carom.runs.job import Job, Method, UnsupportedError
 from carom.runs.observe import able_adapter, observe_run
@@ -27,8 +28,8 @@ POSITION_FIRST = {"pymunk"}
 
 def _falling(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
     disc = Disc(position_m=(0.25, 2.0), velocity_m_s=velocity, radius_m=0.5, mass_kg=3.0)
-    post = Disc(position_m=(9, 9), radius_m=0.5, mass_kg=math.inf)
-    return Scene(name="fall", discs=[disc, post], gravity_m_s2=G, duration_s=1.0)
+    post = disc_at(9, 9, m=math.inf)
+    return staged("fall", disc, post, gravity_m_s2=G, duration_s=1.0)
 
 
 @pytest.mark.parametrize("profile", ["default", "tuned", "located"])
@@ -51,13 +52,7 @@ def test_free_fall_is_the_engines_own_integrator(engine: Adapter, finish: Finish
 def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
     """A disc dropped by h meets the floor after sqrt(2 h / g), to the step, and again after twice that."""
     height, g = 1.0, 9.81
-    scene = Scene(
-        name="drop",
-        discs=[Disc(position_m=(0, 0.5 + height), radius_m=0.5)],
-        walls=[Wall(point_m=(0, 0), normal=(0, 1))],
-        gravity_m_s2=(0, -g),
-        duration_s=2.0,
-    )
+    scene = staged("drop", disc_at(0, 0.5 + height), wall_at(0, 0, 0, 1), gravity_m_s2=(0, -g), duration_s=2.0)
     dt_s, fall_s = 1 / 500, math.sqrt(2 * height / g)
     trace = observe_run(engine, scene, "tuned", dt_s)
     # Noticed up to a step late, stamped up to one more; an integrator of first order is another half a step off in a
@@ -77,10 +72,10 @@ def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter,
     """
     dt_s = 1 / 60
     for height in np.linspace(1.0, 2.0, starts).tolist():
-        scene = Scene(
-            name="landing",
-            discs=[Disc(position_m=(0, 0.5 + height), radius_m=0.5)],
-            walls=[Wall(point_m=(0, 0), normal=(0, 1))],
+        scene = staged(
+            "landing",
+            disc_at(0, 0.5 + height),
+            wall_at(0, 0, 0, 1),
             gravity_m_s2=(0, -9.81),
             wall_restitution=0,
             duration_s=2.0,
@@ -92,13 +87,7 @@ def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter,
 
 def _drop() -> Scene:
     """An elastic disc that falls half a metre to the floor, and comes back for ever."""
-    return Scene(
-        name="drop",
-        discs=[Disc(position_m=(0, 0.7), radius_m=0.2)],
-        walls=[Wall(point_m=(0, 0), normal=(0, 1))],
-        gravity_m_s2=(0, -9.81),
-        duration_s=2.6,
-    )
+    return staged("drop", disc_at(0, 0.7, r=0.2), wall_at(0, 0, 0, 1), gravity_m_s2=(0, -9.81), duration_s=2.6)
 
 
 def test_cut_steps_keep_the_error_of_a_fall_and_whole_ones_undo_it(engine: Adapter) -> None:
@@ -125,7 +114,7 @@ def test_located_is_refused_where_discs_fall_onto_what_does_not(engine: Adapter)
     with pytest.raises(UnsupportedError, match=r"gains or loses up to g dt \(0\.164 m/s\)"):
         able_adapter(job)
     able_adapter(replace(job, method=Method(engine.name, "tuned")))
-    post = Disc(position_m=(0, -1), radius_m=0.5, mass_kg=math.inf)
+    post = disc_at(0, -1, m=math.inf)
     onto_post = _drop().model_copy(update={"walls": (), "discs": (*_drop().discs, post)})
     with pytest.raises(UnsupportedError, match="this profile cuts its steps"):
         able_adapter(replace(job, scene=onto_post))
@@ -133,11 +122,8 @@ def test_located_is_refused_where_discs_fall_onto_what_does_not(engine: Adapter)
 
 def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -> None:
     """Where all that meets falls alike a located run is not refused, and its impact is where it is without gravity."""
-    discs = [
-        Disc(position_m=(-1, 0), velocity_m_s=(1, 0), radius_m=0.25),
-        Disc(position_m=(1, 0.1), velocity_m_s=(-1, 0), radius_m=0.25),
-    ]
-    scene = Scene(name="pair", discs=discs, gravity_m_s2=(0, -9.81), duration_s=1.5)
+    discs = [disc_at(-1, 0, 1, r=0.25), disc_at(1, 0.1, -1, r=0.25)]
+    scene = staged("pair", *discs, gravity_m_s2=(0, -9.81), duration_s=1.5)
     job = Job(scene, Method(engine.name, "located"), 1 / 60)
     trace = observe_run(able_adapter(job), scene, "located", 1 / 60)
     # The centres are 0.5 apart where they meet, 0.1 of it across, and close at 2 m/s from 2 apart.
@@ -147,11 +133,8 @@ def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -
 
 def test_two_discs_that_fall_side_by_side_collide_as_if_they_did_not(engine: Adapter) -> None:
     """Gravity acts alike on two discs: they exchange velocities head-on, at the time at which they would without it."""
-    discs = [
-        Disc(position_m=(-1, 0), velocity_m_s=(1, 0), radius_m=0.25),
-        Disc(position_m=(1, 0), velocity_m_s=(-1, 0), radius_m=0.25),
-    ]
-    scene = Scene(name="pair", discs=discs, gravity_m_s2=(0, -9.81), duration_s=1.0)
+    discs = [disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, r=0.25)]
+    scene = staged("pair", *discs, gravity_m_s2=(0, -9.81), duration_s=1.0)
     dt_s = 1 / 240
     trace = observe_run(engine, scene, "tuned", dt_s)
     assert len(trace.impacts) == 1
@@ -173,13 +156,10 @@ def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
     """
     dt_s = 1 / 60
     for part in range(starts):
-        discs = [
-            Disc(position_m=(-1 - part * dt_s / starts, 0), velocity_m_s=(1, 0), radius_m=0.25),
-            Disc(position_m=(1, 0.2), velocity_m_s=(-1, 0), radius_m=0.25),
-        ]
+        discs = [disc_at(-1 - part * dt_s / starts, 0, 1, r=0.25), disc_at(1, 0.2, -1, r=0.25)]
         traces = []
         for pull in ((0.0, 0.0), G):
-            scene = Scene(name="pair", discs=discs, gravity_m_s2=pull, duration_s=1.5)
+            scene = staged("pair", *discs, gravity_m_s2=pull, duration_s=1.5)
             traces.append(observe_run(engine, scene, profile, dt_s))
         still, falling = (trace.impacts[0] for trace in traces)
         at_s = [trace.effective_time_s for trace in traces]

@@ -14,9 +14,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.hazards.spread import starts_of
+from tests.stage import disc_at, staged
 
 import carom
-from carom import Disc, Scene
+from carom import Scene
 from carom.adapter import Adapter, AdapterError, Contact, Setting, unsupported_reason
 from carom.pages.grid import reasons_of
 from carom.runs.job import Status
@@ -43,10 +44,10 @@ def _unchecked(
     restitution: float = 1.0,
 ) -> Scene:
     """Return a scene of two discs that no validation has seen, as a scene made by other means may be."""
-    first = Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)
-    second = Disc(position_m=(3, 0), velocity_m_s=(-1, 0), radius_m=0.5)
+    first = disc_at(0, 0, 1)
+    second = disc_at(3, 0, -1)
     changed = {"position_m": position_m, "velocity_m_s": velocity_m_s, "radius_m": radius_m, "mass_kg": mass_kg}
-    sound = Scene(name="unchecked", discs=(first, second), duration_s=1.0)
+    sound = staged("unchecked", first, second, duration_s=1.0)
     return sound.model_copy(
         update={
             "discs": (first.model_copy(update=changed), second),
@@ -131,14 +132,11 @@ def test_a_setting_that_an_engine_can_t_take_is_refused(named: Named, name: str,
 @pytest.mark.long
 def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
     """What MuJoCo puts back to the start ran, was warned of and says "reset"; a start that it would is unsupported."""
-    far = Scene(name="far", discs=[Disc(position_m=(2e10, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
-    near = Scene(name="near", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=0.1)
+    far = staged("far", disc_at(2e10, 0, 1, r=1), duration_s=0.1)
+    near = staged("near", disc_at(0, 0, 1, r=1), duration_s=0.1)
     # One disc leaves MuJoCo's numbers, at 1e10 m, after a tenth of a second; the other is on its heels until then.
-    discs = [
-        Disc(position_m=(9.9e9, 0), velocity_m_s=(1e9, 0), radius_m=1e6),
-        Disc(position_m=(9.0e9, 0), velocity_m_s=(2e9, 0), radius_m=1e6),
-    ]
-    leaving = Scene(name="leaving", discs=discs, duration_s=1.0)
+    discs = [disc_at(9.9e9, 0, 1e9, r=1e6), disc_at(9.0e9, 0, 2e9, r=1e6)]
+    leaving = staged("leaving", *discs, duration_s=1.0)
     results = carom.cross_check(
         [far, leaving, near], ["mujoco", "pymunk"], profiles=["default"], dts=[0.01], timing=False
     )
@@ -170,8 +168,8 @@ def test_nothing_is_printed_and_nothing_is_left(
 ) -> None:
     """Four engines with all their profiles leave nothing on standard output or error, nor in the working folder."""
     monkeypatch.chdir(tmp_path)
-    discs = [Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=0.5), Disc(position_m=(1.2, 0), radius_m=0.5)]
-    scene = Scene(name="pair", discs=discs, duration_s=0.5)
+    discs = [disc_at(0, 0, 2), disc_at(1.2, 0)]
+    scene = staged("pair", *discs, duration_s=0.5)
     rows = carom.cross_check([scene], profiles=["all"], dts=[1 / 60], timing=False).rows
     assert {row.status for row in rows} <= {Status.RAN, Status.UNAVAILABLE}
     assert capfd.readouterr() == ("", "")
@@ -342,11 +340,8 @@ PHASES = tuple(k / 16 for k in range(16))
 
 def _struck(speed_m_s: float, phase: float = 0.0) -> Scene:
     """A light disc at rest, which a heavy one makes nearly twice as fast as itself."""
-    discs = [
-        Disc(position_m=(-phase * speed_m_s / 240, 0), velocity_m_s=(speed_m_s, 0), radius_m=1, mass_kg=1000),
-        Disc(position_m=(4, 0), radius_m=1, mass_kg=1),
-    ]
-    return Scene(name="struck", discs=discs, duration_s=4 / speed_m_s)
+    discs = [disc_at(-phase * speed_m_s / 240, 0, speed_m_s, r=1, m=1000), disc_at(4, 0, r=1)]
+    return staged("struck", *discs, duration_s=4 / speed_m_s)
 
 
 def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(named: Named) -> None:
@@ -382,8 +377,8 @@ def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
 def test_a_disc_too_large_for_pybullet_is_refused(named: Named) -> None:
     """Discs of radius 1e6 m, which Bullet drops from its simulation, are unsupported in every profile, and refused."""
     pybullet = named("pybullet")
-    discs = [Disc(position_m=(x, 0), velocity_m_s=(-x / 1e5, 0), radius_m=1e6) for x in (-2e6, 2e6)]
-    scene = Scene(name="large", discs=discs, duration_s=1e5)
+    discs = [disc_at(x, 0, -x / 1e5, r=1e6) for x in (-2e6, 2e6)]
+    scene = staged("large", *discs, duration_s=1e5)
     for name, profile in pybullet.profiles.items():
         assert "discs[0].radius_m is 1e+06" in unsupported_reason(scene, capabilities_of(pybullet, name), 1.0)
         with pytest.raises(AdapterError, match=r"discs\[0\].radius_m is 1e\+06"):
@@ -392,13 +387,8 @@ def test_a_disc_too_large_for_pybullet_is_refused(named: Named) -> None:
 
 def _row_of(discs: int) -> Scene:
     """So many discs in a row, two and two of them closing."""
-    return Scene(
-        name="row",
-        discs=[
-            Disc(position_m=(2 * k + (0.49 if k % 2 == 0 else -0.49), 0), velocity_m_s=((-1) ** k, 0), radius_m=0.5)
-            for k in range(discs)
-        ],
-        duration_s=0.1,
+    return staged(
+        "row", *[disc_at(2 * k + (0.49 if k % 2 == 0 else -0.49), 0, (-1) ** k) for k in range(discs)], duration_s=0.1
     )
 
 

@@ -7,8 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.adapter import Adapter
 from carom.runs.observe import observe_run
 
@@ -16,11 +17,8 @@ Named = Callable[[str], Adapter]
 
 
 def _head_on() -> Scene:
-    discs = [
-        Disc(position_m=(0, 0), velocity_m_s=(2, 0), radius_m=0.5),
-        Disc(position_m=(1.5, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-    ]
-    return Scene(name="head-on", discs=discs, duration_s=1.0)
+    discs = [disc_at(0, 0, 2), disc_at(1.5, 0, -1)]
+    return staged("head-on", *discs, duration_s=1.0)
 
 
 def test_a_spring_contact_of_many_steps_is_one_impact(named: Named) -> None:
@@ -46,14 +44,7 @@ def test_an_overlap_without_impulse_is_no_impact(engine: Adapter) -> None:
     """Discs that overlap at one boundary only, when they part already, exchange nothing: reported or not, no impact."""
     # Nearest at 0.47 s; the only boundary inside the overlap is later than that, when they separate already.
     dt_s, speed, offset = 0.1, 3.0, 0.99
-    scene = Scene(
-        name="deep graze",
-        discs=[
-            Disc(position_m=(-0.47 * speed, 0), velocity_m_s=(speed, 0), radius_m=0.5),
-            Disc(position_m=(0, offset), radius_m=0.5),
-        ],
-        duration_s=1.0,
-    )
+    scene = staged("deep graze", disc_at(-0.47 * speed, 0, speed), disc_at(0, offset), duration_s=1.0)
     # The chord lasts 2 sqrt(1 - offset^2) / speed = 0.094 s around 0.47 s: of 0.4, 0.5 and 0.6 s it holds 0.5 s.
     half_chord_s = math.sqrt(1 - offset**2) / speed
     assert 0.47 - half_chord_s > 0.4
@@ -66,15 +57,7 @@ def test_an_overlap_without_impulse_is_no_impact(engine: Adapter) -> None:
 
 def test_two_contacts_of_one_disc_in_one_step_are_two_impacts(engine: Adapter) -> None:
     """A disc that strikes two others within one step has two impacts, whose pushes add up to its change of velocity."""
-    scene = Scene(
-        name="one into two",
-        discs=[
-            Disc(position_m=(-1.5, 0), velocity_m_s=(3, 0), radius_m=0.5),
-            Disc(position_m=(0, 0.51), radius_m=0.5),
-            Disc(position_m=(0, -0.51), radius_m=0.5),
-        ],
-        duration_s=1.0,
-    )
+    scene = staged("one into two", disc_at(-1.5, 0, 3), disc_at(0, 0.51), disc_at(0, -0.51), duration_s=1.0)
     trace = observe_run(engine, scene, "tuned", 1 / 60)
     first, second = trace.impacts[:2]  # in whichever order the engine takes them
     assert {int(first["second"]), int(second["second"])} == {1, 2}

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 from tests.adapters.test_code import CORNER
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.errors import AdapterError
 from carom.registry import load_adapter
 from carom.runs.imported import import_scene
@@ -49,12 +50,7 @@ def test_a_scene_that_becomes_a_model_comes_back(tmp_path: Path, profile: str) -
 @pytest.mark.long
 def test_a_disc_on_slides_does_not_turn(tmp_path: Path) -> None:
     """Of a body that two slides hold no impact turns anything: its inertia factor is infinite."""
-    plain = Scene(
-        name="plain",
-        discs=[Disc(position_m=(0, 1), velocity_m_s=(1, 0), radius_m=0.25, mass_kg=3)],
-        walls=[Wall(point_m=(5, 0), normal=(-1, 0))],
-        duration_s=1,
-    )
+    plain = staged("plain", disc_at(0, 1, 1, r=0.25, m=3), wall_at(5, 0, -1, 0), duration_s=1)
     found = import_scene(model_of(plain, "tuned", tmp_path), duration_s=1.0)
     (disc,) = found.scene.discs
     assert disc == plain.discs[0].model_copy(update={"inertia_factor": math.inf})

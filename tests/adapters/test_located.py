@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 from tests.adapters.widths import width
 from tests.lengths import long_after
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene, compare, solve_pic
+from carom import compare, solve_pic
 from carom.adapter import Adapter, CuttableWorld
 from carom.runs.observe import observe_run
 from carom.scenes import catalogue
@@ -62,14 +63,7 @@ def test_a_located_impact_does_not_depend_on_the_step(engine: Adapter, dt_s: flo
 
 def test_what_falls_between_two_steps_is_missed_all_the_same(engine: Adapter) -> None:
     """Cutting does not look where the step does not: a disc that is through its target within a step is not found."""
-    scene = Scene(
-        name="through",
-        discs=[
-            Disc(position_m=(-0.5, 0), velocity_m_s=(60, 0), radius_m=0.05),
-            Disc(position_m=(0, 0), radius_m=0.05),
-        ],
-        duration_s=0.1,
-    )
+    scene = staged("through", disc_at(-0.5, 0, 60, r=0.05), disc_at(0, 0, r=0.05), duration_s=0.1)
     assert len(solve_pic(scene).impacts) == 1
     assert len(observe_run(engine, scene, "located", 1 / 60).impacts) == 0
 

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene, solve_pit
+from carom import Scene, solve_pit
 from carom.adapter import Adapter, AdapterError, Observation, Stamp, unsupported_reason
 from carom.runs.plan import capabilities_of
 
@@ -26,12 +27,10 @@ Named = Callable[[str], Adapter]
 def _head_on(closing_m_s: float, restitution: float = 1.0) -> Scene:
     """Two equal discs that close at this speed and touch halfway through the scene."""
     gap = 0.5
-    return Scene(
-        name="head-on",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(closing_m_s / 2, 0), radius_m=0.5),
-            Disc(position_m=(1 + gap, 0), velocity_m_s=(-closing_m_s / 2, 0), radius_m=0.5),
-        ],
+    return staged(
+        "head-on",
+        disc_at(0, 0, closing_m_s / 2),
+        disc_at(1 + gap, 0, -closing_m_s / 2),
         restitution=restitution,
         duration_s=2 * gap / closing_m_s,
     )
@@ -153,7 +152,7 @@ def test_pybullet_multibody_speed_is_capped_as_declared(named: Named, finish: Fi
     """As shipped PyBullet clamps a disc to the declared speed, and a faster scene is unsupported with that reason."""
     pybullet = named("pybullet")
     capped = capabilities_of(pybullet, "default")
-    scene = Scene(name="free", discs=[Disc(position_m=(0, 0), velocity_m_s=(200, 0), radius_m=1)], duration_s=0.1)
+    scene = staged("free", disc_at(0, 0, 200, r=1), duration_s=0.1)
     assert finish(pybullet, scene, 1 / 100, "default").velocity_m_s.tolist() == [[capped.max_speed_m_s, 0]]
     assert "limit is 100 m/s" in unsupported_reason(scene, capped, 1 / 100)
     assert not unsupported_reason(scene, capabilities_of(pybullet, "tuned"), 1 / 100)
@@ -164,20 +163,13 @@ def test_box2d_moves_a_body_as_far_as_declared_and_says_when_it_would_not_do(nam
     box2d, dt_s = named("box2d"), 1 / 10
     limit = box2d.capabilities.max_move_m
     # A heavy disc at 1.6 m a step throws a light one forward at nearly twice its speed.
-    thrown = Scene(
-        name="thrown",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(16, 0), radius_m=5, mass_kg=1000),
-            Disc(position_m=(7, 0), radius_m=1, mass_kg=1),
-        ],
-        duration_s=1.0,
-    )
+    thrown = staged("thrown", disc_at(0, 0, 16, r=5, m=1000), disc_at(7, 0, r=1), duration_s=1.0)
     assert not unsupported_reason(thrown, box2d.capabilities, dt_s)
     seen = drive(box2d, thrown, dt_s)
     assert f"at most {limit:g} m a step" in seen[-1].warning
     moved = np.abs(np.diff([state.position_m[1, 0] for state in seen])).max()
     assert moved == pytest.approx(limit, rel=1e-6)
-    fast = Scene(name="fast", discs=[Disc(position_m=(0, 0), velocity_m_s=(21, 0), radius_m=1)], duration_s=1)
+    fast = staged("fast", disc_at(0, 0, 21, r=1), duration_s=1)
     assert "moves none by more than 2 m" in unsupported_reason(fast, box2d.capabilities, dt_s)
     with pytest.raises(AdapterError, match="moves none by more than 2 m"):
         box2d.prepare(fast, box2d.profiles["tuned"].settings(dt_s))
@@ -187,8 +179,8 @@ def test_contacts_are_stamped_as_declared(adapter: Adapter, drive: Drive) -> Non
     """A contact's time is the start or the end of the step that answered it, or the instant itself, as declared."""
     # Touching at 0.3 s: of the boundaries, multiples of 1/8 s, 0.375 s is the first with an overlap.
     dt_s = 1 / 8
-    discs = [Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5), Disc(position_m=(1.3, 0), radius_m=0.5)]
-    seen = drive(adapter, Scene(name="stamp", discs=discs, duration_s=1.0), dt_s)
+    discs = [disc_at(0, 0, 1), disc_at(1.3, 0)]
+    seen = drive(adapter, staged("stamp", *discs, duration_s=1.0), dt_s)
     (step,) = [k for k, state in enumerate(seen) if state.contacts]  # `step` ended at step * dt_s
     (contact,) = seen[step].contacts
     stamps = {Stamp.START: (step - 1) * dt_s, Stamp.END: step * dt_s, Stamp.INSTANT: pytest.approx(0.3, abs=1e-15)}
@@ -197,7 +189,7 @@ def test_contacts_are_stamped_as_declared(adapter: Adapter, drive: Drive) -> Non
 
 def test_floats_are_as_wide_as_declared(engine: Adapter) -> None:
     """A tenth is held as the nearest number of the declared width, and of no other."""
-    scene = Scene(name="tenth", discs=[Disc(position_m=(0.1, 0), velocity_m_s=(0.1, 0), radius_m=1)], duration_s=1)
+    scene = staged("tenth", disc_at(0.1, 0, 0.1, r=1), duration_s=1)
     world = engine.prepare(scene, engine.profiles["tuned"].settings(1 / 60))
     start = world.observe()
     world.close()
@@ -217,7 +209,7 @@ def test_discs_of_the_declared_sizes_are_simulated_and_no_others(engine: Adapter
     # Both discs have radius 1/2; away from the limit by two rounded divisions.
     inside = 1 + 1e-12 if limit == "min_radius_m" else 1 - 1e-12
     length = 2 * radius * inside
-    scene = Scene(name="pair", discs=oblique(length=length).discs, duration_s=1.5)
+    scene = staged("pair", *oblique(length=length).discs, duration_s=1.5)
     dt_s = 1 / 240
     # Limits that a scene meets before that of its discs' size, when it is scaled as a whole.
     else_unlimited = replace(capabilities, max_move_m=math.inf, max_speed_m_s=math.inf, max_coordinate_m=math.inf)
@@ -236,8 +228,8 @@ def test_discs_of_the_declared_sizes_are_simulated_and_no_others(engine: Adapter
 def test_a_mass_beyond_what_is_declared_is_unsupported(engine: Adapter, mass_kg: float) -> None:
     """Before the engine is called, the plan says which mass it does not simulate, and between which it does."""
     capabilities = engine.capabilities
-    discs = [Disc(position_m=(x, 0.0), radius_m=0.5, mass_kg=mass_kg) for x in (0.0, 3.0)]
-    reason = unsupported_reason(Scene(name="pair", discs=discs, duration_s=1.0), capabilities, 1 / 60)
+    discs = [disc_at(x, 0.0, m=mass_kg) for x in (0.0, 3.0)]
+    reason = unsupported_reason(staged("pair", *discs, duration_s=1.0), capabilities, 1 / 60)
     within = capabilities.min_mass_kg <= mass_kg <= capabilities.max_mass_kg
     assert reason == "" if within else reason.startswith(f"discs[0].mass_kg is {mass_kg:g}, and this method simulates")
 
@@ -245,5 +237,5 @@ def test_a_mass_beyond_what_is_declared_is_unsupported(engine: Adapter, mass_kg:
 def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adapter) -> None:
     """Where positions are rounded by more than a disc is large, the plan says so before the engine is called."""
     radius = {32: 1.0, 64: 1e-8}[engine.capabilities.float_bits]
-    far = Scene(name="far", discs=[Disc(position_m=(1e8, 0), radius_m=radius)], duration_s=1)
+    far = staged("far", disc_at(1e8, 0, r=radius), duration_s=1)
     assert "bit floats round by more" in unsupported_reason(far, replace(engine.capabilities, min_radius_m=0.0), 1 / 60)

@@ -95,7 +95,7 @@ def _stage(scene: Scene) -> Stage:
 def _bare(engine: str, profile: str, scene: Scene, float_bits: int) -> Bare:
     stage = _stage(scene)
     truth, steps = Truth(stage, scene.duration_s), math.ceil(scene.duration_s / DT_S - STEP)
-    states = ENGINES[engine](stage, profile, DT_S, steps)
+    states = ENGINES[engine](stage, profile, DT_S, steps)[:, :, :4]
     movable = np.isfinite(truth.mass)
     falls, beyond = movable[:, None] * np.array(stage.gravity), scene.duration_s - steps * DT_S
     place, velocity = states[-1, :, :2], states[-1, :, 2:]

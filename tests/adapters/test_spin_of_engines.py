@@ -14,9 +14,10 @@ import pytest
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
 from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
 from tests.validation.exact_impact import Body, Law, after_impact
 
-from carom import Disc, Scene, Wall, solve_pit
+from carom import Disc, Scene, solve_pit
 from carom.adapter import Adapter, AdapterError, Observation
 from carom.runs.observe import observe_run
 
@@ -34,23 +35,11 @@ ROUNDING = 100 * 2.0**-50
 FULL_ARM, MIDDLE_OF_OVERLAP = ("pymunk", "pybullet"), ("mujoco", "box2d")
 
 PAIRS = {
-    "equal": (Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5), Disc(position_m=(0, 0), radius_m=0.5)),
-    "unequal": (
-        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, mass_kg=3, spin_rad_s=-6),
-        Disc(position_m=(0, 0), velocity_m_s=(-1, 0.5), radius_m=0.25, spin_rad_s=5, inertia_factor=0.4),
-    ),
-    "heavy": (
-        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, spin_rad_s=4, inertia_factor=1.0),
-        Disc(position_m=(0, 0), radius_m=0.5, mass_kg=1000),
-    ),
-    "unturnable": (
-        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, inertia_factor=math.inf),
-        Disc(position_m=(0, 0), velocity_m_s=(0, 1), radius_m=0.5, spin_rad_s=3),
-    ),
-    "immovable": (
-        Disc(position_m=(0, 0), velocity_m_s=(3, 0), radius_m=0.5, spin_rad_s=4),
-        Disc(position_m=(0, 0), radius_m=0.5, mass_kg=math.inf),
-    ),
+    "equal": (disc_at(0, 0, 3), disc_at(0, 0)),
+    "unequal": (disc_at(0, 0, 3, m=3, spin_rad_s=-6), disc_at(0, 0, -1, 0.5, r=0.25, spin_rad_s=5, inertia_factor=0.4)),
+    "heavy": (disc_at(0, 0, 3, spin_rad_s=4, inertia_factor=1.0), disc_at(0, 0, m=1000)),
+    "unturnable": (disc_at(0, 0, 3, inertia_factor=math.inf), disc_at(0, 0, 0, 1, spin_rad_s=3)),
+    "immovable": (disc_at(0, 0, 3, spin_rad_s=4), disc_at(0, 0, m=math.inf)),
 }
 LINE = (0.8, 0.6)
 
@@ -63,7 +52,7 @@ def meeting(first: Disc, second: Disc, friction: float, restitution: float, mass
         vx, vy = disc.velocity_m_s
         start = (x - vx * TOUCH_S, y - vy * TOUCH_S)
         discs.append(disc.model_copy(update={"position_m": start, "mass_kg": disc.mass_kg * mass}))
-    return Scene(name="meeting", discs=discs, friction=friction, restitution=restitution, duration_s=1.5 * TOUCH_S)
+    return staged("meeting", *discs, friction=friction, restitution=restitution, duration_s=1.5 * TOUCH_S)
 
 
 def body(disc: Disc, arm: tuple[float, float]) -> Body:
@@ -146,9 +135,9 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
     """Seen half a step late, a disc that grips a floor turns by its full radius, or by less by half the overlap."""
     dt_s, speed, radius = 1 / 64, 4.0, 0.5
     overlap = speed * dt_s / 2
-    disc = Disc(position_m=(0, radius + 4 * speed * dt_s - overlap), velocity_m_s=(3, -speed), radius_m=radius)
-    floor = Wall(point_m=(0, 0), normal=(0, 1))
-    scene = Scene(name="late", discs=[disc], walls=[floor], wall_friction=5, wall_restitution=0.5, duration_s=0.25)
+    disc = disc_at(0, radius + 4 * speed * dt_s - overlap, 3, -speed, r=radius)
+    floor = wall_at(0, 0, 0, 1)
+    scene = staged("late", disc, floor, wall_friction=5, wall_restitution=0.5, duration_s=0.25)
     arm = radius - (0 if name in FULL_ARM else overlap / 2)
     still = Body((0, 0), 0, math.inf, math.inf, (0, 0))
     after, _, _ = after_impact(body(disc, (0, -arm)), still, (0, -1), Law(0.5, 5, 0))
@@ -166,12 +155,10 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
 def test_discs_and_walls_have_each_their_own_friction(engine: Adapter, friction: float, wall_friction: float) -> None:
     """In one scene a disc grips another, and a third a wall, each by its own coefficient, whichever of them is 0."""
     pair = meeting(*PAIRS["equal"], friction, 1.0)
-    falling = Disc(position_m=(9, 0.5 + 2 * TOUCH_S), velocity_m_s=(3, -2), radius_m=0.5)
-    walls = [Wall(point_m=(0, 0), normal=(0, 1))]
+    falling = disc_at(9, 0.5 + 2 * TOUCH_S, 3, -2)
+    walls = [wall_at(0, 0, 0, 1)]
     up = [disc.model_copy(update={"position_m": (disc.position_m[0], disc.position_m[1] + 5)}) for disc in pair.discs]
-    scene = Scene(
-        name="both", discs=[*up, falling], walls=walls, friction=friction, wall_friction=wall_friction, duration_s=0.3
-    )
+    scene = staged("both", *up, falling, *walls, friction=friction, wall_friction=wall_friction, duration_s=0.3)
     trace = observe_run(engine, scene, "located", 1 / 60)
     velocity, _ = by_the_law(pair)
     np.testing.assert_allclose(trace.final_velocity_m_s[:2], velocity, rtol=0, atol=width(engine, ROUNDING))
@@ -250,8 +237,8 @@ def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, dri
 
 def test_pybullet_as_shipped_damps_spin_in_the_default_profile_unless_told_not_to(named: Named, finish: Finish) -> None:
     """The default profile is undamped: 10 rad/s stay 10; with the damping that is shipped 6.9 are left of them."""
-    disc = Disc(position_m=(0, 0), radius_m=0.5, spin_rad_s=10, inertia_factor=0.4)
-    scene, pybullet = Scene(name="alone", discs=[disc], duration_s=1.0), named("pybullet")
+    disc = disc_at(0, 0, spin_rad_s=10, inertia_factor=0.4)
+    scene, pybullet = staged("alone", disc, duration_s=1.0), named("pybullet")
     kept, left = (
         finish(pybullet, scene, 1 / 240, "default", **changes).spin_rad_s for changes in ({}, {"angularDamping": 0.04})
     )
@@ -265,9 +252,9 @@ def test_pybullet_as_shipped_damps_spin_in_the_default_profile_unless_told_not_t
 def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named: Named, name: str) -> None:
     """Brought to PyBullet's clamp, or beyond a quarter turn a step of Box2D's, a spin is said to be wrong."""
     adapter, dt_s = named(name), 1 / 64
-    disc = Disc(position_m=(0, 0.06), velocity_m_s=(40, -0.5), radius_m=0.05)
-    floor = Wall(point_m=(0, 0), normal=(0, 1))
-    scene = Scene(name="grip", discs=[disc], walls=[floor], wall_friction=10, duration_s=8 * dt_s)
+    disc = disc_at(0, 0.06, 40, -0.5, r=0.05)
+    floor = wall_at(0, 0, 0, 1)
+    scene = staged("grip", disc, floor, wall_friction=10, duration_s=8 * dt_s)
     # Friction takes 10 of twice 0.5 m/s from the slip's speed, and gives the rim 20: 400 rad/s, 6 rad a step.
     world = adapter.prepare(scene, adapter.profiles["default"].settings(dt_s))
     world.observe()
@@ -291,8 +278,8 @@ def test_a_friction_that_an_engine_would_silently_change_is_refused(named: Named
 
 
 def _floored(**fields: float) -> Scene:
-    disc = Disc(position_m=(0, 1), velocity_m_s=(1, -1), radius_m=0.5)
-    return Scene(name="floored", discs=[disc], walls=[Wall(point_m=(0, 0), normal=(0, 1))], duration_s=1.0, **fields)
+    disc = disc_at(0, 1, 1, -1)
+    return staged("floored", disc, wall_at(0, 0, 0, 1), duration_s=1.0, **fields)
 
 
 def test_tangential_restitution_is_refused(engine: Adapter) -> None:
@@ -319,11 +306,8 @@ def test_mujoco_names_how_it_answers_friction(named: Named) -> None:
 def test_mujoco_gains_energy_where_contacts_are_shared_in_turn(named: Named, finish: Finish) -> None:
     """The price of one pass: a disc that runs into two touching ones at once, with friction, gains a quarter."""
     root = math.sqrt(0.75)
-    discs = [
-        Disc(position_m=(-0.5 - root, 0), velocity_m_s=(1, 0), radius_m=0.5),
-        *(Disc(position_m=(0.0, y), radius_m=0.5) for y in (-0.5, 0.5)),
-    ]
-    scene = Scene(name="shared", discs=discs, friction=0.01, duration_s=1.0)
+    discs = [disc_at(-0.5 - root, 0, 1), *(disc_at(0.0, y) for y in (-0.5, 0.5))]
+    scene = staged("shared", *discs, friction=0.01, duration_s=1.0)
     ends = {
         in_turn: finish(named("mujoco"), scene, 1 / 240, in_turn=in_turn, speculative=False)
         for in_turn in (True, False)
@@ -369,8 +353,8 @@ def test_a_rubbing_pair_repeats_to_the_bit_after_others(engine: Adapter, drive: 
     scene = meeting(*PAIRS["unequal"], 0.1, 0.9)
     spun = tuple(disc.model_copy(update={"spin_rad_s": 2 * disc.spin_rad_s}) for disc in scene.discs)
     ends = []
-    for staged in (scene, scene.model_copy(update={"discs": spun}), scene):
-        end = drive(engine, staged, 1 / 240, profile)[-1]
+    for one in (scene, scene.model_copy(update={"discs": spun}), scene):
+        end = drive(engine, one, 1 / 240, profile)[-1]
         assert end.spin_rad_s is not None
         ends.append(end.velocity_m_s.tobytes() + end.spin_rad_s.tobytes())
     assert ends[0] == ends[2] != ends[1]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, AdapterError, Observation
@@ -28,9 +29,7 @@ def _thrown(speed: float, degrees: float, **fields: Any) -> Scene:
     angle = math.radians(degrees)
     velocity = (speed * math.cos(angle), speed * math.sin(angle))
     disc = Disc(position_m=(0, 0), velocity_m_s=velocity, radius_m=0.25, **fields)
-    return Scene(
-        name="thrown", discs=[disc], table_deceleration_m_s2=SLOWER, duration_s=math.ceil(speed / SLOWER + 1.0)
-    )
+    return staged("thrown", disc, table_deceleration_m_s2=SLOWER, duration_s=math.ceil(speed / SLOWER + 1.0))
 
 
 def _off(place: tuple[float, float], speed: float, degrees: float) -> tuple[float, float]:
@@ -59,11 +58,8 @@ def test_two_discs_that_meet_on_a_table_hand_over_what_is_left_of_a_speed(named:
     """From eight speeds one impact is found, late by a step and a half at most, its velocities to 2 a dt."""
     for start, _ in STARTS:
         speed, way = 1.5 + start, 0.5
-        discs = [
-            Disc(position_m=(0, 0), velocity_m_s=(speed, 0), radius_m=0.25),
-            Disc(position_m=(2 * 0.25 + way, 0), radius_m=0.25, mass_kg=2.0),
-        ]
-        scene = Scene(name="pair", discs=discs, table_deceleration_m_s2=SLOWER, duration_s=2.0)
+        discs = [disc_at(0, 0, speed, r=0.25), disc_at(2 * 0.25 + way, 0, r=0.25, m=2.0)]
+        scene = staged("pair", *discs, table_deceleration_m_s2=SLOWER, duration_s=2.0)
         (found,) = observe_run(named(name), scene, "tuned", 1 / RATE_HZ).impacts
         left = math.sqrt(speed * speed - 2.0 * SLOWER * way)
         assert -1e-6 <= found["time_s"] - (speed - left) / SLOWER <= 1.5 / RATE_HZ

@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.adapters.pasted import adapters_end, programs_end
+from tests.stage import disc_at, staged, wall_at
 
 import carom_adapters.npm
-from carom import Chain, Disc, Scene, Wall
+from carom import Chain, Scene, Wall
 from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
 from carom.scenes import all_scenes
 
@@ -28,14 +29,13 @@ NPM = Path(carom_adapters.npm.__file__).parent
 
 def corner(restitution: float, wall_restitution: float, friction: float = 0.0) -> Scene:
     """Discs in a corner, under gravity, one of them immovable."""
-    return Scene(
-        name="a corner",
-        discs=[
-            Disc(position_m=(0.6, 1.0), velocity_m_s=(2.0, -1.0), radius_m=0.2, mass_kg=1.5),
-            Disc(position_m=(1.5, 0.9), velocity_m_s=(-1.0, 0.5), radius_m=0.3),
-            Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf),
-        ],
-        walls=[Wall(point_m=(0, 0), normal=(0, 1)), Wall(point_m=(0, 0), normal=(1, 0.1))],
+    return staged(
+        "a corner",
+        disc_at(0.6, 1.0, 2.0, -1.0, r=0.2, m=1.5),
+        disc_at(1.5, 0.9, -1.0, 0.5, r=0.3),
+        disc_at(2.5, 1.0, r=0.25, m=math.inf),
+        wall_at(0, 0, 0, 1),
+        wall_at(0, 0, 1, 0.1),
         restitution=restitution,
         wall_restitution=wall_restitution,
         friction=friction,
@@ -50,10 +50,7 @@ _LEGS = [{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in ((0.
 _CORNER = corner(0.9, 0.8)
 TOLD = _CORNER.model_copy(
     update={
-        "discs": (
-            *_CORNER.discs[:2],
-            Disc(position_m=(2.5, 1.0), radius_m=0.25, mass_kg=math.inf, driven=True, legs=_LEGS),
-        ),
+        "discs": (*_CORNER.discs[:2], disc_at(2.5, 1.0, r=0.25, m=math.inf, driven=True, legs=_LEGS)),
         "walls": (
             Wall(point_m=(0, 0), normal=(0, 1), legs=[*_LEGS, {"from_s": 0.5, "velocity_m_s": (0.0, 0.125)}]),
             Chain(points_m=[(-1, -1), (-1, 2), (3, 2)], half_width_m=0.05, legs=_LEGS),

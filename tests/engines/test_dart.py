@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 from tests.engines.staged import PHASES, at_starts
 from tests.hazards.spread import energy_change
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall
+from carom import Scene
 from carom.adapter import Adapter, AdapterError, Observation
 from carom.scenes.catalogue import all_scenes
 
@@ -32,14 +33,7 @@ def dart(named: Callable[[str], Adapter]) -> Adapter:
 def _towards(speed: float, phase: float = 0.0) -> Scene:
     """Stage two discs of 5 m that close at twice the speed, a tenth of a second and a part of a step apart."""
     gap = (0.2 + 2 * phase * DT_S) * speed
-    return Scene(
-        name="hazard",
-        discs=(
-            Disc(position_m=(-5 - gap / 2, 0), velocity_m_s=(speed, 0), radius_m=5),
-            Disc(position_m=(5 + gap / 2, 0), velocity_m_s=(-speed, 0), radius_m=5),
-        ),
-        duration_s=0.2,
-    )
+    return staged("hazard", disc_at(-5 - gap / 2, 0, speed, r=5), disc_at(5 + gap / 2, 0, -speed, r=5), duration_s=0.2)
 
 
 @pytest.mark.parametrize("speed", [50.0, 80.0, 100.0])
@@ -91,13 +85,8 @@ def test_a_coefficient_above_one_is_made_none(capfd: pytest.CaptureFixture[str])
 
 def test_walls_can_have_no_more_restitution_than_discs_leave_them(dart: Adapter) -> None:
     """A wall's coefficient of 1 beside discs of 0.25 asks for a factor of 2, which DART has not: that is refused."""
-    scene = Scene(
-        name="hazard",
-        discs=_towards(1.0).discs,
-        walls=(Wall(point_m=(-30, 0), normal=(1, 0)),),
-        restitution=0.25,
-        wall_restitution=1.0,
-        duration_s=1.0,
+    scene = staged(
+        "hazard", *_towards(1.0).discs, wall_at(-30, 0, 1, 0), restitution=0.25, wall_restitution=1.0, duration_s=1.0
     )
     with pytest.raises(AdapterError, match="wall_restitution"):
         dart.prepare(scene, dart.profiles["tuned"].settings(1 / 60))
@@ -105,10 +94,10 @@ def test_walls_can_have_no_more_restitution_than_discs_leave_them(dart: Adapter)
 
 def test_each_elastic_bounce_loses_two_parts_in_a_hundred_thousand(dart: Adapter, drive: Drive) -> None:
     """A wall gives an elastic disc its speed back: DART's mixing takes 2e-5 of it at each of ten bounces."""
-    wall = Wall(point_m=(-1, 0), normal=(1, 0)), Wall(point_m=(1, 0), normal=(-1, 0))
+    wall = wall_at(-1, 0, 1, 0), wall_at(1, 0, -1, 0)
     for phase in PHASES:
-        disc = Disc(position_m=(phase * 4 * DT_S, 0), velocity_m_s=(4, 0), radius_m=0.5)
-        seen = drive(dart, Scene(name="hazard", discs=(disc,), walls=wall, duration_s=3.0), DT_S)
+        disc = disc_at(phase * 4 * DT_S, 0, 4)
+        seen = drive(dart, staged("hazard", disc, *wall, duration_s=3.0), DT_S)
         bounces = sum(len(one.contacts) for one in seen)
         assert bounces >= 10
         kept = (2 / (1 + MIXING) - 1) ** bounces

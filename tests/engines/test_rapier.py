@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from tests.hazards.measures import passing
 from tests.hazards.spread import energy_change, starts_of
+from tests.stage import disc_at, staged
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, Observation
@@ -30,15 +31,15 @@ def rapier(named: Callable[[str], Adapter]) -> Adapter:
 
 
 def _scene(*discs: Disc, duration_s: float = 1.0) -> Scene:
-    return Scene(name="hazard", discs=discs, duration_s=duration_s)
+    return staged("hazard", *discs, duration_s=duration_s)
 
 
 def _bullet(phase: float, mass_kg: float) -> Scene:
     """Stage a disc of 5 cm at 100 m/s, 3 m and a part of 1/60 s before another one."""
     start = -3.0 - phase * 100 / 60
     return _scene(
-        Disc(position_m=(start, 0), velocity_m_s=(100, 0), radius_m=0.05),
-        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.05, mass_kg=mass_kg),
+        disc_at(start, 0, 100, r=0.05),
+        disc_at(0, 0, r=0.05, m=mass_kg),
         duration_s=0.2,
     )
 
@@ -74,7 +75,7 @@ def test_the_default_margin_turns_aside_what_passes_within_millimetres(
 
 def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finish) -> None:
     """A free body keeps its velocity; that of 600 m/s is made 400 m/s, which the adapter tells and `tuned` undoes."""
-    scene = _scene(Disc(position_m=(0, 0), velocity_m_s=(600, 0), radius_m=0.5))
+    scene = _scene(disc_at(0, 0, 600))
     shipped, tuned = (finish(rapier, scene, 1 / 64, profile) for profile in ("default", "tuned"))
     assert shipped.velocity_m_s[0, 0] == 400
     assert "400 m/s at most" in shipped.warning
@@ -84,7 +85,7 @@ def test_speeds_are_clamped_to_400_m_s_as_shipped(rapier: Adapter, finish: Finis
 
 def test_slow_bodies_are_put_to_rest_as_shipped(rapier: Adapter, finish: Finish) -> None:
     """A free body keeps its velocity; one at 8 cm/s rests after half a second where it may sleep."""
-    scene = _scene(Disc(position_m=(0, 0), velocity_m_s=(0.08, 0), radius_m=0.5), duration_s=2.0)
+    scene = _scene(disc_at(0, 0, 0.08), duration_s=2.0)
     assert finish(rapier, scene, 1 / 64, "default", can_sleep=True).velocity_m_s[0, 0] == 0
     assert finish(rapier, scene, 1 / 64, "default").velocity_m_s[0, 0] == np.float32(0.08)
 
@@ -93,10 +94,7 @@ def test_a_bounce_comes_when_bodies_have_moved_without_it(rapier: Adapter, drive
     """Equal discs exchange velocities; in the step that answers, both first move with half, as if e were 0."""
     dt_s = 1 / 64
     for phase in range(16):
-        scene = _scene(
-            Disc(position_m=(-2 - phase / 16 * 4 * dt_s, 0), velocity_m_s=(4, 0), radius_m=0.5),
-            Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
-        )
+        scene = _scene(disc_at(-2 - phase / 16 * 4 * dt_s, 0, 4), disc_at(0, 0))
         seen = drive(rapier, scene, dt_s)
         hit = next(k for k, one in enumerate(seen) if one.contacts)
         moved = seen[hit].position_m - seen[hit - 1].position_m
@@ -106,10 +104,7 @@ def test_a_bounce_comes_when_bodies_have_moved_without_it(rapier: Adapter, drive
 
 def test_located_ends_the_step_that_comes_before_the_bounce(rapier: Adapter) -> None:
     """Equal discs exchange velocities: by a step taken in two parts, of which the first is short, none is late."""
-    scene = _scene(
-        Disc(position_m=(-1, 0), velocity_m_s=(4, 0), radius_m=0.5),
-        Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
-    )
+    scene = _scene(disc_at(-1, 0, 4), disc_at(0, 0))
     dt_s = 1 / 64
     world = rapier.prepare(scene, rapier.profiles["located"].settings(dt_s))
     try:
@@ -168,10 +163,7 @@ def test_soft_continuous_detection_turns_an_oblique_path_wrongly(rapier: Adapter
     right = np.array([16 * 0.8, 16 * -0.6])
     errors = []
     for phase in range(16):
-        scene = _scene(
-            Disc(position_m=(-3 - phase / 16 * 20 / 24, 0.6), velocity_m_s=(20, 0), radius_m=0.5),
-            Disc(position_m=(0, 0), velocity_m_s=(0, 0), radius_m=0.5),
-        )
+        scene = _scene(disc_at(-3 - phase / 16 * 20 / 24, 0.6, 20), disc_at(0, 0))
         errors.append(math.dist(finish(rapier, scene, 1 / 24, "swept").velocity_m_s[1], right) / 20)
     assert sum(error > 0.05 for error in errors) >= 8
     assert max(errors) < 0.4

@@ -15,8 +15,9 @@ from typing import Any
 
 import numpy as np
 from tests.hazards.spread import Spread, ended, energy_change, starts_of, velocities_after
+from tests.stage import disc_at, staged
 
-from carom import Chain, Disc, Scene
+from carom import Chain, Scene
 from carom.adapter import Adapter, AdapterError, Setting
 from carom.registry import load_adapter, why_unavailable
 from carom.scenes.catalogue import find_scenes
@@ -74,23 +75,17 @@ def head_on(
     half, steps = (speed_m_s / 2 if both else 0.0), 8
     gap = speed_m_s * (steps + 0.37) * DT_S
     starts = ((at_m - 2 * radius_m - gap, speed_m_s - half), (at_m, -half))
-    return Scene(
-        name="head-on",
-        discs=[
-            Disc(position_m=(x, 0), velocity_m_s=(speed, 0), radius_m=radius_m, mass_kg=mass_kg) for x, speed in starts
-        ],
-        duration_s=12 * steps * DT_S,
+    return staged(
+        "head-on", *[disc_at(x, 0, speed, r=radius_m, m=mass_kg) for x, speed in starts], duration_s=12 * steps * DT_S
     )
 
 
 def passing(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
     """A disc passes another of its size, at rest, at a distance."""
-    return Scene(
-        name="passing",
-        discs=[
-            Disc(position_m=(-0.6 * speed_m_s, 0), velocity_m_s=(speed_m_s, 0), radius_m=0.25),
-            Disc(position_m=(0, 0.5 + gap_m), radius_m=0.25),
-        ],
+    return staged(
+        "passing",
+        disc_at(-0.6 * speed_m_s, 0, speed_m_s, r=0.25),
+        disc_at(0, 0.5 + gap_m, r=0.25),
         duration_s=1.25,
         frame_rate_hz=1 / dt_s,
     )
@@ -99,10 +94,10 @@ def passing(gap_m: float, speed_m_s: float = 3.0, dt_s: float = DT_S) -> Scene:
 def paddled(speed_m_s: float, *, disc_m_s: float = 0.0, radius_m: float = 0.5) -> Scene:
     """An edge that is driven strikes a disc that comes at it, or is at rest, head-on, in 8 to 9 steps."""
     gap = (speed_m_s + disc_m_s) * 8.37 * DT_S
-    return Scene(
-        name="paddled",
-        discs=[Disc(position_m=(radius_m + gap, 0), velocity_m_s=(-disc_m_s, 0), radius_m=radius_m)],
-        walls=[Chain(points_m=[(0, -4), (0, 4)], velocity_m_s=(speed_m_s, 0))],
+    return staged(
+        "paddled",
+        disc_at(radius_m + gap, 0, -disc_m_s, r=radius_m),
+        Chain(points_m=[(0, -4), (0, 4)], velocity_m_s=(speed_m_s, 0)),
         duration_s=16 * DT_S,
     )
 
@@ -288,12 +283,10 @@ def _film() -> CatalogueScene:
 def large(closing_m_s: float) -> Scene:
     """Two discs of 5 m close, both at half the speed, from a tenth of a second away; at most 100 m/s each."""
     gap = 0.1 * closing_m_s
-    return Scene(
-        name="large",
-        discs=[
-            Disc(position_m=(-5 - gap / 2, 0), velocity_m_s=(closing_m_s / 2, 0), radius_m=5),
-            Disc(position_m=(5 + gap / 2, 0), velocity_m_s=(-closing_m_s / 2, 0), radius_m=5),
-        ],
+    return staged(
+        "large",
+        disc_at(-5 - gap / 2, 0, closing_m_s / 2, r=5),
+        disc_at(5 + gap / 2, 0, -closing_m_s / 2, r=5),
         duration_s=0.2,
         frame_rate_hz=256.0,
     )

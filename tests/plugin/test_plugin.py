@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 from tests.distribution import forget, lay
 from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
 
 import carom
-from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Verdict
 from carom.conformance.cases import cases
 from carom.conformance.subject import Subject
@@ -95,14 +95,7 @@ def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_co
     steps, wherever in its step the contact began. From x = v (t - t0) it comes out on x = -v (t - t0 - N dt): the two
     lines meet N dt / 2 after the contact.
     """
-    scene = Scene(
-        name="soft",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
-            Disc(position_m=(2, 0), velocity_m_s=(-1, 0), radius_m=0.5),
-        ],
-        duration_s=1.5,
-    )
+    scene = staged("soft", disc_at(0, 0, 1), disc_at(2, 0, -1), duration_s=1.5)
     dt_s = 1 / 241
     trace = carom.run(scene, "penalty", dt=dt_s, profile=profile)
     assert len(trace.impacts) == 1
@@ -117,10 +110,10 @@ def test_a_soft_contact_of_many_steps_is_one_impact_and_its_path_turns_half_a_co
 @pytest.mark.usefixtures("installed")
 def test_a_third_party_adapter_is_scored_and_skipped_like_any_other() -> None:
     """It is scored on what it declares to support, and skipped with the reason on what it does not."""
-    still = [Disc(position_m=(0, 0), radius_m=1)]
-    walled = Scene(name="walled", discs=still, walls=[Wall(point_m=(-2, 0), normal=(1, 0))], duration_s=1)
+    still = [disc_at(0, 0, r=1)]
+    walled = staged("walled", *still, wall_at(-2, 0, 1, 0), duration_s=1)
     results = carom.cross_check(
-        [walled, Scene(name="open", discs=still, duration_s=1)],
+        [walled, staged("open", *still, duration_s=1)],
         ["penalty"],
         timing=False,
         dts=[1 / 60],

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.stage import disc_at, staged, wall_at
 
 import carom
-from carom import CertifiedTrace, Disc, Scene, Wall
+from carom import CertifiedTrace, Scene, Wall
 from carom.scenes import KnownAnswer, catalogue, deviation
 from carom.solvers.certified.result import Ending
 
@@ -43,12 +44,9 @@ def test_each_scene_of_the_catalogue_is_certified_to_its_end_and_agrees_with_its
     assert deviation(certified.trace, known, entry.scene) <= CLOSED_FORM_ROUNDING
 
 
-def line(position: list[float], velocity: list[float], mass: list[float], **more: Any) -> Scene:
-    discs = [
-        Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.125, mass_kg=m)
-        for x, v, m in zip(position, velocity, mass, strict=True)
-    ]
-    return Scene(name="line", discs=discs, **{"duration_s": 100.0} | more)
+def line(position: list[float], velocity: list[float], mass: list[float], *walls: Wall, **more: Any) -> Scene:
+    discs = [disc_at(x, 0.0, v, r=0.125, m=m) for x, v, m in zip(position, velocity, mass, strict=True)]
+    return staged("line", *discs, *walls, **{"duration_s": 100.0} | more)
 
 
 def cotangents(ratio: float, count: int) -> Iterator[Any]:
@@ -79,7 +77,7 @@ def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: floa
         [float(gap) + 0.125, float(further) + 0.375],
         [0.0, -1.0],
         [1.0, ratio],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+        wall_at(0.0, 0.0, 1.0, 0.0),
     )
     certified = carom.certify(scene)
     with mp.workdps(60):
@@ -112,13 +110,13 @@ def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
 def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
     """Bounces come where the unfolded line crosses the lattice of mirror images, hundreds of them."""
     walls = [
-        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
-        Wall(point_m=(2.5, 0.0), normal=(-1.0, 0.0)),
-        Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)),
-        Wall(point_m=(0.0, 1.5), normal=(0.0, -1.0)),
+        wall_at(0.0, 0.0, 1.0, 0.0),
+        wall_at(2.5, 0.0, -1.0, 0.0),
+        wall_at(0.0, 0.0, 0.0, 1.0),
+        wall_at(0.0, 1.5, 0.0, -1.0),
     ]
-    disc = Disc(position_m=(0.5, 0.625), velocity_m_s=(math.pi, math.e), radius_m=0.25)
-    scene = Scene(name="box", discs=[disc], walls=walls, duration_s=200.0)
+    disc = disc_at(0.5, 0.625, math.pi, math.e, r=0.25)
+    scene = staged("box", disc, *walls, duration_s=200.0)
     certified = carom.certify(scene)
     x, y, vx, vy = (Fraction(v) for v in (0.25, 0.375, math.pi, math.e))
     times = [(2 * n - x) / vx for n in range(1, 700)] + [(n - y) / vy for n in range(1, 700)]
@@ -131,9 +129,9 @@ def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
 @pytest.mark.parametrize("e", [0.5, 0.75, 0.875])
 def test_crossings_between_walls_are_a_geometric_series(e: float) -> None:
     """Each wall leaves e of the speed: the n-th bounce is at (g + L (1/e + ... + 1/e^(n-1))) / v."""
-    walls = [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0))]
-    disc = Disc(position_m=(1.0, 0.0), velocity_m_s=(3.0, 0.0), radius_m=0.25)
-    scene = Scene(name="ladder", discs=[disc], walls=walls, wall_restitution=e, duration_s=1e4)
+    walls = [wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.0, 0.0, -1.0, 0.0)]
+    disc = disc_at(1.0, 0.0, 3.0, r=0.25)
+    scene = staged("ladder", disc, *walls, wall_restitution=e, duration_s=1e4)
     certified = carom.certify(scene)
     times, at, speed = [], Fraction(3, 4) / 3, Fraction(3)
     while at <= 10_000:
@@ -147,11 +145,8 @@ def test_crossings_between_walls_are_a_geometric_series(e: float) -> None:
 @pytest.mark.parametrize("offset", [0.0, 0.3, -0.9, 0.999999])
 def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) -> None:
     """The angle of deflection is pi - 2 asin(b / R), to 40 digits (Landau and Lifshitz, Mechanics, section 18)."""
-    discs = [
-        Disc(position_m=(-2.0, offset), velocity_m_s=(3.0, 0.0), radius_m=0.25),
-        Disc(position_m=(0.0, 0.0), radius_m=0.75, mass_kg=math.inf),
-    ]
-    certified = carom.certify(Scene(name="deflection", discs=discs, duration_s=1.0), digits=40)
+    discs = [disc_at(-2.0, offset, 3.0, r=0.25), disc_at(0.0, 0.0, r=0.75, m=math.inf)]
+    certified = carom.certify(staged("deflection", *discs, duration_s=1.0), digits=40)
     with mp.workdps(60):
         turned = mp.pi - 2 * mp.asin(abs(mpf(offset)))
         _, vx, vy, _, _ = (mpf(text) for text in certified.decimals[0])
@@ -163,9 +158,9 @@ def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) 
 def test_the_orbit_between_two_fixed_discs_grows_at_the_known_rate(free_path: float) -> None:
     """An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) a bounce, for dozens of bounces."""
     half = free_path / 2 + 1.0
-    discs = [Disc(position_m=(x, 0.0), radius_m=0.75, mass_kg=math.inf) for x in (-half, half)]
-    discs.append(Disc(position_m=(0.0, 2.0**-120), velocity_m_s=(1.0, 0.0), radius_m=0.25))
-    certified = carom.certify(Scene(name="orbit", discs=discs, duration_s=40 * free_path))
+    discs = [disc_at(x, 0.0, r=0.75, m=math.inf) for x in (-half, half)]
+    discs.append(disc_at(0.0, 2.0**-120, 1.0, r=0.25))
+    certified = carom.certify(staged("orbit", *discs, duration_s=40 * free_path))
     offsets = np.abs(certified.trace.impacts["normal"][:, 1])
     assert len(offsets) == 40
     rate = 1 + free_path + math.sqrt((1 + free_path) ** 2 - 1)

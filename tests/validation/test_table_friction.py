@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, wall_at
+from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Outcome, Scene, SceneError, solve_pic, solve_pit
 from carom.solvers.pic import pic_run
@@ -44,7 +44,7 @@ def test_two_discs_meet_when_bisection_says() -> None:
         gap = gap_of(one, other)
         if gap(0.0) <= 0.0:
             continue
-        scene = Scene(name="pair", discs=[one, other], table_deceleration_m_s2=A, duration_s=3.0)
+        scene = staged("pair", one, other, table_deceleration_m_s2=A, duration_s=3.0)
         times = solve_pic(scene, max_impacts=1).impacts["time_s"]
         grid = next((k for k in range(1500) if gap(0.002 * (k + 1)) < 0.0), None)
         assert (grid is None) == (len(times) == 0)
@@ -68,7 +68,7 @@ def carrom(seed: int) -> Scene:
         wall_at(0.0, 3.0, 0.0, -1.0),
     ]
     laws = {"restitution": rng.choice((0.5, 0.9, 1.0)), "wall_restitution": rng.choice((0.4, 0.8))}
-    return Scene(name=f"carrom {seed}", discs=discs, walls=walls, table_deceleration_m_s2=A, duration_s=4.0, **laws)
+    return staged(f"carrom {seed}", *discs, *walls, table_deceleration_m_s2=A, duration_s=4.0, **laws)
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -102,12 +102,7 @@ def test_in_how_many_pieces_a_run_is_taken_changes_no_bit() -> None:
 
 def test_pit_comes_to_pic_with_the_frames() -> None:
     """Sixty times as many frames bring the end of a first impact nearer."""
-    scene = Scene(
-        name="pair",
-        discs=[disc_at(0.0, 0.0, 4.0, 0.3), disc_at(2.0, 0.4)],
-        table_deceleration_m_s2=A,
-        duration_s=3.0,
-    )
+    scene = staged("pair", disc_at(0.0, 0.0, 4.0, 0.3), disc_at(2.0, 0.4), table_deceleration_m_s2=A, duration_s=3.0)
     exact = solve_pic(scene).final_position_m
     coarse, fine = (
         float(np.abs(solve_pit(scene, frame_rate_hz=rate).final_position_m - exact).max()) for rate in (100.0, 6000.0)

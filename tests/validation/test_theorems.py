@@ -11,7 +11,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Outcome, Scene, solve_pic, solve_pic_framewise
+from carom import Outcome, Scene, solve_pic, solve_pic_framewise
 
 ROUNDING = 1e-12
 
@@ -71,11 +71,8 @@ def test_equal_masses_sort_their_velocities(velocities: list[int], gaps: list[fl
     # Three ghosts at one place are three discs in one impact, which has no unique order.
     assume(all(later - earlier > 1e-6 for earlier, later in pairwise(crossings)))
     duration = 1.5 * crossings[-1] if crossings else 1.0
-    discs = [
-        Disc(position_m=(g + 2 * radius * k, 0.0), velocity_m_s=(v, 0.0), radius_m=radius)
-        for k, (g, v) in enumerate(zip(ghosts, speeds, strict=True))
-    ]
-    trace = solve_pic(Scene(name="sorting", discs=discs, duration_s=duration))
+    discs = [disc_at(g + 2 * radius * k, 0.0, v, r=radius) for k, (g, v) in enumerate(zip(ghosts, speeds, strict=True))]
+    trace = solve_pic(staged("sorting", *discs, duration_s=duration))
     assert len(trace.impacts) == len(crossings)
     # The least relative speed is 1/8, so a rounding of a position moves an instant by at most 8 times as much.
     extent = float(np.max(np.abs(ghosts)) + 2 * radius * len(ghosts) + np.max(np.abs(speeds)) * duration)
@@ -100,11 +97,8 @@ def test_three_masses_on_a_line_collide_a_bounded_number_of_times(
     m1, m2, m3 = masses
     angle = math.acos(math.sqrt(m1 * m3 / ((m1 + m2) * (m2 + m3))))
     x = np.cumsum([0.0, gaps[0] + 0.2, gaps[1] + 0.2])
-    discs = [
-        Disc(position_m=(p, 0.0), velocity_m_s=(v, 0.0), radius_m=0.1, mass_kg=m)
-        for p, v, m in zip(x, speeds, masses, strict=True)
-    ]
-    trace = solve_pic(Scene(name="three", discs=discs, duration_s=1e6))
+    discs = [disc_at(p, 0.0, v, r=0.1, m=m) for p, v, m in zip(x, speeds, masses, strict=True)]
+    trace = solve_pic(staged("three", *discs, duration_s=1e6))
     assert len(trace.impacts) <= math.ceil(math.pi / angle)
 
 
@@ -113,7 +107,7 @@ def test_an_immovable_disc_deflects_by_pi_less_twice_the_arcsine(offset: float) 
     """The angle of deflection is pi - 2 asin(b / R) (Landau and Lifshitz, Mechanics, section 18, problem 1)."""
     contact = 0.75
     discs = [disc_at(-2.0, -offset * contact, 3.0, 0.0, r=0.25), disc_at(0.0, 0.0, m=math.inf)]
-    trace = solve_pic(Scene(name="deflection", discs=discs, duration_s=1.0))
+    trace = solve_pic(staged("deflection", *discs, duration_s=1.0))
     vx, vy = trace.final_velocity_m_s[0]
     deflection = math.pi - 2 * math.asin(abs(offset))
     # Near a graze the angle is the square root of the distance from it: its rounding grows as 1 / cos.
@@ -150,10 +144,10 @@ def test_the_orbit_between_two_fixed_discs_is_unstable_at_the_known_rate(free_pa
     """
     radius, contact = 0.25, 1.0
     half = free_path / 2 + contact
-    fixed = [Disc(position_m=(x, 0.0), radius_m=contact - radius, mass_kg=math.inf) for x in (-half, half)]
-    moving = Disc(position_m=(0.0, 2.0**-40), velocity_m_s=(1.0, 0.0), radius_m=radius)
+    fixed = [disc_at(x, 0.0, r=contact - radius, m=math.inf) for x in (-half, half)]
+    moving = disc_at(0.0, 2.0**-40, 1.0, r=radius)
     bounces = 6
-    scene = Scene(name="bounce", discs=[*fixed, moving], duration_s=bounces * free_path)
+    scene = staged("bounce", *fixed, moving, duration_s=bounces * free_path)
     impacts = solve_pic(scene).impacts
     assert len(impacts) == bounces
     offsets = np.abs(impacts["normal"][:, 1]) * contact
@@ -189,11 +183,8 @@ def test_three_equal_discs_part_above_the_critical_restitution(e: float) -> None
 
 def three_closing(e: float) -> Scene:
     """Stage three equal discs in line, the outer two closing on the middle one at rest, one of them later."""
-    discs = [
-        Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.25)
-        for x, v in ((-1.5, 1.0), (0.0, 0.0), (1.75, -1.0))
-    ]
-    return Scene(name="collapse", discs=discs, restitution=e, duration_s=1000.0)
+    discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-1.5, 1.0), (0.0, 0.0), (1.75, -1.0))]
+    return staged("collapse", *discs, restitution=e, duration_s=1000.0)
 
 
 def test_pic_framewise_counts_as_pic_does() -> None:
