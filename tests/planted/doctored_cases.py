@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -23,9 +24,6 @@ from carom.windows import States
 
 Array = NDArray[np.float64]
 
-EXACT, CLOSE, SAMPLED, INACCURATE = Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE
-WRONG = Grade.WRONG
-
 
 @dataclass(frozen=True)
 class Rung:
@@ -37,9 +35,15 @@ class Rung:
     says: Verdict | None = None
 
 
-def at(size: float, best: Grade, worst: Grade | None = None, says: Verdict | None = None) -> Rung:
-    """Return a rung; with one grade, that one and no other."""
-    return Rung(size, best, worst or best, says)
+def ladder(said: str) -> tuple[Rung, ...]:
+    """Return rungs from words: sizes, their grade or the best-worst, and perhaps the verdict that must be said."""
+    rungs = []
+    for group in said.split(", "):
+        sizes, grades, verdict = re.fullmatch(r"([-\d.e ]+) ([a-z-]+) ?(\w*)", group).groups()  # type: ignore[union-attr]
+        best, _, worst = grades.upper().partition("-")
+        says = Verdict[verdict.upper()] if verdict else None
+        rungs += [Rung(float(size), Grade[best], Grade[worst or best], says) for size in sizes.split()]
+    return tuple(rungs)
 
 
 @dataclass(frozen=True)
@@ -73,44 +77,17 @@ def _ours(rows: Array, extra: Array) -> Array:
     return shown
 
 
-def _drifting(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, place=lambda p, t: _ours(p, t[:, 0] * np.array([size, 0.0])))
-
-
-def _moved(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, place=lambda p, t: _ours(p, np.array([size, 0.0]) * np.ones_like(t[:, 0])))
-
-
-def _shown_short(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, speed=lambda v, _: v * (1.0 - size))
-
-
-def _one_slow(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, speed=lambda v, _: _ours(v, -size * v[:, ONE]))
-
-
-def _slowing(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, speed=lambda v, t: v * np.exp(-size * t))
-
-
 CROWD = (
     Fault(
         "passes through",
         lambda run, time_s, size: free_from(run, time_s) if size else run,
-        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        ladder("0 exact, 1 wrong passed_through"),
         "every pair that meets goes on unturned, in a box that it leaves",
     ),
     Fault(
         "restitution of discs",
         lambda run, time_s, size: _law("restitution", run, time_s, size),
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, SAMPLED),
-            at(1e-6, CLOSE, INACCURATE),
-            at(1e-4, CLOSE, INACCURATE),
-            at(1e-2, SAMPLED, INACCURATE),
-            at(0.475, INACCURATE),
-        ),
+        ladder("0 exact, 1e-10 close-sampled, 1e-6 1e-4 close-inaccurate, 1e-2 sampled-inaccurate, 0.475 inaccurate"),
         "half of size times the closing speed is missing after an impact: 5e-11 of it is more than ten roundings; a "
         "hundredth of what a step late costs (a tenth of the speed or more) is not reached up to 1e-4 but by what is "
         "head-on, nor at .475 by anything that is not: a quarter of the closing speed is a step's worth of turn",
@@ -118,80 +95,42 @@ CROWD = (
     Fault(
         "restitution of walls",
         lambda run, time_s, size: _law("wall_restitution", run, time_s, size),
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, INACCURATE),
-            at(1e-6, CLOSE, INACCURATE),
-            at(1e-4, INACCURATE),
-            at(1e-2, INACCURATE),
-            at(0.5, INACCURATE),
-        ),
+        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 1e-2 0.5 inaccurate"),
         "a wall's normal is the same wherever the disc is found, so that sampling costs no velocity there: what is "
         "wrong with it is the solver's",
     ),
     Fault(
         "one disc drifts, m/s",
-        _drifting,
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, INACCURATE),
-            at(1e-6, CLOSE, INACCURATE),
-            at(1e-4, INACCURATE),
-            at(1e-2, INACCURATE, WRONG),
-            at(1, INACCURATE, WRONG),
-        ),
+        lambda run, time_s, size: changed(run, time_s, place=lambda p, t: _ours(p, t[:, 0] * np.array([size, 0.0]))),
+        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 inaccurate, 1e-2 1 inaccurate-wrong"),
         "a place that no velocity leads to, step after step; a disc that has drifted by a radius is turned where "
         "nothing is near, and passes through where it is shown",
     ),
     Fault(
         "one disc moved once, m",
-        _moved,
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, INACCURATE),
-            at(1e-6, CLOSE, INACCURATE),
-            at(1e-4, INACCURATE),
-            at(0.054, INACCURATE, WRONG),
-            at(1, INACCURATE, WRONG),
+        lambda run, time_s, size: changed(
+            run, time_s, place=lambda p, t: _ours(p, np.array([size, 0.0]) * np.ones_like(t[:, 0]))
         ),
+        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-4 inaccurate, 0.054 1 inaccurate-wrong"),
         "it is elsewhere in one step, beyond what a velocity explains, and its impacts happen where nothing touches it",
     ),
     Fault(
         "velocities shown short",
-        _shown_short,
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, INACCURATE),
-            at(1e-9, CLOSE, INACCURATE),
-            at(1e-6, INACCURATE),
-            at(1e-3, INACCURATE),
-            at(0.1, INACCURATE, WRONG),
-        ),
+        lambda run, time_s, size: changed(run, time_s, speed=lambda v, _: v * (1.0 - size)),
+        ladder("0 exact, 1e-10 1e-9 close-inaccurate, 1e-6 1e-3 inaccurate, 0.1 inaccurate-wrong"),
         "discs move by more than their velocities say in every step, and all change at once with nothing near; above "
         "1 % of its speed such a change is a turn that nothing explains",
     ),
     Fault(
         "one disc shown slow",
-        _one_slow,
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, INACCURATE),
-            at(1e-6, INACCURATE),
-            at(1e-3, INACCURATE),
-            at(0.5, INACCURATE, WRONG),
-        ),
+        lambda run, time_s, size: changed(run, time_s, speed=lambda v, _: _ours(v, -size * v[:, ONE])),
+        ladder("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
         "as above, of one disc",
     ),
     Fault(
         "damping a second",
-        _slowing,
-        (
-            at(0, EXACT),
-            at(1e-10, EXACT, INACCURATE),
-            at(1e-6, CLOSE, INACCURATE),
-            at(1e-2, INACCURATE, WRONG),
-            at(1, INACCURATE, WRONG),
-        ),
+        lambda run, time_s, size: changed(run, time_s, speed=lambda v, t: v * np.exp(-size * t)),
+        ladder("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 1 inaccurate-wrong"),
         "velocities fall between impacts and places do not follow; 1e-10 a second is 1.7e-12 a step, and a flight of "
         "half a second is 5e-11: above the rounding only once it is added up; with 1e-2 they end 6 % short, so that "
         "what grazes is turned where they show no meeting",
@@ -216,70 +155,35 @@ def _friction(run: Run, time_s: float, size: float) -> Run:
     return with_law(run, time_s, friction=friction, wall_friction=friction) if size else run
 
 
-def _grip(run: Run, time_s: float, size: float) -> Run:
-    friction = run.scene.friction * (1.0 + size)
-    return with_law(run, time_s, friction=friction, wall_friction=friction) if size else run
-
-
-def _spinning(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, spin=lambda w, t: w + size * t)
-
-
-def _spins_short(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, spin=lambda w, _: w * (1.0 - size))
-
-
-def _spins_reversed(run: Run, time_s: float, size: float) -> Run:
-    return changed(run, time_s, spin=lambda w, _: -w) if size else run
-
-
 ROUGH = (
     Fault(
         "friction too weak",
         _friction,
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, INACCURATE),
-            at(1e-6, CLOSE, INACCURATE),
-            at(1e-2, SAMPLED, INACCURATE),
-            at(1, INACCURATE),
-        ),
+        ladder("0 exact, 1e-10 1e-6 close-inaccurate, 1e-2 sampled-inaccurate, 1 inaccurate"),
         "sliding impacts are off by that share of friction's push: all of it is as much as the tangential velocity",
     ),
     Fault(
         "friction too strong",
-        _grip,
-        (at(0, EXACT), at(1e-2, SAMPLED, INACCURATE), at(50, INACCURATE, says=None)),
+        lambda run, time_s, size: _friction(run, time_s, -size),
+        ladder("0 exact, 1e-2 sampled-inaccurate, 50 inaccurate"),
         "discs hold where they should slide: the branch is wrong, at walls too, where sampling costs nothing",
     ),
     Fault(
         "spins drift, rad/s a second",
-        _spinning,
-        (
-            at(0, EXACT),
-            at(1e-10, EXACT, INACCURATE),
-            at(1e-6, CLOSE, INACCURATE),
-            at(1e-2, INACCURATE),
-            at(10, INACCURATE, WRONG),
-        ),
+        lambda run, time_s, size: changed(run, time_s, spin=lambda w, t: w + size * t),
+        ladder("0 exact, 1e-10 exact-inaccurate, 1e-6 close-inaccurate, 1e-2 inaccurate, 10 inaccurate-wrong"),
         "spins change with nothing near",
     ),
     Fault(
         "spins shown short",
-        _spins_short,
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, INACCURATE),
-            at(1e-6, INACCURATE),
-            at(1e-3, INACCURATE),
-            at(0.5, INACCURATE, WRONG),
-        ),
+        lambda run, time_s, size: changed(run, time_s, spin=lambda w, _: w * (1.0 - size)),
+        ladder("0 exact, 1e-10 close-inaccurate, 1e-6 1e-3 inaccurate, 0.5 inaccurate-wrong"),
         "spins change at once with nothing near, and again at each impact against the law",
     ),
     Fault(
         "spins of the other sign",
-        _spins_reversed,
-        (at(0, EXACT), at(1, INACCURATE, WRONG)),
+        lambda run, time_s, size: changed(run, time_s, spin=lambda w, _: -w) if size else run,
+        ladder("0 exact, 1 inaccurate-wrong"),
         "spins change at once with nothing near, and the law is that of the mirror",
     ),
 )
@@ -362,32 +266,27 @@ FALLS = (
     Alone(
         "falls through the floor",
         lambda size: shown(THUD, dropped if not size else fallen_from_the_drop, lands=None if size else 0),
-        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        ladder("0 exact, 1 wrong passed_through"),
         "it meets the floor at 0.553 s and goes on unturned",
     ),
     Alone(
         "bounces, and falls through it",
         lambda size: shown(THUD, dropped_until(_left(0.0)) if size else dropped, lands=0),
-        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        ladder("0 exact, 1 wrong passed_through"),
         "what rests is held: 0.65 s after it has come to rest it falls through what held it",
     ),
     Alone(
         "flung from rest, m/s",
         lambda size: shown(THUD, dropped_until(_left(size)) if size else dropped, lands=0),
-        (at(0, EXACT), at(2, WRONG), at(50, WRONG, says=Verdict.TURNED_ALONE)),
+        ladder("0 exact, 2 wrong, 50 wrong turned_alone"),
         "what rests leaves with no other body near, faster than a step of gravity explains",
     ),
     Alone(
         "sinks at rest, m/s",
         lambda size: shown(THUD, dropped_until(_sinking(size)) if size else dropped, lands=0),
-        (
-            at(0, EXACT),
-            at(1e-10, CLOSE, SAMPLED),
-            at(1e-3, CLOSE, SAMPLED),
-            at(0.9 * SAG_M_S, SAMPLED),
-            at(1.5 * SAG_M_S, INACCURATE, says=Verdict.SINKS),
-            at(0.2, INACCURATE, says=Verdict.SINKS),
-            at(5, INACCURATE, WRONG),
+        ladder(
+            f"0 exact, 1e-10 1e-3 close-sampled, {0.9 * SAG_M_S} sampled, {1.5 * SAG_M_S} 0.2 inaccurate sinks, "
+            "5 inaccurate-wrong"
         ),
         "held by its velocity alone it sinks by |g| h^2 / 2 a step, which checking once per step explains; faster is a "
         "solver's, and no other limit is set",
@@ -395,7 +294,7 @@ FALLS = (
     Alone(
         "bounces half as high as it should not, m/s",
         lambda size: shown(THUD, _hopping(size) if size else dropped, lands=0),
-        (at(0, EXACT), at(1, INACCURATE, WRONG), at(3, INACCURATE, WRONG)),
+        ladder("0 exact, 1 3 inaccurate-wrong"),
         "restitution 0 asks for no bounce: 1 m/s and 3 m/s of 5.4 m/s are restitutions of .18 and .55",
     ),
 )
@@ -424,25 +323,25 @@ FROM_REST = (
     Alone(
         "falls from rest",
         lambda size: shown(RESTING, _left(0.0) if size else _still),
-        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        ladder("0 exact, 1 wrong passed_through"),
         "it lies on the floor at the start and falls 20 m through it",
     ),
     Alone(
         "flung from rest at the start, m/s",
         lambda size: shown(RESTING, _left(size) if size else _still),
-        (at(0, EXACT), at(5, WRONG), at(5e5, WRONG, says=Verdict.TURNED_ALONE)),
+        ladder("0 exact, 5 wrong, 5e5 wrong turned_alone"),
         "it leaves the floor with nothing near",
     ),
     Alone(
         "a second disc falls through",
         lambda size: shown(BESIDE, _still, fallen_from_the_drop if size else dropped, lands=None if size else 1),
-        (at(0, EXACT), at(1, WRONG, says=Verdict.PASSED_THROUGH)),
+        ladder("0 exact, 1 wrong passed_through"),
         "one disc at rest ends the reference, and not the other's fall",
     ),
     Alone(
         "a second disc never rests, m/s",
         lambda size: shown(BESIDE, _still, _hopping(size) if size else dropped, lands=1),
-        (at(0, EXACT), at(3, INACCURATE, WRONG)),
+        ladder("0 exact, 3 inaccurate-wrong"),
         "one disc at rest ends the reference, and not the other's fall: restitution .55 for 0",
     ),
 )
@@ -506,35 +405,26 @@ LONG = (
     Alone(
         "passes through slowly, steps",
         passing,
-        (at(0, EXACT), *(at(n, WRONG, says=Verdict.PASSED_THROUGH) for n in STEPS)),
+        ladder(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
         "they overlap for that many steps and part on the far side, no velocity changed; of an even number of steps "
         "there is a state in which they have one centre",
     ),
     Alone(
         "passes through slowly off centre, steps",
         lambda steps: passing(steps, 0.3),
-        (at(0, EXACT), *(at(n, WRONG, says=Verdict.PASSED_THROUGH) for n in STEPS)),
+        ladder(f"0 exact, {' '.join(map(str, STEPS))} wrong passed_through"),
         "as above, at .3 of the contact distance off centre",
     ),
     Alone(
         "pushes for steps",
         pressed,
-        (
-            at(0, EXACT),
-            at(1, SAMPLED),
-            at(4, INACCURATE, says=Verdict.LATE),
-            *(at(n, INACCURATE, says=Verdict.LATE) for n in (7, 8, 9, 16, 17, 24, 40)),
-        ),
+        ladder("0 exact, 1 sampled, 4 7 8 9 16 17 24 40 inaccurate late"),
         "an even push of n steps acts n / 2 steps late; one step late is what sampling may cost",
     ),
     Alone(
         "pushes for 20 steps to more energy",
         lambda size: pressed(20, 1.0 + size),
-        (
-            at(0, INACCURATE),
-            at(0.1, INACCURATE, WRONG, Verdict.ENERGY_GAINED),
-            at(1, INACCURATE, WRONG, Verdict.ENERGY_GAINED),
-        ),
+        ladder("0 inaccurate, 0.1 1 inaccurate-wrong energy_gained"),
         "late by ten steps, and with energy that nobody gave; faster than they came, they part before the push ends",
     ),
 )
