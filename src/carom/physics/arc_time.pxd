@@ -94,14 +94,8 @@ cdef inline bint touches(
     return is_in(arc, px.place, py.place, px.way, py.way)
 
 
-cdef inline double vertex_time(const Mover *disc, const Feature *vertex) noexcept nogil:
-    """Return the seconds until a disc touches a vertex."""
-    reach = two_sum(disc.radius, vertex.half_width)
-    return meeting_time(Encounter(from_pair(disc.x, vertex.x), from_pair(disc.y, vertex.y), disc.ux, disc.uy, reach))
-
-
 cdef inline double outer_arc_time(const Mover *disc, const Feature *arc) noexcept nogil:
-    """Return the seconds until a disc touches an arc from outside, infinity where it never does."""
+    """Return the seconds until a disc touches an arc from outside, or a vertex, infinity where it never does."""
     x = from_pair(disc.x, arc.x)
     y = from_pair(disc.y, arc.y)
     time = meeting_time(Encounter(x, y, disc.ux, disc.uy, reach_of(disc, arc)))

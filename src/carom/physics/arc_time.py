@@ -36,7 +36,7 @@ from carom.physics.pair_time import (
 from carom.physics.wall_time import quotient
 
 if TYPE_CHECKING:
-    from carom.physics.features import Arc, Mover, Sector, Vertex
+    from carom.physics.features import Arc, Mover, Sector
 
 #: As in `carom.physics.pair_time`: below this part of its terms, D is made exact.
 _DOUBTFUL_DISCRIMINANT = 2.0**-90
@@ -108,15 +108,8 @@ def is_before_arc(disc: Mover, arc: Arc) -> bool:
     return (beyond < 0.0 if arc.inside else beyond > 0.0) and is_in(arc.sector, x, y)
 
 
-def vertex_time(disc: Mover, vertex: Vertex) -> float:
-    """Return the seconds until a disc touches a vertex; as `carom.physics.pair_time.pair_time` does."""
-    x, y = from_pair(disc.x, (vertex.at[0], 0.0)), from_pair(disc.y, (vertex.at[1], 0.0))
-    reach = two_sum(disc.radius, vertex.half_width)
-    return meeting_time(Encounter(x, y, disc.ux, disc.uy, reach))
-
-
 def outer_arc_time(disc: Mover, arc: Arc) -> float:
-    """Return the seconds until a disc touches an arc from outside, infinity where it never does.
+    """Return the seconds until a disc touches an arc from outside, or a vertex, infinity where it never does.
 
     0 where it touches or overlaps and approaches. One that is within the circle of contact, but next to the arc, does
     not meet it: a straight path enters a circle once.

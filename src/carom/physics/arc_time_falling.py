@@ -15,20 +15,11 @@ from carom.physics.double_double import Pair, two_sum
 from carom.physics.pair_time_falling import squared_gap, touches
 
 if TYPE_CHECKING:
-    from carom.physics.features import Arc, Mover, Point, Vertex
-
-
-def vertex_time_falling(disc: Mover, vertex: Vertex, gravity: Point, leaving: float | None = None) -> float:
-    """Return the seconds until a falling disc touches a vertex; as `carom.physics.pair_time_falling.encounter_time`."""
-    at = (vertex.at[0], 0.0), (vertex.at[1], 0.0)
-    gap = _gap(disc, at, two_sum(disc.radius, vertex.half_width), gravity, leaving)
-    if gap[0] <= 0:
-        gap[0] = Fraction(0)
-    return next(touches(gap), math.inf)
+    from carom.physics.features import Arc, Mover, Point
 
 
 def arc_time_falling(disc: Mover, arc: Arc, gravity: Point, leaving: float | None = None) -> float:
-    """Return the seconds until a falling disc touches an arc, infinity where it never does.
+    """Return the seconds until a falling disc touches an arc, or a vertex, infinity where it never does.
 
     0 where it touches and approaches, or touches, does not move apart and is pressed against the arc: contact. Where
     the disc has just hit the arc, `leaving` is the speed at which it leaves it: the gap is then 0, whatever rounding
@@ -37,19 +28,15 @@ def arc_time_falling(disc: Mover, arc: Arc, gravity: Point, leaving: float | Non
     reach = reach_of(disc, arc)
     if not reach[0] > 0.0:
         return math.inf
-    gap = _gap(disc, arc.centre, reach, gravity, leaving)
+    place = _exact(disc.x) - _exact(arc.centre[0]), _exact(disc.y) - _exact(arc.centre[1])
+    velocity, pull = (_exact(disc.ux), _exact(disc.uy)), (Fraction(gravity[0]), Fraction(gravity[1]))
+    gap = squared_gap(place, velocity, pull, _exact(reach), leaving)
     if arc.inside:
         opening = -gap[1] if leaving is None else gap[1]
         gap = [-gap[0], opening, *(-power for power in gap[2:])]
     if gap[0] <= 0 and is_before_arc(disc, arc):
         gap[0] = Fraction(0)
     return next((time for time in touches(gap) if _is_in_sector_at(time, disc, arc, gravity)), math.inf)
-
-
-def _gap(disc: Mover, centre: tuple[Pair, Pair], reach: Pair, gravity: Point, leaving: float | None) -> list[Fraction]:
-    place = _exact(disc.x) - _exact(centre[0]), _exact(disc.y) - _exact(centre[1])
-    velocity, pull = (_exact(disc.ux), _exact(disc.uy)), (Fraction(gravity[0]), Fraction(gravity[1]))
-    return squared_gap(place, velocity, pull, _exact(reach), leaving)
 
 
 def _exact(pair: Pair) -> Fraction:

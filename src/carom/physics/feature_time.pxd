@@ -3,9 +3,9 @@
 from libc.math cimport sqrt
 
 from carom.constants cimport INF
-from carom.physics.arc_time cimport Touch, from_pair, inner_arc_time, outer_arc_time, vertex_time
+from carom.physics.arc_time cimport Touch, from_pair, inner_arc_time, outer_arc_time
 from carom.physics.face_time cimport face_time
-from carom.physics.features cimport FACE, INNER_ARC, PLANE, VERTEX, Feature, Mover
+from carom.physics.features cimport FACE, INNER_ARC, PLANE, Feature, Mover
 from carom.physics.wall_time cimport wall_time
 
 cdef struct Direction:  # a unit vector
@@ -21,8 +21,6 @@ cdef inline Touch feature_time(const Mover *disc, const Feature *feature, bint j
         return Touch(INF, False)
     if feature.kind == FACE:
         return Touch(face_time(disc, feature), False)
-    if feature.kind == VERTEX:
-        return Touch(vertex_time(disc, feature), False)
     if feature.kind == PLANE:
         return Touch(wall_time(
             disc.x.high, disc.y.high, disc.ux.high, disc.uy.high, disc.radius, feature.x.high, feature.y.high, feature.nx,

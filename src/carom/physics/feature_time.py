@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from carom.physics.arc_time import Touch, from_pair, inner_arc_time, outer_arc_time, vertex_time
+from carom.physics.arc_time import Touch, from_pair, inner_arc_time, outer_arc_time
 from carom.physics.face_time import face_time
-from carom.physics.features import Face, Vertex
+from carom.physics.features import Face
 
 if TYPE_CHECKING:
     from carom.physics.features import Feature, Mover, Point
@@ -21,8 +21,6 @@ def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> T
     """
     if isinstance(feature, Face):
         return Touch(math.inf if just_left else face_time(disc, feature))
-    if isinstance(feature, Vertex):
-        return Touch(math.inf if just_left else vertex_time(disc, feature))
     if feature.inside:
         return inner_arc_time(disc, feature, just_left=just_left)
     return Touch(math.inf if just_left else outer_arc_time(disc, feature))
@@ -32,10 +30,7 @@ def normal_at(feature: Feature, disc: Mover) -> Point:
     """Return the unit vector from a feature to a disc that touches it."""
     if isinstance(feature, Face):
         return feature.normal
-    if isinstance(feature, Vertex):
-        x, y, sign = from_pair(disc.x, (feature.at[0], 0.0))[0], from_pair(disc.y, (feature.at[1], 0.0))[0], 1.0
-    else:
-        x, y = from_pair(disc.x, feature.centre[0])[0], from_pair(disc.y, feature.centre[1])[0]
-        sign = -1.0 if feature.inside else 1.0
+    x, y = from_pair(disc.x, feature.centre[0])[0], from_pair(disc.y, feature.centre[1])[0]
+    sign = -1.0 if feature.inside else 1.0
     distance = math.sqrt(x * x + y * y)
     return sign * x / distance, sign * y / distance

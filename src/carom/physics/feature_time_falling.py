@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from carom.physics.arc_time_falling import arc_time_falling, vertex_time_falling
+from carom.physics.arc_time_falling import arc_time_falling
 from carom.physics.face_time_falling import face_time_falling
-from carom.physics.features import Face, Vertex
+from carom.physics.features import Face
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -23,8 +23,6 @@ def feature_time_falling(disc: Mover, feature: Feature, gravity: Point, leaving:
     """
     if isinstance(feature, Face):
         return face_time_falling(disc, feature, gravity, leaving)
-    if isinstance(feature, Vertex):
-        return vertex_time_falling(disc, feature, gravity, leaving)
     return arc_time_falling(disc, feature, gravity, leaving)
 
 

@@ -12,14 +12,14 @@ cdef enum FeatureKind:  # numbered.py has the same numbers
 cdef struct Feature:
     FeatureKind kind
     int wall
-    bint whole  # whether an arc is the whole circle: it has no ends
+    bint whole  # whether an arc is the whole circle, or a vertex: it has no ends
     bint reflex  # whether it is more than half of it
     double half_width
     double nx  # of a plane or face: unit normal into the free side, to the nearest floats
     double ny
     DoubleDouble x  # of a face where it begins, of a vertex where it is, of an arc its centre; of a plane one of its points
     DoubleDouble y
-    DoubleDouble size  # of a face its length, of an arc its circle's radius
+    DoubleDouble size  # of a face its length, of an arc its circle's radius, 0 of a vertex
     DoubleDouble ex  # of a face from where it begins to where it ends; of an arc from the centre to where it begins
     DoubleDouble ey
     DoubleDouble fx  # of a face where it ends; of an arc from the centre to where it ends

@@ -2,7 +2,8 @@
 
 A wall is a line of straight edges and arcs, and all points within a half width of it. A disc touches it where its
 centre is at half width plus radius from the line; the places of such centres are straight for a face, a circle seen
-from outside for a vertex and an arc's outer side, and one seen from inside for its inner side.
+from outside for a vertex and an arc's outer side, and one seen from inside for its inner side. So a vertex is a circle
+of radius 0.
 
 Features are frozen, and hold everything that the times of impact need, precomputed from the numbers of the file. What
 these give exactly is a pair ``(high, low)`` of its nearest floats: see `carom.physics.double_double`.
@@ -13,9 +14,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.double_double import Pair, two_diff
+
+if TYPE_CHECKING:
+    from carom.outline import ExactCircle
 
 Point = tuple[float, float]
 
@@ -45,14 +49,6 @@ class Mover(NamedTuple):
         """Return a disc as seen from a wall that is where the file has it, and moves at a velocity."""
         ux, uy = two_diff(velocity[0], wall_velocity[0]), two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
-
-
-class Circle(NamedTuple):
-    """A circle whose centre and squared radius are rational: what an arc's end points and bulge make of it."""
-
-    x: Fraction
-    y: Fraction
-    radius2: Fraction
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,19 +82,6 @@ class Face:
 
 
 @dataclass(frozen=True, slots=True)
-class Vertex:
-    """An end of a line, or a joint at which it is not smooth, from all sides.
-
-    Attributes:
-        at: The point, metres.
-        half_width: The wall is all points within this of the point, metres.
-    """
-
-    at: Point
-    half_width: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
 class Sector:
     """The directions from an arc's centre to its points: counterclockwise from `first` to `last`.
 
@@ -115,11 +98,11 @@ class Sector:
 
 @dataclass(frozen=True, slots=True)
 class Arc:
-    """One side of an arc, or of a whole circle.
+    """One side of an arc, or of a whole circle; or a vertex.
 
     Attributes:
         centre: The two coordinates of the circle's centre, metres.
-        radius: The circle's radius, metres.
+        radius: The circle's radius, metres; 0 of a vertex.
         half_width: The wall is all points within this of the arc, metres.
         inside: Whether it is the side that the centre is on.
         sector: The part of the circle that the arc is; None for all of it.
@@ -132,31 +115,30 @@ class Arc:
     sector: Sector | None
 
     @classmethod
+    def vertex(cls, at: Point, half_width: float = 0.0) -> Arc:
+        """Return an end of a line, or a joint at which it is not smooth, from all sides."""
+        return cls.of_circle(at, 0.0, half_width, inside=False)
+
+    @property
+    def is_vertex(self) -> bool:
+        """Whether it is a point."""
+        return self.radius[0] == 0.0
+
+    @classmethod
     def of_circle(cls, centre: Point, radius: float, half_width: float = 0.0, *, inside: bool) -> Arc:
         """Return one side of a whole circle."""
         return cls(((centre[0], 0.0), (centre[1], 0.0)), (radius, 0.0), half_width, inside, None)
 
     @classmethod
     def on(
-        cls, circle: Circle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
+        cls, circle: ExactCircle, ends: tuple[Point, Point] | None = None, half_width: float = 0.0, *, inside: bool
     ) -> Arc:
         """Return one side of a circle's arc counterclockwise between two of its points, or of all of it."""
         sector = None if ends is None else _sector(circle, *ends)
         return cls((pair_of(circle.x), pair_of(circle.y)), root_of(circle.radius2), half_width, inside, sector)
 
 
-Feature = Face | Vertex | Arc
-
-
-def circle_through(a: Point, b: Point, bulge: float) -> Circle:
-    """Return the circle of the arc from a to b whose bulge, the tangent of a quarter of its angle, is not 0.
-
-    With a bulge above 0 the arc runs counterclockwise from a to b, below 0 clockwise.
-    """
-    (ax, ay), (bx, by), k = map(Fraction, a), map(Fraction, b), Fraction(bulge)
-    across = (1 - k * k) / (4 * k)
-    x, y = (ax + bx) / 2 - across * (by - ay), (ay + by) / 2 + across * (bx - ax)
-    return Circle(x, y, (ax - x) ** 2 + (ay - y) ** 2)
+Feature = Face | Arc
 
 
 def pair_of(number: Fraction) -> Pair:
@@ -179,7 +161,7 @@ def _nearest_root(part: Fraction, square: Fraction) -> float:
     return math.copysign(root_of(part * part / square)[0], part)
 
 
-def _sector(circle: Circle, a: Point, b: Point) -> Sector:
+def _sector(circle: ExactCircle, a: Point, b: Point) -> Sector:
     first, last = ((Fraction(x) - circle.x, Fraction(y) - circle.y) for x, y in (a, b))
     turn = first[0] * last[1] - first[1] * last[0]
     return Sector((pair_of(first[0]), pair_of(first[1])), (pair_of(last[0]), pair_of(last[1])), turn < 0)

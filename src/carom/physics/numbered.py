@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom.physics.features import Face, Vertex
+from carom.physics.features import Face
 
 if TYPE_CHECKING:
     from carom.disc_arrays import HalfPlane
@@ -28,11 +28,10 @@ def numbers_of(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
         (ax, ay), (bx, by) = feature.a, feature.b
         place = (ax, 0.0), (ay, 0.0), feature.length, *feature.along, (bx, 0.0), (by, 0.0)
         return _row(_FACE, wall, feature.half_width, feature.normal, *place)
-    if isinstance(feature, Vertex):
-        return _row(_VERTEX, wall, feature.half_width, _NONE, (feature.at[0], 0.0), (feature.at[1], 0.0))
     sector = feature.sector
     ends = () if sector is None else (*sector.first, *sector.last)
-    kind, reflex = _INNER_ARC if feature.inside else _OUTER_ARC, sector is not None and sector.reflex
+    kind = _VERTEX if feature.is_vertex else _INNER_ARC if feature.inside else _OUTER_ARC
+    reflex = sector is not None and sector.reflex
     circle = *feature.centre, feature.radius
     return _row(kind, wall, feature.half_width, _NONE, *circle, *ends, whole=sector is None, reflex=reflex)
 

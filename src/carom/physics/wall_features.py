@@ -12,7 +12,7 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from carom.outline import Edge, ExactCircle, Outline, circle_of
-from carom.physics.features import Arc, Circle, Face, Feature, Vertex
+from carom.physics.features import Arc, Face, Feature
 from carom.trace import EdgeKind
 
 Exact = tuple[Fraction, Fraction]
@@ -138,25 +138,25 @@ def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
     # The sector runs counterclockwise; of a whole circle there is none.
     ends = None if a == b else (a, b) if run.turn > 0 else (b, a)
     for inside in (True, False):
-        arc = Arc.on(Circle(*run.circle), ends, half_width, inside=inside)
+        arc = Arc.on(run.circle, ends, half_width, inside=inside)
         yield WallFeature(arc, run.numbers, EdgeKind.ARC)
 
 
 def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature]:
     if not outline.closed:
-        yield WallFeature(Vertex(runs[0].edge.a, outline.half_width), runs[0].numbers[:1], EdgeKind.VERTEX)
+        yield WallFeature(Arc.vertex(runs[0].edge.a, outline.half_width), runs[0].numbers[:1], EdgeKind.VERTEX)
     joints = zip(runs, (*runs[1:], runs[0]) if outline.closed else runs[1:], strict=outline.closed)
     for before, after in joints:
         if before.edge.a != before.edge.b and not goes_smoothly(before, after):
             lower = min(before.numbers[-1], after.numbers[0])
-            yield WallFeature(Vertex(after.edge.a, outline.half_width), (lower,), EdgeKind.VERTEX)
+            yield WallFeature(Arc.vertex(after.edge.a, outline.half_width), (lower,), EdgeKind.VERTEX)
     if not outline.closed:
-        yield WallFeature(Vertex(runs[-1].edge.b, outline.half_width), runs[-1].numbers[-1:], EdgeKind.VERTEX)
+        yield WallFeature(Arc.vertex(runs[-1].edge.b, outline.half_width), runs[-1].numbers[-1:], EdgeKind.VERTEX)
 
 
 def _of_circle(centre: tuple[float, float], radius: float, half_width: float) -> Iterator[WallFeature]:
     if radius == 0.0:
-        yield WallFeature(Vertex(centre, half_width), (0,), EdgeKind.VERTEX)
+        yield WallFeature(Arc.vertex(centre, half_width), (0,), EdgeKind.VERTEX)
         return
     for inside in (True, False):
         yield WallFeature(Arc.of_circle(centre, radius, half_width, inside=inside), (0,), EdgeKind.ARC)

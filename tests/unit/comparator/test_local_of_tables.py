@@ -8,7 +8,7 @@ from tests.lengths import long_after
 import carom
 from carom.comparator.local import local_errors
 from carom.comparator.scales import scales_of
-from carom.physics.features import Arc, Face, Feature, Mover, Vertex
+from carom.physics.features import Arc, Face, Feature, Mover
 from carom.runs.pool import InProcess
 from carom.solvers.plain.finite_walls import gap_of, overlap_since
 
@@ -17,7 +17,7 @@ from carom.solvers.plain.finite_walls import gap_of, overlap_since
     ("feature", "place", "velocity"),
     [
         (Face.between((0.0, 0.0), (2.0, 0.0), 0.1), (1.0, 0.3), (0.5, -1.0)),
-        (Vertex((0.0, 0.0), 0.1), (-0.2, 0.05), (1.0, 0.3)),
+        (Arc.vertex((0.0, 0.0), 0.1), (-0.2, 0.05), (1.0, 0.3)),
         (Arc.of_circle((0.0, 0.0), 2.0, 0.1, inside=False), (2.3, 0.1), (-1.0, 0.2)),
         (Arc.of_circle((0.0, 0.0), 2.0, 0.1, inside=True), (1.75, 0.1), (1.0, 0.2)),
     ],

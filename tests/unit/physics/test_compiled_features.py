@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from tests.lengths import long_after
 
+from carom.outline import Edge, circle_of
 from carom.physics.feature_time import feature_time, normal_at
-from carom.physics.features import Arc, Face, Feature, Mover, Point, Vertex, circle_through
+from carom.physics.features import Arc, Face, Feature, Mover, Point
 from carom.physics.numbered import numbers_of
 
 probe = pytest.importorskip("tests.probe")
@@ -32,10 +33,10 @@ def features(rnd: random.Random, draw: Callable[[random.Random], float]) -> Iter
         b = draw(rnd), draw(rnd)
     half_width = rnd.choice((0.0, 0.25))
     yield Face.between(a, b, half_width)
-    yield Vertex(a, half_width)
+    yield Arc.vertex(a, half_width)
     for bulge in (0.5, 1.0, 2.0):
         for inside in (True, False):
-            yield Arc.on(circle_through(a, b, bulge), (a, b), half_width, inside=inside)
+            yield Arc.on(circle_of(Edge(a, b, bulge)), (a, b), half_width, inside=inside)
     for inside in (True, False):
         yield Arc.of_circle(a, 2.0, half_width, inside=inside)
 
@@ -48,11 +49,8 @@ def near(rnd: random.Random, feature: Feature, radius: float) -> Point:
         (ax, ay), (bx, by) = feature.a, feature.b
         return ax + part * (bx - ax) + nx * away, ay + part * (by - ay) + ny * away
     turn = rnd.uniform(0.0, math.tau)
-    if isinstance(feature, Vertex):
-        (x, y), distance = feature.at, away
-    else:
-        (x, _), (y, _) = feature.centre
-        distance = feature.radius[0] + (-away if feature.inside else away)
+    (x, _), (y, _) = feature.centre
+    distance = feature.radius[0] + (-away if feature.inside else away)
     return x + distance * math.cos(turn), y + distance * math.sin(turn)
 
 
@@ -74,7 +72,8 @@ def test_every_form_has_the_bits_of_the_plain_one(name: str, draws: int) -> None
             assert probe.feature_time(numbers, disc, just_left) == touch, (feature, disc, just_left)
             assert probe.normal_at(numbers, disc) == normal_at(feature, disc)
             met = "glides" if touch.glides else "now" if touch.time == 0.0 else "met" if touch.time < math.inf else "no"
-            seen[f"{type(feature).__name__} {met}"] += 1
+            kind = "Vertex" if isinstance(feature, Arc) and feature.is_vertex else type(feature).__name__
+            seen[f"{kind} {met}"] += 1
     kinds = {f"{kind} {met}" for kind in ("Face", "Vertex", "Arc") for met in ("now", "met", "no")}
     assert kinds <= set(seen), seen
     assert name != "quarters" or seen["Arc glides"] > 0

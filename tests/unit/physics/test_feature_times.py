@@ -13,12 +13,13 @@ import pytest
 from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
 
+from carom.outline import Edge, circle_of
 from carom.physics.arc_time import inner_arc_time
 from carom.physics.double_double import Pair
 from carom.physics.face_time import face_gap, face_time, is_before_face
 from carom.physics.feature_time import feature_time, normal_at
 from carom.physics.feature_time_falling import feature_time_falling
-from carom.physics.features import Arc, Face, Feature, Mover, Point, Vertex, circle_through
+from carom.physics.features import Arc, Face, Feature, Mover, Point
 
 DIGITS = 80
 #: So many halvings of the largest length away from contact, pairs still give the last digit of a time.
@@ -75,22 +76,22 @@ class Geometry:
 
     @property
     def reach(self) -> Any:
-        if not isinstance(self.feature, Arc):
+        if self.bulge == 0.0:
             return exact(self.thickness)
-        circle = circle_through(*self.ends, self.bulge)
+        circle = circle_of(Edge(*self.ends, self.bulge))
         radius = sqrt(exact(circle.radius2))
         return radius - exact(self.thickness) if self.inside else radius + exact(self.thickness)
 
     @property
     def centre(self) -> tuple[Any, Any]:
-        if isinstance(self.feature, Vertex):
+        if self.bulge == 0.0:
             return exact(self.ends[0][0]), exact(self.ends[0][1])
-        circle = circle_through(*self.ends, self.bulge)
+        circle = circle_of(Edge(*self.ends, self.bulge))
         return exact(circle.x), exact(circle.y)
 
     def holds(self, x: Any, y: Any) -> bool:
         """Whether the foot of a place is between the ends: by projection, or by angles."""
-        if isinstance(self.feature, Vertex):
+        if self.name == "vertex":
             return True
         (ax, ay), (bx, by) = ((exact(x), exact(y)) for x, y in self.ends)
         if isinstance(self.feature, Face):
@@ -108,9 +109,9 @@ def geometries(rnd: random.Random, size: float, radius: float) -> Iterator[Geome
     half_width = rnd.choice((0.0, radius / 4, radius * rnd.random()))
     thickness = Fraction(radius) + Fraction(half_width)
     bulge = 10.0 ** rnd.uniform(-2, 1)
-    circle = circle_through(*ends, bulge)
+    circle = circle_of(Edge(*ends, bulge))
     yield Geometry("face", Face.between(*ends, half_width), ends, thickness)
-    yield Geometry("vertex", Vertex(ends[0], half_width), ends, thickness)
+    yield Geometry("vertex", Arc.vertex(ends[0], half_width), ends, thickness)
     for name, inside in (("arc outside", False), ("arc inside", True)):
         yield Geometry(name, Arc.on(circle, ends, half_width, inside=inside), ends, thickness, bulge)
 
@@ -264,7 +265,7 @@ def test_many_times_are_those_of_eighty_digits() -> None:
 # Touching, and beside -------------------------------------------------------------------------------------------------
 
 FLOOR = Face.between((0.0, 0.0), (2.0, 0.0), 0.25)
-HALF = circle_through((2.0, -1.0), (2.0, 1.0), 1.0)  # the right half of a circle of radius 1 about (2, 0)
+HALF = circle_of(Edge((2.0, -1.0), (2.0, 1.0), 1.0))  # the right half of a circle of radius 1 about (2, 0)
 CAP, RIM = (Arc.on(HALF, ((2.0, -1.0), (2.0, 1.0)), inside=inside) for inside in (True, False))
 RING = Arc.of_circle((0.0, 0.0), 3.0, 0.5, inside=True)
 
@@ -281,8 +282,8 @@ RING = Arc.of_circle((0.0, 0.0), 3.0, 0.5, inside=True)
         (FLOOR, (0.0, 1.5), (0.0, -1.0), 1.0),
         (FLOOR, (4.0, 1.5), (-2.0, -1.0), 1.0),  # the same, aslant
         (FLOOR, (4.125, 1.5), (-2.0, -1.0), NEVER),
-        (Vertex((0.0, 0.0), 0.25), (1.0, 0.0), (-1.0, 0.0), 0.5),
-        (Vertex((0.0, 0.0), 0.25), (1.0, 0.5), (-1.0, 0.0), NEVER),  # a graze of depth zero
+        (Arc.vertex((0.0, 0.0), 0.25), (1.0, 0.0), (-1.0, 0.0), 0.5),
+        (Arc.vertex((0.0, 0.0), 0.25), (1.0, 0.5), (-1.0, 0.0), NEVER),  # a graze of depth zero
         (RIM, (4.0, 0.0), (-1.0, 0.0), 0.75),
         (RIM, (0.0, 0.0), (1.0, 0.0), NEVER),  # through the open side, to the arc's inner side
         (RIM, (2.0, 2.25), (0.0, -1.0), 1.0),  # onto its very end
@@ -320,7 +321,7 @@ def test_what_was_just_left_is_met_again_inside_an_arc_alone() -> None:
     disc = Mover.at((2.25 + 1e-15, 0.0), (-1.0, 0.0), 0.25)
     assert inner_arc_time(disc, RING, just_left=True).time == 2 * (2.25 + 1e-15)
     assert inner_arc_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
-    for feature in (FLOOR, Vertex((0.0, 0.0)), RIM):
+    for feature in (FLOOR, Arc.vertex((0.0, 0.0)), RIM):
         assert feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True).time == NEVER
 
 
@@ -332,7 +333,7 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
         step = math.ldexp(round(math.cos(turn) * 2**20), -20), math.ldexp(round(math.sin(turn) * 2**20), -20)
         start = joint[0] - step[0], joint[1] - step[1]
         across = joint[0] - 2 * step[1], joint[1] + 2 * step[0]  # half a circle to the left: its tangent is the edge's
-        wall = Face.between(start, joint), Arc.on(circle_through(joint, across, 1.0), (joint, across), inside=True)
+        wall = Face.between(start, joint), Arc.on(circle_of(Edge(joint, across, 1.0)), (joint, across), inside=True)
         before = rnd.uniform(0.1, 1.5), rnd.uniform(-0.5, 0.5)
         touch = joint[0] - 0.25 * step[1], joint[1] + 0.25 * step[0]
         place = (
@@ -354,8 +355,8 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
         (FLOOR, (1.0, 0.5), (0.5, 0.0), None, 0.0),  # rests
         (FLOOR, (1.0, 0.5), (0.0, -1e-17), 4.0, 1.0),  # back after 2 v/g, whatever rounding has made of its velocity
         (FLOOR, (1.5, 0.5), (1.0, 4.0), 4.0, NEVER),  # bounces over the edge
-        (Vertex((0.0, 0.0), 0.25), (0.0, 4.5), (0.0, 0.0), None, 1.0),
-        (Vertex((0.0, 0.0), 0.25), (0.0, 0.5), (0.0, 4.0), 4.0, 1.0),
+        (Arc.vertex((0.0, 0.0), 0.25), (0.0, 4.5), (0.0, 0.0), None, 1.0),
+        (Arc.vertex((0.0, 0.0), 0.25), (0.0, 0.5), (0.0, 4.0), 4.0, 1.0),
         (RING, (0.0, 1.75), (0.0, 0.0), None, 1.0),
         (RING, (0.0, -2.25), (0.0, 0.0), None, 0.0),  # rests in the bowl
         (RING, (0.0, -2.25), (0.0, 4.0), 4.0, 1.0),
@@ -379,7 +380,7 @@ def test_the_normal_points_from_the_wall_to_the_disc() -> None:
     """Of a face it is the left of its way; of an arc the line through its centre, inwards inside."""
     disc = Mover.at((3.0, 4.0), (0.0, 0.0), 0.25)
     assert normal_at(FLOOR, disc) == (0.0, 1.0)
-    assert normal_at(Vertex((0.0, 0.0)), disc) == (0.6, 0.8)
+    assert normal_at(Arc.vertex((0.0, 0.0)), disc) == (0.6, 0.8)
     assert normal_at(RING, disc) == (-0.6, -0.8)
     assert normal_at(RIM, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
 

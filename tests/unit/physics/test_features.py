@@ -9,8 +9,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from carom.outline import Edge, ExactCircle, circle_of
 from carom.physics.double_double import Pair
-from carom.physics.features import Arc, Circle, Face, circle_through, pair_of, root_of
+from carom.physics.features import Arc, Face, pair_of, root_of
 
 coordinates = st.floats(-1e6, 1e6).filter(lambda value: value == 0.0 or abs(value) > 1e-12)
 points = st.tuples(coordinates, coordinates)
@@ -23,14 +24,14 @@ def exact(pair: Pair) -> Fraction:
 
 def test_half_a_circle_counterclockwise_has_its_centre_midway() -> None:
     """A bulge of 1, the tangent of 45 degrees, is half a circle: its centre is the midpoint of its ends."""
-    circle = circle_through((-3.0, 0.0), (3.0, 0.0), 1.0)
-    assert circle == Circle(Fraction(0), Fraction(0), Fraction(9))
+    circle = circle_of(Edge((-3.0, 0.0), (3.0, 0.0), 1.0))
+    assert circle == ExactCircle(Fraction(0), Fraction(0), Fraction(9))
 
 
 def test_the_sign_of_a_bulge_is_the_sense_of_its_turn() -> None:
     """From (1, 0) to (0, 1) counterclockwise about the origin the bulge is tan(22.5 degrees); clockwise, minus that."""
     k = math.tan(math.pi / 8)
-    there, back = circle_through((1.0, 0.0), (0.0, 1.0), k), circle_through((1.0, 0.0), (0.0, 1.0), -k)
+    there, back = circle_of(Edge((1.0, 0.0), (0.0, 1.0), k)), circle_of(Edge((1.0, 0.0), (0.0, 1.0), -k))
     assert (float(there.x), float(there.y)) == pytest.approx((0.0, 0.0), abs=1e-15)
     assert (float(back.x), float(back.y)) == pytest.approx((1.0, 1.0), abs=1e-15)
     assert float(there.radius2) == pytest.approx(1.0, abs=1e-15)
@@ -42,10 +43,10 @@ def test_both_ends_are_exactly_on_the_circle_of_a_bulge(
 ) -> None:
     """Centre and squared radius are rational: no digit is lost, and turning the arc round changes nothing."""
     assume(a != b)
-    circle = circle_through(a, b, k)
+    circle = circle_of(Edge(a, b, k))
     for x, y in (a, b):
         assert (Fraction(x) - circle.x) ** 2 + (Fraction(y) - circle.y) ** 2 == circle.radius2
-    assert circle_through(b, a, -k) == circle
+    assert circle_of(Edge(b, a, -k)) == circle
 
 
 @given(points, points)
@@ -70,7 +71,7 @@ def test_an_arc_knows_whether_it_is_more_than_half_a_circle(
 ) -> None:
     """A bulge above 1 is the tangent of more than 45 degrees, and its arc more than half of the circle."""
     assume(a != b)
-    sector = Arc.on(circle_through(a, b, k), (a, b), inside=True).sector
+    sector = Arc.on(circle_of(Edge(a, b, k)), (a, b), inside=True).sector
     assert sector is not None
     assert sector.reflex == (k > 1.0)
 

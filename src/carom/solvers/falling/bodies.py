@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from carom.physics.contact_law import rub
 from carom.physics.double_double import two_diff, two_sum
+from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Face, Mover
 from carom.physics.pair_time import excess, pair_time
@@ -22,7 +23,7 @@ from carom.trace import NO_EDGE, wall_body
 if TYPE_CHECKING:
     from carom.driving import Course
     from carom.physics.double_double import Pair
-    from carom.physics.features import Feature, Vertex
+    from carom.physics.features import Arc, Feature
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
@@ -308,16 +309,10 @@ class FallingBodies(Bodies):
         self.vy[i] += by.friction * nx
         self.spin[i] = 0.0 if by.rim else self.spin[i] - (by.friction + by.rolling) * y / self.radius[i]
 
-    def touch_vertex(self, i: int, k: int, vertex: Vertex) -> None:
+    def touch_vertex(self, i: int, k: int, vertex: Arc) -> None:
         """Note that disc `i` leaves a vertex of wall `k`, along which its rim moves: the gap and its rate are 0."""
         self.last_partner[i], self.leaving[i] = wall_body(k), 0.0
-        self.last_hit[i] = Hit(vertex, self.normal_to(i, vertex), NO_EDGE)
-
-    def normal_to(self, i: int, vertex: Vertex) -> tuple[float, float]:
-        """Return the unit vector from a vertex to the centre of disc `i`."""
-        dx, dy = self.x[i] - vertex.at[0], self.y[i] - vertex.at[1]
-        distance = math.hypot(dx, dy)
-        return dx / distance, dy / distance
+        self.last_hit[i] = Hit(vertex, normal_at(vertex, self.mover(i, k)), NO_EDGE)
 
     def leave_wall(self, i: int, k: int, speed: float) -> None:
         """Let disc `i` leave wall `k`, on which it is, at a speed along the normal: 0 for one that rests there."""

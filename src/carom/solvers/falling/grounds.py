@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.physics.arc_time_falling import vertex_time_falling
+from carom.physics.arc_time_falling import arc_time_falling
 from carom.physics.face_time_falling import foot_is_on
-from carom.physics.features import Face, Vertex
+from carom.physics.features import Arc, Face
 from carom.physics.wall_time import wall_gap
 from carom.physics.wall_time_falling import descent_time
 
@@ -34,7 +34,7 @@ class Ground(NamedTuple):
     plane: HalfPlane
     face: Face | None = None
     never_met: tuple[Feature, ...] = ()
-    over: tuple[Vertex | None, Vertex | None] = (None, None)
+    over: tuple[Arc | None, Arc | None] = (None, None)
 
     @property
     def normal(self) -> tuple[float, float]:
@@ -56,7 +56,7 @@ class Ground(NamedTuple):
         )
         return min(waits)
 
-    def set_at_end(self, bodies: FallingBodies, i: int) -> Vertex | None:
+    def set_at_end(self, bodies: FallingBodies, i: int) -> Arc | None:
         """Set disc `i`, which has come to an end of the face, there; return the vertex, None where there is none."""
         nx, ny = self.normal
         if self.face is None:
@@ -66,12 +66,12 @@ class Ground(NamedTuple):
         bodies.x[i], bodies.y[i] = x + away * nx, y + away * ny
         return self.over[last]
 
-    def flies_over(self, bodies: FallingBodies, i: int, vertex: Vertex) -> bool:
+    def flies_over(self, bodies: FallingBodies, i: int, vertex: Arc) -> bool:
         """Whether disc `i`, which is at the end of the face, flies off: ``u^2 >= P (R + half width)``.
 
         By the very numbers by which it would meet the vertex at once, if it did not.
         """
-        return vertex_time_falling(bodies.mover(i, self.wall), vertex, bodies.gravity, 0.0) > 0.0
+        return arc_time_falling(bodies.mover(i, self.wall), vertex, bodies.gravity, 0.0) > 0.0
 
     def _place(self, bodies: FallingBodies, i: int) -> float:
         qx, qy, nx, ny = self.plane
@@ -91,8 +91,8 @@ def ground_of(bodies: FallingBodies, k: int, feature: Feature | None = None) -> 
     if finite is None or not isinstance(feature, Face):
         return None
     (nx, ny), h, ends = feature.normal, feature.half_width, (feature.a, feature.b)
-    vertices = [part.feature for part in finite.features if isinstance(part.feature, Vertex)]
-    over = [next((vertex for vertex in vertices if vertex.at == end), None) for end in ends]
+    vertices = [part.feature for part in finite.features if isinstance(part.feature, Arc) and part.feature.is_vertex]
+    over = [next((one for one in vertices if one == Arc.vertex(end, h)), None) for end in ends]
     backs = (part.feature for part in finite.features if isinstance(part.feature, Face))
     never = [face for face in backs if {face.a, face.b} == set(ends)]
     plane = (feature.a[0] + h * nx, feature.a[1] + h * ny, nx, ny)

@@ -6,10 +6,9 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.arc_time import from_pair, reach_of
-from carom.physics.double_double import two_sum
 from carom.physics.face_time import face_gap
 from carom.physics.feature_time import feature_time, normal_at
-from carom.physics.features import Arc, Face, Mover, Vertex
+from carom.physics.features import Face, Mover
 from carom.physics.pair_time import excess
 from carom.physics.wall_features import WallFeature, features_of
 from carom.solvers.impact.resolution import ULP, gap_resolution, pair_resolution, size_of, wall_resolution
@@ -87,15 +86,12 @@ def gap_of(disc: Mover, feature: Feature) -> float:
     """
     if isinstance(feature, Face):
         return float(face_gap(disc, feature)[0]) / feature.length[0]
-    if isinstance(feature, Vertex):
-        at, reach = ((feature.at[0], 0.0), (feature.at[1], 0.0)), two_sum(disc.radius, feature.half_width)
-    else:
-        at, reach = feature.centre, reach_of(disc, feature)
+    at, reach = feature.centre, reach_of(disc, feature)
     away = _away(disc, feature)[0]
     if not reach[0] > 0.0:  # inside an arc in which the disc has no room
         return reach[0] - away
     gap = excess(from_pair(disc.x, at[0]), from_pair(disc.y, at[1]), reach)[0] / (away + reach[0])
-    return -gap if not isinstance(feature, Vertex) and feature.inside else gap
+    return -gap if feature.inside else gap
 
 
 def overlap_since(disc: Mover, feature: Feature) -> float:
@@ -109,7 +105,7 @@ def overlap_since(disc: Mover, feature: Feature) -> float:
         return -gap / (vx * feature.normal[0] + vy * feature.normal[1])
     away, reach = _away(disc, feature)
     nx, ny = normal_at(feature, disc)
-    sign = -1.0 if not isinstance(feature, Vertex) and feature.inside else 1.0
+    sign = -1.0 if feature.inside else 1.0
     # |d + t u| = reach, with d out from the centre: the root in the past that is nearer.
     a, b, c = vx * vx + vy * vy, sign * away * (vx * nx + vy * ny), sign * gap * (away + reach)
     root = math.sqrt(max(b * b - a * c, 0.0))
@@ -121,26 +117,21 @@ def bend_of(feature: Feature, disc: Mover) -> float:
     if isinstance(feature, Face):
         return 0.0
     away, _ = _away(disc, feature)
-    return -1.0 / away if not isinstance(feature, Vertex) and feature.inside else 1.0 / away
+    return -1.0 / away if feature.inside else 1.0 / away
 
 
 def _away(disc: Mover, feature: Feature) -> tuple[float, float]:
     """Return how far a disc is from the centre of a vertex or arc, and how far where it touches."""
     if isinstance(feature, Face):
         raise TypeError("a face has no centre")
-    if isinstance(feature, Vertex):
-        x, y, reach = disc.x[0] - feature.at[0], disc.y[0] - feature.at[1], disc.radius + feature.half_width
-    else:
-        x, y, reach = disc.x[0] - feature.centre[0][0], disc.y[0] - feature.centre[1][0], reach_of(disc, feature)[0]
-    return math.sqrt(x * x + y * y), reach
+    x, y = disc.x[0] - feature.centre[0][0], disc.y[0] - feature.centre[1][0]
+    return math.sqrt(x * x + y * y), reach_of(disc, feature)[0]
 
 
 def sizes_of(feature: Feature) -> float:
     """Return the sum of the magnitudes of a feature's coordinates and lengths, as `size_of` that of a disc's."""
     if isinstance(feature, Face):
         return size_of(*feature.a, feature.half_width)
-    if isinstance(feature, Vertex):
-        return size_of(*feature.at, feature.half_width)
     return size_of(feature.centre[0][0], feature.centre[1][0], feature.radius[0] + feature.half_width)
 
 
@@ -150,7 +141,7 @@ def gap_resolution_m(disc: Mover, feature: Feature) -> float:
     An arc's centre and radius are pairs of floats, so that they are known to a rounding of a rounding.
     """
     sizes = sizes_of(feature)
-    if isinstance(feature, Arc):
+    if not isinstance(feature, Face) and not feature.is_vertex:
         sizes = feature.half_width + ULP * sizes
     return gap_resolution(size_of(disc.x[0], disc.y[0], disc.radius) + sizes)
 
