@@ -215,11 +215,8 @@ class DiscArrays:
         """Whether every number but 0 and infinity is of an ordinary size, see `carom.limits`."""
         lengths = (self.position_m, self.radius_m, self._wall_lengths)
         measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
-        sizes = [np.abs(array) for array in measures]
-        return all(
-            np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf))
-            for size in sizes
-        )
+        size = np.abs(np.concatenate([array.ravel() for array in measures]))
+        return bool(np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf)))
 
     @property
     def _wall_lengths(self) -> NDArray[np.float64]:

@@ -20,6 +20,8 @@ from carom.outline import Outline
 
 Vector = tuple[float, float]
 
+_LEAST = number(1.0 / SPAN)
+
 
 class Sizes(NamedTuple):
     """SI units.
@@ -69,11 +71,10 @@ class Sizes(NamedTuple):
 def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
     """Yield what spans too much."""
     sizes = Sizes.of(start, gravity_m_s2, duration_s)
-    least = number(1.0 / SPAN)
     if sizes.length > SPAN * sizes.radius:
         yield Problem(
             ("discs", int(start.radius_m.argmin()), "radius_m"),
-            f"must be at least {least} of the greatest length in the scene, {metres(sizes.length)}, "
+            f"must be at least {_LEAST} of the greatest length in the scene, {metres(sizes.length)}, "
             f"got {sizes.radius}; leave out what is so small, or so far away",
         )
     for index, wall in enumerate(start.walls):
@@ -82,13 +83,13 @@ def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) ->
     if sizes.heaviest > SPAN * sizes.lightest:
         yield Problem(
             ("discs", int(start.mass_kg.argmin()), "mass_kg"),
-            f"must be at least {least} of the greatest finite mass in the scene, {number(sizes.heaviest, 3)} kg, "
+            f"must be at least {_LEAST} of the greatest finite mass in the scene, {number(sizes.heaviest, 3)} kg, "
             f"got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
         )
     if sizes.speed > 0.0 and SPAN * sizes.way < sizes.length:
         yield Problem(
             ("duration_s",),
-            f"must be so long that the fastest disc moves by {least} of the greatest length in the scene, "
+            f"must be so long that the fastest disc moves by {_LEAST} of the greatest length in the scene, "
             f"{metres(sizes.length)}, got {sizes.duration}: it moves by {metres(sizes.way)}; lengthen it",
         )
     if not sizes.way <= SPAN * sizes.radius:
@@ -104,6 +105,6 @@ def _short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem
         if greatest > SPAN * (length := math.dist(a, b)):
             yield Problem(
                 ("walls", index, "points_m", (edge + 1) % len(wall.points)),
-                f"makes edge {edge} {metres(length)} long, which must be at least {number(1.0 / SPAN)} of the greatest "
+                f"makes edge {edge} {metres(length)} long, which must be at least {_LEAST} of the greatest "
                 f"length in the scene, {metres(greatest)}; leave the point out",
             )

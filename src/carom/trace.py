@@ -186,7 +186,7 @@ def pair_name(impact: np.void) -> str:
 
 def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> NDArray[np.float64]:
     """Return the velocities of both bodies of each impact, shape ``(2, m, 2)``: the first bodies', then the second."""
-    return np.stack([impacts[f"velocity_first_{when}"], impacts[f"velocity_second_{when}"]])
+    return np.array([impacts[f"velocity_first_{when}"], impacts[f"velocity_second_{when}"]])
 
 
 def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:

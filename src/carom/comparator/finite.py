@@ -82,6 +82,8 @@ def _rows(values: ArrayLike) -> NDArray[np.bool_]:
 
 def _named(what: str, values: ArrayLike, allowed: NDArray[np.bool_] | bool = False) -> Iterator[str]:
     """Yield the first row that is not finite, unless it is allowed not to be."""
+    if np.isfinite(values).all():
+        return
     for row in np.flatnonzero(~(_rows(values) | allowed))[:1].tolist():
         shown = ", ".join(f"{value:g}" for value in np.ravel(np.asarray(values)[row])[:2].tolist())
         yield f"{what} {row} is {shown}"

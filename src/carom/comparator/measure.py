@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,16 +119,20 @@ class Measured:
     An error of a number that is itself NaN or infinite is infinite.
 
     Attributes:
-        own: What rounding of each impact of the reference, and of each disc's end, is in proportion to.
         ends: Errors of each disc's final position (metres), velocity and rim (metres a second), shape ``(3, n)``; NaN
             where they are not measured.
     """
 
+    reference: Trace
     alignment: Alignment
     errors: tuple[ImpactError, ...]
     largest: Errors
-    own: OwnScales
     ends: Array
+
+    @cached_property
+    def own(self) -> OwnScales:
+        """What rounding of each impact of the reference, and of each disc's end, is in proportion to."""
+        return own_scales_of(self.reference)
 
 
 def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> Measured:
@@ -146,6 +151,7 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
     conserved = not reference.scene.needs & _NOT_CONSERVED
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(
+        reference=reference,
         alignment=alignment,
         errors=errors,
         largest=Errors(
@@ -157,7 +163,6 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
             final_velocity=velocity,
             final_spin=spin,
         ),
-        own=own_scales_of(reference),
         ends=ends,
     )
 

@@ -199,6 +199,7 @@ class _Run:
 
     def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps to the end, or to where nothing but free flight is left."""
+        straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
         for step in range(1, self.steps + 1):
             for time_s in _pieces(world, cutter, step, self.dt_s):
                 now = self.validator.state(world.observe())
@@ -223,7 +224,6 @@ class _Run:
                 self.looks.append((step * self.dt_s, self.state))
             if self.samples and step % self.stride == 0:
                 self.positions.append(self.state.position_m)
-            straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
             if straight and flight.begins(step * self.dt_s, self.state):
                 return
 

@@ -258,6 +258,8 @@ class Validator:
         found: object = state.contacts
         if not isinstance(found, Iterable):
             raise adapter_error(f"contacts of an observation must be a tuple, got {_shown(found)}")
+        if found == ():  # as after most steps
+            return state
         return replace(state, contacts=tuple(self._contact(contact, begin_s, end_s) for contact in found))
 
     def _wall_numbers(self) -> str:
@@ -331,8 +333,8 @@ def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float
     if found.shape != shape:
         raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
     array = np.array(found, dtype=np.float64)
-    far = np.isfinite(array) & (np.abs(array) > LARGEST)
-    if far.any():
+    size = np.abs(array)
+    if not size.max(initial=0.0) <= LARGEST and (far := (size > LARGEST) & np.isfinite(size)).any():
         raise adapter_error(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")
     return array
 
