@@ -139,6 +139,7 @@ def test_a_wrong_file_makes_no_plan(tmp_path: Path) -> None:
         make_suite(["pit"], [], None, [tmp_path], Limited())
 
 
+@pytest.mark.usefixtures("in_process")
 def test_profiles_are_chosen_and_known_failures_of_others_let_be(tmp_path: Path) -> None:
     """Default, tuned and located are run, or what is asked for; what is about no profile is run in any case."""
     (tmp_path / FILE_NAME).write_text(

@@ -9,6 +9,7 @@ import io
 import json
 import math
 import re
+import shutil
 import sys
 from collections import Counter
 from dataclasses import replace
@@ -164,9 +165,9 @@ def test_report_is_the_same_when_written_again(results: Results, folder: Path, t
     assert files_of(tmp_path) == files_of(folder)
 
 
-def test_report_replaces_an_older_one(one_scene: Results, tmp_path: Path) -> None:
+def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path: Path) -> None:
     """A report written into a folder with an older one replaces its files, and leaves others and no rubbish."""
-    write_report(one_scene, tmp_path)
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     (tmp_path / "index.html").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")
     assert write_report(one_scene, tmp_path) == tmp_path / "index.html"

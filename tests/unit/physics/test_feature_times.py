@@ -7,6 +7,7 @@ import random
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 import pytest
@@ -74,7 +75,7 @@ class Geometry:
     def inside(self) -> bool:
         return isinstance(self.feature, Arc) and self.feature.inside
 
-    @property
+    @cached_property
     def reach(self) -> Any:
         if self.bulge == 0.0:
             return exact(self.thickness)
@@ -82,7 +83,7 @@ class Geometry:
         radius = sqrt(exact(circle.radius2))
         return radius - exact(self.thickness) if self.inside else radius + exact(self.thickness)
 
-    @property
+    @cached_property
     def centre(self) -> tuple[Any, Any]:
         if self.bulge == 0.0:
             return exact(self.ends[0][0]), exact(self.ends[0][1])

@@ -87,15 +87,15 @@ def filled(field: str, numbers: list[Any]) -> Contact:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 10**400, "1", None, b"1", 1j])
-@pytest.mark.parametrize(("field", "place"), [(field, k) for field, count in NUMBERS.items() for k in range(count)])
-def test_every_number_of_a_contact_must_be_one(field: str, place: int, value: Any) -> None:
+def test_every_number_of_a_contact_must_be_one(value: Any) -> None:
     """What is no finite number is refused wherever a contact has it, by the name of the field, and never dropped."""
-    if value is None and NUMBERS[field] == 1 and field != "time_s":
-        pytest.skip("None is what an engine says that does not tell")
-    numbers: list[Any] = [1.0, 0.0] * 4
-    numbers[place] = value
-    with pytest.raises(AdapterError, match=rf"{field} of a contact of bodies 0 and 1 must be (finite|numbers)"):
-        enter(filled(field, numbers[: NUMBERS[field]]))
+    for field, place in ((field, k) for field, count in NUMBERS.items() for k in range(count)):
+        if value is None and NUMBERS[field] == 1 and field != "time_s":
+            continue  # None is what an engine says that does not tell
+        numbers: list[Any] = [1.0, 0.0] * 4
+        numbers[place] = value
+        with pytest.raises(AdapterError, match=rf"{field} of a contact of bodies 0 and 1 must be (finite|numbers)"):
+            enter(filled(field, numbers[: NUMBERS[field]]))
 
 
 def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:

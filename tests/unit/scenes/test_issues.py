@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import pytest
 
@@ -25,17 +26,14 @@ def test_there_are_twenty_and_more_each_with_its_thread() -> None:
 
 
 @each_complaint
-def test_pic_reproduces_the_known_answer_of_a_complaint(entry: Complaint) -> None:
-    """PIC meets the known answer, also of the scenes that fall."""
-    assert deviation(solve_pic(entry.scene), entry.known, entry.scene) <= 1e-12
-
-
-@each_complaint
-def test_a_complaint_survives_its_file(entry: Complaint, tmp_path: pytest.TempPathFactory) -> None:
-    """Saved and loaded again, a complaint's scene is the same to the bit."""
-    path = f"{tmp_path}/scene.toml"
-    save_scene(entry.scene, path)
-    assert load_scene(path) == entry.scene
+def test_pic_reproduces_the_known_answer_of_a_complaint_that_survives_its_file(
+    entry: Complaint, tmp_path: Path
+) -> None:
+    """Saved and loaded again its scene is the same to the bit, and PIC meets its known answer."""
+    save_scene(entry.scene, tmp_path / "scene.toml")
+    scene = load_scene(tmp_path / "scene.toml")
+    assert scene == entry.scene
+    assert deviation(solve_pic(scene), entry.known, scene) <= 1e-12
 
 
 def test_complaints_run_only_when_they_are_named() -> None:

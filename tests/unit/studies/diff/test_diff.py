@@ -20,6 +20,7 @@ from typer.testing import CliRunner
 from carom import solve_pic, solve_pit
 from carom.cli import app
 from carom.comparator import Grade, compare
+from carom.comparator.compare import Score
 from carom.errors import InputError
 from carom.pages.grid import Mark
 from carom.pages.records import records
@@ -58,13 +59,15 @@ def write(tmp_path: Path) -> Write:
     """Writes the records of a cross-check of one scene by engines, each a trace or why it was not run."""
 
     def write(name: str, engines: Engines, *, versions: dict[str, str] | None = None) -> Path:
-        rows = []
+        rows, scores = [], dict[int, Score]()
         for engine, ran in engines.items():
             job = Job(ROW, Method(engine, "tuned"), DT)
             if isinstance(ran, Status):
                 rows.append(Row(job, ran, f"{engine} gave no answer"))
             else:
-                rows.append(Row(job, Status.RAN, trace=ran, score=compare(REFERENCE, ran, sampling=PIT)))
+                if id(ran) not in scores:
+                    scores[id(ran)] = compare(REFERENCE, ran, sampling=PIT)
+                rows.append(Row(job, Status.RAN, trace=ran, score=scores[id(ran)]))
         here = Environment("2026-01-02T03:04:05+00:00", "0.1.0", "CPython 3.11", "Linux", "CPU", 2, versions or {})
         path = tmp_path / f"{name}.jsonl"
         results = Results(tuple(rows), {ROW.name: REFERENCE}, {}, (), here, "carom run", 1.0)
@@ -195,8 +198,9 @@ def test_an_error_that_falls_while_another_grows_is_mixed_and_violates(write: Wr
 
 def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_for(write: Write) -> None:
     """Forty engines that got worse are grouped, the settings that changed are said once; -v has a row a cell."""
-    old = write("old", {f"engine-{k}": sideways(0.0, depth=1.0) for k in range(40)})
-    new = write("new", {f"engine-{k}": sideways(1e-3 * (1 + k % 7), depth=2.0) for k in range(40)})
+    right, worse = sideways(0.0, depth=1.0), [sideways(1e-3 * (1 + k), depth=2.0) for k in range(7)]
+    old = write("old", {f"engine-{k}": right for k in range(40)})
+    new = write("new", {f"engine-{k}": worse[k % 7] for k in range(40)})
     lines = CliRunner().invoke(app, ["diff", str(old), str(new)], env={"COLUMNS": "80"}).output.splitlines()
     assert lines[0].startswith("40 worse")
     assert len(lines) <= 25
