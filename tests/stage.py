@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from carom import Disc, Scene, Trace, Wall
+from carom import Chain, Disc, Ring, Scene, Trace, Wall
 from carom.walls import AnyWall
 
 
@@ -59,15 +59,35 @@ def from_end(scene: Scene, end: Trace, *, backwards: bool = False) -> Scene:
 def crushed_rows() -> list[tuple[Scene, float]]:
     """Return rows of discs on one line that are left no room, and when: their room over the speed of closing."""
     left, right = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(4.0, 0.0, -1.0, 0.0)
-    comes = right.model_copy(update={"velocity_m_s": (-0.5, 0.0)})
+    drive = {"velocity_m_s": (-0.5, 0.0)}
+    comes = right.model_copy(update=drive)
     held = {"m": math.inf, "driven": True}
-    mallet = disc_at(2.5, 0.0, -0.5, **held)
-    rows: list[tuple[float, Sequence[Disc | Wall]]] = [
+    disc, mallet = disc_at(1.0, 0.0, -1.0, r=0.25), disc_at(2.5, 0.0, -0.5, **held)
+    two = disc, disc_at(2.5, 0.0, 0.25, r=0.25)
+    # Faces of edges, an end of one, and posts from outside and from inside, 2 m from the left wall or there.
+    rack, behind = Chain(points_m=[(2.0, -1.0), (2.0, 1.0)], **drive), Chain(points_m=[(0.0, -1.0), (0.0, 1.0)])
+    spike, post = Chain(points_m=[(-1.0, 0.0), (0.0, 0.0)]), Ring(centre_m=(2.5, 0.0), radius_m=0.5, **drive)
+    thick, cup = spike.model_copy(update={"half_width_m": 0.25}), Ring(centre_m=(1.0, 0.0), radius_m=1.0, **drive)
+    rough = {"friction": 0.25, "wall_friction": 0.5, "wall_tangential_restitution": 0.5}
+    rows: list[tuple[float, Sequence[Disc | AnyWall], dict[str, Any]]] = [
         # 2.5 m less the mallet's half and the disc's whole width, at 0.5 m/s
-        (1.5 / 0.5, (disc_at(1.0, 0.0, -1.0, r=0.25), mallet, left)),
-        (2.0 / 0.75, (disc_at(1.0, 0.0, -1.0, r=0.25), disc_at(-1.0, 0.0, 0.25, **held), mallet)),
-        (1.5 / 0.5, (disc_at(0.0, 1.0, 0.0, -1.0, r=0.25), disc_at(0.0, 2.5, 0.0, -0.5, **held), wall_at(0, 0, 0, 1))),
-        (3.0 / 0.5, (disc_at(1.0, 0.0, -1.0, r=0.25), disc_at(2.5, 0.0, 0.25, r=0.25), left, comes)),
-        (3.0 / 0.5, (disc_at(1.0, 0.0, -1.0, r=0.25), disc_at(2.5, 0.0, 0.25, r=0.25, m=3.0), left, comes)),
+        (1.5 / 0.5, (disc, mallet, left), {}),
+        (2.0 / 0.75, (disc, disc_at(-1.0, 0.0, 0.25, **held), mallet), {}),
+        (
+            1.5 / 0.5,
+            (disc_at(0.0, 1.0, 0.0, -1.0, r=0.25), disc_at(0.0, 2.5, 0.0, -0.5, **held), wall_at(0, 0, 0, 1)),
+            {"gravity_m_s2": (0.0, -2.0)},
+        ),
+        (3.0 / 0.5, (*two, left, comes), {}),
+        (3.0 / 0.5, (disc, disc_at(2.5, 0.0, 0.25, r=0.25, m=3.0), left, comes), rough),
+        (1.5 / 0.5, (disc, mallet, left), {"restitution": 0.875, "wall_restitution": 0.75}),
+        (1.5 / 0.5, (disc, rack, spike), rough),
+        (1.5 / 0.5, (disc, mallet, behind), {"gravity_m_s2": (1.0, 0.0)}),
+        (1.25 / 0.5, (disc, post, thick), {}),
+        (1.5 / 0.5, (disc, cup, spike), {}),
+        (3.0 / 0.5, (*two, spike, comes), rough),
     ]
-    return [(staged(f"row {k}", *bodies, duration_s=8.0), crushed_s) for k, (crushed_s, bodies) in enumerate(rows)]
+    return [
+        (staged(f"row {k}", *bodies, **fields, duration_s=8.0), crushed_s)
+        for k, (crushed_s, bodies, fields) in enumerate(rows)
+    ]

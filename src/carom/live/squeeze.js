@@ -4,32 +4,56 @@ import { wallBody } from "./bodies.js";
 import { movedOn } from "./driving.js";
 import { gapOf } from "./finite.js";
 
-// Sides of a disc by a normal, in which -0 and 0 are one.
-const sideOf = ([x, y]) => `${x + 0} ${y + 0}`;
+const isSame = ([ax, ay], [bx, by]) => ax === bx && ay === by;
+const back = ([nx, ny]) => [-nx, -ny];
+// The component of a vector across a normal along an axis.
+const across = ([x, y], [nx]) => (nx ? y : x);
+
+// A point of what lies across a line, and how far before it its surface is; null where it does not.
+const onPlane = ([x, y, ...facing], normal) => (across(facing, normal) ? null : [[x, y], 0]);
+function onFeature(feature, [x, y], [movedX, movedY], normal) {
+  const { kind, halfWidth } = feature;
+  if (kind === "face") {
+    const { a, b } = feature,
+      leans = across([b[1] - a[1], a[0] - b[0]], normal);
+    return isSame(feature.normal, normal) && !leans ? [a, halfWidth] : null;
+  }
+  const at = kind === "vertex" ? feature.at : feature.centre.map(([high]) => high),
+    radius = kind === "vertex" ? 0 : feature.inside ? -feature.radius[0] : feature.radius[0];
+  return across([x - movedX - at[0], y - movedY - at[1]], normal) ? null : [at, halfWidth + radius];
+}
 
 export class Squeezes {
   constructor(bodies, most) {
     this.bodies = bodies;
     this.most = most;
-    this.last = bodies.x.map(() => null);
-    this.sides = bodies.x.map(() => ({})); // whom each disc struck last on either side
-    this.row = bodies.x.map(() => 0);
+    // What each disc struck last, the normal from there, what it struck last on the other side, and how often in a row.
+    this.toAndFro = bodies.x.map(() => ({ last: null, normal: [0, 0], across: null, row: 0 }));
   }
   // Notes that a disc has struck a body, the normal from that to it; when it is crushed, since the epoch, or Infinity.
   struck(disc, other, normal) {
-    const last = this.last[disc],
-      facing = last !== null && last[1][0] === -normal[0] && last[1][1] === -normal[1],
-      opposite = facing && last[0] !== other,
-      // A disc of a row may strike the one beside it twice before it is back at the other.
-      again = other >= 0 && last !== null && last[0] === other && sideOf(last[1]) === sideOf(normal);
-    this.last[disc] = [other, normal];
-    this.row[disc] = opposite || again ? this.row[disc] + 1 : 0;
-    this.sides[disc] = { ...(this.row[disc] ? this.sides[disc] : {}), [sideOf(normal)]: other };
-    if (last === null || this.row[disc] <= this.most) return Infinity;
-    if (other < 0 && last[0] < 0) return this.crushed(disc, -1 - other, -1 - last[0]);
-    return this.crushedInARow(disc, normal);
+    const feature = other < 0 ? (this.bodies.lastHit[disc]?.feature ?? null) : null;
+    this.toAndFro[disc] = this.after(this.toAndFro[disc], { body: other, feature }, normal);
+    const { last, across: opposite, row } = this.toAndFro[disc];
+    if (row <= this.most || opposite === null) return Infinity;
+    const between = last.body < 0 && opposite.body < 0 ? this.crushed(disc, -1 - last.body, -1 - opposite.body) : Infinity;
+    return between < Infinity ? between : this.crushedInARow(disc, normal);
   }
-  // Nothing else may come near till then, nor may a wall go on to another leg of its path.
+  after(before, struck, normal) {
+    const { last, row } = before;
+    if (last !== null && last.body !== struck.body && isSame(before.normal, back(normal)))
+      return { last: struck, normal, across: last, row: row + 1 };
+    // A disc of a row may strike the one beside it twice before it is back at the other.
+    if (last !== null && struck.body >= 0 && last.body === struck.body && isSame(before.normal, normal))
+      return { ...before, row: row + 1 };
+    return { last: struck, normal, across: null, row: 0 };
+  }
+  // What a disc struck last on a side, by the normal from there.
+  beside(disc, side) {
+    const { last, normal, across: opposite } = this.toAndFro[disc];
+    return isSame(side, normal) ? last : isSame(side, back(normal)) ? opposite : null;
+  }
+  // Nothing else may come near till then, nor may a wall go on to another leg of its path, nor may it get out sideways.
   crushed(i, k, other) {
     const b = this.bodies,
       [nx, ny] = b.normal(i, k),
@@ -37,66 +61,103 @@ export class Squeezes {
       between = [k, other],
       legs = between.map((wall) => b.legsAhead(wallBody(wall), now)[0]),
       [[ax, ay], [bx, by]] = legs.map(({ velocity }) => velocity),
-      closing = (ax - bx) * nx + (ay - by) * ny,
-      slip = abs(b.vx[i] * ny - b.vy[i] * nx) + Math.max(...legs.map(({ velocity }) => hypot(...velocity)));
+      closing = (ax - bx) * nx + (ay - by) * ny;
     if (!(closing > 0)) return Infinity;
     const gap = this.gap(i, other);
     if (gap === null) return Infinity;
-    const left = gap / closing;
-    if (legs.some(({ end }) => end <= now + left) || this.isDisturbed(i, between.map(wallBody), gap + left * slip, left)) return Infinity;
-    const bounded = between.filter((wall) => !b.planes[wall]),
-      rubs = between.some((wall) => b.wallGrip[wall][0] > 0);
-    if ((bounded.length && rubs) || !bounded.every((wall) => this.stays(i, wall, left))) return Infinity;
-    return now + left;
+    const left = gap / closing,
+      drifts = this.drifts(i, k, other, legs);
+    if (!drifts.length || legs.some(({ end }) => end <= now + left)) return Infinity;
+    const slip =
+      Math.max(...drifts.map(([velocity]) => abs(velocity))) + Math.max(...legs.map(({ velocity }) => hypot(...velocity)));
+    if (this.isDisturbed(i, between.map(wallBody), gap + left * slip, left)) return Infinity;
+    return between.every((wall) => this.stays(i, wall, [ny, -nx], drifts, left)) ? now + left : Infinity;
   }
-  // The same of a disc and those that it strikes, in a row between two half-planes or held discs: on one line to the bit,
-  // which is one along an axis, with no speed across it, where nothing rubs, falls or is lost.
+  // Bounds of velocity and acceleration along a wall of a disc between it and another; friction never takes it farther,
+  // by kinetic energy, from the velocity and spin that slip on neither.
+  drifts(i, k, other, legs) {
+    const b = this.bodies,
+      [nx, ny] = b.normal(i, k),
+      along = ([x, y]) => x * ny - y * nx,
+      now = along(b.v(i)),
+      pull = along(b.gravity);
+    if (!b.rubsOn(k) && !b.rubsOn(other)) return [[now, pull]];
+    const one = along(legs[0].velocity) - b.belts[k],
+      two = along(legs[1].velocity) + b.belts[other],
+      steady = (one + two) / 2,
+      off = b.radius[i] * b.spin[i] - (one - two) / 2;
+    if (off && !b.ease[i]) return [];
+    const turning = off ? (off * off) / b.ease[i] : 0,
+      most = sqrt((now - steady) * (now - steady) + turning);
+    return [
+      [steady - most, -abs(pull)],
+      [steady + most, abs(pull)],
+    ];
+  }
+  // The same of a disc and those that it strikes, in a row between two bodies that no impact moves: on one line to the
+  // bit, which is one along an axis, with no speed, fall or slip across it, and of several where nothing is lost.
   crushedInARow(i, normal) {
     const b = this.bodies,
       now = b.time[i],
       line = this.inARow(i, normal);
-    if (line === null || b.grip[0] > 0 || b.restitution < 1 || b.gravity.some(Boolean) || (normal[0] && normal[1]))
-      return Infinity;
-    const along = normal[0] ? 0 : 1,
-      states = line.map((body) => this.inLine(body, now, normal));
-    if (states.includes(null) || states.some((state) => state[3 - along])) return Infinity;
-    if (new Set(line.flatMap((body, n) => (body < 0 ? [] : [states[n][1 - along]]))).size > 1) return Infinity;
-    const ends = [states[0], states.at(-1)],
-      closing = (ends[0][2 + along] - ends[1][2 + along]) * normal[along];
-    let room = (ends[1][along] - ends[0][along]) * normal[along];
-    for (const body of line) if (body >= 0) room -= b.radius[body] * (b.inverseMass[body] ? 2 : 1);
-    room = Math.max(0, room);
+    if (line === null || (normal[0] && normal[1]) || across(b.gravity, normal)) return Infinity;
+    const row = line.map(({ body }) => body),
+      walls = row.filter((body) => body < 0).map((body) => -1 - body),
+      discs = row.filter((body) => body >= 0);
+    if (row.length > 3 && Math.min(b.restitution, ...walls.map((k) => b.wallRestitution[k])) < 1) return Infinity;
+    const states = discs.map((body) => b.stateAt(body, [now, 0]));
+    if (new Set(states.map((state) => across(state, normal))).size > 1) return Infinity;
+    if (states.some(([, , ...velocity]) => across(velocity, normal)) || this.slips(row, walls, discs)) return Infinity;
+    const ends = [this.end(line[0], row[1], normal, now), this.end(line.at(-1), row.at(-2), back(normal), now)];
+    if (ends.includes(null)) return Infinity;
+    const [[x, y, vx, vy], [toX, toY, toVx, toVy]] = ends,
+      closing = (vx - toVx) * normal[0] + (vy - toVy) * normal[1],
+      full = row.slice(1, -1).reduce((sum, body) => sum + 2 * b.radius[body], 0),
+      room = Math.max(0, (toX - x) * normal[0] + (toY - y) * normal[1] - full);
     if (!(closing > 0)) return Infinity;
     const left = room / closing,
-      way = room + left * Math.max(...ends.map((end) => abs(end[2 + along])));
-    if ([line[0], line.at(-1)].some((body) => b.legsAhead(body, now)[0].end <= now + left)) return Infinity;
-    return line.slice(1, -1).some((j) => this.isDisturbed(j, line, way, left)) ? Infinity : now + left;
+      way = room + left * Math.max(...ends.map(([, , ...velocity]) => hypot(...velocity)));
+    if ([row[0], row.at(-1)].some((body) => b.legsAhead(body, now)[0].end <= now + left)) return Infinity;
+    return row.slice(1, -1).some((j) => this.isDisturbed(j, row, way, left)) ? Infinity : now + left;
   }
-  // Place and velocity of a body at a time; null for a wall that is not across a line, or takes speed.
-  inLine(body, t, normal) {
-    const b = this.bodies;
-    if (body >= 0) return b.stateAt(body, [t, 0]);
-    const k = -1 - body,
-      wall = b.planes[k],
-      [leg] = b.legsAhead(body, t);
-    if (!wall || b.rubsOn(k) || b.wallRestitution[k] < 1 || wall[2] * normal[1] !== wall[3] * normal[0]) return null;
-    const [movedX, movedY] = movedOn(leg, t);
-    return [wall[0] + movedX, wall[1] + movedY, ...leg.velocity];
+  // Whether the impacts of a row without a speed across it rub.
+  slips(row, walls, discs) {
+    const b = this.bodies,
+      hasPairs = row.length - 1 > walls.length;
+    if (!(hasPairs && b.grip[0] > 0) && !walls.some((k) => b.rubsOn(k))) return false;
+    return walls.some((k) => b.belts[k]) || discs.some((body) => b.spin[body]);
+  }
+  // Where the surface of a row's last body is on the line, and its velocity; null for what does not lie across the line.
+  end({ body, feature }, disc, normal, t) {
+    const b = this.bodies,
+      [nx, ny] = normal;
+    if (body >= 0) {
+      const [x, y, vx, vy] = b.stateAt(body, [t, 0]);
+      return [x + b.radius[body] * nx, y + b.radius[body] * ny, vx, vy];
+    }
+    const plane = b.planes[-1 - body],
+      [leg] = b.legsAhead(body, t),
+      [movedX, movedY] = movedOn(leg, t);
+    if (across(leg.velocity, normal) || (!plane && feature === null)) return null;
+    const surface = plane ? onPlane(plane, normal) : onFeature(feature, b.stateAt(disc, [t, 0]), [movedX, movedY], normal);
+    if (surface === null) return null;
+    const [[x, y], depth] = surface;
+    return [x + movedX + depth * nx, y + movedY + depth * ny, ...leg.velocity];
   }
   // A disc and who strikes whom beside it, in the order of the normal, up to a body at each end that no impact moves.
   inARow(i, normal) {
     const b = this.bodies,
-      ways = [normal, normal.map((value) => -value)].map(sideOf).map((side) => {
+      ways = [normal, back(normal)].map((side) => {
         const way = [];
-        let body = this.sides[i][side];
-        while (body !== undefined && way.length <= b.n) {
-          way.push(body);
-          if (body < 0 || !b.inverseMass[body]) return way;
-          body = this.sides[body][side];
+        let struck = this.beside(i, side);
+        while (struck !== null && way.length <= b.n) {
+          way.push(struck);
+          if (struck.body < 0 || !b.inverseMass[struck.body]) return way;
+          struck = this.beside(struck.body, side);
         }
         return null;
       });
-    return ways.includes(null) ? null : [...ways[0].reverse(), i, ...ways[1]];
+    return ways.includes(null) ? null : [...ways[0].reverse(), { body: i, feature: null }, ...ways[1]];
   }
   // Whether another body may come so soon to a disc, which gets this far beside its fall, as all move now.
   isDisturbed(i, among, reach, seconds) {
@@ -124,30 +185,37 @@ export class Squeezes {
       { at } = outline.nearest(x, y);
     return sqrt((x - at[0]) ** 2 + (y - at[1]) ** 2) - outline.halfWidth - b.radius[i];
   }
+  // The flat face of a finite wall that a disc struck last.
   face(i, k) {
-    const feature = this.bodies.expected[i][k]?.feature;
-    return feature?.kind === "face" ? feature : null;
+    const { last, across: opposite } = this.toAndFro[i],
+      struck = [last, opposite].find((one) => one?.body === wallBody(k) && one.feature?.kind === "face");
+    return struck?.feature ?? null;
   }
   gap(i, k) {
     if (this.bodies.planes[k]) return this.room(i, k);
     const face = this.face(i, k);
     return face && gapOf(this.bodies.mover(i, k), face);
   }
-  // Whether a disc is before a finite wall from now on for some seconds, along the wall.
-  stays(i, k, seconds) {
+  // Whether a disc is before a wall from now on for some seconds, whichever of the drifts along it it has.
+  stays(i, k, [tx, ty], drifts, seconds) {
+    if (this.bodies.planes[k]) return true;
     const face = this.face(i, k);
     if (face === null) return false;
     const [x, y, vx, vy] = this.bodies.seenFrom(i, k),
-      [gx, gy] = this.bodies.gravity,
+      [ux, uy] = this.bodies.v(i),
       ex = face.b[0] - face.a[0],
       ey = face.b[1] - face.a[1],
       now = (x - face.a[0]) * ex + (y - face.a[1]) * ey,
-      rate = vx * ex + vy * ey,
-      pull = gx * ex + gy * ey,
-      turns = pull ? -rate / pull : 0,
-      times = [0, seconds, ...(0 < turns && turns < seconds ? [turns] : [])];
-    return times
-      .map((t) => now + t * (rate + 0.5 * pull * t))
-      .every((along) => 0 <= along && along <= ex * ex + ey * ey);
+      way = tx * ex + ty * ey,
+      own = (ux - vx) * tx + (uy - vy) * ty;
+    return drifts.every(([velocity, pull]) => {
+      const rate = (velocity - own) * way,
+        bend = pull * way,
+        turns = bend ? -rate / bend : 0,
+        times = [0, seconds, ...(0 < turns && turns < seconds ? [turns] : [])];
+      return times
+        .map((t) => now + t * (rate + 0.5 * bend * t))
+        .every((along) => 0 <= along && along <= ex * ex + ey * ey);
+    });
   }
 }

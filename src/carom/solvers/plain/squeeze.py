@@ -11,15 +11,20 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.physics.features import Face
+from carom.physics.features import Face, Vertex
 from carom.solvers.plain.finite_walls import gap_of
 from carom.trace import Vector, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Collection
 
-    from carom.physics.features import Feature
+    from carom.driving import Course
+    from carom.physics.features import Arc, Feature
     from carom.solvers.plain.bodies import Bodies
+
+State = tuple[float, float, float, float]
+#: Velocities and accelerations along a wall, to the right of its normal, that bound what a disc may have.
+Drifts = tuple[Vector, ...]
 
 
 class Crush(NamedTuple):
@@ -73,10 +78,11 @@ class ToAndFro(NamedTuple):
                 return self._replace(row=self.row + 1)
         return ToAndFro(struck, normal)
 
-    def beside(self, side: Vector) -> int | None:
-        """Return whom the disc struck last on a side, given by a unit vector from there; None for nobody."""
-        struck = self.last if side == self.normal else self.across
-        return None if struck is None or side not in (self.normal, (-self.normal[0], -self.normal[1])) else struck.body
+    def beside(self, side: Vector) -> Struck | None:
+        """Return what the disc struck last on a side, given by a unit vector from there; None for nothing."""
+        if side == self.normal:
+            return self.last
+        return self.across if side == (-self.normal[0], -self.normal[1]) else None
 
 
 class Squeezes:
@@ -110,15 +116,16 @@ class Squeezes:
         last, normal, across, _ = self.to_and_fro[disc]
         if last is None or across is None:  # it struck one disc again and again
             return None
+        crush = None
         if last.body < 0 and across.body < 0:
-            return self._crush(disc, wall_index(last.body), wall_index(across.body))
-        return self._crush_in_a_row(disc, normal)
+            crush = self._crush(disc, wall_index(last.body), wall_index(across.body))
+        return crush or self._crush_in_a_row(disc, normal)
 
     def _crush(self, i: int, k: int, other: int) -> Crush | None:
-        """Return when disc `i`, on wall `k`, is crushed between it and another.
+        """Return when disc `i`, on wall `k`, is crushed between its flat face and that of another.
 
-        Along the walls its velocity does not change where nothing rubs: so it stays between two faces that it is
-        between all the while. Nothing else may come near till then, nor may a wall go on to another leg of its path.
+        Nothing else may come near till then, nor may a wall go on to another leg of its path, nor may the disc get out
+        sideways.
         """
         bodies = self._bodies
         (nx, ny), now_s = bodies.normal(i, k), bodies.time[i]
@@ -132,82 +139,130 @@ class Squeezes:
             return None
         left_s = gap / closing
         sides = tuple(map(wall_body, sorted((k, other))))
-        slip = abs(bodies.vx[i] * ny - bodies.vy[i] * nx) + max(_speed(leg.velocity) for leg in legs)
-        if any(leg.end_s <= now_s + left_s for leg in legs) or self._is_disturbed(
-            i, sides, gap + left_s * slip, left_s
-        ):
+        drifts = self._drifts(i, k, other, legs)
+        if not drifts or any(leg.end_s <= now_s + left_s for leg in legs):
             return None
-        bounded = [wall for wall in (k, other) if not isinstance(bodies.walls[wall], tuple)]
-        rubs = any(bodies.contact_of_wall(wall).friction > 0.0 for wall in (k, other))
-        if (bounded and rubs) or not all(self._stays(i, wall, left_s) for wall in bounded):
+        slip = max(abs(velocity) for velocity, _ in drifts) + max(_speed(leg.velocity) for leg in legs)
+        if self._is_disturbed(i, sides, gap + left_s * slip, left_s):
+            return None
+        if not all(self._stays(i, wall, (ny, -nx), drifts, left_s) for wall in (k, other)):
             return None
         return Crush(i, (sides[0], sides[1]), now_s + left_s)
 
-    def _crush_in_a_row(self, i: int, normal: Vector) -> Crush | None:
-        """Return when disc `i` and those that it strikes have no room left between two half-planes or held discs.
+    def _drifts(self, i: int, k: int, other: int, legs: list[Course]) -> Drifts:
+        """Return how disc `i` may go along wall `k` while it bounces between it and another; nothing for anyhow.
 
-        That is so on one line to the bit, which is one along an axis, with no speed across it, no friction and no fall:
-        nothing then takes them off it. And nothing may be lost, or they might come to rest on each other before.
+        Where nothing rubs impacts leave the velocity that it has. One velocity u and spin w slip on neither wall. To
+        each of the two an impact with friction is a step in the direction that lowers the slip, to where there is none
+        at most, or beyond by as much again: so the distance from (u, w), squared by kinetic energy, never grows.
+        """
+        bodies, (nx, ny) = self._bodies, self._bodies.normal(i, k)
+        now, pull = bodies.vx[i] * ny - bodies.vy[i] * nx, bodies.gravity[0] * ny - bodies.gravity[1] * nx
+        if not any(bodies.rubs_on(wall) for wall in (k, other)):
+            return ((now, pull),)
+        one, two = (leg.velocity[0] * ny - leg.velocity[1] * nx for leg in legs)
+        if bodies.belts is not None:
+            one, two = one - bodies.belts[k], two + bodies.belts[other]
+        steady, off = (one + two) / 2.0, bodies.radius[i] * bodies.spin[i] - (one - two) / 2.0
+        ease = bodies.inverse_inertia_ratio[i]
+        if off and not ease:
+            return ()
+        turning = off * off / ease if off else 0.0
+        most = math.sqrt((now - steady) * (now - steady) + turning)
+        return (steady - most, -abs(pull)), (steady + most, abs(pull))
+
+    def _crush_in_a_row(self, i: int, normal: Vector) -> Crush | None:
+        """Return when disc `i` and those that it strikes have no room left between two bodies that no impact moves.
+
+        That is so on one line to the bit, which is one along an axis, with no speed, no fall and no slip across it:
+        nothing then takes them off it. And several may lose nothing, or they might come to rest on each other before.
         """
         bodies, now_s = self._bodies, self._bodies.time[i]
         line = self._in_a_row(i, normal)
-        rubs_or_loses = bodies.contact.friction > 0.0 or bodies.restitution < 1.0
-        if line is None or rubs_or_loses or any(bodies.gravity) or 0.0 not in normal:
+        if line is None or 0.0 not in normal or _across(bodies.gravity, normal):
             return None
-        along = 0 if normal[0] else 1
-        states = [state for body in line if (state := self._in_line(body, now_s, normal)) is not None]
-        if len(states) < len(line) or any(state[3 - along] for state in states):
+        row = [one.body for one in line]
+        walls = [wall_index(body) for body in row if body < 0]
+        if len(row) > 3 and min(bodies.restitution, *map(bodies.restitution_of_wall, walls)) < 1.0:
             return None
-        if len({state[1 - along] for j, state in zip(line, states, strict=True) if j >= 0}) > 1:
+        states = [bodies.state_at(body, (now_s, 0.0)) for body in row if body >= 0]
+        places = {_across(state[:2], normal) for state in states}
+        if len(places) > 1 or any(_across(state[2:], normal) for state in states):
             return None
-        ends = states[0], states[-1]
-        closing = (ends[0][2 + along] - ends[1][2 + along]) * normal[along]
-        room = (ends[1][along] - ends[0][along]) * normal[along]
-        for body in line:
-            if body >= 0:  # of a held disc one half lies between the ends
-                room -= bodies.radius[body] * (2.0 if bodies.inverse_mass[body] else 1.0)
-        room = max(0.0, room)
+        if self._slips(row, walls):
+            return None
+        back = (-normal[0], -normal[1])
+        ends = self._end(line[0], row[1], normal, now_s), self._end(line[-1], row[-2], back, now_s)
+        if ends[0] is None or ends[1] is None:
+            return None
+        (x, y, vx, vy), (to_x, to_y, to_vx, to_vy) = ends[0], ends[1]
+        closing = (vx - to_vx) * normal[0] + (vy - to_vy) * normal[1]
+        room = (to_x - x) * normal[0] + (to_y - y) * normal[1]
+        room = max(0.0, room - sum(2.0 * bodies.radius[body] for body in row[1:-1]))
         if not closing > 0.0:
             return None
         left_s = room / closing
-        way = room + left_s * max(abs(end[2 + along]) for end in ends)
-        if any(bodies.legs_ahead(body, now_s)[0].end_s <= now_s + left_s for body in (line[0], line[-1])):
+        way = room + left_s * max(_speed(end[2:]) for end in (ends[0], ends[1]))
+        if any(bodies.legs_ahead(body, now_s)[0].end_s <= now_s + left_s for body in (row[0], row[-1])):
             return None
-        if any(self._is_disturbed(j, line, way, left_s) for j in line[1:-1]):
+        if any(self._is_disturbed(j, row, way, left_s) for j in row[1:-1]):
             return None
-        return Crush(i, (line[0], line[-1]), now_s + left_s)
+        return Crush(i, (row[0], row[-1]), now_s + left_s)
 
-    def _in_line(self, body: int, time_s: float, normal: Vector) -> tuple[float, float, float, float] | None:
-        """Return place and velocity of a body at a time; None for a wall that is not across a line, or takes speed."""
-        bodies = self._bodies
+    def _slips(self, row: list[int], walls: list[int]) -> bool:
+        """Whether the impacts of a row without a speed across it rub: friction turns what slips, and takes it off."""
+        bodies, pairs = self._bodies, len(row) - 1 - len(walls)
+        if not (pairs and bodies.contact.friction > 0.0) and not any(map(bodies.rubs_on, walls)):
+            return False
+        runs = bodies.belts is not None and any(bodies.belts[k] for k in walls)
+        return runs or any(bodies.spin[body] for body in row if body >= 0)
+
+    def _end(self, met: Struck, disc: int, normal: Vector, time_s: float) -> State | None:
+        """Return where the surface of a row's last body is on the line, and its velocity, at a time.
+
+        None for a wall that moves across the line, or of which what `disc` meets does not lie across it; the normal is
+        from the body to the disc.
+        """
+        bodies, (body, feature) = self._bodies, met
+        nx, ny = normal
         if body >= 0:
-            return bodies.state_at(body, (time_s, 0.0))
+            x, y, vx, vy = bodies.state_at(body, (time_s, 0.0))
+            return x + bodies.radius[body] * nx, y + bodies.radius[body] * ny, vx, vy
         k, leg = wall_index(body), bodies.legs_ahead(body, time_s)[0]
-        wall = bodies.walls[k]
-        if not isinstance(wall, tuple) or bodies.rubs_on(k) or bodies.restitution_of_wall(k) < 1.0:
+        if _across(leg.velocity, normal):
             return None
-        if wall[2] * normal[1] != wall[3] * normal[0]:
+        wall, (moved_x, moved_y) = bodies.walls[k], leg.moved_at(time_s)
+        if isinstance(wall, tuple):
+            x, y, depth, fits = wall[0], wall[1], 0.0, not _across(wall[2:], normal)
+        elif feature is None:
             return None
-        moved_x, moved_y = leg.moved_at(time_s)
-        return wall[0] + moved_x, wall[1] + moved_y, *leg.velocity
+        elif isinstance(feature, Face):
+            (x, y), depth = feature.a, feature.half_width
+            from_b = (feature.b[0] - x, feature.b[1] - y)
+            fits = feature.normal == normal and not _across((from_b[1], -from_b[0]), normal)
+        else:
+            (x, y), depth = _centre(feature)
+            seen = bodies.state_at(disc, (time_s, 0.0))
+            fits = not _across((seen[0] - moved_x - x, seen[1] - moved_y - y), normal)
+        return (x + moved_x + depth * nx, y + moved_y + depth * ny, *leg.velocity) if fits else None
 
-    def _in_a_row(self, i: int, normal: Vector) -> list[int] | None:
+    def _in_a_row(self, i: int, normal: Vector) -> list[Struck] | None:
         """Return disc `i` and who strikes whom beside it, up to a body at each end that no impact moves.
 
         They are in the order of the normal, which is from one that disc `i` has struck to it.
         """
         bodies, ways = self._bodies, []
         for side in (normal, (-normal[0], -normal[1])):
-            way, body = list[int](), self.to_and_fro[i].beside(side)
-            while body is not None and len(way) <= len(bodies):
-                way.append(body)
-                if body < 0 or not bodies.inverse_mass[body]:
+            way, struck = list[Struck](), self.to_and_fro[i].beside(side)
+            while struck is not None and len(way) <= len(bodies):
+                way.append(struck)
+                if struck.body < 0 or not bodies.inverse_mass[struck.body]:
                     break
-                body = self.to_and_fro[body].beside(side)
+                struck = self.to_and_fro[struck.body].beside(side)
             else:
                 return None
             ways.append(way)
-        return [*reversed(ways[0]), i, *ways[1]]
+        return [*reversed(ways[0]), Struck(i, None), *ways[1]]
 
     def _is_disturbed(self, i: int, among: Collection[int], way: float, seconds: float) -> bool:
         """Whether another body may come so soon to disc `i`, which gets this far beside its fall, as all move now."""
@@ -249,19 +304,41 @@ class Squeezes:
                 return struck.feature
         return None
 
-    def _stays(self, i: int, k: int, seconds: float) -> bool:
-        """Whether disc `i` is before finite wall `k` from now on for this many seconds, along the wall."""
+    def _stays(self, i: int, k: int, tangent: Vector, drifts: Drifts, seconds: float) -> bool:
+        """Whether disc `i` is before wall `k` from now on for this many seconds, along the wall."""
         bodies, face = self._bodies, self._face(i, k)
+        if isinstance(bodies.walls[k], tuple):
+            return True
         if face is None:
             return False
         x, y, vx, vy = bodies.seen_from(i, k)
-        (ax, ay), (bx, by), (gx, gy) = face.a, face.b, bodies.gravity
+        (ax, ay), (bx, by), (tx, ty) = face.a, face.b, tangent
         ex, ey = bx - ax, by - ay
-        now, rate, pull = (x - ax) * ex + (y - ay) * ey, vx * ex + vy * ey, gx * ex + gy * ey
-        turns_s = -rate / pull if pull else 0.0
-        times_s = [0.0, seconds, *([turns_s] if 0.0 < turns_s < seconds else [])]
-        return all(0.0 <= now + t * (rate + 0.5 * pull * t) <= ex * ex + ey * ey for t in times_s)
+        now, way = (x - ax) * ex + (y - ay) * ey, tx * ex + ty * ey
+        own = (bodies.vx[i] - vx) * tx + (bodies.vy[i] - vy) * ty  # the wall's velocity
+        for velocity, pull in drifts:
+            rate, bend = (velocity - own) * way, pull * way
+            turns_s = -rate / bend if bend else 0.0
+            times_s = [0.0, seconds, *([turns_s] if 0.0 < turns_s < seconds else [])]
+            if not all(0.0 <= now + t * (rate + 0.5 * bend * t) <= ex * ex + ey * ey for t in times_s):
+                return False
+        return True
 
 
 def _speed(velocity: tuple[float, float]) -> float:
     return math.hypot(*velocity)
+
+
+def _across(vector: tuple[float, float], normal: Vector) -> float:
+    """Return the component of a vector across a normal along an axis."""
+    return vector[1] if normal[0] else vector[0]
+
+
+def _centre(feature: Vertex | Arc) -> tuple[Vector, float]:
+    """Return the centre of a vertex or an arc, and how far in front of it, out or in, its surface is."""
+    if isinstance(feature, Vertex):
+        return feature.at, feature.half_width
+    (x, _), (y, _) = feature.centre
+    if feature.inside:
+        return (x, y), feature.half_width - feature.radius[0]
+    return (x, y), feature.half_width + feature.radius[0]
