@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.physics.features import Face, Vertex
+from carom.physics.features import Face
 from carom.solvers.plain.finite_walls import gap_of
 from carom.trace import Vector, wall_body, wall_index
 
@@ -334,10 +334,8 @@ def _across(vector: tuple[float, float], normal: Vector) -> float:
     return vector[1] if normal[0] else vector[0]
 
 
-def _centre(feature: Vertex | Arc) -> tuple[Vector, float]:
+def _centre(feature: Arc) -> tuple[Vector, float]:
     """Return the centre of a vertex or an arc, and how far in front of it, out or in, its surface is."""
-    if isinstance(feature, Vertex):
-        return feature.at, feature.half_width
     (x, _), (y, _) = feature.centre
     if feature.inside:
         return (x, y), feature.half_width - feature.radius[0]
