@@ -48,7 +48,7 @@ def test_a_run_takes_a_name_and_the_scenes_frame() -> None:
 def test_a_cross_check_takes_names_and_groups() -> None:
     """A name stands for its scene with its known answer, and a group for all of its scenes."""
     results = carom.cross_check(
-        [NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], timing=False, pool=InProcess()
+        [NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], dts=[1 / 24], timing=False, pool=InProcess()
     )
     assert {row.job.scene.name for row in results.rows} == {NAME, "mine"}
     assert NAME in results.known

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from carom.adapter import Adapter, Setting, World
     from carom.comparator.compare import Score
 
-DT_S = 1 / 240
+DT_S = 1 / 60
 METHODS = ("pic", "pit")
 ON_TABLES = [entry.scene for entry in find_scenes(["contact/table-*"])]
 

@@ -36,7 +36,7 @@ class BouncerWorld:
             bouncer.unit,
         )
         self._wall_e = scene.restitution if bouncer.one_coefficient else scene.wall_restitution
-        self._shove = bouncer.shove
+        self._shove, self._walls = bouncer.shove, [*scene.half_planes()]
         self._x = np.array([disc.position_m for disc in scene.discs]) * (1 + bouncer.nudge) * self._unit
         self._v = np.array([disc.velocity_m_s for disc in scene.discs]) * self._unit
         self._steps, self._contacts = 0, list[Contact]()
@@ -44,23 +44,25 @@ class BouncerWorld:
     def advance(self, steps: int) -> None:
         for _ in range(steps):
             self._contacts = []
-            discs, masses = self._scene.discs, [disc.mass_kg for disc in self._scene.discs]
-            for k, wall in enumerate(self._scene.half_planes()):
-                normal = -np.array(wall.normal)
+            discs, places = self._scene.discs, (self._x / self._unit).tolist()
+            for k, wall in enumerate(self._walls):
+                (px, py), (nx, ny) = wall.point_m, wall.normal
                 for i, disc in enumerate(discs):
-                    gap = -(self._x[i] / self._unit - wall.point_m) @ normal - disc.radius_m
-                    self._meet(i, wall_body(k), gap, normal, 1 / masses[i], self._wall_e)
-            for i, j in itertools.combinations(range(len(discs)), 2):
-                line = (self._x[j] - self._x[i]) / self._unit
-                gap = math.hypot(*line) - discs[i].radius_m - discs[j].radius_m
-                inverse = 1 / masses[i] + 1 / masses[j]
-                self._meet(i, j, gap, line / math.hypot(*line), inverse, self._scene.restitution)
+                    x, y = places[i]
+                    if (x - px) * nx + (y - py) * ny - disc.radius_m < self._margin:
+                        self._meet(i, wall_body(k), np.array((-nx, -ny)), 1 / disc.mass_kg, self._wall_e)
+            for (i, one), (j, other) in itertools.combinations(enumerate(discs), 2):
+                x, y = places[j][0] - places[i][0], places[j][1] - places[i][1]
+                away = math.hypot(x, y)
+                if away - one.radius_m - other.radius_m < self._margin:
+                    inverse = 1 / one.mass_kg + 1 / other.mass_kg
+                    self._meet(i, j, np.array((x, y)) / away, inverse, self._scene.restitution)
             self._x += self._v * self._dt_s
             self._steps += 1
 
-    def _meet(self, i: int, j: int, gap: float, normal: Any, inverse: float, restitution: float) -> None:
+    def _meet(self, i: int, j: int, normal: Any, inverse: float, restitution: float) -> None:
         closing = (self._v[i] - (self._v[j] if j >= 0 else 0.0)) @ normal / self._unit
-        if gap < self._margin and closing > 0 and inverse > 0:
+        if closing > 0 and inverse > 0:
             impulse = (1 + restitution) * closing / inverse * (1 + self._shove)
             for body, sign in ((i, -1), (j, 1)):
                 if body >= 0:

@@ -151,7 +151,7 @@ def test_motion_along_a_line_is_drawn_against_time() -> None:
 
 def test_results_are_drawn_as_counts_of_marks(scene: Scene) -> None:
     """The bars of each mark are as long as there are runs that it came of, end to end."""
-    results = carom.cross_check([scene], ["pic", "pit"], timing=False, pool=InProcess())
+    results = carom.cross_check([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16], timing=False, pool=InProcess())
     axes = results.plot(Figure().add_subplot())
     methods = [label.get_text() for label in axes.get_yticklabels()]
     drawn: Counter[tuple[str, str]] = Counter()

@@ -25,7 +25,7 @@ def scene(discs: int = 2, name: str = "head-on") -> Scene:
 
 def every_kind(of: Scene) -> list[object]:
     reference, observed = carom.solve_pic(of), carom.solve_pit(of)
-    results = carom.cross_check([of], ["pic", "pit"], timing=False, pool=InProcess())
+    results = carom.cross_check([of], ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess())
     return [of, reference, carom.compare(reference, observed), results, carom.certify(of)]
 
 
@@ -87,7 +87,9 @@ def test_a_score_says_the_grade_the_counts_and_why() -> None:
 
 def test_results_count_what_became_of_each_method() -> None:
     """Every row is counted, by its method and its grade; what an engine can't do is told in its own word."""
-    results = carom.cross_check(find_scenes(["paper/missed"]), ["pic", "pit"], timing=False, pool=InProcess())
+    results = carom.cross_check(
+        find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess()
+    )
     lines = repr(results).splitlines()
     assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
     for engine, profile in (("pic", "default"), ("pic", "tuned"), ("pit", "tuned")):
@@ -117,7 +119,7 @@ def test_exact_says_to_the_rounding_of_which_floats() -> None:
     """What declares 32-bit floats is exact in 32 bits wherever a word stands for its grade."""
     reference = carom.solve_pic(scene())
     score = carom.compare(reference, replace(reference, float_bits=32))
-    results = carom.cross_check([scene()], ["pic"], profiles=["tuned"], timing=False, pool=InProcess())
+    results = carom.cross_check([scene()], ["pic"], profiles=["tuned"], dts=[1 / 24], timing=False, pool=InProcess())
     narrow = replace(results, rows=tuple(replace(row, score=score) for row in results.rows))
     shown = (repr(score), repr(narrow), score._repr_html_(), narrow._repr_html_())
     assert all("exact (float32)" in (text or "") for text in shown)

@@ -45,7 +45,7 @@ def test_the_bodies_of_every_impact_touch(group: str) -> None:
 def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
     """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
     scene = all_scenes()[name].scene
-    results = carom.cross_check([scene], ["pit"], profiles=["tuned"], timing=False, pool=InProcess())
+    results = carom.cross_check([scene], ["pit"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcess())
     trace = results.rows[0].trace
     assert trace is not None
     assert trace.samples is not None

@@ -162,7 +162,7 @@ def test_an_adapter_that_nobody_asked_for_is_not_imported(install: Install, tmp_
     """A command on PIT alone runs no line of another adapter's code, and one that is unknown is refused before any."""
     install(f"open({str(tmp_path / 'imported')!r}, 'w')\nimport os; os._exit(0)\n", {"deadly": "adapter"})
     scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
-    results = cross_check([scene], ["pit"], timing=False, pool=InProcess())
+    results = cross_check([scene], ["pit"], dts=[0.1], timing=False, pool=InProcess())
     assert {row.status for row in results.rows} == {Status.RAN}
     with pytest.raises(UnknownNameError, match="deadly"):
         described(["nonesuch"], InProcess())

@@ -17,7 +17,7 @@ from carom.runs.observe import observe_run
 from carom.scenes import all_scenes
 from carom_adapters.pic import PicAdapter
 
-DT = 1 / 240
+DT = 1 / 60
 
 #: Where the one right answer has a spin that is not 0; bounces without end are left out, and what takes seconds.
 ROUGH = ("grip", "slide", "edge", "throw-slide", "throw-stick", "gearing", "english-stick", "plates", "superball-table")

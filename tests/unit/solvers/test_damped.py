@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from tests.drawn import drawn
 from tests.stage import disc_at, staged, wall_at
@@ -37,7 +37,6 @@ def box(**more: float) -> Scene:
     return staged("box", one, two, *walls, **(given | more))
 
 
-@settings(max_examples=60, deadline=None)
 @given(SCENES, RATES)
 def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: float) -> None:
     """PIC with damping has the impacts of PIC without, up to as far as discs get, later and slowed by the law."""
@@ -54,7 +53,6 @@ def test_a_damped_run_is_the_undamped_one_in_another_time(scene: Scene, rate: fl
     assert trace.impacts["normal"].tobytes() == plain.impacts["normal"][:count].tobytes()
 
 
-@settings(max_examples=40, deadline=None)
 @given(SCENES, RATES)
 def test_between_impacts_discs_move_by_the_law(scene: Scene, rate: float) -> None:
     """From impact to impact a disc's velocity falls as exp(-c t), and its own flights lead to where it ends."""

@@ -35,7 +35,7 @@ THUD = staged(
 
 def checked(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -> Results:
     """Return a cross-check of some scenes."""
-    return cross_check(scenes, engines, profiles=["tuned"], timing=False, pool=InProcess())
+    return cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120], timing=False, pool=InProcess())
 
 
 def as_foreign(results: Results) -> Results:
@@ -74,7 +74,7 @@ def lead(results: Results) -> str:
 def test_a_certified_reference_is_not_without_a_proof() -> None:
     """Without a known answer PIC has no proof of its own, unless it is certified to the last impact."""
     three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
-    options = {"profiles": ["tuned"], "timing": False, "pool": InProcess()}
+    options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcess()}
     without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
     assert "without a proof of its own" in lead(without)
     pytest.importorskip("flint")

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from tests.rebuilt import in_units
 
@@ -68,7 +68,6 @@ DRIFTS = st.integers(-250, 250)
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.name)
 @given(length=POWERS, drift=DRIFTS)
-@settings(max_examples=15)
 def test_powers_of_two_change_no_digit(scene: Scene, length: int, drift: int) -> None:
     """From 2^-500 to 2^500, lengths and speeds each: the same digits, order, ending, and precision."""
     speed = max(-500, min(500, length - drift))

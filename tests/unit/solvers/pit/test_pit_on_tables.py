@@ -51,7 +51,7 @@ def test_a_nearly_flat_arc_is_met_as_a_segment_is(bulge: float) -> None:
     frames = []
     for bulges in ((bulge,), ()):
         floor = Chain(points_m=[(-1, 0), (1, 0)], bulges=bulges)
-        scene = Scene(name="floor", discs=discs, walls=[floor], duration_s=4.0)
+        scene = Scene(name="floor", discs=discs, walls=[floor], duration_s=2.0)
         run = assert_identical(scene, FrameClock.at_rate(1000.0))
         frames.append(run.log.array()["time_s"].tolist())
     assert len(frames[1]) == 1

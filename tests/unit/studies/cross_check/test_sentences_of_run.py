@@ -29,7 +29,7 @@ AT_A_FRAME = staged("at-a-frame", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s
 
 
 def found(scenes: Sequence[Scene | CatalogueScene], *engines: str, profile: str = "tuned") -> Results:
-    return cross_check(scenes, ["pic", *engines], profiles=[profile], timing=False, pool=InProcess())
+    return cross_check(scenes, ["pic", *engines], profiles=[profile], dts=[1 / 24], timing=False, pool=InProcess())
 
 
 def pattern(sentence: Sentence) -> str:

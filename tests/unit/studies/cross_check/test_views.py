@@ -273,7 +273,12 @@ def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: s
 def test_the_trend_has_pic_once() -> None:
     """PIC has nothing to set, so all its profiles are one line; an engine's profiles are each one."""
     results = carom.cross_check(
-        ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], timing=False, pool=InProcess()
+        ["paper/late"],
+        ["pic", "pit", "pymunk"],
+        profiles=["default", "tuned"],
+        dts=[1 / 24, 1 / 96],
+        timing=False,
+        pool=InProcess(),
     )
     assert [series.name for series in build_trend(results, build_grid(results)).series] == [
         *("PIC", "PIT tuned", "pymunk default", "pymunk tuned")

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from tests.lengths import long_after
 
@@ -28,26 +30,22 @@ def test_a_ladder_runs_from_harmless_to_absurd(attack: Attack) -> None:
 
 
 @each_attack
-def test_the_scenes_of_an_attack_are_files(attack: Attack, tmp_path: pytest.TempPathFactory) -> None:
-    """The scene of the last is written and read again without loss: the truth is that of the scene as stored."""
-    ladder = attack.ladder(quick=True)
-    for trial in attack.trials(ladder[-1])[:1]:
-        save_scene(trial.scene, f"{tmp_path}/scene.toml")
-        assert load_scene(f"{tmp_path}/scene.toml") == trial.scene
-
-
-@each_attack
 @pytest.mark.parametrize("stride", long_after(1, [3, 1]))
-def test_pic_stands_every_attack(attack: Attack, stride: int) -> None:
+def test_pic_stands_every_attack(attack: Attack, stride: int, tmp_path: Path) -> None:
     """PIC stands at the rungs of the quick ladder, to the end: what it does not stand is a bug of ours.
 
+    The first scene of the last is read again from its file without loss: the truth is that of the scene as stored.
     One attack has a horizon that no method of 53 bits can pass; there PIC stands where twenty bounces are asked for.
     """
     ladder = attack.ladder(quick=True)
     if attack.name == HORIZON:
         ladder = [value for value in ladder if value <= 20]
-    for value in ladder[::-stride] if not attack.full_only else ladder[:1]:
-        for trial in attack.trials(value):
+    rungs = {value: attack.trials(value) for value in (ladder[::-stride] if not attack.full_only else ladder[:1])}
+    for trial in next(iter(rungs.values()))[:1]:
+        save_scene(trial.scene, tmp_path / "scene.toml")
+        assert load_scene(tmp_path / "scene.toml") == trial.scene
+    for value, trials in rungs.items():
+        for trial in trials:
             judgement = trial.judge(solve_pic(trial.scene))
             assert not judgement.broken, (value, judgement)
 
