@@ -53,18 +53,9 @@ def problems(count: int) -> Iterator[tuple[Fraction, Fraction, tuple[Fraction, F
         yield drawn(), drawn(), most, Fraction(rng.randint(1, 7), 2), signs
 
 
-def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given() -> None:
-    """Of 1,000 problems in fractions each has one answer, and `held` gives it, exactly."""
-    require_the_one_that_is_admitted(1000)
-
-
-@pytest.mark.long
-def test_one_branch_holds_in_twenty_thousand_problems() -> None:
-    """Of 20,000 likewise."""
-    require_the_one_that_is_admitted(20_000)
-
-
-def require_the_one_that_is_admitted(count: int) -> None:
+@pytest.mark.parametrize("count", long_after(1, [500, 20_000]))
+def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(count: int) -> None:
+    """Of problems in fractions each has one answer, and `held` gives it, exactly."""
     for s1, q1, most, y, signs in problems(count):
         (expected,) = admitted(s1, q1, most, y, signs)
         by: Any = held(s1, q1, most, y, signs)  # type: ignore[arg-type]
@@ -74,9 +65,10 @@ def require_the_one_that_is_admitted(count: int) -> None:
         assert not by.rim or q == 0
 
 
-def test_rates_are_those_of_the_law_of_two_frictions() -> None:
-    """Of 1,000 contacts rates are the law's to rounding, and what is said to be held is."""
-    for a, _, most, y, signs in problems(1000):
+@pytest.mark.parametrize("count", long_after(1, [500, 20_000]))
+def test_rates_are_those_of_the_law_of_two_frictions(count: int) -> None:
+    """Of contacts rates are the law's to rounding, and what is said to be held is."""
+    for a, _, most, y, signs in problems(count):
         ((slip, rim),) = admitted(a, Fraction(0), most, y, signs if most[1] else (signs[0], 0))
         press = Press(1.0, float(a), float(most[0]), float(y), float(most[1]))
         found = rates(press, float(signs[0]), float(signs[1]))

@@ -132,7 +132,7 @@ def gas_in_a_polygon(edges: int, radius: float) -> Scene:
 @pytest.mark.parametrize("options", long_after(1, [{"cells": 3.0}, {"contact_s": 0.01}, {"cells": math.inf}, {}]))
 def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float]) -> None:
     """A gas that leaves the box in which it began gets other cells, in which discs meet what they would have met."""
-    scene = gas_in_a_polygon(20, 8.0)
+    scene = gas_in_a_polygon(12, 8.0)
     assert_same(scene, 200, **options)
     run = EventDrivenRun(scene)
     run.advance_to(math.inf, 200)
@@ -142,10 +142,10 @@ def test_cells_chosen_anew_keep_the_bits_of_all_pairs(options: dict[str, float])
 @pytest.mark.parametrize("radius", long_after(1, [60.0, 6.0]))
 def test_a_gas_that_fills_a_polygon_looks_at_all_of_it_at_first_alone(radius: float) -> None:
     """Once discs have been at the walls, few of a hundred predictions look at all sides and vertices."""
-    run = EventDrivenRun(gas_in_a_polygon(500, radius))
-    run.advance_to(math.inf, 2000)
+    run = EventDrivenRun(gas_in_a_polygon(300, radius))
+    run.advance_to(math.inf, 1500)
     begun = run.counts
-    run.advance_to(math.inf, 4000)
+    run.advance_to(math.inf, 3000)
     done = {name: count - begun[name] for name, count in run.counts.items()}
     assert begun["beyond"] > 0
     assert done["beyond"] < 0.05 * done["predictions"]
