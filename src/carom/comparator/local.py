@@ -28,7 +28,7 @@ from carom.physics.feature_time import normal_at
 from carom.physics.features import Mover
 from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.physics.time_of_impact import time_of_impact
-from carom.solvers.plain.chosen_walls import finite_wall
+from carom.solvers.plain.compiled_walls import finite_wall
 from carom.solvers.plain.finite_walls import FiniteWall, overlap_since
 from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 

@@ -27,7 +27,7 @@ from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed, wall_time
 from carom.physics.wall_time_falling import descent_time
 from carom.scene import Scene
-from carom.solvers.plain.chosen_walls import finite_wall
+from carom.solvers.plain.compiled_walls import finite_wall
 from carom.solvers.plain.finite_walls import FiniteWall
 
 #: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.

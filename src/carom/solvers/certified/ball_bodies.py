@@ -342,10 +342,6 @@ class BallBodies:
         """Return the spin of disc `i` at a time on its present path."""
         return self.spin[i] + self.spin_rate[i] * (time - self.time[i])
 
-    def surface_at(self, i: int, time: arb) -> arb:
-        """Return the speed of the rim of disc `i` at a time as seen from its centre, counterclockwise."""
-        return arb(self.scene.discs[i].radius_m) * self.spin_at(i, time)
-
     def strongest_pull(self) -> arb:
         """Return a bound on how fast gravity, or a wall that it presses to, changes the speed of a disc or rim."""
         gx, gy = self.gravity

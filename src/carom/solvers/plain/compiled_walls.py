@@ -1,10 +1,10 @@
-"""Finite walls for who asks for one disc at a time; they need the compiled extension."""
+"""Finite walls for who asks for one disc at a time: in compiled code, or in plain Python where there is none."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom.physics import wall_times
+from carom.extension import extension_available
 from carom.physics.numbered import numbers_of
 from carom.solvers.plain.finite_walls import FiniteWall
 
@@ -15,9 +15,11 @@ if TYPE_CHECKING:
 
 
 class CompiledWall(FiniteWall):
-    """A `FiniteWall`, to the bit."""
+    """A `FiniteWall`, to the bit; it needs the compiled extension."""
 
     def __init__(self, outline: Outline) -> None:
+        from carom.physics import wall_times
+
         super().__init__(outline)
         self._times = wall_times.Features([numbers_of(part.feature, 0) for part in self.features])
 
@@ -26,3 +28,8 @@ class CompiledWall(FiniteWall):
         left = next((k for k, part in enumerate(self.features) if part.feature is last), -1)
         time_s, number, glides = self._times.first_time(*disc, left)
         return time_s, None if number < 0 else self.features[number], glides
+
+
+def finite_wall(outline: Outline) -> FiniteWall:
+    """Return a wall that is solved for in compiled code where that serves, with the same bits."""
+    return CompiledWall(outline) if extension_available() else FiniteWall(outline)

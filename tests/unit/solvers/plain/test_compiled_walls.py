@@ -10,7 +10,7 @@ from tests.forms import needs_extension, plain_form
 
 from carom import Chain, Ring
 from carom.physics.features import Mover
-from carom.solvers.plain.chosen_walls import finite_wall
+from carom.solvers.plain.compiled_walls import finite_wall
 from carom.solvers.plain.finite_walls import FiniteWall
 
 SHAPES: dict[str, Chain | Ring] = {
