@@ -16,6 +16,7 @@ import numpy as np
 from carom.damping import Damping
 from carom.solvers.options import ALWAYS, require_goal
 from carom.solvers.pit.frames import PlainFrameLoop
+from carom.solvers.run import SeenLog, SeenRun
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
     return replace(options, contact_duration_s=0.0, window_s=(least, end if end < 0.0 else damping.latest(end)))
 
 
-class DampedRun:
+class DampedRun(SeenRun):
     """A `carom.solvers.run.Run` by PIC with damping.
 
     Args:
@@ -55,24 +56,12 @@ class DampedRun:
     """
 
     def __init__(self, run: Run, damping: Damping) -> None:
+        def times_s() -> Iterable[float]:
+            return map(damping.damped, run.log.array()["time_s"].tolist())
+
+        super().__init__(run, lambda rows: _slowed(rows, run.log, times_s, damping))
         self.time_s = 0.0
-        self.log = _DampedLog(run.log, lambda: map(damping.damped, run.log.array()["time_s"].tolist()), damping)
-        self._run = run
         self._damping = damping
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a user should know of how the run was done."""
-        return self._run.notes
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
-        return self._run.counts
-
-    def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        return self._run.impacts_per_disc()
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until there have been `max_impacts` in all.
@@ -88,10 +77,6 @@ class DampedRun:
         self.time_s = max(self.time_s, time_s if completed else self._damping.damped(self._run.time_s))
         return outcome
 
-    def positions(self) -> Array:
-        """Return the centres now, metres, shape ``(n, 2)``."""
-        return self._run.positions()
-
     def velocities(self) -> Array:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
         return self._run.velocities() * self._damping.kept(self.time_s)
@@ -102,50 +87,24 @@ class DampedRun:
         return None if spins is None else spins * self._damping.kept(self.time_s)
 
 
-class _DampedLog:
-    """The impacts of a run without damping, seen with it: as `carom.solvers.run.RunImpacts`.
+def _slowed(
+    rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Iterable[float]], damping: Damping
+) -> NDArray[np.void]:
+    """Return impacts of a log without damping, or the spins around these, as they are with it.
 
-    Args:
-        log: The impacts without it.
-        times_s: Returns when they are, by the clock.
-        damping: What slows the discs down.
+    `times_s` returns when they are, by the clock. Of velocities and spins ``1 - c s`` is left, which is ``exp(-c t)``
+    there.
     """
-
-    def __init__(self, log: RunImpacts, times_s: Callable[[], Iterable[float]], damping: Damping) -> None:
-        self.ambiguous = log.ambiguous
-        self.edges = log.edges
-        self.modes = log.modes  # none: with damping there is no gravity
-        self._log = log
-        self._times_s = times_s
-        self._damping = damping
-
-    def __len__(self) -> int:
-        return len(self._log)
-
-    def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
-        rows = self._slowed(self._log.array())
-        rows.flags.writeable = True
-        rows["time_s"] = np.fromiter(self._times_s(), np.float64, len(rows))
-        rows.flags.writeable = False
-        return rows
-
-    def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
-        spins = self._log.spins()
-        return None if spins is None else self._slowed(spins)
-
-    def _slowed(self, rows: NDArray[np.void]) -> NDArray[np.void]:
-        """Return a copy with what is left of velocities and spins: ``1 - c s``, which is ``exp(-c t)`` there."""
-        kept = 1.0 - self._damping.per_s * self._log.array()["time_s"]
-        slowed = rows.copy()
-        for name in rows.dtype.names or ():
-            if rows.dtype[name].shape:  # a vector
-                slowed[name] = rows[name] * kept[:, None] if name.startswith("velocity") else rows[name]
-            elif name.startswith(("first_", "second_")):
-                slowed[name] = rows[name] * kept
-        slowed.flags.writeable = False
-        return slowed
+    kept = 1.0 - damping.per_s * log.array()["time_s"]
+    slowed = rows.copy()
+    for name in rows.dtype.names or ():
+        if name == "time_s":
+            slowed[name] = np.fromiter(times_s(), np.float64, len(rows))
+        elif name.startswith("velocity"):
+            slowed[name] = rows[name] * kept[:, None]
+        elif name.startswith(("first_", "second_")):
+            slowed[name] = rows[name] * kept
+    return slowed
 
 
 class DampedFrameLoop(PlainFrameLoop):
@@ -162,7 +121,7 @@ class DampedFrameLoop(PlainFrameLoop):
     @property
     def recorded(self) -> RunImpacts:
         """The impacts so far."""
-        return _DampedLog(self.log, lambda: self._found_s, self._damping)
+        return SeenLog(self.log, lambda rows: _slowed(rows, self.log, lambda: self._found_s, self._damping))
 
     def run(self, until: int, most: int, work: float) -> None:
         """Move every disc to the next frame, and test for interference there."""

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
+#: Makes new rows of others.
+SeenRows = Callable[["NDArray[np.void]"], "NDArray[np.void]"]
 
 
 class Start(Protocol):
@@ -102,6 +104,69 @@ class Run(Protocol):
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+
+
+class SeenRun:
+    """A run seen otherwise, in other units or with damping: what is not said anew is as in the run itself."""
+
+    def __init__(self, run: Run, rows: SeenRows) -> None:
+        self.log = SeenLog(run.log, rows)
+        self._run = run
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a user should know of how the run was done."""
+        return self._run.notes
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Work so far, by name."""
+        return self._run.counts
+
+    def impacts_per_disc(self) -> NDArray[np.int64]:
+        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
+        return self._run.impacts_per_disc()
+
+    def positions(self) -> NDArray[np.float64]:
+        """Return the centres now, metres, shape ``(n, 2)``."""
+        return self._run.positions()
+
+
+class SeenLog:
+    """The impacts of such a run, a `RunImpacts`.
+
+    Args:
+        log: Those of the run itself.
+        rows: Returns its impacts, their spins or its modes as they are seen.
+    """
+
+    def __init__(self, log: RunImpacts, rows: SeenRows) -> None:
+        self.ambiguous = log.ambiguous
+        self.edges = log.edges
+        self._log = log
+        self._rows = rows
+
+    def __len__(self) -> int:
+        return len(self._log)
+
+    def array(self) -> NDArray[np.void]:
+        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
+        return self._seen(self._log.array())
+
+    def spins(self) -> NDArray[np.void] | None:
+        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
+        spins = self._log.spins()
+        return None if spins is None else self._seen(spins)
+
+    def modes(self) -> NDArray[np.void] | None:
+        """Return where discs slide, roll or rest, as an array of `carom.trace.MODE_DTYPE`; None if nothing does."""
+        modes = self._log.modes()
+        return None if modes is None else self._seen(modes)
+
+    def _seen(self, rows: NDArray[np.void]) -> NDArray[np.void]:
+        seen = self._rows(rows)
+        seen.flags.writeable = False
+        return seen
 
 
 def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any) -> Trace:

@@ -16,6 +16,7 @@ from carom.disc_arrays import DiscArrays
 from carom.driving import Drive
 from carom.limits import ORDINARY
 from carom.sizes import Sizes
+from carom.solvers.run import SeenRun
 from carom.trace import SPIN_DTYPE
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.scene import Scene
-    from carom.solvers.run import Progress, Run, RunImpacts, Start
+    from carom.solvers.run import Progress, Start
     from carom.trace import Outcome, Vector
 
     Array = NDArray[np.float64]
@@ -86,36 +87,20 @@ class Units(NamedTuple):
         """Return a rate given a second, in these units."""
         return _times_power(rate, self.time)
 
-    def metres(self, lengths: Array) -> Array:
-        """Return lengths given in these units, in metres."""
-        return np.ldexp(lengths, self.length)
-
-    def metres_a_second(self, speeds: Array) -> Array:
-        """Return velocities given in these units, in metres a second."""
-        return np.ldexp(speeds, self.length - self.time)
-
-    def radians_a_second(self, spins: Array) -> Array:
-        """Return spins given in these units, in radians a second."""
-        return np.ldexp(spins, -self.time)
-
     def rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
         """Return impacts, the spins around impacts, or modes, given in these units, in SI units."""
         in_si = rows.copy()
-        powers = {
+        speed = self.length - self.time
+        powers = dict.fromkeys(SPIN_DTYPE.names or (), -self.time) | {
             "time_s": self.time,
             "position": self.length,
-            "acceleration": self.length - 2 * self.time,
+            "acceleration": speed - self.time,
             "spin": -self.time,
             "spin_rate": -2 * self.time,
         }
         for name in rows.dtype.names or ():
-            if rows.dtype == SPIN_DTYPE:
-                in_si[name] = self.radians_a_second(rows[name])
-            elif name.startswith("velocity"):
-                in_si[name] = self.metres_a_second(rows[name])
-            elif name in powers:
-                in_si[name] = np.ldexp(rows[name], powers[name])
-        in_si.flags.writeable = False
+            if name.startswith("velocity") or name in powers:
+                in_si[name] = np.ldexp(rows[name], powers.get(name, speed))
         return in_si
 
 
@@ -149,28 +134,13 @@ class _ScaledStart(NamedTuple):
     duration_s: float
 
 
-class RunInUnits:
+class RunInUnits(SeenRun):
     """A run in units of its own, seen in SI units: as `carom.solvers.run.Run`, or as a run of PIT."""
 
     def __init__(self, run: Any, units: Units) -> None:
-        self.log = LogInUnits(run.log, units)
-        self._run: Run = run
+        super().__init__(run, units.rows)
         self._of_frames = run
         self._units = units
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What a user should know of how the run was done."""
-        return self._run.notes
-
-    @property
-    def counts(self) -> dict[str, int]:
-        """Work so far, by name."""
-        return self._run.counts
-
-    def impacts_per_disc(self) -> NDArray[np.int64]:
-        """Return the number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        return self._run.impacts_per_disc()
 
     @property
     def frames(self) -> int:
@@ -193,43 +163,16 @@ class RunInUnits:
 
     def positions(self) -> Array:
         """Return the centres now, metres, shape ``(n, 2)``."""
-        return self._units.metres(self._run.positions())
+        return np.ldexp(self._run.positions(), self._units.length)
 
     def velocities(self) -> Array:
         """Return the velocities now, metres a second, shape ``(n, 2)``."""
-        return self._units.metres_a_second(self._run.velocities())
+        return np.ldexp(self._run.velocities(), self._units.length - self._units.time)
 
     def spins(self) -> Array | None:
         """Return the spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
         spins = self._run.spins()
-        return None if spins is None else self._units.radians_a_second(spins)
-
-
-class LogInUnits:
-    """The impacts of a run in units of its own, seen in SI units: as `carom.solvers.run.RunImpacts`."""
-
-    def __init__(self, log: RunImpacts, units: Units) -> None:
-        self._log = log
-        self._units = units
-        self.ambiguous = log.ambiguous
-        self.edges = log.edges
-
-    def __len__(self) -> int:
-        return len(self._log)
-
-    def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
-        return self._units.rows(self._log.array())
-
-    def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
-        spins = self._log.spins()
-        return None if spins is None else self._units.rows(spins)
-
-    def modes(self) -> NDArray[np.void] | None:
-        """Return where discs slide, roll or rest, as an array of `carom.trace.MODE_DTYPE`; None if nothing does."""
-        modes = self._log.modes()
-        return None if modes is None else self._units.rows(modes)
+        return None if spins is None else np.ldexp(spins, -self._units.time)
 
 
 def _is_ordinary(scene: Scene) -> bool:
