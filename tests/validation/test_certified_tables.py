@@ -176,6 +176,17 @@ def test_a_pass_that_exactly_grazes_a_vertex_is_no_impact() -> None:
     assert len(certify(table((1, 0), nearer)).trace.impacts) == 1
 
 
+def test_a_tie_on_a_half_plane_is_proven_whatever_walls_come_before_it() -> None:
+    """Two discs reach a floor at one instant: which wall of the scene that is changes but its name."""
+    discs = [Disc(position_m=(x, 1.0), velocity_m_s=(0.0, -1.0), radius_m=0.25) for x in (0.0, 0.5)]
+    floor, far = Wall(point_m=(0, 0), normal=(0, 1)), Chain(points_m=[(50, 50), (51, 50), (51, 51)])
+    for walls, name in (((floor,), -1), ((far, floor), -2)):
+        certified = certify(Scene(name="tie", discs=discs, walls=walls, duration_s=2.0))
+        assert certified.degeneracy is not None
+        assert certified.degeneracy.proven
+        assert certified.degeneracy.bodies == (name, 0, 1)
+
+
 def test_friction_on_chains_and_circles_is_certified_as_pic_computes_it() -> None:
     """Gripping and sliding on faces, arcs and vertices, with walls of their own friction: to the rounding of floats."""
     walls = (STADIUM, Ring(centre_m=(-1, 0.25), radius_m=0.25, friction=2.0))

@@ -12,64 +12,64 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.broad_phase import near_pairs, near_walls
+from carom.solvers.certified.obstacles import Exact, Plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
-from carom.walls import Wall
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from carom.scene import Scene
-    from carom.solvers.certified.obstacles import Obstacle
+    from carom.solvers.certified.ball_bodies import BallBodies
 
 #: Relative slack of the float64 search: far above its rounding, far below what would let many pairs through.
 _SLACK = 2.0**-40
 
 
-def contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degeneracy | None:
+def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
     """Return the first pair of bodies that touch or overlap at the start and approach; None where none do.
 
     Such a state has no past, so no certain future, except of a disc with the wall that it has `begun` in contact with.
+    Of finite walls nothing is said.
     """
-    for i, j in _near_bodies(scene):
-        if begun.get(i) == j:
+    for i, j in _near_bodies(bodies):
+        body = bodies.trace_body(j)
+        if begun.get(i) == body:
             continue
         if j >= 0:
-            spread, speed, gap = _pair_terms(scene, i, j)
-            pull = _pull_of_pair(scene, i, j, spread)
+            spread, speed, gap = _pair_terms(bodies.scene, i, j)
+            pull = _pull_of_pair(bodies.scene, i, j, spread)
         else:
-            offset, rim2, toward = _root_form(scene, i, j)
-            gap, speed, pull = offset * abs(offset) - rim2, -toward, pull_along_wall(scene, wall_index(j))
+            offset, rim2, toward = _root_form(bodies, i, j)
+            gap, speed, pull = offset * abs(offset) - rim2, -toward, bodies.pulls[wall_index(j)]
         if gap <= 0 and speed < 0:
             kind = Degenerate.TOUCHING_START if gap == 0 else Degenerate.OVERLAPPING_START
         elif gap <= 0 and speed == 0 and pull < 0:  # it lies there
             kind = Degenerate.RESTING_CONTACT
         else:
             continue
-        return Degeneracy(kind, (min(i, j), max(i, j)), 0.0, 0.0, proven=True, bits=0)
+        return Degeneracy(kind, (min(i, body), max(i, body)), 0.0, 0.0, proven=True, bits=0)
     return None
 
 
-def exactly_grazing(scene: Scene, i: int, j: int) -> bool:
+def exactly_grazing(bodies: BallBodies, i: int, j: int) -> bool:
     """Whether two discs on their first paths just touch in passing, or do not move at all: neither is an impact."""
-    _, d, a = _root_form(scene, i, j)
+    _, d, a = _root_form(bodies, i, j)
     return d == 0 or a == 0
 
 
-def exactly_grazing_wall(scene: Scene, i: int, k: int) -> bool:
-    """Whether a disc on its first path, a parabola, turns back exactly where it touches a wall: no impact.
+def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
+    """Whether a disc on its first path, a parabola, turns back exactly where it touches a half-plane: no impact.
 
     ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
     """
-    offset, rim2, toward = _root_form(scene, i, wall_body(k))
-    pull = _along(scene.gravity_m_s2, _half_plane(scene, k).normal)
+    offset, rim2, toward = _root_form(bodies, i, wall_body(k))
+    pull = _along(bodies.scene.gravity_m_s2, _plane(bodies, wall_body(k)).normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
 
-def exactly_simultaneous(
-    scene: Scene, obstacles: tuple[Obstacle, ...], one: tuple[int, int], other: tuple[int, int]
-) -> bool:
+def exactly_simultaneous(bodies: BallBodies, one: tuple[int, int], other: tuple[int, int]) -> bool:
     """Whether two impacts on first paths, each known to take place, are at the very same instant.
 
     Of impacts on finite walls that is not asked: it returns False.
@@ -77,9 +77,9 @@ def exactly_simultaneous(
     ``(P1 - sqrt(Q1)) / A1 = (P2 - sqrt(Q2)) / A2`` is ``k + sqrt(C) = sqrt(B)`` with k = P2 A1 - P1 A2, C = A2^2 Q1 and
     B = A1^2 Q2, which squaring twice decides.
     """
-    if any(body < 0 and obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
+    if any(body < 0 and bodies.obstacles[wall_index(body)].kind is not None for body in (one[1], other[1])):
         return False
-    (p1, q1, a1), (p2, q2, a2) = _root_form(scene, *one), _root_form(scene, *other)
+    (p1, q1, a1), (p2, q2, a2) = _root_form(bodies, *one), _root_form(bodies, *other)
     k, c, b = p2 * a1 - p1 * a2, a2 * a2 * q1, a1 * a1 * q2
     double_product = b - k * k - c  # 2 k sqrt(C), if they are the same
     if _sign(double_product) != _sign(k) * _sign(c) or double_product**2 != 4 * k * k * c:
@@ -87,23 +87,18 @@ def exactly_simultaneous(
     return k >= 0 or k * k <= c  # the left side, a root, is not negative
 
 
-def pull_along_wall(scene: Scene, k: int) -> int:
-    """Return the sign of gravity's part along a wall's normal: below 0, it pulls discs to the wall."""
-    return _sign(_along(scene.gravity_m_s2, _half_plane(scene, k).normal))
-
-
-def _half_plane(scene: Scene, k: int) -> Wall:
-    wall = scene.walls[k]
-    assert isinstance(wall, Wall)  # noqa: S101 - finite walls are not asked about here
-    return wall
+def _plane(bodies: BallBodies, body: int) -> Plane:
+    shape = bodies.obstacles[wall_index(body)].shape
+    assert isinstance(shape, Plane)  # noqa: S101 - finite walls are not asked about here
+    return shape
 
 
 def _sign(number: Fraction) -> int:
     return (number > 0) - (number < 0)
 
 
-def _along(vector: tuple[float, float], normal: tuple[float, float]) -> Fraction:
-    return sum((Fraction(vector[c]) * Fraction(normal[c]) for c in (0, 1)), Fraction(0))
+def _along(vector: tuple[float, float] | Exact, normal: tuple[float, float] | Exact) -> Fraction:
+    return Fraction(vector[0]) * Fraction(normal[0]) + Fraction(vector[1]) * Fraction(normal[1])
 
 
 def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
@@ -129,22 +124,24 @@ def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     return _sign(spread + (along if fixed[0] else -along))
 
 
-def _root_form(scene: Scene, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
-    """Return P, Q and A of a disc and any other body."""
+def _root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, Fraction, Fraction]:
+    """Return P, Q and A of a disc and any other body, a half-plane by its number among obstacles."""
+    scene = bodies.scene
     if second >= 0:
         a, b, c = _pair_terms(scene, first, second)
         return -b, b * b - a * c, a
-    disc, wall = scene.discs[first], _half_plane(scene, wall_index(second))
-    offset = _along(disc.position_m, wall.normal) - _along(wall.point_m, wall.normal)
-    rim2 = Fraction(disc.radius_m) ** 2 * _along(wall.normal, wall.normal)
-    return offset, rim2, _along(wall.drive.velocity_at(0.0), wall.normal) - _along(disc.velocity_m_s, wall.normal)
+    disc, plane, wall = scene.discs[first], _plane(bodies, second), wall_index(bodies.trace_body(second))
+    offset = _along(disc.position_m, plane.normal) - _along(plane.point, plane.normal)
+    rim2 = Fraction(disc.radius_m) ** 2 * _along(plane.normal, plane.normal)
+    drive = scene.arrays.drive_of_wall(wall).velocity_at(0.0)
+    return offset, rim2, _along(drive, plane.normal) - _along(disc.velocity_m_s, plane.normal)
 
 
-def _near_bodies(scene: Scene) -> list[tuple[int, int]]:
+def _near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
     """Return all pairs that float64 can't tell apart, in the order of their first discs, other discs before walls."""
-    start = scene.arrays
-    numbers = [k for k, wall in enumerate(start.walls) if isinstance(wall, tuple)]
-    walls = np.array([start.walls[k] for k in numbers]).reshape(-1, 4)
+    start = bodies.scene.arrays
+    numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
+    walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)
     reach = start.radius_m + _SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
     pairs = [pair for block in near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)]
     reach += _SLACK * np.abs(walls[:, :2]).max(initial=0.0)

@@ -124,7 +124,7 @@ def _meet_pair(bodies: BallBodies, i: int, j: int, at: float) -> Meeting | None:
 def _grazes(bodies: BallBodies, i: int, j: int) -> bool:
     """Whether two discs on their first paths, neither of which turns, just touch in passing."""
     straight = bodies.untouched(i, j) and not (bodies.bends(i) or bodies.bends(j))
-    return straight and exactly_grazing(bodies.scene, i, j)
+    return straight and exactly_grazing(bodies, i, j)
 
 
 def _on_a_line(d: arb, u: arb, reach: arb) -> tuple[arb | None, arb | None]:

@@ -94,4 +94,4 @@ def _grazes(bodies: BallBodies, i: int, k: int) -> bool:
     """Whether a disc on its first path turns back exactly where it touches a half-plane that stands: no impact."""
     obstacle = bodies.obstacles[k]
     asked = obstacle.kind is None and bodies.untouched(i) and not bodies.is_driven(k)
-    return asked and exactly_grazing_wall(bodies.scene, i, obstacle.wall)
+    return asked and exactly_grazing_wall(bodies, i, k)

@@ -311,7 +311,7 @@ class Attempt:
                 if bodies.falls
                 else {}
             )
-        found = contact_at_start(scene, begun)
+        found = contact_at_start(bodies, begun)
         return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
 
     def _begin(self) -> None:

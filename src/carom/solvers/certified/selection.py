@@ -211,7 +211,7 @@ class Selection:
             len(meetings) == 2
             and bodies.untouched(*involved)
             and not any(map(bodies.bends, involved))
-            and exactly_simultaneous(bodies.scene, bodies.obstacles, meetings[0][:2], meetings[1][:2])
+            and exactly_simultaneous(bodies, meetings[0][:2], meetings[1][:2])
         )
         bits = min(bodies.state_bits(body) for body in involved if body >= 0)
         latest = math.inf if kind is Degenerate.GRAZE else float_above(when)
