@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.physics.arc_time_falling import arc_time_falling
-from carom.physics.face_time_falling import foot_is_on
+from carom.physics.feature_time_falling import arc_time_falling, foot_is_on
 from carom.physics.features import Arc, Face
 from carom.physics.wall_time import wall_gap
 from carom.physics.wall_time_falling import descent_time
