@@ -222,19 +222,12 @@ class FallingBodies(Bodies):
         """
         wall = self.walls[k]
         if not isinstance(wall, tuple):
-            return self._contact_with_finite(i, k, again)
-        qx, qy, nx, ny = wall
-        _, _, vx, vy = self.seen_from(i, k)
+            self.last_hit[i] = self._hit(i, k)
+        (nx, ny), (_, _, vx, vy) = self.normal(i, k), self.seen_from(i, k)
         approach = self.leaving[i] if again else -float(wall_speed(vx, vy, nx, ny)[0])
-        return approach, float(self._pull(i, k)[0]), self.resolution_m(i, qx, qy, 0.0)
-
-    def _contact_with_finite(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
-        disc, feature = self.mover(i, k), self._expected[i, k][0].feature
-        self.last_hit[i] = self._hit(i, k)
-        nx, ny = self.normal(i, k)
-        _, _, vx, vy = self.seen_from(i, k)
-        approach = self.leaving[i] if again else -float(wall_speed(vx, vy, nx, ny)[0])
-        across = vx * ny - vy * nx
+        if isinstance(wall, tuple):
+            return approach, float(self._pull(i, k)[0]), self.resolution_m(i, *wall[:2], 0.0)
+        disc, feature, across = self.mover(i, k), self._expected[i, k][0].feature, vx * ny - vy * nx
         ax, ay = self.acceleration[i]
         pull = ax * nx + ay * ny + across * across * bend_of(feature, disc)
         return approach, pull, gap_resolution_m(disc, feature)

@@ -57,14 +57,6 @@ class BallisticRun(AllPairsRun):
             self._now = max(self._now, (time_s, 0.0))
         return outcome
 
-    def positions(self) -> NDArray[np.float64]:
-        """Centres now, metres, shape ``(n, 2)``."""
-        return self.bodies.all_at(self._now)[0]
-
-    def velocities(self) -> NDArray[np.float64]:
-        """Velocities now, metres a second, shape ``(n, 2)``."""
-        return self.bodies.all_at(self._now)[1]
-
     def spins(self) -> NDArray[np.float64] | None:
         """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
         bodies = self.bodies
@@ -74,6 +66,9 @@ class BallisticRun(AllPairsRun):
     def counts(self) -> dict[str, int]:
         """Work counts: impacts, and predictions of discs, with those at the start."""
         return {"impacts": self.impacts, "predictions": len(self.bodies) + self._counts["predictions"]}
+
+    def _present(self) -> Instant:
+        return self._now
 
     def _next_impact(self) -> tuple[Instant, int, int]:
         """Return the instant and the bodies of what comes first, solving what is bounded before it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,17 +12,21 @@ from carom.extension import Patience, extension_available, extension_notes
 from carom.scene import Scene, as_scene
 from carom.solvers.options import require_goal
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.edges import NearestEdges
 from carom.solvers.pit.frames import PlainFrameLoop
+from carom.solvers.plain.finite_walls import FiniteWall
 from carom.solvers.request import frames_of
 from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import trace_of
 from carom.solvers.units import run_in_ordinary_units
-from carom.trace import Outcome, Trace
+from carom.trace import EDGE_DTYPE, NO_EDGE, Outcome, Trace
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from numpy.typing import NDArray
 
+    from carom.disc_arrays import HalfPlane
+    from carom.outline import Outline
     from carom.solvers.pit import frame_loop
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
@@ -53,7 +58,7 @@ class FrameRun:
         loop: frame_loop.FrameLoop | PlainFrameLoop,
         clock: FrameClock,
         notes: tuple[str, ...] = (),
-        edges_of: NearestEdges | None = None,
+        edges_of: Callable[[NDArray[np.void]], NDArray[np.void]] | None = None,
         damping: Damping = UNDAMPED,
     ) -> None:
         self.clock = clock
@@ -169,9 +174,18 @@ def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
     if straight and extension_available() and not driven:
         from carom.solvers.pit import frame_loop
 
-        edges_of = None if start.arrays.has_half_planes else NearestEdges(start.arrays.walls)
+        edges_of = None if start.arrays.has_half_planes else partial(nearest_edges, start.arrays.walls)
         return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock, edges_of=edges_of)
     return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight and not driven else ())
+
+
+def nearest_edges(walls: Sequence[HalfPlane | Outline], contacts: NDArray[np.void]) -> NDArray[np.void]:
+    """Return the edges, of `carom.trace.EDGE_DTYPE`, of rows of `CONTACT_DTYPE` whose features are numbers of walls."""
+    hits = [
+        None if number < 0 or isinstance(wall := walls[number], tuple) else FiniteWall(wall).hit_from(x, y)
+        for x, y, number in contacts.tolist()
+    ]
+    return np.array([NO_EDGE if hit is None else hit.edge for hit in hits], dtype=EDGE_DTYPE)
 
 
 def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.arc_time import from_pair, reach_of
@@ -42,7 +43,11 @@ class FiniteWall:
 
     def __init__(self, outline: Outline) -> None:
         self.outline = outline
-        self.features = features_of(outline)
+
+    @cached_property
+    def features(self) -> tuple[WallFeature, ...]:
+        """Its features."""
+        return features_of(self.outline)
 
     def next_time(self, disc: Mover, last: Feature | None) -> tuple[float, WallFeature | None, bool]:
         """Return the seconds until a disc meets the wall, what of it, and whether it glides there.

@@ -114,11 +114,11 @@ class AllPairsRun:
 
     def positions(self) -> NDArray[np.float64]:
         """Centres now, metres, shape ``(n, 2)``."""
-        return self.bodies.positions_at(self.bodies.since_epoch(self.time_s))
+        return self.bodies.all_at(self._present())[0]
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
-        return self.bodies.velocities_at(self.bodies.since_epoch(self.time_s))
+        return self.bodies.all_at(self._present())[1]
 
     def spins(self) -> NDArray[np.float64] | None:
         """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
@@ -137,6 +137,10 @@ class AllPairsRun:
     def counts(self) -> dict[str, int]:
         """Work so far: impacts, of these on walls, predictions of discs after impacts, and epochs begun anew."""
         return dict(self._counts)
+
+    def _present(self) -> Instant:
+        """Return the instant that states are asked of, since the epoch."""
+        return self.bodies.since_epoch(self.time_s), 0.0
 
     def _since_start(self, time_s: float) -> float:
         """Return the time to be reported of a time since the epoch, never less than one reported before."""

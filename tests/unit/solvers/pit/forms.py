@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.edges import NearestEdges
 from carom.solvers.pit.frames import PlainFrameLoop
-from carom.solvers.pit.solve import PATIENCE, FrameRun
+from carom.solvers.pit.solve import PATIENCE, FrameRun, nearest_edges
 
 Form = Callable[[Scene, FrameClock], FrameRun]
 
 
-def edges_of(scene: Scene) -> NearestEdges | None:
-    return None if scene.arrays.has_half_planes else NearestEdges(scene.arrays.walls)
+def edges_of(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | None:
+    return None if scene.arrays.has_half_planes else partial(nearest_edges, scene.arrays.walls)
 
 
 def definition(scene: Scene, clock: FrameClock) -> FrameRun:
