@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
-from carom.solvers.certified.ball_grounds import ground_of, stretch_of
 from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.gliding import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
@@ -26,12 +25,13 @@ from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 from carom.solvers.certified.two_frictions import held, sign
 from carom.solvers.impact.resolution import gap_resolution, size_of
-from carom.trace import Mode, wall_index
+from carom.trace import Mode, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.obstacles import Exact, Obstacle
 
 _ZERO = arb(0)
 
@@ -352,3 +352,40 @@ class BallContacts:
 
 
 _RIM = End(_ZERO, _ZERO, rim=True)
+
+
+def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
+    """Return what disc `i` would lie on of an obstacle: what is straight, stands, and gravity presses discs to."""
+    obstacle = bodies.obstacles[k]
+    shape, belts = obstacle.shape, bodies.scene.arrays.belts_m_s
+    if not isinstance(shape, Plane) or bodies.pulls[k] >= 0 or bodies.is_driven(k):
+        return None
+    if belts and belts[obstacle.wall]:
+        return None
+    law, (gx, gy) = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.gravity
+    nx, ny, level = law.nx, law.ny, law.level / law.length
+    presses, along = (_ZERO - gx * nx - gy * ny) / law.length, (gx * ny - gy * nx) / law.length
+    span, never = None, {wall_body(k)}
+    if shape.stretch is not None:
+        ends = [bodies.exactly(*point) for point in shape.stretch]
+        one, other = ((x * ny - y * nx) / law.length for x, y in ends)
+        span = (one, other) if one < other else (other, one)
+        never |= {wall_body(m) for m, other in enumerate(bodies.obstacles) if _is_part_of(other, obstacle)}
+    return BallGround(wall_body(k), nx, ny, law.length, level, presses, along, span, frozenset(never))
+
+
+def stretch_of(shape: Plane | Round) -> tuple[Exact, Exact]:
+    """Return the ends of a face."""
+    if not isinstance(shape, Plane) or shape.stretch is None:
+        raise TypeError("a half-plane has no ends")
+    return shape.stretch
+
+
+def _is_part_of(other: Obstacle, face: Obstacle) -> bool:
+    """Whether an obstacle is the back of a face, or a vertex at one of its ends."""
+    if other.wall != face.wall:
+        return False
+    begin, end = stretch_of(face.shape)
+    if isinstance(other.shape, Plane):
+        return other.shape.stretch is not None and set(other.shape.stretch) == {begin, end}
+    return other.shape.radius2 == 0 and other.shape.centre in (begin, end)

@@ -19,7 +19,7 @@ from carom.solvers.certified.ball_bodies import ZERO, BallBodies
 from carom.solvers.certified.falls import falls_of, squared_gap
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ball
-from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, undecided
+from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, contacts_ahead, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.planes import to_plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
@@ -119,19 +119,16 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
     x, y, ux, uy = bodies.seen(i, at, leg)
     dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
     powers = squared_gap((dx, dy), (ux, uy), (gx, gy), law.reach2, inside=shape.inside)
-    begin = bodies.began(i, second, at)
-    for wait, certain in falls_of(powers, bodies.until(at, leg, i)):
+    for wait, meeting in contacts_ahead(bodies, i, second, at, powers, leg):
         px, py = _flown(bodies, i, dx, dy, ux, uy, wait)
-        on, time = On.INSIDE if shape.sector is None else _place(shape.sector, px, py), arb(at) + wait
-        if on is On.BESIDE or time < (arb(at) if begin is None else begin):
+        on = On.INSIDE if shape.sector is None else _place(shape.sector, px, py)
+        if on is On.BESIDE:
             continue
-        if not certain or not (begin is None or time > begin):
-            earliest = arb(at) + wait.lower().max(ZERO)
-            resting = certain or not powers[0] > 0
-            return _Touch(undecided(i, second, at, earliest, resting=resting), on if certain else On.OPEN)
+        if not meeting.decided:
+            return _Touch(meeting, on)
         closing = px * (ux + gx * wait) + py * (uy + gy * wait)
         root = closing if shape.inside else ZERO - closing
-        return _Touch(Meeting(i, second, at, time, float_above(time), near=RoundApproach(law, px, py, root, wait)), on)
+        return _Touch(meeting._replace(near=RoundApproach(law, px, py, root, wait)), on)
     return None
 
 

@@ -6,10 +6,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
+from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above
 
 if TYPE_CHECKING:
-    from carom.solvers.certified.ball_bodies import RoundLaw
+    from collections.abc import Iterator, Sequence
+
+    from carom.solvers.certified.ball_bodies import BallBodies, RoundLaw
+    from carom.solvers.certified.legs import BallLeg
 
 
 class PairApproach(NamedTuple):
@@ -118,3 +122,23 @@ def undecided(
 ) -> Meeting:
     """Return a meeting that is not certain, `time` at the earliest."""
     return Meeting(first, second, at, time, float_above(time), False, resting, proven, turning)
+
+
+def contacts_ahead(
+    bodies: BallBodies, i: int, second: int, at: float, powers: Sequence[arb], leg: BallLeg | None
+) -> Iterator[tuple[arb, Meeting]]:
+    """Yield after what waits a gap falls through zero, while both bodies move as they do, and the meetings there.
+
+    The gap is given by powers of time from `at` on. A meeting is undecided where that fall, or that it comes after both
+    paths have begun, is not certain.
+    """
+    begin, discs = bodies.began(i, second, at), [body for body in (i, second) if body >= 0]
+    for wait, certain in falls_of(powers, bodies.until(at, leg, *discs)):
+        time = arb(at) + wait
+        if time < (arb(at) if begin is None else begin):
+            continue
+        if certain and (begin is None or time > begin):
+            yield wait, Meeting(i, second, at, time, float_above(time))
+        else:
+            earliest = arb(at) + wait.lower().max(arb(0))
+            yield wait, undecided(i, second, at, earliest, resting=certain or not powers[0] > 0)

@@ -16,10 +16,10 @@ from flint import arb
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import exactly_grazing
-from carom.solvers.certified.falls import falls_of, squared_gap
+from carom.solvers.certified.falls import squared_gap
 from carom.solvers.certified.finite_walls import meet_finite
 from carom.solvers.certified.floats import float_above
-from carom.solvers.certified.meeting import Meeting, PairApproach, undecided
+from carom.solvers.certified.meeting import Meeting, PairApproach, contacts_ahead, undecided
 from carom.solvers.certified.planes import to_plane
 from carom.trace import wall_index
 
@@ -69,18 +69,13 @@ def _meet_on_curves(bodies: BallBodies, i: int, j: int, at: float, leg: BallLeg 
     (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
     d, u = (xj - xi, yj - yi), (uj - ui, vj - vi)
     powers = BallContacts(bodies).along_one(i, j, at, law.reach) or squared_gap(d, u, pull, law.reach2)
-    begin = bodies.began(i, j, at)
-    for wait, certain in falls_of(powers, bodies.until(at, leg, i, j)):
-        time = arb(at) + wait
-        if time < (arb(at) if begin is None else begin):
-            continue
-        if not certain or not (begin is None or time > begin):
-            resting = certain or not powers[0] > 0
-            return undecided(i, j, at, arb(at) + wait.lower().max(ZERO), resting=resting)
+    for wait, meeting in contacts_ahead(bodies, i, j, at, powers, leg):
+        if not meeting.decided:
+            return meeting
         near = PairApproach(*bodies.moved(i, at), *bodies.moved(j, at), *d, *u, ZERO, wait, pull)
         x, y = near.offset()
         root = ZERO - x * (u[0] + pull[0] * wait) - y * (u[1] + pull[1] * wait)
-        return Meeting(i, j, at, time, float_above(time), near=near._replace(root=root))
+        return meeting._replace(near=near._replace(root=root))
     return None
 
 

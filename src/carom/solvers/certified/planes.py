@@ -12,9 +12,8 @@ from flint import arb
 
 from carom.solvers.certified.ball_bodies import ZERO, BallBodies
 from carom.solvers.certified.exact import exactly_grazing_wall
-from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above
-from carom.solvers.certified.meeting import Meeting, WallApproach, undecided
+from carom.solvers.certified.meeting import Meeting, WallApproach, contacts_ahead, undecided
 from carom.trace import wall_index
 
 if TYPE_CHECKING:
@@ -30,18 +29,12 @@ def to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | 
 
 def _glide_to_plane(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> Meeting | None:
     """Return the impact on a plane of disc `i`, which is in contact with another."""
-    law, begin = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m), bodies.since(i, second)
+    law = bodies.wall_law(wall_index(second), bodies.scene.discs[i].radius_m)
     x, y, vx, vy = bodies.seen(i, at, leg)
     gap, speed = x * law.nx + y * law.ny - law.level, vx * law.nx + vy * law.ny
     pull = bodies.pull(i)[0] * law.nx + bodies.pull(i)[1] * law.ny
-    for wait, certain in falls_of([gap, speed, pull / 2], bodies.until(at, leg, i)):
-        time = arb(at) + wait
-        if time < begin or time < at:
-            continue
-        if not (certain and time > begin):
-            earliest = arb(at) + wait.lower().max(ZERO)
-            return undecided(i, second, at, earliest, resting=certain or not gap > 0)
-        return Meeting(i, second, at, time, float_above(time), near=WallApproach(ZERO - speed - pull * wait, wait))
+    for wait, meeting in contacts_ahead(bodies, i, second, at, [gap, speed, pull / 2], leg):
+        return meeting._replace(near=WallApproach(ZERO - speed - pull * wait, wait)) if meeting.decided else meeting
     return None
 
 
