@@ -14,13 +14,13 @@ from carom.walls import AnyWall
 def disc_at(
     x: float, y: float, vx: float = 0.0, vy: float = 0.0, *, r: float = 0.5, m: float = 1.0, **more: Any
 ) -> Disc:
-    """Return a disc at a place with a velocity, a radius and a mass; `more` is spin and inertia."""
-    return Disc(position_m=(x, y), velocity_m_s=(vx, vy), radius_m=r, mass_kg=m, **more)
+    """Return a disc at a place with a velocity, a radius and a mass; `more` is spin, inertia and drive."""
+    return Disc(**{"position_m": (x, y), "velocity_m_s": (vx, vy), "radius_m": r, "mass_kg": m, **more})
 
 
-def wall_at(x: float, y: float, nx: float, ny: float) -> Wall:
-    """Return a wall through a point, with the normal that points into the free side."""
-    return Wall(point_m=(x, y), normal=(nx, ny))
+def wall_at(x: float, y: float, nx: float, ny: float, **more: Any) -> Wall:
+    """Return a wall through a point, with the normal that points into the free side; `more` is its law and drive."""
+    return Wall(point_m=(x, y), normal=(nx, ny), **more)
 
 
 def staged(name: str, *bodies: Disc | AnyWall, **fields: Any) -> Scene:

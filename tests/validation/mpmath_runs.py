@@ -57,7 +57,7 @@ def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) ->
                 if any(g):
                     waits.append((_fall_wait(p[i], v[i], r[i], g, wall), i, -1 - k))
                 elif (i, -1 - k) != just_met:
-                    waits.append((_wall_wait(p[i], v[i], r[i], m[i], wall), i, -1 - k))
+                    waits.append((_wall_wait(p[i], v[i], r[i], m[i], wall, now), i, -1 - k))
             if rate:
                 waits = [(_slowed_wait(wait, rate), *bodies) for wait, *bodies in waits]
             found += [wait for wait in waits if wait[0] is not None]
@@ -80,7 +80,7 @@ def brute_force(scene: Scene, most: int, exact: Callable[[float], Any] = mpf) ->
         else:
             _collide(p, v, m, i, j, mpf(scene.restitution))
         _rub(scene, before, v, spin, i, j)
-        after = (*v[i], *(v[j] if j >= 0 else (mpf(0), mpf(0))))
+        after = (*v[i], *(v[j] if j >= 0 else map(mpf, scene.half_planes()[-1 - j].velocity_m_s)))
         just_met = (i, j)
         happened.append(Happened(now, i, j, after, (spin[i], spin[j] if j >= 0 else mpf(0))))
     return happened
@@ -101,14 +101,14 @@ def _pair_wait(p: Any, v: Any, r: Any, m: Any, i: int, j: int) -> Any:
     return (-b - mp.sqrt(b**2 - a * c)) / a
 
 
-def _wall_wait(p: Any, v: Any, r: Any, m: Any, wall: Wall) -> Any:
-    nx, ny = (mpf(c) for c in wall.normal)
+def _wall_wait(p: Any, v: Any, r: Any, m: Any, wall: Wall, now: Any) -> Any:
+    (nx, ny), (ux, uy) = map(mpf, wall.normal), map(mpf, wall.velocity_m_s)
     length = mp.sqrt(nx**2 + ny**2)
     nx, ny = nx / length, ny / length
-    speed = v[0] * nx + v[1] * ny
+    speed = (v[0] - ux) * nx + (v[1] - uy) * ny
     if m is None or speed >= 0:
         return None
-    return ((p[0] - wall.point_m[0]) * nx + (p[1] - wall.point_m[1]) * ny - r) / -speed
+    return ((p[0] - wall.point_m[0] - ux * now) * nx + (p[1] - wall.point_m[1] - uy * now) * ny - r) / -speed
 
 
 def _fall_wait(p: Any, v: Any, r: Any, g: Any, wall: Wall) -> Any:
@@ -129,9 +129,10 @@ def _fall_wait(p: Any, v: Any, r: Any, g: Any, wall: Wall) -> Any:
 
 def _bounce(v: Any, wall: Wall, e: Any) -> None:
     angle = mp.atan2(mpf(wall.normal[1]), mpf(wall.normal[0]))
-    c, s = mp.cos(angle), mp.sin(angle)
-    along, across = -s * v[0] + c * v[1], -e * (c * v[0] + s * v[1])
-    v[0], v[1] = c * across - s * along, s * across + c * along
+    (c, s), (ux, uy) = (mp.cos(angle), mp.sin(angle)), map(mpf, wall.velocity_m_s)
+    x, y = v[0] - ux, v[1] - uy
+    along, across = -s * x + c * y, -e * (c * x + s * y)
+    v[0], v[1] = ux + c * across - s * along, uy + s * across + c * along
 
 
 def _collide(p: Any, v: Any, m: Any, i: int, j: int, e: Any) -> None:
@@ -166,7 +167,8 @@ def _rub(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
     friction, regain = scene.friction, scene.tangential_restitution
     if j < 0:
         friction, regain = scene.wall_friction, scene.wall_tangential_restitution
-    slip, yields, rubbed = mpf(0), mpf(0), []
+    ux, uy = map(mpf, scene.half_planes()[-1 - j].velocity_m_s if j < 0 else (0.0, 0.0))
+    slip, yields, rubbed = -(ux * tx + uy * ty), mpf(0), []
     for body, side in ((i, 1), (j, -1)):
         if body < 0:
             continue

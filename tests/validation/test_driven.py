@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from mpmath import mp, mpf
+from mpmath import mp
 from tests.lengths import long_after
-from tests.stage import crushed_rows
+from tests.stage import crushed_rows, disc_at, staged, wall_at
+from tests.validation.mpmath_runs import brute_force
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Trace, Wall, solve_pic, solve_pit
 from carom.scenes import deviation, find_scenes
@@ -22,17 +23,9 @@ DRIVEN = find_scenes(["driven"])
 Vector = tuple[float, float]
 
 
-def staged(*discs: Disc, **fields: Any) -> Scene:
-    return Scene(name="driven", discs=discs, **fields)
-
-
-def disc_at(place: Vector, velocity: Vector, radius_m: float) -> Disc:
-    return Disc(position_m=place, velocity_m_s=velocity, radius_m=radius_m)
-
-
 def half_plane(x: float, nx: float, speed: float = 0.0) -> Wall:
     """A half-plane across the x axis, driven along it."""
-    return Wall(point_m=(x, 0.0), normal=(nx, 0.0), velocity_m_s=(speed, 0.0))
+    return wall_at(x, 0.0, nx, 0.0, velocity_m_s=(speed, 0.0))
 
 
 @pytest.mark.parametrize("entry", DRIVEN, ids=lambda entry: entry.name)
@@ -64,14 +57,13 @@ def a_table(seed: int) -> Scene:
     rng = random.Random(seed)
     rough = {"friction": rng.uniform(0.0, 0.5), "wall_friction": rng.uniform(0.0, 0.5)} if seed % 2 else {}
     return staged(
-        disc_at((rng.uniform(-3.5, -2.5), rng.uniform(-2.0, 2.0)), _velocity(rng), 0.25),
-        disc_at((rng.uniform(2.5, 3.5), rng.uniform(-2.0, 2.0)), _velocity(rng), 0.25),
-        Disc(position_m=(0.0, rng.uniform(1.5, 2.0)), radius_m=0.3, mass_kg=math.inf),
-        walls=[
-            Chain(points_m=[(-5, -3), (5, -3), (5, 3), (-5, 3)], bulges=[0.0, 0.5, 0.0, -0.1], closed=True),
-            Ring(centre_m=(0.0, rng.uniform(-1.5, -1.0)), radius_m=0.4),
-            Wall(point_m=(0.0, 4.0), normal=(0.1, -1.0)),
-        ],
+        "driven",
+        disc_at(rng.uniform(-3.5, -2.5), rng.uniform(-2.0, 2.0), *_velocity(rng), r=0.25),
+        disc_at(rng.uniform(2.5, 3.5), rng.uniform(-2.0, 2.0), *_velocity(rng), r=0.25),
+        disc_at(0.0, rng.uniform(1.5, 2.0), r=0.3, m=math.inf),
+        Chain(points_m=[(-5, -3), (5, -3), (5, 3), (-5, 3)], bulges=[0.0, 0.5, 0.0, -0.1], closed=True),
+        Ring(centre_m=(0.0, rng.uniform(-1.5, -1.0)), radius_m=0.4),
+        wall_at(0.0, 4.0, 0.1, -1.0),
         restitution=rng.choice([1.0, 0.9]),
         wall_restitution=rng.choice([1.0, 0.9]),
         gravity_m_s2=(0.0, -2.0) if seed % 3 == 0 else (0.0, 0.0),
@@ -145,7 +137,7 @@ def test_two_driven_walls_and_a_disc_are_a_recurrence_of_fractions(seed: int) ->
     ]
     crushed = (6 - 2 * radius) / (left - right) if left > right else None
     duration = min(Fraction(20), crushed * Fraction(7, 8)) if crushed else Fraction(20)
-    scene = staged(disc_at((0.0, 0.0), (float(speed), 0.0), 0.25), walls=walls, duration_s=float(duration))
+    scene = staged("driven", disc_at(0.0, 0.0, float(speed), r=0.25), *walls, duration_s=float(duration))
     trace, time = solve_pic(scene), Fraction(0)
     for impact in trace.impacts:
         waits = {
@@ -172,9 +164,7 @@ def test_two_driven_walls_and_a_disc_are_a_recurrence_of_fractions(seed: int) ->
 def test_speed_times_room_stays_the_same_before_a_disc_is_crushed() -> None:
     """The run ends by name, with the instant at which no room is left; each impact on the piston keeps (v - U) gap."""
     scene = staged(
-        disc_at((1.0, 0.0), (-1.0, 0.0), 0.25),
-        walls=[half_plane(0.0, 1.0), half_plane(2.0, -1.0, -0.5)],
-        duration_s=5.0,
+        "driven", disc_at(1.0, 0.0, -1.0, r=0.25), half_plane(0.0, 1.0), half_plane(2.0, -1.0, -0.5), duration_s=5.0
     )
     trace = solve_pic(scene)
     (listed,) = find_scenes(["driven/crush"])
@@ -225,7 +215,7 @@ def test_a_row_that_may_get_out_is_not_called_crushed() -> None:
         )
     (belt,) = (wall.model_copy(update={"surface_speed_m_s": 1e-9}) for wall in scene.walls)
     assert outcome(wall_friction=0.1, walls=(belt,)) is not Outcome.CRUSHED
-    beside = Disc(position_m=(0.5, 0.505), radius_m=0.25)
+    beside = disc_at(0.5, 0.505, r=0.25)
     assert outcome(discs=(disc, mallet, beside)) is Outcome.MAX_IMPACTS
     path = on_legs((0.0, (-0.5, 0.0)), (crushed_s - 2**-9, (0.5, 0.0)))
     turns = Disc(**{**dict(mallet), "velocity_m_s": (0.0, 0.0), **path})
@@ -236,8 +226,8 @@ def test_a_disc_between_edges_that_it_leaves_sideways_is_not_crushed() -> None:
     """Between two racks that close, a disc that gets out at the side goes on; one that stays is named."""
     fixed = Chain(points_m=[(0.0, -1.0), (0.0, 1.0)])
     comes = Chain(points_m=[(2.0, -1.0), (2.0, 1.0)], velocity_m_s=(-0.5, 0.0))
-    out = staged(disc_at((1.0, 0.0), (-1.0, 2.0), 0.25), walls=[fixed, comes], duration_s=5.0)
-    stays = staged(disc_at((1.0, 0.0), (-1.0, 0.01), 0.25), walls=[fixed, comes], duration_s=5.0)
+    out = staged("driven", disc_at(1.0, 0.0, -1.0, 2.0, r=0.25), fixed, comes, duration_s=5.0)
+    stays = staged("driven", disc_at(1.0, 0.0, -1.0, 0.01, r=0.25), fixed, comes, duration_s=5.0)
     assert solve_pic(out).outcome is Outcome.COMPLETED
     assert solve_pic(stays).outcome is Outcome.CRUSHED
 
@@ -283,104 +273,38 @@ def test_a_disc_that_is_rubbed_is_called_crushed_only_where_it_stays_between_the
 # --- Sixty digits ---
 
 
-def in_sixty_digits(scene: Scene, count: int) -> list[tuple[float, int, Vector, float]]:
-    """First impacts of a single disc on driven half-planes and driven discs, by formulas of their own.
-
-    Each is (time, other body, velocity after, spin after). Friction is Coulomb's, without tangential restitution.
-    """
-    mp.dps = 60
-    (disc, *others), time = scene.discs, mpf(0)
-    x, v = [mpf(c) for c in disc.position_m], [mpf(c) for c in disc.velocity_m_s]
-    w, r, k = mpf(disc.spin_rad_s), mpf(disc.radius_m), mpf(disc.inertia_factor)
-    found, last = list[tuple[float, int, Vector, float]](), None
-    for _ in range(count):
-        best: tuple[mpf, int] | None = None
-        for number in (*range(1, len(others) + 1), *(-1 - n for n in range(len(scene.walls)))):
-            if number == last:
-                continue
-            wait = _wait(scene, number, x, v, time, r)
-            if wait is not None and (best is None or wait < best[0]):
-                best = (wait, number)
-        if best is None or time + best[0] > scene.duration_s:
-            break
-        wait, last = best
-        time += wait
-        x = [c + u * wait for c, u in zip(x, v, strict=True)]
-        surface, normal, e, f = _surface(scene, last, x, time)
-        u = [a - b for a, b in zip(v, surface, strict=True)]
-        tangent = [normal[1], -normal[0]]
-        closing = -(u[0] * normal[0] + u[1] * normal[1])
-        slip = u[0] * tangent[0] + u[1] * tangent[1] + r * w
-        pressed = (1 + e) * closing
-        rub = max(-f * pressed, min(f * pressed, slip / (1 + 1 / k)))
-        v = [c + pressed * n - rub * t for c, n, t in zip(v, normal, tangent, strict=True)]
-        w -= rub / (k * r)
-        found.append((float(time), last, (float(v[0]), float(v[1])), float(w)))
-    return found
-
-
-def _wait(scene: Scene, number: int, x: list[mpf], v: list[mpf], time: mpf, r: mpf) -> mpf | None:
-    if number < 0:
-        wall = scene.walls[-1 - number]
-        assert isinstance(wall, Wall)
-        n = [mpf(c) for c in wall.normal]
-        at = [mpf(q) + mpf(u) * time for q, u in zip(wall.point_m, wall.velocity_m_s, strict=True)]
-        gap = sum((a - q) * c for a, q, c in zip(x, at, n, strict=True)) - r
-        rate = sum((a - mpf(u)) * c for a, u, c in zip(v, wall.velocity_m_s, n, strict=True))
-        return -gap / rate if rate < 0 else None
-    other = scene.discs[number]
-    d = [a - mpf(q) - mpf(u) * time for a, q, u in zip(x, other.position_m, other.velocity_m_s, strict=True)]
-    u = [a - mpf(b) for a, b in zip(v, other.velocity_m_s, strict=True)]
-    a, b = u[0] ** 2 + u[1] ** 2, d[0] * u[0] + d[1] * u[1]
-    c = d[0] ** 2 + d[1] ** 2 - (r + mpf(other.radius_m)) ** 2
-    root = b * b - a * c
-    return (-b - mp.sqrt(root)) / a if b < 0 and root > 0 else None
-
-
-def _surface(scene: Scene, number: int, x: list[mpf], time: mpf) -> tuple[list[mpf], list[mpf], mpf, mpf]:
-    """Velocity of the surface that is met, the normal from there to the disc, restitution and friction."""
-    if number < 0:
-        wall = scene.walls[-1 - number]
-        assert isinstance(wall, Wall)
-        laws = mpf(scene.wall_restitution), mpf(scene.wall_friction)
-        return [mpf(c) for c in wall.velocity_m_s], [mpf(c) for c in wall.normal], *laws
-    other = scene.discs[number]
-    at = [mpf(q) + mpf(u) * time for q, u in zip(other.position_m, other.velocity_m_s, strict=True)]
-    d = [a - b for a, b in zip(x, at, strict=True)]
-    length = mp.sqrt(d[0] ** 2 + d[1] ** 2)
-    n = [c / length for c in d]
-    rim = mpf(other.radius_m) * mpf(other.spin_rad_s)
-    velocity = [mpf(other.velocity_m_s[0]) - rim * n[1], mpf(other.velocity_m_s[1]) + rim * n[0]]
-    return velocity, n, mpf(scene.restitution), mpf(scene.friction)
-
-
 def among_mallets(seed: int) -> Scene:
     """A rough disc between driven half-planes and driven, spinning discs, on courses of their own."""
     rng = random.Random(1000 + seed)
     mallets = [
-        Disc(
-            position_m=(3.0 * math.cos(angle), 3.0 * math.sin(angle)),
-            velocity_m_s=(-rng.uniform(0.0, 1.0) * math.cos(angle), -rng.uniform(0.0, 1.0) * math.sin(angle)),
-            radius_m=rng.uniform(0.3, 0.8),
-            mass_kg=math.inf,
+        disc_at(
+            3.0 * math.cos(angle),
+            3.0 * math.sin(angle),
+            -rng.uniform(0.0, 1.0) * math.cos(angle),
+            -rng.uniform(0.0, 1.0) * math.sin(angle),
+            r=rng.uniform(0.3, 0.8),
+            m=math.inf,
             driven=True,
             spin_rad_s=rng.uniform(-5.0, 5.0),
         )
         for angle in (0.5, 2.5, 4.5)
     ]
     walls = [
-        Wall(
-            point_m=(6.0 * math.cos(angle), 6.0 * math.sin(angle)),
-            normal=(-math.cos(angle), -math.sin(angle)),
+        wall_at(
+            6.0 * math.cos(angle),
+            6.0 * math.sin(angle),
+            -math.cos(angle),
+            -math.sin(angle),
             velocity_m_s=(rng.uniform(-0.5, 0.5), rng.uniform(-0.5, 0.5)),
         )
         for angle in (0.3, 1.9, 3.5, 5.1)
     ]
     puck = Disc(position_m=(0.0, 0.0), velocity_m_s=_velocity(rng), radius_m=0.4, spin_rad_s=rng.uniform(-5.0, 5.0))
     return staged(
+        "driven",
         puck,
         *mallets,
-        walls=walls,
+        *walls,
         restitution=rng.uniform(0.6, 1.0),
         wall_restitution=rng.uniform(0.6, 1.0),
         friction=rng.uniform(0.0, 0.6),
@@ -393,14 +317,16 @@ def agreed(seeds: range) -> int:
     compared = 0
     for seed in seeds:
         scene = among_mallets(seed)
-        trace, known = solve_pic(scene, max_impacts=6), in_sixty_digits(scene, 6)
+        with mp.workdps(60):
+            trace, known = solve_pic(scene, max_impacts=6), brute_force(scene, 6)
         assert len(trace.impacts) == len(known)
         assert trace.spins is not None
-        for row, spins, (time_s, other, after, spin) in zip(trace.impacts, trace.spins, known, strict=True):
-            assert (row["first"], row["second"]) == (0, other)
-            assert abs(row["time_s"] - time_s) < 1e-9, (seed, time_s)
-            assert np.allclose(row["velocity_first_after"], after, rtol=0.0, atol=1e-8), (seed, time_s)
-            assert abs(spins["first_after"] - spin) < 1e-7
+        for row, spins, one in zip(trace.impacts, trace.spins, known, strict=True):
+            assert (row["first"], row["second"]) == (one.first, one.second)
+            assert abs(row["time_s"] - float(one.time)) < 1e-9, (seed, one.time)
+            after = [float(v) for v in one.after[:2]]
+            assert np.allclose(row["velocity_first_after"], after, rtol=0.0, atol=1e-8), (seed, one.time)
+            assert abs(spins["first_after"] - float(one.spins[0])) < 1e-7
             compared += 1
     return compared
 
@@ -454,13 +380,11 @@ def test_energy_is_what_is_given_less_what_is_lost(seed: int) -> None:
 @pytest.mark.parametrize("mass", [1e8, 1e12])
 def test_a_driven_disc_is_the_limit_of_a_heavy_one(mass: float) -> None:
     """A free disc of 1e8 or 1e12 kg in its place makes a difference of some masses' quotient."""
-    driven = Disc(
-        position_m=(2.0, 0.3), velocity_m_s=(-1.0, 0.25), radius_m=0.5, mass_kg=math.inf, driven=True, spin_rad_s=3.0
-    )
+    driven = disc_at(2.0, 0.3, -1.0, 0.25, m=math.inf, driven=True, spin_rad_s=3.0)
     heavy = driven.model_copy(update={"mass_kg": mass, "driven": False})
     laws = {"friction": 0.25, "restitution": 0.8, "duration_s": 2.0}
-    puck = Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.0), radius_m=0.5, spin_rad_s=-2.0)
-    one, two = (solve_pic(staged(puck, other, **laws)) for other in (driven, heavy))
+    puck = disc_at(0.0, 0.0, 2.0, spin_rad_s=-2.0)
+    one, two = (solve_pic(staged("driven", puck, other, **laws)) for other in (driven, heavy))
     assert len(one.impacts) == len(two.impacts) == 1
     off = np.abs(one.final_velocity_m_s - two.final_velocity_m_s).max()
     assert 0.0 < off < 20.0 / mass
@@ -478,9 +402,9 @@ def test_a_body_that_starts_at_a_touching_disc_strikes_it_at_that_instant(falls:
     """A wall, an edge and a mallet that start at 1 s at 2 m/s give a disc that touches them 4 m/s, at 1 s exactly."""
     legs, end = on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0))), 2.0
     gravity = (0.0, -1.0) if falls else (0.0, 0.0)
-    mallet = Disc(position_m=(-0.5, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, **legs)
+    mallet = disc_at(-0.5, 0.0, m=math.inf, driven=True, **legs)
     for bodies in (
-        {"walls": [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), **legs)]},
+        {"walls": [wall_at(0.0, 0.0, 1.0, 0.0, **legs)]},
         {"walls": [Chain(points_m=[(0.0, -9.0), (0.0, 9.0)], **legs)]},
         {"walls": [], "discs": [mallet]},
     ):
@@ -488,7 +412,7 @@ def test_a_body_that_starts_at_a_touching_disc_strikes_it_at_that_instant(falls:
             continue  # the disc falls past it
         discs, walls = bodies.get("discs", []), bodies["walls"]
         trace = solve_pic(
-            staged(disc_at((0.25, 0.0), (0.0, 0.0), 0.25), *discs, walls=walls, gravity_m_s2=gravity, duration_s=end)
+            staged("driven", disc_at(0.25, 0.0, r=0.25), *discs, *walls, gravity_m_s2=gravity, duration_s=end)
         )
         assert trace.impacts["time_s"].tolist() == [1.0]
         assert trace.impacts["velocity_first_after"][0, 0] == 4.0
@@ -504,12 +428,11 @@ def test_a_path_in_many_pieces_is_the_same_path() -> None:
 
     def scene(moves: dict[str, Any]) -> Scene:
         return staged(
-            disc_at((0.5, 0.25), (4.0, -3.0), 0.25),
-            Disc(position_m=(4.0, 4.0), radius_m=0.5, mass_kg=math.inf, driven=True, **moves),
-            walls=[
-                Chain(points_m=[(-6, -6), (6, -6), (6, 6), (-6, 6)], closed=True),
-                Chain(points_m=[(3.0, -2.0), (3.5, 2.0)], half_width_m=0.125, **moves),
-            ],
+            "driven",
+            disc_at(0.5, 0.25, 4.0, -3.0, r=0.25),
+            disc_at(4.0, 4.0, m=math.inf, driven=True, **moves),
+            Chain(points_m=[(-6, -6), (6, -6), (6, 6), (-6, 6)], closed=True),
+            Chain(points_m=[(3.0, -2.0), (3.5, 2.0)], half_width_m=0.125, **moves),
             duration_s=12.0,
         )
 
@@ -530,9 +453,9 @@ def test_a_disc_and_a_wall_on_random_legs_are_a_recurrence_of_fractions(seed: in
     legs = [(Fraction(0), Fraction(0)), *((begin, Fraction(rng.randint(-8, 8), 16)) for begin in begins)]
     walls = [
         half_plane(0.0, 1.0),
-        Wall(point_m=(32.0, 0.0), normal=(-1.0, 0.0), **on_legs(*((float(t), (float(u), 0.0)) for t, u in legs))),
+        wall_at(32.0, 0.0, -1.0, 0.0, **on_legs(*((float(t), (float(u), 0.0)) for t, u in legs))),
     ]
-    scene = staged(disc_at((1.0, 0.0), (-8.0, 0.0), 0.25), walls=walls, duration_s=20.0)
+    scene = staged("driven", disc_at(1.0, 0.0, -8.0, r=0.25), *walls, duration_s=20.0)
     trace = solve_pic(scene)
     assert solve_pic_framewise(scene).impacts.tobytes() == trace.impacts.tobytes()
     time, place, speed, far = Fraction(0), Fraction(1), Fraction(-8), [Fraction(32)]
@@ -564,12 +487,12 @@ def test_a_belt_gives_a_disc_what_friction_holds_it_by() -> None:
     The other side of a line runs the other way.
     """
     for side, belt in (
-        (1.0, Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=1.5)),
+        (1.0, wall_at(0.0, 0.0, 0.0, 1.0, surface_speed_m_s=1.5)),
         (1.0, Chain(points_m=[(-3.0, 0.0), (3.0, 0.0)], surface_speed_m_s=1.5)),
         (-1.0, Chain(points_m=[(-3.0, 0.0), (3.0, 0.0)], surface_speed_m_s=1.5)),
     ):
         scene = staged(
-            disc_at((0.0, side), (0.0, -side), 0.25), walls=[belt], wall_friction=1.0, duration_s=2.0, frame_rate_hz=64
+            "driven", disc_at(0.0, side, 0.0, -side, r=0.25), belt, wall_friction=1.0, duration_s=2.0, frame_rate_hz=64
         )
         for trace in (solve_pic(scene), solve_pit(scene)):
             assert trace.impacts["velocity_first_after"].tolist() == [[-0.5 * side, side]]
@@ -584,17 +507,14 @@ def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses() -> No
     T of friction, both as seen from the driven surface.
     """
     scene = staged(
-        Disc(position_m=(1.0, 0.5), velocity_m_s=(5.0, -3.0), radius_m=0.25, mass_kg=2.0, spin_rad_s=5.0),
-        Disc(
-            position_m=(3.0, 2.5), radius_m=0.5, mass_kg=math.inf, driven=True, velocity_m_s=(-0.2, 0.1), spin_rad_s=4
+        "driven",
+        disc_at(1.0, 0.5, 5.0, -3.0, r=0.25, m=2.0, spin_rad_s=5.0),
+        disc_at(3.0, 2.5, -0.2, 0.1, m=math.inf, driven=True, spin_rad_s=4),
+        Chain(points_m=[(-3, -2), (4, -2), (4, 4), (-3, 4)], closed=True, surface_speed_m_s=1.25),
+        Chain(
+            points_m=[(-2.0, -1.0), (-2.5, 1.0)],
+            **on_legs((0.0, (0.5, 0.0)), (2.0, (-0.25, 0.25)), (4.5, (0.0, -0.25))),
         ),
-        walls=[
-            Chain(points_m=[(-3, -2), (4, -2), (4, 4), (-3, 4)], closed=True, surface_speed_m_s=1.25),
-            Chain(
-                points_m=[(-2.0, -1.0), (-2.5, 1.0)],
-                **on_legs((0.0, (0.5, 0.0)), (2.0, (-0.25, 0.25)), (4.5, (0.0, -0.25))),
-            ),
-        ],
         restitution=0.95,
         wall_restitution=0.98,
         friction=0.05,
@@ -627,25 +547,25 @@ def test_the_books_of_energy_balance_with_legs_belts_friction_and_losses() -> No
 def test_a_disc_that_friction_or_a_third_body_may_free_is_not_called_crushed(freed_by: str) -> None:
     """What turns and is rubbed, is struck, or has something in its way, may get out; a wall that turns back lets it."""
     fixed, comes = Chain(points_m=[(0.0, -1.0), (0.0, 1.0)]), Chain(points_m=[(2.0, -1.0), (2.0, 1.0)])
-    squeezed = disc_at((1.0, 0.0), (-1.0, 0.01), 0.25)
+    squeezed = disc_at(1.0, 0.0, -1.0, 0.01, r=0.25)
     closing = comes.model_copy(update={"velocity_m_s": (-0.5, 0.0)})
-    called = solve_pic(staged(squeezed, walls=[fixed, closing], duration_s=5.0))
+    called = solve_pic(staged("driven", squeezed, fixed, closing, duration_s=5.0))
     assert called.outcome is Outcome.CRUSHED
     beyond = len(called.impacts) + 100
     if freed_by == "a wall that turns back":
         turns = Chain(**{**dict(comes), **on_legs((0.0, (-0.5, 0.0)), (2.998046875, (0.5, 0.0)))})
-        free = solve_pic(staged(squeezed, walls=[fixed, turns], duration_s=5.0))
+        free = solve_pic(staged("driven", squeezed, fixed, turns, duration_s=5.0))
         assert free.outcome is Outcome.COMPLETED
         assert len(free.impacts) > beyond
     elif freed_by == "friction":
         walls = [fixed.model_copy(update={"friction": 0.1}), closing]
-        assert solve_pic(staged(squeezed, walls=walls, duration_s=5.0)).outcome is Outcome.CRUSHED
+        assert solve_pic(staged("driven", squeezed, *walls, duration_s=5.0)).outcome is Outcome.CRUSHED
         turning = squeezed.model_copy(update={"spin_rad_s": 24.0})
-        free = solve_pic(staged(turning, walls=walls, duration_s=5.0), max_impacts=beyond)
+        free = solve_pic(staged("driven", turning, *walls, duration_s=5.0), max_impacts=beyond)
         assert free.outcome is not Outcome.CRUSHED
     else:
-        beside = disc_at((1.0, 0.505), (0.0, 0.0), 0.25)
-        crowded = staged(squeezed, beside, walls=[fixed, closing], duration_s=5.0)
+        beside = disc_at(1.0, 0.505, r=0.25)
+        crowded = staged("driven", squeezed, beside, fixed, closing, duration_s=5.0)
         assert solve_pic(crowded, max_impacts=beyond).outcome is not Outcome.CRUSHED
 
 
@@ -665,14 +585,13 @@ def test_seen_from_a_moving_frame_legs_do_the_same(seed: int) -> None:
         rng.seed(f"galileo {seed}")
         u, v = drive
         return staged(
-            disc_at((0.0, rng.uniform(-2.0, 2.0)), (rng.uniform(2.0, 4.0) + u, 1.0 + v), 0.3),
-            disc_at((0.0, 3.0), (rng.uniform(-4.0, -2.0) + u, v), 0.3),
-            Disc(position_m=(0.0, -3.2), radius_m=0.4, mass_kg=math.inf, driven=True, **legs(drive)),
-            walls=[
-                Chain(points_m=[(-5, -4), (5, -4), (5, 4), (-5, 4)], closed=True, velocity_m_s=drive),
-                Chain(points_m=[(-2.5, -1), (-2.5, 1)], half_width_m=0.1, **legs(drive)),
-                Ring(centre_m=(2.5, 0.0), radius_m=0.4, **legs(drive)),
-            ],
+            "driven",
+            disc_at(0.0, rng.uniform(-2.0, 2.0), rng.uniform(2.0, 4.0) + u, 1.0 + v, r=0.3),
+            disc_at(0.0, 3.0, rng.uniform(-4.0, -2.0) + u, v, r=0.3),
+            disc_at(0.0, -3.2, r=0.4, m=math.inf, driven=True, **legs(drive)),
+            Chain(points_m=[(-5, -4), (5, -4), (5, 4), (-5, 4)], closed=True, velocity_m_s=drive),
+            Chain(points_m=[(-2.5, -1), (-2.5, 1)], half_width_m=0.1, **legs(drive)),
+            Ring(centre_m=(2.5, 0.0), radius_m=0.4, **legs(drive)),
             gravity_m_s2=(0.0, -1.0) if seed % 2 else (0.0, 0.0),
             wall_friction=0.2,
             duration_s=5.0,
