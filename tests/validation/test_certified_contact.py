@@ -146,15 +146,6 @@ def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
         assert abs(mpf(float(certified.trace.modes["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
 
 
-@pytest.mark.parametrize(("name", "bodies"), [("contact/pressed", (-1, 0, 1)), ("contact/corner", (-2, -1, 0))])
-def test_what_has_no_answer_ends_by_name(name: str, bodies: tuple[int, ...]) -> None:
-    """A disc that is driven into the wall that it lies on, and one that two walls hold."""
-    (entry,) = find_scenes([name])
-    certified = certify(entry.scene)
-    assert certified.degeneracy is not None
-    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, bodies)
-
-
 def test_a_disc_that_rolls_slowly_over_an_edge_ends_by_name() -> None:
     """At 2 m/s, below sqrt(g R), it does not fly off; the edge's end is named."""
     (entry,) = find_scenes(["contact/edge"])

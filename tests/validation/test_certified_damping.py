@@ -11,22 +11,7 @@ from tests.drawn import small
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Scene, certify, solve_pic
-from carom.comparator.horizon import horizon_of
-from carom.scenes import deviation, find_scenes
 from carom.solvers.certified.result import Ending
-
-DAMPED = [entry for entry in find_scenes(["contact"]) if entry.scene.damping_per_s]
-
-
-@pytest.mark.parametrize("entry", DAMPED, ids=lambda entry: entry.name)
-def test_every_damped_scene_of_contact_is_proven(entry: object) -> None:
-    """To within a few roundings of its closed form, and PIC agrees."""
-    scene, known = entry.scene, entry.known  # type: ignore[attr-defined]
-    certified, trace = certify(scene), solve_pic(scene)
-    assert certified.ending is Ending.COMPLETED
-    assert max(certified.final_position_radius_m.max(), certified.final_velocity_radius_m_s.max()) < 1e-14
-    assert deviation(certified.trace, known, scene) < 1e-14
-    assert horizon_of(certified, trace, tolerance=1e-12).covers_the_scene
 
 
 @pytest.mark.parametrize("damping", [1e-9, 0.5, 30.0])

@@ -13,10 +13,8 @@ from tests.stage import disc_at, staged, wall_at
 
 from carom import Chain, Disc, Outcome, Ring, Scene, certify, solve_pic
 from carom.comparator.horizon import horizon_of
-from carom.scenes import deviation, find_scenes
 from carom.solvers.certified.result import Degenerate, Ending
 
-TABLES = [entry for entry in find_scenes(["contact"]) if entry.scene.table_deceleration_m_s2]
 BOX = [wall_at(-1, 0, 1, 0), wall_at(4, 0, -1, 0), wall_at(0, -1, 0, 1), wall_at(0, 3, 0, -1)]
 SURROUNDS = (
     (),
@@ -24,16 +22,6 @@ SURROUNDS = (
     [Chain(points_m=((-1, -1), (4, -1.2), (4.2, 3), (-1, 3.1)), closed=True)],
     [Ring(centre_m=(1.2, 0.8), radius_m=3.0)],
 )
-
-
-@pytest.mark.parametrize("entry", TABLES, ids=lambda entry: entry.name)
-def test_every_table_of_contact_is_proven(entry: object) -> None:
-    """To within a few roundings of its closed form."""
-    scene, known = entry.scene, entry.known  # type: ignore[attr-defined]
-    certified = certify(scene)
-    assert certified.ending is Ending.COMPLETED
-    assert max(certified.final_position_radius_m.max(), certified.final_velocity_radius_m_s.max()) < 1e-15
-    assert deviation(certified.trace, known, scene) < 1e-15
 
 
 def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() -> None:

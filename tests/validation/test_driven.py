@@ -15,38 +15,15 @@ from tests.stage import crushed_rows, disc_at, staged, wall_at
 from tests.validation.mpmath_runs import brute_force
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Trace, Wall, solve_pic, solve_pit
-from carom.scenes import deviation, find_scenes
-from carom.scenes.entry import CatalogueScene
+from carom.scenes import find_scenes
 from carom.trace import kinetic_energy, work_of_driven
 
-DRIVEN = find_scenes(["driven"])
 Vector = tuple[float, float]
 
 
 def half_plane(x: float, nx: float, speed: float = 0.0) -> Wall:
     """A half-plane across the x axis, driven along it."""
     return wall_at(x, 0.0, nx, 0.0, velocity_m_s=(speed, 0.0))
-
-
-@pytest.mark.parametrize("entry", DRIVEN, ids=lambda entry: entry.name)
-def test_every_driven_scene_has_its_known_answer(entry: CatalogueScene) -> None:
-    """Times, velocities and the end are those of the closed form, to 1e-14 of the scene's own sizes.
-
-    Of a disc that is about to be crushed the place is known to what it flies in the last digit of the time.
-    """
-    trace = solve_pic(entry.scene)
-    flown = np.spacing(trace.end_time_s) * float(np.hypot(*trace.final_velocity_m_s.T).max())
-    assert deviation(trace, entry.known, entry.scene) < 1e-14 + flown
-
-
-def test_a_run_in_pieces_is_the_same_run() -> None:
-    """Algorithm 2, which stops at every frame, has the bits of the event-driven run."""
-    from carom import solve_pic_framewise
-
-    for entry in DRIVEN:
-        whole, pieces = solve_pic(entry.scene), solve_pic_framewise(entry.scene)
-        assert whole.impacts.tobytes() == pieces.impacts.tobytes(), entry.name
-        assert whole.final_position_m.tobytes() == pieces.final_position_m.tobytes(), entry.name
 
 
 # --- Galileo ---

@@ -1,44 +1,47 @@
 from __future__ import annotations
 
-from collections.abc import Callable
-
+import numpy as np
 import pytest
-from tests.lengths import long_after
+from tests.lengths import long_after, sampled
 
-from carom import Outcome, Scene, Trace, solve_pic, solve_pic_framewise
-from carom.scenes import CatalogueScene, Tag, catalogue, deviation
+from carom import Outcome, solve_pic, solve_pic_framewise
+from carom.scenes import CatalogueScene, Tag, all_scenes, catalogue, deviation
 from carom.trace import kinetic_energy
 
 ENTRIES = list(catalogue().values())
-each_entry = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.name)
-each_pic = pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
+each_scene = pytest.mark.parametrize("entry", all_scenes().values(), ids=lambda entry: entry.name)
 
 #: Some ten thousand roundings: a chain of tens of impacts, each of tens of operations, on well-conditioned scenes.
 ROUNDING = 1e-12
+#: Where a scene goes through few.
+BOUNDS = {"contact": 1e-14, "driven": 1e-14}
+#: Where no answer goes on.
+ENDS = {"driven/crush": Outcome.CRUSHED, "contact/pressed": Outcome.PRESSED, "contact/corner": Outcome.CORNER}
 
 
-@each_pic
-@each_entry
-def test_pic_reproduces_the_known_answer(entry: CatalogueScene, solve: Callable[[Scene], Trace]) -> None:
-    """Both forms of PIC agree with mathematics to rounding in every scene; each answer names its own source."""
-    trace = solve(entry.scene)
-    assert trace.outcome is Outcome.COMPLETED
-    assert deviation(trace, entry.known, entry.scene) <= ROUNDING
+@each_scene
+def test_pic_reproduces_the_known_answer(entry: CatalogueScene) -> None:
+    """PIC agrees with mathematics to rounding in every scene; each answer names its own source.
+
+    Of a disc that is about to be crushed the place is known to what it flies in the last digit of the time. An impact
+    is reported as ambiguous in the scenes of shared simultaneous contact, and in no other.
+    """
+    trace = solve_pic(entry.scene)
+    assert trace.outcome is ENDS.get(entry.name, Outcome.COMPLETED)
+    assert bool(trace.ambiguous) == bool(entry.known.convention)
+    crushed = trace.outcome is Outcome.CRUSHED
+    flown = np.spacing(trace.end_time_s) * float(np.hypot(*trace.final_velocity_m_s.T).max()) if crushed else 0.0
+    assert deviation(trace, entry.known, entry.scene) <= BOUNDS.get(entry.group, ROUNDING) + flown
 
 
-@each_pic
-@pytest.mark.parametrize("entry", [pytest.param(entry, id=entry.name) for entry in ENTRIES])
-def test_pic_says_where_there_is_no_unique_answer(entry: CatalogueScene, solve: Callable[[Scene], Trace]) -> None:
-    """An impact is reported as ambiguous in the scenes of shared simultaneous contact, and in no other."""
-    assert bool(solve(entry.scene).ambiguous) == (Tag.CONVENTION in entry.tags)
-
-
-@pytest.mark.parametrize("frame_rate_hz", long_after(1, [24.0, 7.0, 333.0]))
-@each_entry
-def test_the_frame_rate_is_nothing_to_algorithm_2(entry: CatalogueScene, frame_rate_hz: float) -> None:
-    """PIC frame by frame (the paper's Algorithm 2) gives the known answer at any frame rate."""
-    trace = solve_pic_framewise(entry.scene, frame_rate_hz=frame_rate_hz)
-    assert deviation(trace, entry.known, entry.scene) <= ROUNDING
+@pytest.mark.parametrize("frame_rate_hz", long_after(1, [None, 24.0, 7.0, 333.0]))
+@pytest.mark.parametrize("entry", sampled("issues", "contact", "engines", "spin", "tables", "driven"))
+def test_algorithm_2_has_the_bits_of_pic_at_any_frame_rate(entry: CatalogueScene, frame_rate_hz: float | None) -> None:
+    """PIC frame by frame (the paper's Algorithm 2) gives the same impacts and the same end."""
+    whole, framewise = solve_pic(entry.scene), solve_pic_framewise(entry.scene, frame_rate_hz=frame_rate_hz)
+    assert framewise.impacts.tobytes() == whole.impacts.tobytes()
+    assert framewise.final_position_m.tobytes() == whole.final_position_m.tobytes()
+    assert (framewise.outcome, framewise.ambiguous) == (whole.outcome, whole.ambiguous)
 
 
 #: Where every restitution is 1 and something collides; a fall turns height into speed: see test_gravity.
