@@ -251,19 +251,6 @@ class DiscArrays:
         """Whether all walls, if any, are half-planes."""
         return all(isinstance(wall, tuple) for wall in self.walls)
 
-    def require_undriven(self, solver: str) -> None:
-        """Refuse a start with a driven body.
-
-        Raises:
-            InputError: There is one; the message names the first, and the solver.
-        """
-        if not self.driven:
-            return
-        wall = next((f"wall {k}" for k, drive in enumerate(self.wall_drives or ()) if not drive.stands), None)
-        belt = next((f"the surface of wall {k}" for k, speed in enumerate(self.belts_m_s or ()) if speed), None)
-        body = wall or belt or f"disc {self.driven_discs[0]}"
-        raise InputError(f"{body} is driven, which {solver} does not support; solve_pic and solve_pit do")
-
     @property
     def has_plain_walls(self) -> bool:
         """Whether all walls are half-planes with the scene's own coefficients."""

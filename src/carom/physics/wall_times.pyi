@@ -4,10 +4,6 @@ from typing_extensions import disjoint_base
 
 from carom.physics.double_double import Pair
 
-def half_plane_time(
-    x: float, y: float, vx: float, vy: float, radius: float, qx: float, qy: float, nx: float, ny: float
-) -> float: ...
-
 @disjoint_base
 class Features:
     def __new__(cls, rows: Sequence[Sequence[float]]) -> Features: ...

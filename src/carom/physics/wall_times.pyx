@@ -6,14 +6,6 @@ from carom.constants cimport INF
 from carom.physics.double_double cimport DoubleDouble
 from carom.physics.feature_time cimport feature_time
 from carom.physics.features cimport FEATURE_NUMBERS, Feature, Mover, feature_from
-from carom.physics.wall_time cimport wall_time
-
-
-def half_plane_time(
-    double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny
-):
-    """Return `carom.physics.wall_time.wall_time`, to the bit."""
-    return wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
 
 
 cdef class Features:

@@ -22,6 +22,7 @@ from carom.trace import (
     EDGE_DTYPE,
     IMPACT_DTYPE,
     SPIN_DTYPE,
+    body_name,
     edge_array,
     impact_array,
     mode_array,
@@ -51,6 +52,12 @@ def standstill_impacts(bodies: int) -> int:
 def gliding_note(disc: int, wall: int, time_s: float) -> str:
     """Return what a user is told of a run that ends since a disc glides along a wall."""
     return f"disc {disc} glides along wall {wall} from {time_s:.17g} s on"
+
+
+def crushing_note(disc: int, between: tuple[int, int], time_s: float) -> str:
+    """Return what a user is told of a run that ends since a disc is crushed between two bodies."""
+    one, other = map(body_name, between)
+    return f"disc {disc} is crushed between {one} and {other} at {time_s:.17g} s"
 
 
 class LastContact(NamedTuple):

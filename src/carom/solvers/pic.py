@@ -59,12 +59,7 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
             del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
             return BallisticRun(start, **asked)
-        compiled, driven = extension_available() and not all_pairs, start.arrays.driven
-        if compiled and driven:
-            from carom.solvers.plain.driven import DrivenRun
-
-            return DrivenRun(start, **asked)
-        if compiled and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
+        if extension_available() and not all_pairs and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
             return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
 
@@ -88,8 +83,8 @@ def solve_pic(
     """Run a scene by event-driven PIC, the reference that everything else is held to.
 
     Args:
-        scene: The scene, or its name in the catalogue; discs and walls of any number. With gravity or driven bodies,
-            some hundred discs, see `docs/gravity.md`.
+        scene: The scene, or its name in the catalogue; discs and walls of any number. With gravity some hundred discs,
+            see `docs/gravity.md`.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: Keep "all" impacts, or "none". How many each disc had is counted always.

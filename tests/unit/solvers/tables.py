@@ -8,6 +8,7 @@ from typing import Any
 
 from carom import Chain, Disc, Ring, Scene, Wall
 from carom.errors import SceneError
+from carom.walls import Leg
 
 
 def random_scene(rnd: random.Random) -> Scene:
@@ -51,6 +52,36 @@ def random_scene(rnd: random.Random) -> Scene:
         friction=rnd.choice((0.0, 0.25)),
         duration_s=40.0,
     )
+
+
+def driven(rnd: random.Random) -> Scene | None:
+    """Return a random table of which walls are driven or are belts, perhaps with mallets; None where bodies overlap."""
+    exact = rnd.random() < 0.5
+
+    def part(size: float) -> float:
+        return rnd.randint(-4, 4) / 4 * size if exact else rnd.uniform(-size, size)
+
+    def legs() -> tuple[Leg, ...]:
+        starts, speed = [0.0], rnd.choice((0.1, 1.0))
+        for _ in range(rnd.choice((0, 0, 1, 4, 39))):
+            starts.append(starts[-1] + rnd.choice((0.25, 1.0, rnd.uniform(0.01, 2.0))))
+        return tuple(Leg(from_s=begin, velocity_m_s=(part(speed), part(speed))) for begin in starts)
+
+    def mallet() -> Disc:
+        place, radius = (rnd.randint(-24, 24) / 4, rnd.randint(-24, 20) / 4), rnd.choice((0.25, 0.5))
+        return Disc(position_m=place, radius_m=radius, mass_kg=math.inf, driven=True, legs=legs())
+
+    try:
+        scene = random_scene(rnd)
+        walls = [
+            wall.model_copy(update={"legs": rnd.choice(((), legs())), "surface_speed_m_s": rnd.choice((0.0, 0.0, 0.5))})
+            for wall in scene.walls
+        ]
+        discs = [*scene.discs, *[mallet() for _ in range(rnd.choice((0, 0, 1, 2)))]]
+        rnd.shuffle(discs)
+        return Scene(**{**dict(scene), "discs": discs, "walls": walls})
+    except SceneError:
+        return None
 
 
 def drawn(seed: str) -> tuple[Scene, dict[str, Any]] | None:

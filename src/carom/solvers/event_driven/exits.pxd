@@ -114,13 +114,6 @@ cdef inline double meet_features(
     return wait
 
 
-cdef inline bint glides_there(const State *s, Index i, Index k) noexcept nogil:
-    """Whether disc `i`, whose next impact would be on feature `k`, comes to glide along it."""
-    cdef Mover disc = mover_of(&s.discs[i])
-    f = &s.features[k]
-    return f.kind == INNER_ARC and feature_time(&disc, f, s.discs[i].last == -1 - k).glides
-
-
 cdef inline void predict_exit(State *s, Index i, bint features) noexcept nogil:
     """Predict when disc `i` crosses an edge of its cell, or meets an obstacle before that; `features` says what these are.
 

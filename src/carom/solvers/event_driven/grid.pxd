@@ -141,6 +141,12 @@ cdef inline void take(State *s, Index i, Index row, Index column) noexcept nogil
     cell.disc[PLACES - 1] = <int>(CHAINED - head) if head != NOBODY else NOBODY
 
 
+cdef inline void take_out(State *s, Index i) noexcept nogil:
+    """Take disc `i` out of the cell in which it is."""
+    cdef Index cell = s.predictions[i].cell
+    take(s, i, cell >> COLUMN_BITS, cell & COLUMN_MASK)
+
+
 cdef inline Index number_of(double place, Index count) noexcept nogil:
     """Return the row or column, of `count`, that a place (in cells from the first) is in; NaN is in the first."""
     if not place > 0.0:
@@ -186,7 +192,7 @@ cdef inline void cross_edge(State *s, Index i) noexcept nogil:
     cdef Index edge = s.predictions[i].edge
     cdef Index row = cell >> COLUMN_BITS
     cdef Index column = cell & COLUMN_MASK
-    take(s, i, row, column)
+    take_out(s, i)
     row += <Index>(edge == UP) - <Index>(edge == DOWN)
     column += <Index>(edge == RIGHT) - <Index>(edge == LEFT)
     put(s, i, row, column)

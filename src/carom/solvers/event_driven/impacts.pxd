@@ -4,11 +4,12 @@ from cython cimport unlikely
 from libc.math cimport sqrt
 
 from carom.physics.arc_time cimport reach_of
-from carom.physics.feature_time cimport normal_at
+from carom.physics.feature_time cimport Direction, normal_at
 from carom.physics.features cimport FACE, PLANE, VERTEX, Feature, Mover
 from carom.solvers.event_driven.exits cimport mover_of
 from carom.solvers.event_driven.grid cimport widen
 from carom.solvers.event_driven.layout cimport *
+from carom.solvers.event_driven.paths cimport driven_row, seen_by, surface_of
 from carom.solvers.impact.law cimport collide_discs, collide_wall
 from carom.solvers.impact.record cimport record_impact
 from carom.solvers.impact.resolution cimport (
@@ -114,7 +115,7 @@ cdef inline void carry_out_wall(State *s, Index i, Index k, double time, bint wa
     cdef Before before = Before([a.vx, a.vy], [0.0, 0.0])
     cdef Body body = body_of(s, i, turns)
     cdef Spins spins
-    along = collide_wall(&s.law, &w, &body, elastic, turns, &spins)
+    along = collide_wall(&s.law, &w, NULL, &body, elastic, turns, &spins)
     a.impacts += 1
     a.last = <int>(-1 - k)
     s.counts.wall_impacts += 1
@@ -131,11 +132,12 @@ cdef inline void carry_out_wall(State *s, Index i, Index k, double time, bint wa
 
 
 cdef inline double feature_resolution(
-    const Feature *f, const Disc *a, const double *before, double speed, bint again
+    const Feature *f, const Disc *a, double ux, double uy, double speed, bint again
 ) noexcept nogil:
-    """Return how well the instant is known at which a disc met a feature at a speed along the normal.
+    """Return how well the instant is known at which a disc with a velocity u, as seen from there, met a feature.
 
-    One that comes back to an arc with nothing between meets it a chord later, whatever the gap: `again`.
+    `speed` is that along the normal. One that comes back to an arc with nothing between meets it a chord later, whatever
+    the gap: `again`.
     """
     cdef Mover disc = mover_of(a)
     sizes = size_of(a.x, a.y, a.radius)
@@ -147,13 +149,13 @@ cdef inline double feature_resolution(
         return wall_resolution(sizes + size_of(f.x.high, f.y.high, f.half_width), speed)
     if f.kind == VERTEX:
         sizes += size_of(f.x.high, f.y.high, f.half_width)
-        return pair_resolution(sizes, a.radius + f.half_width, before[0], before[1], speed)
+        return pair_resolution(sizes, a.radius + f.half_width, ux, uy, speed)
     sizes += size_of(f.x.high, f.y.high, f.size.high + f.half_width)
-    return pair_resolution(sizes, reach_of(&disc, f).high, before[0], before[1], speed)
+    return pair_resolution(sizes, reach_of(&disc, f).high, ux, uy, speed)
 
 
-cdef inline void carry_out_feature(State *s, Index i, Index k, double time, bint wanted) noexcept nogil:
-    """Carry out the impact of disc `i`, which moves, on feature `k`, as `carry_out_pair` does."""
+cdef inline Direction carry_out_feature(State *s, Index i, Index k, double time, bint wanted) noexcept nogil:
+    """Carry out the impact of disc `i`, which moves, on feature `k`, as `carry_out_pair` does; return the normal."""
     a = &s.discs[i]
     f = &s.features[k]
     law = &s.wall_laws[f.wall]
@@ -163,13 +165,23 @@ cdef inline void carry_out_feature(State *s, Index i, Index k, double time, bint
     cdef bint elastic = is_one_contact(s, i)
     move(a, s.clock.now)
     widen(&s.visited, a.x, a.y)
-    cdef Mover disc = mover_of(a)
-    cdef Before before = Before([a.vx, a.vy], [0.0, 0.0])
+    cdef Disc relative
+    cdef const Disc *seen = a
+    cdef Surface surface = Surface(0.0, 0.0, 0.0)
+    row = driven_row(&s.driving, -1 - <Index>f.wall)
+    if row != NULL:
+        relative = seen_by(s, a, row, a.time)
+        seen = &relative
+        surface = surface_of(s, row, a.time)
+    cdef Mover disc = mover_of(seen)
+    cdef Before before = Before([a.vx, a.vy], [surface.vx, surface.vy])
     cdef Body body = body_of(s, i, turns)
     cdef Spins spins
     normal = normal_at(f, &disc)
     cdef Wall w = Wall(f.x.high, f.y.high, normal.x, normal.y)
-    along = collide_wall(law, &w, &body, elastic, turns, &spins)
+    ux = seen.vx
+    uy = seen.vy
+    along = collide_wall(law, &w, &surface if row != NULL else NULL, &body, elastic, turns, &spins)
     a.impacts += 1
     a.last = <int>(-1 - k)
     s.counts.wall_impacts += 1
@@ -178,10 +190,12 @@ cdef inline void carry_out_feature(State *s, Index i, Index k, double time, bint
         if turns:
             s.record.spins[s.record.count] = spins
         if s.record.locates:
-            s.record.contacts[s.record.count] = Contact(a.x, a.y, k)
-        known = feature_resolution(f, a, before.first, -along, again) + clock_resolution(s.clock.reported)
+            s.record.contacts[s.record.count] = Contact(seen.x, seen.y, k)
+        known = feature_resolution(f, a if f.kind == PLANE else seen, ux, uy, -along, again)
+        known += clock_resolution(s.clock.reported)
         record_impact(
             &s.record, s.clock.reported, i, -1 - <Index>f.wall, -w.nx, -w.ny, &before, &a.vx, before.second, known,
             law.wall_contact.friction > 0.0, True, False, NO_FEATURE if f.kind == PLANE else <int>k,
             law.wall_restitution == 1.0,
         )
+    return normal

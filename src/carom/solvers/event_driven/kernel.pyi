@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from typing_extensions import Buffer
 
 DISC_DTYPE: Final[np.dtype[np.void]]
+TO_AND_FRO_DTYPE: Final[np.dtype[np.void]]
 
 @final
 class Kernel:
@@ -19,7 +20,10 @@ class Kernel:
         walls: NDArray[np.float64],
         features: NDArray[np.float64],
         materials: NDArray[np.float64],
+        driven: NDArray[np.float64],
+        legs: NDArray[np.float64],
         decides: Callable[[int, int, bool], bool] | None,
+        crushes: Callable[[int], bool] | None,
         locates: bool,
         law: tuple[float, float, float, float, float, float, float],
         standstill: int,
@@ -37,6 +41,8 @@ class Kernel:
     def spins(self) -> NDArray[np.float64] | None: ...
     @property
     def discs(self) -> NDArray[np.void]: ...
+    @property
+    def to_and_fro(self) -> NDArray[np.void] | None: ...
     @property
     def counts(self) -> dict[str, int]: ...
     @property

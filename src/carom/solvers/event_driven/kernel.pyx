@@ -1,8 +1,8 @@
 """The event-driven kernel: takes a run forward from event to event.
 
 Read `layout.pxd` first: the structs, and the words. Then `queue.pxd` (which disc comes next), `grid.pxd`,
-`obstacles.pxd` and `exits.pxd` (who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next), `impacts.pxd`, the rooms of `impact/` that
-all solvers share, and here the loop. All of these are inlined here. No result depends on the cells, nor on the pieces in which a run is taken.
+`obstacles.pxd` and `exits.pxd` (who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next),
+`paths.pxd` and `driven.pxd` (what is driven), `impacts.pxd`, the rooms of `impact/` that all solvers share, and here the loop. All of these are inlined here. No result depends on the cells, nor on the pieces in which a run is taken.
 """
 
 from cython cimport unlikely
@@ -14,9 +14,10 @@ from carom.constants cimport EPOCH_IMPACTS, LOOKS_PER_PREDICTION
 from carom.physics.double_double cimport greater, two_sum
 from carom.physics.features cimport FEATURE_NUMBERS, INNER_ARC, feature_from
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
-from carom.solvers.event_driven.exits cimport glides_there, predict_exit
+from carom.solvers.event_driven.driven cimport glides_there, meet_driven_discs, meet_driven_walls
+from carom.solvers.event_driven.exits cimport predict_exit
 from carom.solvers.event_driven.grid cimport (
-    box_of, cell_count, choose_grid, cross_edge, crowding, fill_cells, note_sizes, tile_count,
+    box_of, cell_count, choose_grid, cross_edge, crowding, fill_cells, note_sizes, take_out, tile_count,
 )
 from carom.solvers.event_driven.impacts cimport (
     bring_clock, carry_out_feature, carry_out_pair, carry_out_wall, move, reported_time,
@@ -24,8 +25,10 @@ from carom.solvers.event_driven.impacts cimport (
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.lookahead cimport *
 from carom.solvers.event_driven.obstacles cimport find_obstacles
+from carom.solvers.event_driven.paths cimport bring_driven, count_legs_anew, forget_ended_leg
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
 from carom.solvers.event_driven.scan cimport predict_impact
+from carom.solvers.event_driven.to_and_fro cimport crushes_one, is_crushed
 from carom.solvers.impact.ambiguity cimport forget
 from carom.solvers.impact.record cimport ambiguous_rows, free_record, has_room, is_recorded, taken_rows
 
@@ -38,6 +41,8 @@ cdef enum:
 
 cdef Disc _disc
 DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
+cdef ToAndFro _to_and_fro
+TO_AND_FRO_DTYPE = np.asarray(<ToAndFro[:1]>&_to_and_fro).dtype
 
 
 cdef void forget_chord(State *s, Index i) noexcept nogil:
@@ -57,6 +62,8 @@ cdef void new_epoch(State *s) noexcept nogil:
     for i in range(s.disc_count):
         if s.feature_count > 0:
             forget_chord(s, i)
+        if s.driving.count > 0:
+            forget_ended_leg(s, i)
         move(&s.discs[i], s.clock.now)
         s.discs[i].time = 0.0
         if s.law.contact_duration > 0.0:
@@ -66,56 +73,82 @@ cdef void new_epoch(State *s) noexcept nogil:
     s.clock.epoch = total.high
     s.clock.epoch_rest += total.low
     s.clock.now = 0.0
+    count_legs_anew(s)
     s.counts.epochs += 1
     s.counts.epoch_impacts = 0
     s.counts.predicted = 0
 
 
+cdef void fill_all_cells(State *s) noexcept nogil:
+    """Put every disc into its cell but those that are driven."""
+    cdef Index k
+    fill_cells(s)
+    for k in range(s.driving.count):
+        if s.driving.rows[k].body >= 0:
+            take_out(s, s.driving.rows[k].body)
+
+
 cdef inline Index next_unpredicted(State *s) noexcept nogil:
     """Return the disc to be predicted next, where an epoch begins."""
     if s.counts.predicted == 0:
-        fill_cells(s)
+        fill_all_cells(s)
     s.counts.predicted += 1
     return s.counts.predicted - 1
 
 
-cdef void exit_among_features(State *s, Index i) noexcept nogil:
-    predict_exit(s, i, True)
+cdef void predict_special(State *s, Index i, Change change) noexcept nogil:
+    """Predict what has changed of disc `i`'s future where walls have features or something is driven: after `predict_impact`."""
+    if s.driving.count > 0 and change != OF_CELL:
+        meet_driven_discs(s, i)
+    if change != OF_PARTNER:
+        predict_exit(s, i, s.feature_count > 0)
+        if s.driving.count > 0:
+            meet_driven_walls(s, i)
 
 
 #: Called through a pointer: what is called once GCC makes part of the caller, where it would cost all others their speed.
-ctypedef void (*PredictExit)(State *, Index) noexcept nogil
-cdef PredictExit predict_special_exit = exit_among_features
+ctypedef void (*Predict)(State *, Index, Change) noexcept nogil
+cdef Predict predict_apart = predict_special
 
 
 cdef inline void predict(State *s, Index i, Change change) noexcept nogil:
     """Predict what has changed of disc `i`'s future, and tell the queue."""
     if change != OF_TIME:
         predict_impact(s, i, change)
-        if change != OF_PARTNER:
-            if unlikely(s.feature_count > 0):
-                predict_special_exit(s, i)
-            else:
-                predict_exit(s, i, False)
+        if unlikely(s.looks_apart):
+            predict_apart(s, i, change)
+        elif change != OF_PARTNER:
+            predict_exit(s, i, False)
     set_time(&s.queue, i, event_time(&s.predictions[i]))
 
 
 cdef bint carry_out_any(State *s, Index first, Index second, double time, bint wanted) noexcept nogil:
-    """Carry out an impact where something turns, or walls have features; return False where a disc comes to glide instead.
+    """Carry out an impact where something turns or is driven, or walls have features; return False where the run ends.
 
-    Out of the loop's way, in which it would cost all others their speed.
+    A disc comes to glide instead, or is crushed: `State.stopped` says which. Out of the loop's way, in which it would cost
+    all others their speed.
     """
+    cdef bint crushed = False
     if second >= 0:
+        if s.driving.count > 0:
+            bring_driven(s, first, greater(time, s.clock.now))
+            bring_driven(s, second, greater(time, s.clock.now))
         carry_out_pair(s, first, second, time, wanted, s.record.turns)
+        crushed = s.to_and_fro != NULL and crushes_one(s, first, second)
     elif s.feature_count == 0:
         carry_out_wall(s, first, -1 - second, time, wanted, True)
-    elif glides_there(s, first, -1 - second):
+    elif glides_there(s, first, -1 - second, time):
         bring_clock(s, time)
         s.gliding = first
+        s.stopped = GLIDES
         return False
     else:
-        carry_out_feature(s, first, -1 - second, time, wanted)
-    return True
+        normal = carry_out_feature(s, first, -1 - second, time, wanted)
+        if s.to_and_fro != NULL:
+            wall = s.features[-1 - second].wall
+            crushed = is_crushed(s, first, -1 - wall, <int>(-1 - second), normal.x, normal.y)
+    s.stopped = CRUSHED
+    return not crushed
 
 
 #: Called through a pointer: what is called once GCC makes part of the caller.
@@ -126,6 +159,10 @@ cdef CarryOut carry_out_special = carry_out_any
 cdef bint ask(void *asked, int one, int other, bint elastic) noexcept with gil:
     """Ask Python whether the order of impacts on two features matters: at corners, so seldom."""
     return (<object>asked)(one, other, elastic)
+
+
+cdef bint ask_of_crush(void *asked, int disc) noexcept with gil:
+    return (<object>asked)(disc)
 
 
 cdef Ending take_forward(State *s, double until, Index impacts, Index events) noexcept nogil:
@@ -173,13 +210,14 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
             if event.kind == WALL_IMPACT:
                 if unlikely(s.is_special):
                     if not carry_out_special(s, event.disc, -1 - s.predictions[event.disc].obstacle, time, wanted):
-                        return GLIDES
+                        return s.stopped
                 else:
                     carry_out_wall(s, event.disc, s.predictions[event.disc].obstacle, time, wanted, False)
             else:
                 pair = pair_of(s, event.disc)
                 if unlikely(s.is_special):
-                    carry_out_special(s, pair.first, pair.second, time, wanted)
+                    if not carry_out_special(s, pair.first, pair.second, time, wanted):
+                        return s.stopped
                 else:
                     carry_out_pair(s, pair.first, pair.second, time, wanted, False)
                 changed[0], changed[1] = pair.first, pair.second
@@ -240,6 +278,10 @@ cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
     s.grid.list_of = <unsigned int *>reserve(&end, tile_count(&s.grid) * sizeof(int))
     s.walls = <Wall *>reserve(&end, s.wall_count * sizeof(Wall))
     s.features = <Feature *>reserve(&end, s.feature_count * sizeof(Feature))
+    s.driving.rows = <Driven *>reserve(&end, s.driving.count * sizeof(Driven))
+    s.driving.legs = <Leg *>reserve(&end, s.driving.leg_count * sizeof(Leg))
+    to_and_fro = <ToAndFro *>reserve(&end, s.disc_count * sizeof(ToAndFro) if s.driving.leg_count > 0 else 0)
+    s.to_and_fro = to_and_fro if s.driving.leg_count > 0 else NULL
     s.wall_laws = <Law *>reserve(&end, s.wall_count * sizeof(Law) if s.feature_count > 0 else 0)
     s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
     turning = <Turning *>reserve(&end, s.disc_count * sizeof(Turning) if s.record.turns else 0)
@@ -260,6 +302,12 @@ cdef class Kernel:
             are half-planes with the coefficients of the law.
         materials: Where there are features, restitution and friction of each wall, shape ``(k, 2)``.
         decides: Called with the numbers of two features and whether both are elastic: `are_decidable` of them.
+        driven: Bodies that are driven, and walls whose surface runs, walls first, each in ascending order: rows of the
+            body (a wall is -1 less its number), how many legs its path has, and how fast its surface runs. Where there
+            are some, so are features of all walls.
+        legs: Of all these paths in turn the legs: rows of when they begin and end (seconds since the start), how far the
+            body has moved by then (two columns, metres), and its velocity.
+        crushes: Called with the number of a disc that has gone to and fro for long: whether it is crushed.
         locates: Whether where impacts are is recorded with them.
         turning: Spin and inverse inertia ratio of each disc, shape ``(n, 2)``: see `Turning` in structs.pxd; no rows if no disc spins.
         law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none),
@@ -276,11 +324,13 @@ cdef class Kernel:
     cdef object recent_memory
     cdef object cells_memory  # of cells chosen since the start
     cdef object decides
+    cdef object crushes
 
     def __cinit__(
         self, const double[:, ::1] position, const double[:, ::1] velocity, const double[::1] radius,
         const double[::1] inverse_mass, const double[:, ::1] turning, const double[:, ::1] walls,
-        const double[:, ::1] features, const double[:, ::1] materials, decides, bint locates, law, Index standstill,
+        const double[:, ::1] features, const double[:, ::1] materials, const double[:, ::1] driven,
+        const double[:, ::1] legs, decides, crushes, bint locates, law, Index standstill,
         double cell_factor=1.0,
     ):
         s = &self.s
@@ -297,6 +347,8 @@ cdef class Kernel:
             raise ValueError(f"features must have {FEATURE_NUMBERS} columns, and at most {MOST_OBSTACLES} rows")
         if features.shape[0] > 0 and not (materials.shape[0] == walls.shape[0] and materials.shape[1] == 2):
             raise ValueError("materials must have two columns, and a row a wall")
+        if not (driven.shape[1] == 3 and legs.shape[1] == 6):
+            raise ValueError("driven must have three columns, and legs six")
         s.disc_count = n
         s.wall_count = walls.shape[0]
         s.feature_count = features.shape[0]
@@ -304,9 +356,13 @@ cdef class Kernel:
         s.looks_ahead = n >= AHEAD_FROM
         s.record.turns = turning.shape[0] > 0
         s.record.locates = locates
-        s.is_special = s.record.turns or s.feature_count > 0
-        self.decides = decides
+        s.driving.count = driven.shape[0]
+        s.driving.leg_count = legs.shape[0]
+        s.looks_apart = s.feature_count > 0 or s.driving.count > 0
+        s.is_special = s.record.turns or s.looks_apart
+        self.decides, self.crushes = decides, crushes
         s.record.corners.decides, s.record.corners.asked = ask, <void *>decides
+        s.crushes, s.asked = ask_of_crush, <void *>crushes
         restitution, wall_restitution, contact_duration, friction, tangential, wall_friction, wall_tangential = law
         s.law = Law(
             restitution, wall_restitution, contact_duration, ContactFriction(friction, tangential),
@@ -345,12 +401,35 @@ cdef class Kernel:
         for i in range(s.wall_count if s.feature_count > 0 else 0):
             s.wall_laws[i] = s.law
             s.wall_laws[i].wall_restitution, s.wall_laws[i].wall_contact.friction = materials[i, 0], materials[i, 1]
+        self.lay_out_paths(driven, legs)
         if s.feature_count > 0:
-            done = find_obstacles(&s.grid, NULL, s.features, s.feature_count)
+            done = find_obstacles(&s.grid, NULL, s.features, s.feature_count, &s.driving)
         else:
-            done = find_obstacles(&s.grid, s.walls, NULL, s.wall_count)
+            done = find_obstacles(&s.grid, s.walls, NULL, s.wall_count, &s.driving)
         if not done:
             raise MemoryError("no memory for what the cells know of the walls")
+
+    cdef lay_out_paths(self, const double[:, ::1] driven, const double[:, ::1] legs):
+        """Fill the rows of what is driven."""
+        s = &self.s
+        cdef Index i, k, first
+        cdef Index leg = 0
+        for i in range(s.driving.count):
+            row = &s.driving.rows[i]
+            row[0] = Driven(<Index>driven[i, 0], leg, <Index>driven[i, 1], 0, 0, 0.0, 0.0, driven[i, 2])
+            leg += row.leg_count
+            if row.body >= 0:
+                row.x, row.y = s.discs[row.body].x, s.discs[row.body].y
+            for k in range(s.feature_count if row.body < 0 else 0):
+                if s.features[k].wall == -1 - row.body:
+                    row.first_feature = row.first_feature if row.feature_count > 0 else k
+                    row.feature_count += 1
+        for i in range(s.driving.leg_count):
+            s.driving.legs[i] = Leg(
+                legs[i, 0], legs[i, 1], legs[i, 0], legs[i, 1], legs[i, 2], legs[i, 3], legs[i, 4], legs[i, 5]
+            )
+        for i in range(s.disc_count if s.to_and_fro != NULL else 0):
+            s.to_and_fro[i] = ToAndFro(NO_BODY, NO_OBSTACLE, NO_BODY, NO_OBSTACLE, 0.0, 0.0, 0)
 
     def __dealloc__(self):
         free_record(&self.s.record)
@@ -364,6 +443,8 @@ cdef class Kernel:
                 ending = loop(&self.s, until, impacts, events)
             if ending == OUTGROWN:
                 self.choose_cells_anew()
+        if ending == CRUSHED:  # if it is not, as Ctrl-C came first, the discs that struck each other go on from there
+            self.s.counts.predicted = 0
         if ending == NO_MEMORY:
             raise MemoryError("no memory for more recorded impacts: record a window of them, or none")
         return ending
@@ -382,11 +463,13 @@ cdef class Kernel:
         cdef unsigned char[::1] memory = cells
         s.grid.cells = <Cell *>&memory[0]
         s.grid.list_of = <unsigned int *>(s.grid.cells + cell_count(&s.grid))
-        fill_cells(s)
+        fill_all_cells(s)
         looks = <double>(s.counts.beyond - old.beyond) * s.feature_count / (s.counts.predictions - old.predictions + 1)
         s.grid.lists = NULL
         s.grid.listed = s.grid.list_room = 0
-        if 9.0 * (crowding(s) - crowded) < looks and find_obstacles(&s.grid, NULL, s.features, s.feature_count):
+        if 9.0 * (crowding(s) - crowded) < looks and find_obstacles(
+            &s.grid, NULL, s.features, s.feature_count, &s.driving
+        ):
             free(old.lists)
             self.cells_memory = cells
             s.counts.choices += 1
@@ -469,6 +552,12 @@ cdef class Kernel:
         size = self.s.disc_count * sizeof(Turning)
         return self.rows(self.s.turning, size).view(np.float64)[::2] if self.s.record.turns else None
 
+    @property
+    def to_and_fro(self):
+        """How each disc goes to and fro: an array with the fields of `ToAndFro` in layout.pxd; None if no body is driven."""
+        size = self.s.disc_count * sizeof(ToAndFro)
+        return None if self.s.to_and_fro == NULL else self.rows(self.s.to_and_fro, size).view(TO_AND_FRO_DTYPE)
+
     def state(self):
         """Return a copy of all that the run needs to go on, by name: what is predicted is rebuilt."""
         recent = self.recent_memory.copy() if self.s.record.wanted else None
@@ -476,6 +565,7 @@ cdef class Kernel:
             "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
             "clock": self.s.clock, "counts": self.s.counts, "virial": self.s.virial,
             "spins": self.spins.copy() if self.s.record.turns else None,
+            "to_and_fro": None if self.s.to_and_fro == NULL else self.to_and_fro.copy(),
         }
 
     def resume(self, state):
@@ -487,6 +577,9 @@ cdef class Kernel:
             self.recent_memory[:] = state["recent"]
         if self.s.record.turns:
             self.spins[:] = state["spins"]
+        if self.s.to_and_fro != NULL:
+            self.to_and_fro[:] = state["to_and_fro"]
         self.s.clock, self.s.counts, self.s.virial = state["clock"], state["counts"], state["virial"]
+        count_legs_anew(&self.s)
         self.s.counts.predicted = 0
         self.s.grid.predictions, self.s.grid.beyond = self.s.counts.predictions, self.s.counts.beyond

@@ -7,7 +7,8 @@ since the start: see `Clock`. Walls, spins, the law and recorded impacts are tho
 from carom.constants cimport INF
 from carom.physics.features cimport Feature
 from carom.solvers.impact.structs cimport (
-    NO_FEATURE, NOBODY, Before, Body, Contact, ContactFriction, Impact, Index, Law, Recent, Record, Spins, Turning, Wall,
+    NO_FEATURE, NOBODY, Before, Body, Contact, ContactFriction, Impact, Index, Law, Recent, Record, Spins, Surface, Turning,
+    Wall,
 )
 
 cdef enum:
@@ -60,7 +61,8 @@ cdef enum Ending:  # of a call of the loop; run.py has the same numbers
     PAUSE = 3  # as many events have been dealt with as were asked for
     NO_MEMORY = 4  # for another recorded impact
     GLIDES = 5  # a disc comes to glide along an arc: contact, and no impact
-    OUTGROWN = 6  # cells are to be chosen anew, as discs have been looked after beyond them: see grid.pxd
+    CRUSHED = 6  # a disc has no room left before the end
+    OUTGROWN = 7  # cells are to be chosen anew, as discs have been looked after beyond them: see grid.pxd
 
 cdef struct Event:
     EventKind kind
@@ -89,6 +91,47 @@ cdef struct Prediction:  # 32 bytes: what comes next for a disc
     short obstacle  # of `exit_time`, NO_OBSTACLE where that is of an edge
     signed char edge  # of `exit_time`, NO_EDGE where that is of an obstacle
     signed char exact  # whether `impact_time` is the time itself
+
+# ---- what is driven ----
+
+cdef struct Leg:  # of a driven body's path
+    double begin  # since the epoch
+    double end  # INF for the last
+    double begins  # the same two since the start
+    double ends
+    double moved_x  # how far the body has moved when it begins, metres
+    double moved_y
+    double vx
+    double vy
+
+cdef struct Driven:  # a body that is driven, or a wall whose surface runs
+    Index body  # disc, or -1 - that wall
+    Index first_leg  # of its path
+    Index leg_count  # 0 where only its surface moves
+    Index first_feature  # of a wall
+    Index feature_count
+    double x  # of a disc, where it was at the start
+    double y
+    double belt  # of a wall: see `Surface`
+
+cdef struct Driving:
+    Driven *rows  # walls, then discs, each in ascending order
+    Leg *legs
+    Index count  # of rows
+    Index leg_count
+
+cdef struct ToAndFro:  # how often in a row a disc has gone from one body to one exactly opposite, and back
+    int last  # body that it struck last, or NO_BODY
+    int last_obstacle  # as which that is numbered, NO_OBSTACLE for a disc
+    int across  # the same of the other side, in this row
+    int across_obstacle
+    double nx  # unit vector from the last to the disc
+    double ny
+    Index row
+
+#: Whether a disc that has gone to and fro for long is crushed before what is asked for ends.
+ctypedef bint (*Crushes)(void *asked, int disc) noexcept nogil
+
 
 # ---- cells ----
 
@@ -199,7 +242,8 @@ cdef struct State:  # all that a run consists of
     Index gliding  # where a run has ended in `GLIDES`, the disc that does
     Index standstill  # impacts at one instant from which on time no longer advances
     bint looks_ahead  # whether memory is fetched before it is needed
-    bint is_special  # whether something turns, or there are features: impacts are carried out away from the loop
+    bint looks_apart  # whether there are features, or something is driven: some of what comes next is predicted elsewhere
+    bint is_special  # whether something turns or is driven, or there are features: impacts are carried out away from the loop
     double virial  # sum of impulse times distance of centres over all impacts of two discs, newton metre seconds
     Clock clock
     Law law
@@ -209,3 +253,8 @@ cdef struct State:  # all that a run consists of
     Candidates candidates
     Record record
     Box visited  # where the discs began, and have struck features: their paths turn there
+    Driving driving
+    ToAndFro *to_and_fro  # of each disc; NULL if no body is driven
+    Crushes crushes
+    void *asked
+    Ending stopped  # where an impact has ended the run, how

@@ -21,6 +21,7 @@ from carom.physics.double_double cimport greater, lesser
 from carom.physics.features cimport FACE, PLANE, VERTEX, Feature
 from carom.physics.pair_time cimport Bounded, approach
 from carom.solvers.event_driven.layout cimport *
+from carom.solvers.event_driven.paths cimport moves
 
 cdef enum Side:  # of an obstacle, on which tiles lie
     CLEAR = 0  # no disc in them meets it
@@ -173,9 +174,15 @@ cdef inline bint list_obstacles(
     return list_obstacles(g, walls, features, half, near, kept) and list_obstacles(g, walls, features, c, near, kept)
 
 
-cdef inline bint find_obstacles(Grid *g, const Wall *walls, const Feature *features, Index count) noexcept nogil:
-    """Give every tile the list of what a disc in it may meet, features if there are any; return whether there is memory."""
+cdef inline bint find_obstacles(
+    Grid *g, const Wall *walls, const Feature *features, Index count, const Driving *driving
+) noexcept nogil:
+    """Give every tile the list of what a disc in it may meet, features if there are any; return whether there is memory.
+
+    Those of driven walls are in none.
+    """
     cdef Index k
+    cdef Index kept = 0
     g.area.left = edge(g.x0, g.width, g.columns, 1)
     g.area.right = edge(g.x0, g.width, g.columns, g.columns + 1)
     g.area.low = edge(g.y0, g.width, g.rows, 1)
@@ -184,8 +191,9 @@ cdef inline bint find_obstacles(Grid *g, const Wall *walls, const Feature *featu
     if numbers == NULL:
         return False
     for k in range(count):
-        numbers[k] = <int>k
-    cdef bint done = add_list(g, numbers, 0) and add_list(g, numbers, count)
-    done = done and list_obstacles(g, walls, features, Tiles(0, g.tiles, 0, g.rows // 2 + 1), numbers, count)
+        numbers[kept] = <int>k
+        kept += features == NULL or not moves(driving, features[k].wall)
+    cdef bint done = add_list(g, numbers, 0) and add_list(g, numbers, kept)
+    done = done and list_obstacles(g, walls, features, Tiles(0, g.tiles, 0, g.rows // 2 + 1), numbers, kept)
     free(numbers)
     return done

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.physics.numbered import numbers_of
+from carom.physics.numbered import FEATURE_NUMBERS, numbers_of
 from carom.physics.wall_features import WallFeature, are_decidable, features_of
 from carom.trace import EDGE_DTYPE, NO_EDGE
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from carom.disc_arrays import DiscArrays
     from carom.outline import Outline
+    from carom.physics.features import Feature
 
 #: As many as the kernel numbers: `MOST_OBSTACLES` of layout.pxd.
 MOST_OBSTACLES = 32_767
@@ -26,7 +27,7 @@ def obstacles_at_most(start: DiscArrays) -> int:
 
 
 class Obstacles:
-    """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients.
+    """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients, or are driven.
 
     Attributes:
         rows: Their numbers, one row each, as `carom.physics.numbered.numbers_of` gives them.
@@ -43,13 +44,18 @@ class Obstacles:
             for part in features_of(wall):
                 self._finite[len(rows)] = wall, part
                 rows.append(numbers_of(part.feature, number))
-        self.rows = np.array(rows, np.float64)
-        self.materials = np.array(start.materials, np.float64)
+        self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
+        self.materials = np.array(start.materials, np.float64).reshape(-1, 2)
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
+
+    def feature(self, obstacle: int) -> Feature | None:
+        """Return the feature of a finite wall that is numbered; None for a half-plane, and for no number."""
+        found = self._finite.get(obstacle)
+        return None if found is None else found[1].feature
 
     def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
         """Return the edges that impacts were on, of `carom.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""

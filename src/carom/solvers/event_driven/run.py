@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,6 +12,7 @@ from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.physics.numbered import FEATURE_NUMBERS
+from carom.solvers.event_driven.driven import Crushes, driven_rows
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import gliding_note, standstill_impacts
@@ -22,18 +23,20 @@ from carom.trace import Outcome
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from carom.driving import Course
     from carom.solvers.event_driven import kernel
     from carom.solvers.run import Progress, Start
 
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
 _EVENTS = 100_000
 #: `Ending` of layout.pxd.
-_DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES = range(6)
+_DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED = range(7)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
     _LIMIT: Outcome.MAX_IMPACTS,
     _STANDSTILL: Outcome.STANDSTILL,
     _GLIDES: Outcome.GLIDES,
+    _CRUSHED: Outcome.CRUSHED,
 }
 _NEVER = 2**62
 _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyond", "choices", "epochs")
@@ -45,6 +48,8 @@ class RunState(NamedTuple):
     kernel: Mapping[str, Any]  # see `Kernel.state` in kernel.pyx
     time_s: float
     fixed: Mapping[str, Any]  # what no impact changes, by name, except radii and masses, which the kernel's rows hold
+    ended: Outcome | None  # how an impact has ended the run
+    notes: tuple[str, ...]
 
 
 class EventDrivenRun:
@@ -64,9 +69,9 @@ class EventDrivenRun:
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity, damping or a driven body, or walls of more sides and vertices than can be
-            numbered; discs given as arrays overlap, an option is outside its range, or `resume` is the state of a run
-            of another scene; the message names what differs.
+        InputError: The scene has gravity or damping, or walls of more sides and vertices than can be numbered; discs
+            given as arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene;
+            the message names what differs.
         MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
@@ -80,6 +85,7 @@ class EventDrivenRun:
         resume: RunState | None = None,
         cell_factor: float = 1.0,
     ) -> None:
+        duration_s = 0.0 if isinstance(start, DiscArrays) else start.duration_s
         if not isinstance(start, DiscArrays):
             from carom.solvers.plain.bodies import require_supported  # with it pydantic, which arrays do without
 
@@ -88,15 +94,19 @@ class EventDrivenRun:
             start.require_ordinary()
         elif resume is None:
             start.require_apart()
-        start.require_undriven("the event-driven kernel")
         self.options = RunOptions(record, window_s, contact_duration_s)
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
-        obstacles = None if start.has_plain_walls else _obstacles_of(start)
-        self._kernel = _kernel_of(start, obstacles, self.options.contact_duration_s, cell_factor)
-        self._glides = False
+        obstacles = None if start.has_plain_walls and not start.driven else _obstacles_of(start)
+        self._crushes = Crushes(start, obstacles, duration_s) if start.driven else None
+        self._kernel = _kernel_of(start, obstacles, self._crushes, self.options.contact_duration_s, cell_factor)
+        if self._crushes is not None:
+            self._crushes.watch(self._kernel)
+        self._ended: Outcome | None = None
+        self._driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
+        self._driven_from = start.position_m
         self._fixed = _fixed_of(start, self.options.contact_duration_s)
         if self.options.record == "all":
             self._kernel.record(*self.options.window_s)
@@ -105,7 +115,7 @@ class EventDrivenRun:
         if resume is not None:
             _require_same(resume, self._fixed, self._kernel.discs)
             self._kernel.resume(resume.kernel)
-            self.time_s = resume.time_s
+            self.time_s, self._ended, self.notes = resume.time_s, resume.ended, resume.notes
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
@@ -115,28 +125,51 @@ class EventDrivenRun:
                 not tell their centres apart.
         """
         require_goal(time_s, max_impacts)
-        ended = _GLIDES if self._glides else _PAUSE
+        if self._crushes is not None:
+            self._crushes.until_s = max(self._crushes.until_s, time_s)
+        if self._ended is not None:
+            return self._ended
+        ended = _PAUSE
         while ended == _PAUSE:  # between calls Python hears of Ctrl-C
             ended = self._kernel.run(time_s, _NEVER if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
+        if self._crushes is not None:
+            self._crushes.reraise()
         reached_s = time_s if ended == _DONE and time_s < math.inf else self._kernel.clock["reported"]
         self.time_s = max(self.time_s, reached_s)
         if self._kernel.counts["too_far"]:
             raise too_far_out()
-        if ended == _GLIDES and not self._glides:
-            self._glides, self.notes = True, (gliding_note(*self._kernel.gliding, reached_s),)
+        if ended in (_GLIDES, _CRUSHED):
+            self._ended = _OUTCOMES[ended]
+            crush = self._crushes.note if ended == _CRUSHED and self._crushes is not None else None
+            self.notes = (crush or gliding_note(*self._kernel.gliding, reached_s),)
         return _OUTCOMES[ended]
 
     def positions(self) -> NDArray[np.float64]:
         """Centres now, metres, shape ``(n, 2)``."""
-        discs, clock = self._kernel.discs, self._kernel.clock
-        wait = ((self.time_s - clock["epoch"]) - clock["epoch_rest"]) - discs["time"]
-        return np.stack([discs["x"] + discs["vx"] * wait, discs["y"] + discs["vy"] * wait], axis=1)
+        discs = self._kernel.discs
+        wait = self._since_epoch(self.time_s) - discs["time"]
+        position_m = np.stack([discs["x"] + discs["vx"] * wait, discs["y"] + discs["vy"] * wait], axis=1)
+        for disc, leg in self._legs():
+            position_m[disc] = self._driven_from[disc] + leg.moved_at(self._since_epoch(self.time_s))
+        return position_m
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
-        return np.stack([self._kernel.discs["vx"], self._kernel.discs["vy"]], axis=1)
+        velocity_m_s = np.stack([self._kernel.discs["vx"], self._kernel.discs["vy"]], axis=1)
+        for disc, leg in self._legs():
+            velocity_m_s[disc] = leg.velocity
+        return velocity_m_s
+
+    def _since_epoch(self, time_s: float) -> float:
+        clock = self._kernel.clock
+        return float((time_s - clock["epoch"]) - clock["epoch_rest"])
+
+    def _legs(self) -> Iterator[tuple[int, Course]]:
+        """Yield each driven disc, and the leg of its path on which it is now, counted from the epoch."""
+        for disc, drive in self._driven.items():
+            yield disc, drive.counted_from(self._since_epoch).leg_at(self._since_epoch(self.time_s))
 
     def spins(self) -> NDArray[np.float64] | None:
         """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
@@ -148,7 +181,7 @@ class EventDrivenRun:
 
     def state(self) -> RunState:
         """Return a copy of the run's state, to go on from later."""
-        return RunState(self._kernel.state(), self.time_s, self._fixed)
+        return RunState(self._kernel.state(), self.time_s, self._fixed, self._ended, self.notes)
 
     @property
     def impacts(self) -> int:
@@ -186,7 +219,11 @@ def _obstacles_of(start: DiscArrays) -> Obstacles:
 
 
 def _kernel_of(
-    start: DiscArrays, obstacles: Obstacles | None, contact_duration_s: float, cell_factor: float
+    start: DiscArrays,
+    obstacles: Obstacles | None,
+    crushes: Crushes | None,
+    contact_duration_s: float,
+    cell_factor: float,
 ) -> kernel.Kernel:
     require_compiled("EventDrivenRun")
     from carom.solvers.event_driven import kernel
@@ -200,7 +237,9 @@ def _kernel_of(
         np.array(start.walls if obstacles is None else [(0.0,) * 4] * len(start.walls), np.float64).reshape(-1, 4),
         np.empty((0, FEATURE_NUMBERS)) if obstacles is None else obstacles.rows,
         np.empty((0, 2)) if obstacles is None else obstacles.materials,
+        *driven_rows(start),
         None if obstacles is None else obstacles.decides,
+        crushes,
         not start.has_half_planes,
         (
             *(start.restitution, start.wall_restitution, contact_duration_s),
@@ -216,6 +255,7 @@ def _kernel_of(
 _LAW = (
     *("restitution", "wall_restitution", "wall_materials"),
     *("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution"),
+    *("wall_drives", "belts_m_s", "driven_discs", "disc_drives"),
 )
 
 

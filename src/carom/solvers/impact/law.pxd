@@ -20,7 +20,7 @@ f) Operation by operation that of `carom.physics.impact_law` and `carom.physics.
 
 from libc.math cimport sqrt
 
-from carom.solvers.impact.structs cimport Body, ContactFriction, Law, Spins, Wall
+from carom.solvers.impact.structs cimport Body, ContactFriction, Law, Spins, Surface, Wall
 
 
 # ---- impulses ----
@@ -111,11 +111,17 @@ cdef inline double collide_discs(
 # ---- a disc and a wall ----
 
 cdef inline double collide_wall(
-    const Law *law, const Wall *wall, Body *a, bint elastic, bint turns, Spins *spins
+    const Law *law, const Wall *wall, const Surface *surface, Body *a, bint elastic, bint turns, Spins *spins
 ) noexcept nogil:
-    """Carry out the impact of a disc on a wall, as `collide_discs`; return its velocity before, off the wall."""
+    """Carry out the impact of a disc on a wall, as `collide_discs`; return its velocity before, off the wall.
+
+    `surface` is NULL where the wall stands and its surface does, too.
+    """
     vx = a.velocity[0]
     vy = a.velocity[1]
+    if surface != NULL:
+        vx -= surface.vx
+        vy -= surface.vy
     along = vx * wall.nx + vy * wall.ny
     cdef double speed = 0.0
     if along < 0.0:
@@ -126,6 +132,8 @@ cdef inline double collide_wall(
         spins[0] = Spins(a.turning.spin, 0.0, 0.0, 0.0)
         if law.wall_contact.friction > 0.0 and along < 0.0 and not elastic:
             slip = vx * wall.ny - vy * wall.nx + a.radius * a.turning.spin
+            if surface != NULL and surface.belt != 0.0:
+                slip += surface.belt
             h = tangential_impulse(&law.wall_contact, slip, 1.0 + a.turning.inverse_inertia_ratio, -speed)
             a.velocity[0] -= h * wall.ny
             a.velocity[1] += h * wall.nx

@@ -17,6 +17,11 @@ cdef struct Wall:  # the free side is (p - q).n >= 0
     double nx  # n, unit normal into the free side
     double ny
 
+cdef struct Surface:  # of a wall that is driven, or whose surface runs
+    double vx  # velocity of the wall
+    double vy
+    double belt  # how fast its surface runs to the left of the normal, metres a second
+
 cdef struct Turning:  # of a disc, in a scene in which something turns; apart from a solver's own row of it
     double spin  # radians a second, counterclockwise
     double inverse_inertia_ratio  # 1/k, mass times radius squared over the moment of inertia; 0: it never turns
@@ -54,7 +59,7 @@ cdef struct Impact:  # a row of `carom.trace.IMPACT_DTYPE`
     double first_after[2]
     double second_after[2]
 
-cdef struct Before:  # velocities before an impact; those of a wall are 0
+cdef struct Before:  # velocities before an impact; that of a wall is 0 where it stands
     double first[2]
     double second[2]
 

@@ -130,10 +130,10 @@ cdef inline void collide_wall(State *s, Index i, Index k) noexcept nogil:
     cdef Body body = body_of(s, i, s.record.turns)
     cdef Spins spins
     if unlikely(s.record.turns):
-        collide_with_wall(law, wall, &body, False, True, &spins)
+        collide_with_wall(law, wall, NULL, &body, False, True, &spins)
         s.record.spins[s.record.count] = spins
     else:
-        collide_with_wall(law, wall, &body, False, False, &spins)
+        collide_with_wall(law, wall, NULL, &body, False, False, &spins)
     record_impact(
         &s.record, s.now, i, -1 - k, -wall.nx, -wall.ny, &before, &a.vx, before.second, 0.0,
         law.wall_contact.friction > 0.0, True, False, NO_FEATURE, False,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,8 +29,6 @@ from carom.solvers.plain.instants import NEVER, Instant
 from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from carom.driving import Course
@@ -74,11 +72,6 @@ class Bodies:
     driven body goes from leg to leg of its path: on each it moves straight on.
     """
 
-    #: What solves for a half-plane.
-    half_plane_time: ClassVar[Callable[..., float]] = staticmethod(wall_time)
-    #: And what does for a finite wall.
-    finite_wall: ClassVar[type[FiniteWall]] = FiniteWall
-
     def __init__(self, start: Start | DiscArrays) -> None:
         if not isinstance(start, DiscArrays):
             start = start.arrays
@@ -90,7 +83,7 @@ class Bodies:
         self.time = [0.0] * len(start)
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
-        self.finite = [None if isinstance(wall, tuple) else self.finite_wall(wall) for wall in start.walls]
+        self.finite = [None if isinstance(wall, tuple) else FiniteWall(wall) for wall in start.walls]
         #: Path of each driven wall, None of one that stands; its legs are counted from the epoch.
         self.drive = [None if drive.stands else drive for drive in start.wall_drives or ()] or [None] * len(start.walls)
         self.belts = start.belts_m_s
@@ -138,7 +131,11 @@ class Bodies:
                 self.move_to(i, now_s)
             self.time[i] = 0.0
         total, rest = two_sum(self.epoch[0], now_s)
-        self.epoch = (total, self.epoch[1] + rest)
+        self.count_from((total, self.epoch[1] + rest))
+
+    def count_from(self, epoch: Instant) -> None:
+        """Count the time of all paths from another epoch, seconds since the start."""
+        self.epoch = epoch
         walls, discs = self._paths
         self.drive = [None if drive is None else drive.counted_from(self.since_epoch) for drive in walls]
         self.driven = {i: drive.counted_from(self.since_epoch) for i, drive in discs.items()}
@@ -249,7 +246,7 @@ class Bodies:
         wall, seen = self.walls[k], self.seen_from(i, k) if just_left else self._seen_on(i, leg, begin_s)
         if isinstance(wall, tuple):
             met = just_left and self.last_partner[i] == wall_body(k)
-            return math.inf if met else self.half_plane_time(*seen, self.radius[i], *wall)
+            return math.inf if met else wall_time(*seen, self.radius[i], *wall)
         last = self.last_feature(i, k) if just_left else None
         wait, part, glides = self._finite(k).next_time(Mover.at(seen[:2], seen[2:], self.radius[i]), last)
         if part is not None:
@@ -320,7 +317,7 @@ class Bodies:
         """
         nx, ny = self.normal(i, k)
         slip = velocity[0] * ny - velocity[1] * nx + self.radius[i] * self.spin[i]
-        return slip if self.belts is None else slip + self.belts[k]
+        return slip + self.belts[k] if self.belts is not None and self.belts[k] else slip
 
     def contact_of_wall(self, k: int) -> ContactFriction:
         """Return the friction between any disc and wall `k`."""

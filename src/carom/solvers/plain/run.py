@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from carom.extension import Patience
-from carom.solvers.impact_log import ImpactLog, gliding_note, standstill_impacts
+from carom.solvers.impact_log import ImpactLog, crushing_note, gliding_note, standstill_impacts
 from carom.solvers.options import ALWAYS, RunOptions, require_goal
 from carom.solvers.plain.bodies import Bodies, require_supported
 from carom.solvers.plain.instants import NEVER, START, Instant
 from carom.solvers.plain.squeeze import Squeezes
-from carom.trace import Outcome, body_name, wall_body, wall_index
+from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -206,8 +206,7 @@ class AllPairsRun:
             if crush is None or (time_s := self.bodies.since_start(crush.time_s)) > self._last_s:
                 continue
             self._ended = Outcome.CRUSHED
-            one, other = map(body_name, crush.between)
-            self.notes = (f"disc {disc} is crushed between {one} and {other} at {time_s:.17g} s",)
+            self.notes = (crushing_note(disc, crush.between, time_s),)
 
     def _keep(self, record: ImpactRecord, resolution_s: float) -> None:
         if self.options.keeps(record.time_s):

@@ -128,7 +128,7 @@ class Squeezes:
         sideways.
         """
         bodies = self._bodies
-        (nx, ny), now_s = bodies.normal(i, k), bodies.time[i]
+        (nx, ny), now_s = self.to_and_fro[i].normal, bodies.time[i]
         legs = [bodies.legs_ahead(wall_body(wall), now_s)[0] for wall in (k, other)]
         (ax, ay), (bx, by) = (leg.velocity for leg in legs)
         closing = (ax - bx) * nx + (ay - by) * ny
@@ -156,7 +156,7 @@ class Squeezes:
         each of the two an impact with friction is a step in the direction that lowers the slip, to where there is none
         at most, or beyond by as much again: so the distance from (u, w), squared by kinetic energy, never grows.
         """
-        bodies, (nx, ny) = self._bodies, self._bodies.normal(i, k)
+        bodies, (nx, ny) = self._bodies, self.to_and_fro[i].normal
         now, pull = bodies.vx[i] * ny - bodies.vy[i] * nx, bodies.gravity[0] * ny - bodies.gravity[1] * nx
         if not any(bodies.rubs_on(wall) for wall in (k, other)):
             return ((now, pull),)

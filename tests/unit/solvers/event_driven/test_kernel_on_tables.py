@@ -6,11 +6,11 @@ import math
 import random
 from collections import Counter
 from itertools import product
-from typing import Any
 
 import numpy as np
 import pytest
 from tests.lengths import long_after
+from tests.unit.solvers.both_forms import assert_same
 from tests.unit.solvers.tables import drawn
 
 from carom import Chain, Disc, Outcome, Scene, Wall
@@ -25,31 +25,6 @@ from carom.solvers.plain.run import AllPairsRun
 from carom.trace import EdgeKind
 
 pytest.importorskip("carom.solvers.event_driven.kernel")
-
-#: Enough for several epochs of a disc or two, and for the corners and the chains of impacts of more.
-MOST = 120
-
-
-def bits(run: AllPairsRun | EventDrivenRun, outcome: Outcome) -> tuple[Any, ...]:
-    """Return all that a run says, as bytes where it is numbers."""
-    spins, edges = run.spins(), run.log.edges()
-    told = [run.log.array(), run.positions(), run.velocities(), *[rows for rows in (spins, edges) if rows is not None]]
-    counts = [run.counts[name] for name in ("impacts", "wall_impacts", "predictions", "epochs")]
-    return (*[rows.tobytes() for rows in told], run.log.ambiguous(), outcome, run.notes, run.time_s, counts)
-
-
-def assert_same(scene: Scene, most: int = MOST, *, contact_s: float = 0.0, cells: float = 1.0) -> AllPairsRun:
-    """Run a scene by both forms, the kernel in two pieces, and compare all; return the all-pairs run."""
-    plain, compiled = (
-        AllPairsRun(scene, contact_duration_s=contact_s),
-        EventDrivenRun(scene, contact_duration_s=contact_s, cell_factor=cells),
-    )
-    expected = bits(plain, plain.advance_to(scene.duration_s, most))
-    compiled.advance_to(scene.duration_s / 7, most)
-    found = bits(compiled, compiled.advance_to(scene.duration_s, most))
-    assert found == expected
-    return plain
-
 
 #: Under gravity there is one form alone.
 TABLES = [entry for entry in find_scenes(["tables"]) if entry.scene.gravity_m_s2 == (0.0, 0.0)]

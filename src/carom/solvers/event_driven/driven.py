@@ -1,0 +1,122 @@
+"""What is driven, as the kernel has it, and what is asked of Python there: whether a disc is crushed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.solvers.impact_log import crushing_note
+from carom.trace import wall_body
+
+#: That of layout.pxd.
+NO_BODY = -(2**31)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.disc_arrays import DiscArrays
+    from carom.driving import Drive
+    from carom.solvers.event_driven import kernel
+    from carom.solvers.event_driven.obstacles import Obstacles
+    from carom.solvers.plain.bodies import Bodies
+    from carom.solvers.plain.squeeze import Struck
+
+
+def driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the rows of driven bodies, and those of the legs of their paths, as the kernel takes them."""
+    rows: list[tuple[float, float, float]] = []
+    legs: list[tuple[float, ...]] = []
+
+    def add(body: int, drive: Drive, belt: float) -> None:
+        path = () if drive.stands else drive.legs
+        if path or belt:
+            rows.append((body, len(path), belt))
+            legs.extend((leg.begin_s, leg.end_s, *leg.moved, *leg.velocity) for leg in path)
+
+    for k in range(len(start.walls) if start.driven else 0):
+        add(wall_body(k), start.drive_of_wall(k), start.belt_of_wall(k))
+    for disc, drive in zip(start.driven_discs, start.disc_drives, strict=True):
+        add(disc, drive, 0.0)
+    return np.array(rows, np.float64).reshape(-1, 3), np.array(legs, np.float64).reshape(-1, 6)
+
+
+class Crushes:
+    """Whether a disc of a run is crushed, as `carom.solvers.plain.squeeze` tells.
+
+    Args:
+        start: Where the run begins.
+        obstacles: What its walls consist of.
+        until_s: Up to when impacts are asked for, seconds since the start: what is crushed after that is not.
+
+    Attributes:
+        until_s: Likewise; it may grow.
+        note: What a user is told of the disc that is crushed.
+        error: Why it could not be told.
+    """
+
+    def __init__(self, start: DiscArrays, obstacles: Obstacles | None, until_s: float) -> None:
+        self.until_s = until_s
+        self.note = ""
+        self.error: BaseException | None = None
+        self._start = start
+        self._obstacles = obstacles
+        self._bodies: Bodies | None = None
+        self._kernel: kernel.Kernel | None = None
+
+    def watch(self, run: kernel.Kernel) -> None:
+        """Say of which run all is asked."""
+        self._kernel = run
+
+    def __call__(self, disc: int) -> bool:
+        """Return whether a disc that has just struck a body, and goes to and fro, is crushed.
+
+        True, too, where that can't be told: the kernel ends its loop, and `error` says why.
+        """
+        try:
+            return self._is_crushed(disc)
+        except BaseException as error:  # noqa: BLE001 - Ctrl-C, too: compiled code hands nothing on
+            self.error = error
+            return True
+
+    def reraise(self) -> None:
+        """Raise `error`, if there is one, once."""
+        if (error := self.error) is not None:
+            self.error = None
+            raise error
+
+    def _is_crushed(self, disc: int) -> bool:
+        from carom.solvers.plain.bodies import Bodies  # with it pydantic, which arrays do without
+        from carom.solvers.plain.squeeze import Squeezes, ToAndFro
+
+        run = self._kernel
+        if run is None or (to_and_fro := run.to_and_fro) is None:
+            return False
+        if self._bodies is None:
+            self._bodies = Bodies(self._start)
+        bodies, discs, epoch = self._bodies, run.discs, (run.clock["epoch"], run.clock["epoch_rest"])
+        bodies.x, bodies.y, bodies.vx, bodies.vy, bodies.time = (
+            discs[name].tolist() for name in ("x", "y", "vx", "vy", "time")
+        )
+        if run.spins is not None:
+            bodies.spin = run.spins.tolist()
+        if bodies.epoch != epoch:
+            bodies.count_from(epoch)
+        squeezes = Squeezes(bodies, most=0)  # the kernel has counted
+        columns = ("last", "last_obstacle", "across", "across_obstacle", "nx", "ny", "row")
+        squeezes.to_and_fro = [
+            ToAndFro(self._struck(last, edge), (nx, ny), self._struck(across, other), row)
+            for last, edge, across, other, nx, ny, row in to_and_fro[list(columns)].tolist()
+        ]
+        crush = squeezes.crush(disc)
+        if crush is None or (time_s := bodies.since_start(crush.time_s)) > self.until_s:
+            return False
+        self.note = crushing_note(disc, crush.between, time_s)
+        return True
+
+    def _struck(self, body: int, obstacle: int) -> Struck | None:
+        from carom.solvers.plain.squeeze import Struck
+
+        if body == NO_BODY:
+            return None
+        return Struck(body, None if self._obstacles is None else self._obstacles.feature(obstacle))
