@@ -53,9 +53,9 @@ class JoinedEdges(NamedTuple):
     def tangent(self, point: tuple[float, float]) -> Exact:
         """Return the direction of the way at one of its ends."""
         if self.circle is None:
-            a, b = _exact(self.edge.a), _exact(self.edge.b)
+            a, b = exact(self.edge.a), exact(self.edge.b)
             return b[0] - a[0], b[1] - a[1]
-        x, y = _exact(point)
+        x, y = exact(point)
         return self.turn * (self.circle.y - y), self.turn * (x - self.circle.x)
 
     def goes_on_as(self, other: JoinedEdges) -> bool:
@@ -75,7 +75,11 @@ def features_of(outline: Outline) -> tuple[WallFeature, ...]:
     vertex there, and its normal is the one to be taken.
     """
     if outline.radius is not None:
-        return tuple(_of_circle(outline.points[0], outline.radius, outline.half_width))
+        kind = EdgeKind.ARC if outline.radius else EdgeKind.VERTEX
+        return tuple(
+            WallFeature(Arc.of_circle(outline.points[0], outline.radius, outline.half_width, inside=inside), (0,), kind)
+            for inside in ((True, False) if outline.radius else (False,))
+        )
     runs = runs_of(outline)
     sides = [one for run in runs for one in _sides(run, outline.half_width)]
     return (*sides, *_vertices(runs, outline))
@@ -105,7 +109,8 @@ def _along(face: Face) -> Exact:
     return Fraction(x) + Fraction(x_rest), Fraction(y) + Fraction(y_rest)
 
 
-def _exact(point: tuple[float, float]) -> Exact:
+def exact(point: tuple[float, float]) -> Exact:
+    """Return a point as rational numbers."""
     return Fraction(point[0]), Fraction(point[1])
 
 
@@ -152,11 +157,3 @@ def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature
             yield WallFeature(Arc.vertex(after.edge.a, outline.half_width), (lower,), EdgeKind.VERTEX)
     if not outline.closed:
         yield WallFeature(Arc.vertex(runs[-1].edge.b, outline.half_width), runs[-1].numbers[-1:], EdgeKind.VERTEX)
-
-
-def _of_circle(centre: tuple[float, float], radius: float, half_width: float) -> Iterator[WallFeature]:
-    if radius == 0.0:
-        yield WallFeature(Arc.vertex(centre, half_width), (0,), EdgeKind.VERTEX)
-        return
-    for inside in (True, False):
-        yield WallFeature(Arc.of_circle(centre, radius, half_width, inside=inside), (0,), EdgeKind.ARC)

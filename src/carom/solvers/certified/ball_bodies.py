@@ -351,10 +351,6 @@ class BallBodies:
         resists = friction + arb(self.scene.wall_rolling_resistance)
         return table + (gx * gx + gy * gy).sqrt() * (1 + 2 * resists * turns)
 
-    def exactly(self, x: Fraction, y: Fraction) -> tuple[arb, arb]:
-        """Return a rational point in balls."""
-        return ball(x), ball(y)
-
     def surface(self, i: int) -> arb:
         """Return the speed of the rim of disc `i` as seen from its centre, counterclockwise."""
         return arb(self.scene.discs[i].radius_m) * self.spin[i]

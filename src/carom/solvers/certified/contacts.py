@@ -20,6 +20,7 @@ from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.gliding import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
 from carom.solvers.certified.landing import after_all, is_alone
+from carom.solvers.certified.legs import ball
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
@@ -30,8 +31,9 @@ from carom.trace import Mode, wall_body, wall_index
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from carom.physics.wall_features import Exact
     from carom.solvers.certified.ball_bodies import BallBodies
-    from carom.solvers.certified.obstacles import Exact, Obstacle
+    from carom.solvers.certified.obstacles import Obstacle
 
 _ZERO = arb(0)
 
@@ -109,12 +111,8 @@ class BallContacts:
 
     def go_on(self, meeting: Meeting) -> BallMode:
         """Carry out the end of how a disc moves."""
-        i, at, gliding, landing = (
-            meeting.first,
-            meeting.at,
-            self._states.gliding[meeting.first],
-            self._states.landings[meeting.first],
-        )
+        i, at = meeting.first, meeting.at
+        gliding, landing = self._states.gliding[i], self._states.landings[i]
         if landing is not None:
             return self._settle(i, landing.ground, landing.time, at, landing.state)
         if gliding is None or gliding.end is None:
@@ -255,22 +253,15 @@ class BallContacts:
 
     def _over(self, i: int, gliding: Gliding) -> list[End]:
         """Return when a disc comes to the ends of its face, at those that it comes to."""
-        (place, speed, _, _), half = gliding.begun, gliding.rate / 2
-        found = []
-        for powers in (
-            ([], [])
-            if gliding.ground.span is None
-            else (
-                [place - gliding.ground.span[0], speed, half],
-                [gliding.ground.span[1] - place, _ZERO - speed, _ZERO - half],
-            )
-        ):
-            for wait, certain in falls_of(powers):
-                if not certain:
-                    raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + wait))
-                found.append(End(wait, _ZERO, over=True))
-                break
-        return found
+        (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
+        if span is None:
+            return []
+        ways = [place - span[0], speed, half], [span[1] - place, _ZERO - speed, _ZERO - half]
+        falls = [fall for powers in ways if (fall := next(falls_of(powers), None)) is not None]
+        for wait, certain in falls:
+            if not certain:
+                raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + wait))
+        return [End(fall.time, _ZERO, over=True) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
         """Let disc `i`, which has come to an end of its face, fly off, if it is fast enough."""
@@ -279,7 +270,7 @@ class BallContacts:
         obstacle = bodies.obstacles[wall_index(ground.body)]
         last = bool(2 * state.place > ground.span[0] + ground.span[1])
         place = ground.span[last]
-        (ax, ay), _ = (bodies.exactly(*point) for point in stretch_of(obstacle.shape))
+        (ax, ay), _ = (map(ball, point) for point in stretch_of(obstacle.shape))
         begins_there = bool(place.overlaps(ground.along_it(ax, ay)))
         vertex = obstacle.neighbours[not begins_there]
         shape = None if vertex is None else bodies.obstacles[wall_index(vertex)].shape
@@ -367,7 +358,7 @@ def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
     presses, along = (_ZERO - gx * nx - gy * ny) / law.length, (gx * ny - gy * nx) / law.length
     span, never = None, {wall_body(k)}
     if shape.stretch is not None:
-        ends = [bodies.exactly(*point) for point in shape.stretch]
+        ends = [map(ball, point) for point in shape.stretch]
         one, other = ((x * ny - y * nx) / law.length for x, y in ends)
         span = (one, other) if one < other else (other, one)
         never |= {wall_body(m) for m, other in enumerate(bodies.obstacles) if _is_part_of(other, obstacle)}

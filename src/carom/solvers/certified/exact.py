@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.broad_phase import near_pairs, near_walls
-from carom.solvers.certified.obstacles import Exact, Plane
+from carom.physics.wall_features import Exact
+from carom.solvers.certified.obstacles import Plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
 

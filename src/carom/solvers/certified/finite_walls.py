@@ -231,18 +231,18 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
         bodies = BallBodies(scene)
         for i, disc in enumerate(scene.discs):
             size = _SLACK * (max(map(abs, disc.position_m)) + disc.radius_m)
-            for k, wall in enumerate(scene.arrays.walls):
-                far = isinstance(wall, tuple) or wall.gap(*disc.position_m, disc.radius_m) > size + _SLACK * _extent(
-                    wall
-                )
-                if far or not bodies.movable[i] or begun.get(i) == wall_body(k):
-                    continue
-                for number, obstacle in enumerate(bodies.obstacles):
-                    found = _start_contact(bodies, i, number) if obstacle.wall == k else None
-                    if found is not None:
-                        kind, gap = found
-                        proven = bool(gap.is_zero() or gap < 0)
-                        return Degeneracy(kind, (wall_body(k), i), 0.0, 0.0, proven=proven, bits=_START_BITS)
+            near = {
+                k
+                for k, wall in enumerate(scene.arrays.walls if bodies.movable[i] else ())
+                if not isinstance(wall, tuple) and begun.get(i) != wall_body(k)
+                if wall.gap(*disc.position_m, disc.radius_m) <= size + _SLACK * _extent(wall)
+            }
+            for number, obstacle in enumerate(bodies.obstacles):
+                if obstacle.wall in near and (found := _start_contact(bodies, i, number)) is not None:
+                    kind, gap = found
+                    proven = bool(gap.is_zero() or gap < 0)
+                    named = (wall_body(obstacle.wall), i)
+                    return Degeneracy(kind, named, 0.0, 0.0, proven=proven, bits=_START_BITS)
     return None
 
 

@@ -17,7 +17,7 @@ from carom.solvers.certified.ball_table import slow, stop
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.gliding import BallMode, Bounce
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
-from carom.solvers.certified.two_frictions import BallHeld, cut, held
+from carom.solvers.certified.two_frictions import BallHeld, held, stick
 from carom.trace import NO_EDGE, wall_index
 
 
@@ -247,13 +247,6 @@ def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
     return arb(bodies.materials[bodies.obstacles[wall_index(meeting.second)].wall].restitution)
 
 
-def _tangential_impulse(
-    friction: float, restitution: float, slip: arb, inverse_effective_mass: arb, pressed: arb
-) -> arb:
-    """Return the impulse of `carom.physics.friction.tangential_impulse`; the hull of both branches where undecided."""
-    return cut((arb(restitution) + 1) * slip / inverse_effective_mass, arb(friction) * pressed)
-
-
 def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
     """Let friction act on two discs that collide: as `carom.physics.friction.pair_tangential_impulse`, at contact."""
     i, j = meeting.first, meeting.second
@@ -265,9 +258,8 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
         w_i * (1 + bodies.inverse_inertia_ratio[i]) + w_j * (1 + bodies.inverse_inertia_ratio[j])
     ) * law.reach2
     pressed = (arb(scene.restitution) + 1) * near.root / ((w_i + w_j) * law.reach2)
-    tangential = _tangential_impulse(
-        scene.friction, scene.tangential_restitution, slip, inverse_effective_mass, pressed
-    )
+    sticking = (arb(scene.tangential_restitution) + 1) * slip / inverse_effective_mass
+    tangential = stick(sticking, arb(scene.friction) * pressed).friction
     _change_velocity(bodies, i, tangential * w_i * ny, ZERO - tangential * w_i * nx, near.wait)
     _change_velocity(bodies, j, ZERO - tangential * w_j * ny, tangential * w_j * nx, near.wait)
     bodies.turn(i, tangential * reach * w_i)
@@ -291,17 +283,12 @@ def _slide_on_wall(
     pressed = (arb(material.restitution) + 1) * approach
     y, most = bodies.inverse_inertia_ratio[i], (arb(material.friction) * pressed, arb(rolling) * pressed)
     if rolling:
-        rim = bodies.surface(i)
-        taken = held(slip, rim, most, y)
-        bodies.turn(i, taken.friction + taken.rolling)
-        if taken.rim:
-            bodies.spin[i] = ZERO
+        taken = held(slip, bodies.surface(i), most, y)
     else:
-        regain = arb(bodies.scene.wall_tangential_restitution) + 1
-        sticking = regain * slip / (1 + y)
-        holds = True if abs(sticking) <= most[0] else False if abs(sticking) > most[0] else None
-        taken = BallHeld(cut(sticking, most[0]), ZERO, slip=holds, rim=False)
-        bodies.turn(i, taken.friction)
+        taken = stick((arb(bodies.scene.wall_tangential_restitution) + 1) * slip / (1 + y), most[0])
+    bodies.turn(i, taken.friction + taken.rolling)
+    if taken.rim:
+        bodies.spin[i] = ZERO
     tangential = taken.friction
     _change_velocity(bodies, i, ZERO - tangential * ny, tangential * nx, meeting.time - meeting.at)
     return taken

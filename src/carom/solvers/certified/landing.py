@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from flint import arb
 
 from carom.solvers.certified.gliding import BallGround, Bounce, GlideState
+from carom.solvers.certified.legs import ball
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.certified.two_frictions import held, sign
 from carom.trace import wall_body, wall_index
@@ -147,7 +148,7 @@ def _is_beyond(bodies: BallBodies, i: int, k: int, place: tuple[arb, arb], far: 
         return True
     if shape.stretch is None:
         return False
-    (ax, ay), (bx, by) = (bodies.exactly(*point) for point in shape.stretch)
+    (ax, ay), (bx, by) = (map(ball, point) for point in shape.stretch)
     half = ((ax - bx) ** 2 + (ay - by) ** 2).sqrt() / 2
     thick = (law.level - (law.nx * ax + law.ny * ay)) / law.length
     if abs(law.nx * (x - ax) + law.ny * (y - ay)) > (thick + far) * law.length:  # on the other side

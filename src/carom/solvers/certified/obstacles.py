@@ -13,13 +13,12 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.outline import Outline
-from carom.physics.wall_features import JoinedEdges, goes_smoothly, runs_of
+from carom.physics.wall_features import Exact, JoinedEdges, exact, goes_smoothly, runs_of
 from carom.trace import EdgeKind, wall_body
 
 if TYPE_CHECKING:
     from carom.scene import Scene
 
-Exact = tuple[Fraction, Fraction]
 _NOWHERE = Fraction(0)
 
 
@@ -89,12 +88,8 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
         if isinstance(wall, Outline):
             found += _of_circle(k, wall) if wall.radius is not None else _of_chain(k, wall, len(found))
         else:
-            found.append(Obstacle(k, Plane(_exact(wall[:2]), _exact(wall[2:]))))
+            found.append(Obstacle(k, Plane(exact(wall[:2]), exact(wall[2:]))))
     return tuple(found)
-
-
-def _exact(point: tuple[float, float]) -> Exact:
-    return Fraction(point[0]), Fraction(point[1])
 
 
 def _less(a: Exact, b: Exact) -> Exact:
@@ -102,16 +97,10 @@ def _less(a: Exact, b: Exact) -> Exact:
 
 
 def _of_circle(k: int, outline: Outline) -> Iterator[Obstacle]:
-    centre, radius2, thick = (
-        _exact(outline.points[0]),
-        Fraction(outline.radius or 0.0) ** 2,
-        Fraction(outline.half_width),
-    )
-    if radius2 == 0:
-        yield Obstacle(k, Round(centre, radius2), thick, EdgeKind.VERTEX, (0,))
-        return
-    for inside in (True, False):
-        yield Obstacle(k, Round(centre, radius2, inside), thick, EdgeKind.ARC, (0,))
+    centre, radius2 = exact(outline.points[0]), Fraction(outline.radius or 0.0) ** 2
+    kind = EdgeKind.ARC if radius2 else EdgeKind.VERTEX
+    for inside in (True, False) if radius2 else (False,):
+        yield Obstacle(k, Round(centre, radius2, inside), Fraction(outline.half_width), kind, (0,))
 
 
 def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
@@ -130,9 +119,7 @@ def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
         one = runs[left] if left >= 0 or outline.closed else None
         other = runs[right] if right < len(runs) else None
         if one and other and goes_smoothly(one, other):
-            takers = [
-                (before + 2 * (right % len(runs)) + side, before + 2 * (left % len(runs)) + side) for side in (0, 1)
-            ]
+            takers = [(after_it + side, before_it + side) for side in (0, 1)]
         else:
             vertex = before + len(sides) + len(vertices)
             takers = [(vertex, vertex)] * 2
@@ -156,12 +143,12 @@ def _vertex(k: int, one: JoinedEdges | None, other: JoinedEdges | None, thick: F
     """Return the vertex where a run ends and another begins, or at an end of an open chain."""
     numbers = [run.numbers[end] for run, end in ((one, -1), (other, 0)) if run]
     place = one.edge.b if one else other.edge.a if other else (0.0, 0.0)
-    return Obstacle(k, Round(_exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
+    return Obstacle(k, Round(exact(place), _NOWHERE), thick, EdgeKind.VERTEX, (min(numbers),))
 
 
 def _sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, Fraction, EdgeKind]]:
     """Yield what is on the left of a run's way and what is on its right."""
-    a, b = _exact(run.edge.a), _exact(run.edge.b)
+    a, b = exact(run.edge.a), exact(run.edge.b)
     if run.circle is None:
         ex, ey = _less(b, a)
         for normal in ((-ey, ex), (ey, -ex)):

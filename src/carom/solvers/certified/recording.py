@@ -101,21 +101,9 @@ class Recording:
         """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
         return impact_array(row.values for row in self.rows)
 
-    def radii(self) -> NDArray[np.void]:
-        """Return how far the truth can be from each number of `array`; `first` and `second` repeat the bodies."""
-        return impact_array(row.radii for row in self.rows)
-
     def spins(self) -> NDArray[np.void] | None:
         """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
         return spin_array(row.values for row in self.rows) if self._turns else None
-
-    def spin_radii(self) -> NDArray[np.void] | None:
-        """Return how far the truth can be from each number of `spins`."""
-        return spin_array(row.radii for row in self.rows) if self._turns else None
-
-    def decimals(self) -> tuple[tuple[str, ...], ...]:
-        """Return times, velocities and spins after as decimal numbers; nothing where float64 holds the digits."""
-        return tuple(row.decimals for row in self.rows) if self.digits > MOST_FLOAT_DIGITS else ()
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
@@ -124,10 +112,6 @@ class Recording:
     def modes(self) -> NDArray[np.void] | None:
         """Return the changes of how discs move, as an array of `carom.trace.MODE_DTYPE`; None without contact."""
         return mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
-
-    def mode_radii(self) -> NDArray[np.void] | None:
-        """Return how far the truth can be from each number of `modes`; the whole numbers are repeated."""
-        return mode_array(row.radii for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:
         """Return when the last event was, seconds; 0 before the first."""

@@ -30,7 +30,7 @@ from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.options import require_goal
-from carom.trace import Outcome, Trace
+from carom.trace import Outcome, Trace, impact_array, mode_array, spin_array
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -194,14 +194,12 @@ class CertifiedRun:
         with ctx.workprec(attempt.precision):
             now = undamped(self.scene.damping_per_s, arb(self.time_s))
             left = kept(self.scene.damping_per_s, now)
-            states = [
-                (bodies.place_at(i, now), bodies.velocity(i, now, self.time_s))
-                if bodies.movable[i]
-                else (bodies.place(i, self.time_s), bodies.velocity(i, now, self.time_s))
+            places = [
+                bodies.place_at(i, now) if bodies.movable[i] else bodies.place(i, self.time_s)
                 for i in range(len(bodies))
             ]
-            places = [place for place, _ in states]
-            speeds = [(vx * left, vy * left) for _, (vx, vy) in states]
+            velocities = [bodies.velocity(i, now, self.time_s) for i in range(len(bodies))]
+            speeds = [(vx * left, vy * left) for vx, vy in velocities]
         with ctx.workprec(min(self.log.bits, attempt.precision)):
             position, velocity = (np.array([enclosed(+x, +y) for x, y in vectors]) for vectors in (places, speeds))
             spin = np.array([nearest(+(bodies.spin_at(i, now) * left)) for i in range(len(bodies))])
@@ -224,15 +222,15 @@ class CertifiedRun:
         )
         return CertifiedTrace(
             trace=trace,
-            radii=self.log.radii(),
+            radii=impact_array(row.radii for row in self.log.rows),
             final_position_radius_m=position[:, 1].copy(),
             final_velocity_radius_m_s=velocity[:, 1].copy(),
-            spin_radii=self.log.spin_radii(),
-            mode_radii=self.log.mode_radii(),
+            spin_radii=spin_array(row.radii for row in self.log.rows) if bodies.turns else None,
+            mode_radii=mode_array(row.radii for row in self.log.mode_rows) if self.log.mode_rows else None,
             final_spin_radius_rad_s=spin[:, 1].copy() if bodies.turns else None,
             digits=self.log.digits,
             ending=self.ending or Ending.COMPLETED,
-            decimals=self.log.decimals(),
+            decimals=tuple(row.decimals for row in self.log.rows if row.decimals),
             degeneracy=self.degeneracy if self.ending is Ending.DEGENERATE else None,
             commuted=tuple(pair for pair in self._attempt.commuted if pair[1] < impacts),
             precision_bits=attempt.bits,

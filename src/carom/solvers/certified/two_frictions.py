@@ -1,5 +1,7 @@
 """`carom.physics.contact_law` in balls: what two frictions take of a slip and of a rim's speed, and hold at 0.
 
+`stick` is the clip of `carom.physics.friction` between sticking and sliding.
+
 Forces are cuts, which are continuous: where it is not decided which side of one they are on, the ball holds both.
 """
 
@@ -29,6 +31,11 @@ def sign(ball: arb) -> int | None:
 def cut(x: arb, most: arb) -> arb:
     """Return x, cut to between minus and plus `most`."""
     return x.min(most).max(_ZERO - most)
+
+
+def stick(sticking: arb, most: arb) -> BallHeld:
+    """Return what friction alone takes, of which sticking is the most that serves, and `most` what the cone allows."""
+    return BallHeld(cut(sticking, most), _ZERO, slip=_within(sticking, most), rim=False)
 
 
 def held(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallHeld:
