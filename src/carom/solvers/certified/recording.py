@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.solvers.certified.ball_bodies import greatest_speed
-from carom.solvers.certified.ball_damping import damped
 from carom.solvers.certified.floats import nearest, quotient
+from carom.solvers.certified.slowing import damped
 from carom.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 
 if TYPE_CHECKING:

@@ -16,8 +16,6 @@ from flint import arb, ctx
 
 from carom.extension import extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.ball_damping import kept, undamped
-from carom.solvers.certified.ball_table import slow
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.endless import without_end
 from carom.solvers.certified.exact import contact_at_start
@@ -29,6 +27,7 @@ from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.recording import BITS_A_DIGIT, Recording, enclosed
 from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerate, Ending, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
+from carom.solvers.certified.slowing import kept, slow, undamped
 from carom.solvers.options import require_goal
 from carom.trace import Outcome, Trace, impact_array, mode_array, spin_array
 

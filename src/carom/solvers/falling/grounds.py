@@ -102,13 +102,7 @@ def ground_of(bodies: FallingBodies, k: int, feature: Feature | None = None) -> 
 def grounds_of(bodies: FallingBodies, i: int) -> Iterator[Ground]:
     """Yield what disc `i` may be in contact with where it is: half-planes, and the faces that its foot is on."""
     for k, finite in enumerate(bodies.finite):
-        if finite is None:
-            ground = ground_of(bodies, k)
-            if ground is not None:
+        for feature in (None,) if finite is None else (part.feature for part in finite.features):
+            on = isinstance(feature, Face) and foot_is_on(bodies.mover(i, k), feature, 0.0, bodies.gravity)
+            if (on or feature is None) and (ground := ground_of(bodies, k, feature)) is not None:
                 yield ground
-            continue
-        for part in finite.features:
-            if isinstance(part.feature, Face) and foot_is_on(bodies.mover(i, k), part.feature, 0.0, bodies.gravity):
-                ground = ground_of(bodies, k, part.feature)
-                if ground is not None:
-                    yield ground
