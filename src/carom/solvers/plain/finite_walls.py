@@ -39,14 +39,14 @@ class Hit(NamedTuple):
 
 
 class FiniteWall:
-    """A chain or a circle: its features, in the order in which they are met at one instant."""
+    """A chain or a circle, and what discs meet of it."""
 
     def __init__(self, outline: Outline) -> None:
         self.outline = outline
 
     @cached_property
     def features(self) -> tuple[WallFeature, ...]:
-        """Its features."""
+        """Its features, in the order in which they are met at one instant; none are made until somebody asks."""
         return features_of(self.outline)
 
     def next_time(self, disc: Mover, last: Feature | None) -> tuple[float, WallFeature | None, bool]:
