@@ -225,7 +225,7 @@ def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: ra
     impacts = 0
     for number in times(batch, 1 / 2):
         scene = drawn(kind, number, rough=number % 4 == 3)
-        clock = FrameClock.at_rate(scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
+        clock = FrameClock(rate_hz=scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
         expected = frames_taken(definition, scene, clock)
         forms = pit_forms()
         for name, form in forms.items():
@@ -242,7 +242,7 @@ def test_pieces_change_no_bit_of_a_fall_by_frames() -> None:
     """So it is for discs that fall, whose velocities change between frames, too."""
     for kind in KINDS:
         scene = drawn(kind, 3, gravity=GRAVITY)
-        clock = FrameClock.at_rate(scene.frame_rate_hz)
+        clock = FrameClock(rate_hz=scene.frame_rate_hz)
         whole, pieces = frames_taken(definition, scene, clock), frames_in_pieces(definition, scene, clock)
         assert unlike(whole, pieces, kind) == []
 

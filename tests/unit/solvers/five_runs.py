@@ -21,7 +21,7 @@ def certified(scene: Scene) -> Run:
 
 
 def of_frames(scene: Scene) -> Run:
-    run = pit_run(scene, FrameClock.at_rate(scene.frame_rate_hz))
+    run = pit_run(scene, FrameClock(rate_hz=scene.frame_rate_hz))
     assert isinstance(run, FrameRun)  # and not one in units of its own
     return run
 

@@ -89,7 +89,7 @@ def test_spins_fall_as_velocities_do() -> None:
 def test_pieces_change_no_bit() -> None:
     """A run that is taken in pieces ends with the impacts and the state of one that is not, PIC's and PIT's."""
     scene = box(damping_per_s=0.4)
-    for make in (pic_run, lambda scene: pit_run(scene, FrameClock.at_rate(60.0))):
+    for make in (pic_run, lambda scene: pit_run(scene, FrameClock(rate_hz=60.0))):
         whole, pieces = make(scene), make(scene)
         whole.advance_to(3.0)
         for time_s in (0.1, 0.1, 0.7, 1.9, 3.0):

@@ -23,17 +23,6 @@ class FrameClock:
     step_s: float = 1.0
     rate_hz: float = 1.0
 
-    @classmethod
-    def at_rate(cls, frame_rate_hz: float) -> FrameClock:
-        """Return the clock of this many frames a second.
-
-        Raises:
-            InputError: The frame rate is not a positive number.
-        """
-        if not 0 < frame_rate_hz < math.inf:
-            raise InputError(f"frame_rate_hz must be a positive number, got {frame_rate_hz}")
-        return cls(rate_hz=frame_rate_hz)
-
     def in_units(self, units: Units) -> FrameClock:
         """Return the same clock in units of time that are a power of two of a second: no instant is rounded anew."""
         if self.rate_hz != 1.0:

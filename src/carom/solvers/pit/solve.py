@@ -204,7 +204,7 @@ def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skippin
     if isinstance(scene, str):
         scene = as_scene(scene)
     rate, _ = frames_of(scene, frame_rate_hz)
-    clock = FrameClock.at_rate(rate)
+    clock = FrameClock(rate_hz=rate)
     run = pit_run(scene, clock, skipping=skipping)
     outcome = run.advance_to(scene.duration_s)
     return trace_of(run, "pit", scene, outcome, dt_s=clock.frame_s)

@@ -33,7 +33,7 @@ def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: floa
     """Discs that lie in many cells, of one size or many, give what compiled plain looping gives."""
     forms = compiled_forms()
     for seed in range(6):
-        scene, clock = crowd(seed, ratio=ratio, speed=speed), FrameClock.at_rate(30.0)
+        scene, clock = crowd(seed, ratio=ratio, speed=speed), FrameClock(rate_hz=30.0)
         plain = finished(scene, clock, forms["plain"])
         assert bits(finished(scene, clock, forms["always skipping"])) == bits(plain)
         assert len(plain.log) > 30
@@ -42,7 +42,7 @@ def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: floa
 def test_a_crowd_in_cells_is_the_definitions_to_the_bit() -> None:
     """So it does for one of them beside the definition."""
     scene = crowd(0, ratio=3.0, speed=3.0).model_copy(update={"duration_s": 0.5})
-    assert len(assert_identical(scene, FrameClock.at_rate(30.0)).log) > 100
+    assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
 
 def test_one_large_disc_among_many_small_ones_is_the_definitions_to_the_bit() -> None:
@@ -54,14 +54,14 @@ def test_one_large_disc_among_many_small_ones_is_the_definitions_to_the_bit() ->
     ]
     large = Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 2.0), radius_m=100.0, mass_kg=1e4)
     scene = Scene(name="large and small", discs=[*small, large], duration_s=3.0)
-    assert len(assert_identical(scene, FrameClock.at_rate(30.0)).log) > 100
+    assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
 
 @pytest.mark.parametrize(("velocity", "expected"), [(0.0, 0), (2.0**-30, 1)])
 def test_touching_or_nearly_so_is_decided_by_the_definitions_own_test(velocity: float, expected: int) -> None:
     """Discs that touch exactly collide at the first frame if they approach at all, and never if they do not."""
     scene = line(0.0, 1.0, velocities=(velocity, 0.0), duration_s=1.0)
-    run = assert_identical(scene, FrameClock.at_rate(8.0))
+    run = assert_identical(scene, FrameClock(rate_hz=8.0))
     assert run.log.array()["time_s"].tolist() == [0.0] * expected
 
 
@@ -80,7 +80,7 @@ def test_what_rounding_makes_of_a_parting_is_seen() -> None:
         for place, velocity in zip(places, velocities, strict=True)
     ]
     scene = Scene(name="parting", discs=discs, duration_s=100.0)
-    run = assert_identical(scene, FrameClock.at_rate(1.0))
+    run = assert_identical(scene, FrameClock(rate_hz=1.0))
     assert 0.0 < run.log.array()["time_s"][0] < 50.0
 
 
@@ -88,7 +88,7 @@ def test_what_rounding_makes_of_a_parting_is_seen() -> None:
 def test_bounds_are_found_anew_before_rounding_could_use_up_their_margin() -> None:
     """Discs that meet after 150,000 frames are looked at now and then before, with the same result."""
     scene = line(0.0, 1000.0, velocities=(0.4, -0.26), restitution=0.5, duration_s=1600.0)
-    clock = FrameClock.at_rate(100.0)
+    clock = FrameClock(rate_hz=100.0)
     assert len(assert_identical(scene, clock).log) == 1
     looked_at = finished(scene, clock, compiled_forms()["default"]).counts["frames_looked_at"]
     assert 160_000 // 2**16 <= looked_at <= 20
@@ -109,13 +109,13 @@ def test_a_million_frames_are_the_definitions_to_the_bit() -> None:
         ],
         duration_s=1e6 / 97.0,
     )
-    assert len(assert_identical(scene, FrameClock.at_rate(97.0)).log) > 1000
+    assert len(assert_identical(scene, FrameClock(rate_hz=97.0)).log) > 1000
 
 
 def test_two_discs_far_apart_are_looked_at_a_handful_of_times() -> None:
     """Of 6,000 frames of two discs that meet once, all but a handful are skipped."""
     scene = line(0.0, 60.5, velocities=(1.0, 0.0), duration_s=100.0)
-    counts = finished(scene, FrameClock.at_rate(60.0), compiled_forms()["default"]).counts
+    counts = finished(scene, FrameClock(rate_hz=60.0), compiled_forms()["default"]).counts
     assert counts["frames"] == 6000
     assert counts["frames_looked_at"] <= 5
     assert counts["frames_looked_at"] + counts["frames_skipped"] == 6000
@@ -124,21 +124,21 @@ def test_two_discs_far_apart_are_looked_at_a_handful_of_times() -> None:
 def test_separating_discs_are_looked_at_once() -> None:
     """Discs that fly apart are looked at once, each at both of the others, and never again."""
     scene = line(0.0, 1.0, 2.0, velocities=(-1.0, 0.5, 3.0), duration_s=50.0)
-    counts = finished(scene, FrameClock.at_rate(60.0), compiled_forms()["default"]).counts
+    counts = finished(scene, FrameClock(rate_hz=60.0), compiled_forms()["default"]).counts
     assert (counts["frames_looked_at"], counts["pair_tests"]) == (1, 6)
 
 
 def test_plain_looping_looks_at_every_frame_and_makes_every_test() -> None:
     """Asked to leave nothing out, the compiled run counts what the definition counts."""
     scene = gas_scene(20, 0.3, duration_s=1.0)
-    clock = FrameClock.at_rate(60.0)
+    clock = FrameClock(rate_hz=60.0)
     assert finished(scene, clock, compiled_forms()["plain"]).counts == finished(scene, clock).counts
 
 
 def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
     """At 1,000 discs, packing .3, 60 frames a second: at most a hundredth of plain looping's tests."""
     scene = gas_scene(1000, 0.3, duration_s=1.0)
-    clock = FrameClock.at_rate(60.0)
+    clock = FrameClock(rate_hz=60.0)
     fast, plain = (finished(scene, clock, compiled_forms()[name]) for name in ("default", "plain"))
     assert bits(fast) == bits(plain)
     assert len(plain.log) > 100
@@ -150,7 +150,7 @@ def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
     discs = [Disc(position_m=(k, 0.0), velocity_m_s=(50.0 * (-1) ** k, 0.0), radius_m=0.5) for k in range(12)]
     walls = [Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(11.5, 0), normal=(-1, 0))]
     scene = Scene(name="crush", discs=discs, walls=walls, duration_s=100.0)
-    clock = FrameClock.at_rate(20.0)
+    clock = FrameClock(rate_hz=20.0)
     run = finished(scene, clock, compiled_forms()["default"])
     tests = 2000 * (12 * 11 // 2 + 12 * 2)
     assert bits(run) == bits(finished(scene, clock))
@@ -161,7 +161,7 @@ def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
 def test_the_record_is_handed_out_as_it_grows() -> None:
     """Arrays asked for in between stay as they were, none can be written to, and the last one holds all impacts."""
     scene = gas_scene(50, 0.5, duration_s=2.0)
-    clock = FrameClock.at_rate(60.0)
+    clock = FrameClock(rate_hz=60.0)
     whole = finished(scene, clock, compiled_forms()["default"]).log.array()
     run = compiled_forms()["default"](scene, clock)
     seen = []
@@ -183,7 +183,7 @@ def test_any_number_of_discs_runs(count: int) -> None:
     ]
     walls = [Wall(point_m=(p, p), normal=normal) for p, normal in ((-1, (1, 0)), (-1, (0, 1)), (13, (-1, -1)))]
     scene = Scene(name="some", discs=discs, walls=walls, duration_s=5.0)
-    assert len(assert_identical(scene, FrameClock.at_rate(24.0)).log) > 0
+    assert len(assert_identical(scene, FrameClock(rate_hz=24.0)).log) > 0
 
 
 def test_negative_zeros_are_the_definitions() -> None:
@@ -195,6 +195,6 @@ def test_negative_zeros_are_the_definitions() -> None:
         Disc(position_m=(9.0, -0.0), velocity_m_s=(-0.0, 1.0), radius_m=0.5),
     ]
     scene = Scene(name="zeros", discs=discs, duration_s=10.0)
-    assert_identical(scene, FrameClock.at_rate(3.0))
-    start = [form(scene, FrameClock.at_rate(3.0)) for form in compiled_forms().values()]
+    assert_identical(scene, FrameClock(rate_hz=3.0))
+    start = [form(scene, FrameClock(rate_hz=3.0)) for form in compiled_forms().values()]
     assert {bits(run) for run in start} == {bits(finished(scene.model_copy(update={"duration_s": 0.0}), FrameClock()))}

@@ -139,7 +139,7 @@ def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
 @pytest.mark.parametrize("against", ["wall", "disc", "immovable"])
 def test_an_impact_that_leaves_no_approach_is_reported_once(against: str) -> None:
     """At e = 0, at any tilt, rounding leaves some 1e-17 m/s of approach, which is no impact: a pair has one."""
-    rng, clock = np.random.default_rng(3), FrameClock.at_rate(60.0)
+    rng, clock = np.random.default_rng(3), FrameClock(rate_hz=60.0)
     for _ in range(64):
         angle = float(rng.uniform(0.0, math.tau))
         n = np.array([math.cos(angle), math.sin(angle)])

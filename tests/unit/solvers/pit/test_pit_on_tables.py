@@ -26,7 +26,7 @@ pytest.importorskip("carom.solvers.pit.frame_loop")
 def test_every_table_of_the_catalogue_has_the_bits_of_the_definition(entry: CatalogueScene) -> None:
     """Over the first two seconds of each."""
     short = entry.scene.model_copy(update={"duration_s": min(entry.scene.duration_s, 2.0)})
-    assert_identical(short, FrameClock.at_rate(short.frame_rate_hz))
+    assert_identical(short, FrameClock(rate_hz=short.frame_rate_hz))
 
 
 def test_random_tables_have_the_bits_of_the_definition() -> None:
@@ -37,7 +37,7 @@ def test_random_tables_have_the_bits_of_the_definition() -> None:
         if found is None:
             continue
         scene = found[0].model_copy(update={"duration_s": 4.0})
-        run = assert_identical(scene, FrameClock.at_rate((10.0, 60.0, 37.3)[seed % 3]))
+        run = assert_identical(scene, FrameClock(rate_hz=(10.0, 60.0, 37.3)[seed % 3]))
         edges = run.log.edges()
         assert edges is not None
         kinds |= set(edges["kind"].tolist())
@@ -52,7 +52,7 @@ def test_a_nearly_flat_arc_is_met_as_a_segment_is(bulge: float) -> None:
     for bulges in ((bulge,), ()):
         floor = Chain(points_m=[(-1, 0), (1, 0)], bulges=bulges)
         scene = Scene(name="floor", discs=discs, walls=[floor], duration_s=2.0)
-        run = assert_identical(scene, FrameClock.at_rate(1000.0))
+        run = assert_identical(scene, FrameClock(rate_hz=1000.0))
         frames.append(run.log.array()["time_s"].tolist())
     assert len(frames[1]) == 1
     # The arc's middle is off the segment by the bulge, in metres, at a metre a second; and a frame more or less.
@@ -70,7 +70,7 @@ def test_many_discs_in_cells_have_the_bits_of_the_definition() -> None:
     stadium = Chain(points_m=[(-4, -3), (5, -3), (5, 3), (-4, 3)], bulges=[0, 1, 0, 1], closed=True)
     bar = Chain(points_m=[(-1, 2.5), (3, 2.25)], half_width_m=0.125)
     scene = Scene(name="stadium of many", discs=discs, walls=[stadium, bar], duration_s=2.0)
-    run = assert_identical(scene, FrameClock.at_rate(120.0))
+    run = assert_identical(scene, FrameClock(rate_hz=120.0))
     assert np.count_nonzero(run.log.array()["second"] < 0) > 20
 
 
@@ -80,7 +80,7 @@ def test_a_disc_far_from_a_wall_is_looked_at_a_handful_of_times() -> None:
     for velocity, most in (((1.0, 0.0), 20), ((0.0, 0.0), 1)):
         disc = Disc(position_m=(0, 0), velocity_m_s=velocity, radius_m=0.5)
         scene = Scene(name="far", discs=[disc], walls=[line], duration_s=9.0)
-        clock = FrameClock.at_rate(1000.0)
+        clock = FrameClock(rate_hz=1000.0)
         counts = finished(scene, clock, compiled_forms()["always skipping"]).counts
         assert counts["frames"] == 9000
         assert counts["frames_looked_at"] <= most

@@ -21,7 +21,7 @@ from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import gas_scene
 from carom.trace import Outcome
 
-CLOCK = FrameClock.at_rate(24.0)
+CLOCK = FrameClock(rate_hz=24.0)
 
 
 def forms() -> dict[str, Form]:
@@ -52,7 +52,7 @@ def billiard() -> Scene:
 
 def test_a_state_between_frames_is_that_of_free_flight(form: Form) -> None:
     """Between two frames discs are where their velocities take them from the frame before."""
-    run = form(line(0.0, 9.0, velocities=(1.0, -2.0)), FrameClock.at_rate(4.0))
+    run = form(line(0.0, 9.0, velocities=(1.0, -2.0)), FrameClock(rate_hz=4.0))
     run.advance_to(0.625)
     assert run.time_s == 0.625
     assert run.positions()[:, 0].tolist() == [0.625, 7.75]

@@ -14,7 +14,7 @@ from carom.solvers.pit.solve import pit_run, solve_pit
 from carom.solvers.rows import RecordedImpacts
 from carom.trace import Outcome
 
-CLOCK = FrameClock.at_rate(60.0)
+CLOCK = FrameClock(rate_hz=60.0)
 
 
 def falling() -> Scene:
