@@ -63,13 +63,12 @@ def fields() -> Iterator[str]:
 
 
 def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
-    """One copy for each number of a field and each value that is none."""
+    """One copy for each number of a field, each with one of the values that are none, in turn."""
     whole = array_of(trace, name)
-    for index in np.ndindex(whole.shape):
-        for value in BROKEN:
-            changed = whole.copy()
-            changed[index] = value
-            yield with_array(trace, name, changed), f"{name}{index} = {value}"
+    for index, value in zip(np.ndindex(whole.shape), itertools.cycle(BROKEN), strict=False):
+        changed = whole.copy()
+        changed[index] = value
+        yield with_array(trace, name, changed), f"{name}{index} = {value}"
 
 
 @pytest.mark.parametrize("name", list(fields()))

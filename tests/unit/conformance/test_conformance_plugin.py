@@ -40,13 +40,6 @@ def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project:
     assert "conformance" not in done.stdout
 
 
-def test_importing_carom_does_not_import_pytest(run_pytest: Pytest) -> None:
-    """The package and its command line leave pytest alone, which is no dependency of Carom's."""
-    check = "import carom, carom.runs, carom.cli\nassert 'pytest' not in sys.modules, 'pytest was imported'"
-    done = run_pytest("--version", before=check)
-    assert done.returncode == 0, done.stderr
-
-
 @pytest.mark.long
 def test_a_repository_without_tests_runs_the_suite(run_pytest: Pytest) -> None:
     """Where there is nothing else to collect, the cases are all there is, and -k chooses among them."""

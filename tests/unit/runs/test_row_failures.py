@@ -157,6 +157,7 @@ def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
         ],
     ),
 )
+@pytest.mark.usefixtures("in_process")
 def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act: str, words: str) -> None:
     """Whoever wrote the adapter reads where it failed: in the own file, also where a library raised it."""
     reason = by_engine(checked(scene, act))[act].reason

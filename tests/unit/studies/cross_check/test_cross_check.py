@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 
 import carom
@@ -187,19 +188,17 @@ def test_run_raises_what_a_table_would_show(scene: Scene) -> None:
         carom.run(scene, "missing", dt=0.1)
 
 
-def test_run_gives_the_trace_of_the_method_itself(scene: Scene) -> None:
-    """PIC through the seam, in another process, gives PIC's own impacts and final state to the bit."""
+@pytest.mark.parametrize("process", long_after(1, ["in_process", "another"]))
+def test_run_gives_the_trace_of_the_method_itself(scene: Scene, process: str, request: pytest.FixtureRequest) -> None:
+    """PIC and PIT through the seam, in this process and in another, give their own impacts to the bit."""
+    if process == "in_process":
+        request.getfixturevalue(process)
     direct, through = carom.solve_pic(scene), carom.run(scene, "pic", dt=1 / 60)
     assert (direct.impacts == through.impacts).all()
     assert (direct.final_velocity_m_s == through.final_velocity_m_s).all()
     assert through.settings["form"] == "event-driven"
     assert through.samples is not None
     assert through.samples.position_m.shape == (121, 2, 2)
-
-
-@pytest.mark.long
-def test_pit_through_the_seam_is_pit(scene: Scene) -> None:
-    """PIT through the seam finds the impacts that PIT finds when called directly."""
     direct, through = carom.solve_pit(scene, frame_rate_hz=60), carom.run(scene, "pit", dt=1 / 60)
     assert (direct.impacts == through.impacts).all()
 
