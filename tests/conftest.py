@@ -10,6 +10,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import socket
 import sys
 from collections.abc import Callable, Generator, Iterator
 from functools import cache
@@ -22,6 +23,7 @@ from carom import Scene, extension
 from carom.adapter import Adapter, Observation, Setting
 from carom.errors import MissingExtraError
 from carom.registry import load_adapter, why_unavailable
+from carom.runs.template import PATIENCE_S, Template
 
 # Shared machines make deadlines lie: no single example is timed.
 settings.register_profile("carom", deadline=None, derandomize=True, max_examples=12)
@@ -33,8 +35,36 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
 pytest.MonkeyPatch().setattr("typer.main.get_command", cache(get_command))
 
 
-def pytest_configure() -> None:
-    """Refuse to test an extension that was built from other sources than those beside it."""
+class _Shared(Template):
+    """One for all pools, which ends with the tests."""
+
+    def close(self) -> None:
+        pass
+
+
+@cache
+def _template() -> Template:
+    """A process that has a worker's imports done and forks workers, as that of `carom`; the tests' own has threads."""
+    ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    its.set_inheritable(True)
+    program = (
+        "import os, socket, sys, carom.runs.engines, carom.runs.observe, carom.runs.worker, carom.runs.template as it\n"
+        "it._serve(socket.socket(fileno=int(sys.argv[1])), os.getppid())"
+    )
+    process = os.posix_spawn(sys.executable, [sys.executable, "-c", program, str(its.fileno())], os.environ)
+    its.close()
+    ours.settimeout(5 * PATIENCE_S)
+    return _Shared(ours, process)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Let workers be forked, as by the command, but in long tests and where lines are counted: there each is started.
+
+    Refuse to test an extension that was built from other sources than those beside it.
+    """
+    short = str(config.getoption("markexpr")).startswith("not long")
+    if sys.platform == "linux" and short and not config.getoption("cov_source", None):
+        pytest.MonkeyPatch().setattr(Template, "forked", _template)
     try:
         from carom.built import DIGEST
     except ImportError:
@@ -44,6 +74,12 @@ def pytest_configure() -> None:
             "the compiled extension is not built from the .pyx, .pxd and .h files beside it; build it again: "
             f"{sys.executable} setup.py build_ext --inplace --force"
         )
+
+
+def pytest_unconfigure() -> None:
+    """End the process that forks workers, if there is one."""
+    if _template.cache_info().currsize:
+        Template.close(_template())
 
 
 @pytest.hookimpl(wrapper=True)
