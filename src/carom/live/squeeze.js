@@ -7,20 +7,20 @@ import { gapOf } from "./finite.js";
 const isSame = ([ax, ay], [bx, by]) => ax === bx && ay === by;
 const back = ([nx, ny]) => [-nx, -ny];
 // The component of a vector across a normal along an axis.
-const across = ([x, y], [nx]) => (nx ? y : x);
+const acrossAxis = ([x, y], [nx]) => (nx ? y : x);
 
 // A point of what lies across a line, and how far before it its surface is; null where it does not.
-const onPlane = ([x, y, ...facing], normal) => (across(facing, normal) ? null : [[x, y], 0]);
+const onPlane = ([x, y, ...facing], normal) => (acrossAxis(facing, normal) ? null : [[x, y], 0]);
 function onFeature(feature, [x, y], [movedX, movedY], normal) {
   const { kind, halfWidth } = feature;
   if (kind === "face") {
     const { a, b } = feature,
-      leans = across([b[1] - a[1], a[0] - b[0]], normal);
+      leans = acrossAxis([b[1] - a[1], a[0] - b[0]], normal);
     return isSame(feature.normal, normal) && !leans ? [a, halfWidth] : null;
   }
   const at = kind === "vertex" ? feature.at : feature.centre.map(([high]) => high),
     radius = kind === "vertex" ? 0 : feature.inside ? -feature.radius[0] : feature.radius[0];
-  return across([x - movedX - at[0], y - movedY - at[1]], normal) ? null : [at, halfWidth + radius];
+  return acrossAxis([x - movedX - at[0], y - movedY - at[1]], normal) ? null : [at, halfWidth + radius];
 }
 
 export class Squeezes {
@@ -100,14 +100,14 @@ export class Squeezes {
     const b = this.bodies,
       now = b.time[i],
       line = this.inARow(i, normal);
-    if (line === null || (normal[0] && normal[1]) || across(b.gravity, normal)) return Infinity;
+    if (line === null || (normal[0] && normal[1]) || acrossAxis(b.gravity, normal)) return Infinity;
     const row = line.map(({ body }) => body),
       walls = row.filter((body) => body < 0).map((body) => -1 - body),
       discs = row.filter((body) => body >= 0);
     if (row.length > 3 && Math.min(b.restitution, ...walls.map((k) => b.wallRestitution[k])) < 1) return Infinity;
     const states = discs.map((body) => b.stateAt(body, [now, 0]));
-    if (new Set(states.map((state) => across(state, normal))).size > 1) return Infinity;
-    if (states.some(([, , ...velocity]) => across(velocity, normal)) || this.slips(row, walls, discs)) return Infinity;
+    if (new Set(states.map((state) => acrossAxis(state, normal))).size > 1) return Infinity;
+    if (states.some(([, , ...velocity]) => acrossAxis(velocity, normal)) || this.slips(row, walls, discs)) return Infinity;
     const ends = [this.end(line[0], row[1], normal, now), this.end(line.at(-1), row.at(-2), back(normal), now)];
     if (ends.includes(null)) return Infinity;
     const [[x, y, vx, vy], [toX, toY, toVx, toVy]] = ends,
@@ -138,7 +138,7 @@ export class Squeezes {
     const plane = b.planes[-1 - body],
       [leg] = b.legsAhead(body, t),
       [movedX, movedY] = movedOn(leg, t);
-    if (across(leg.velocity, normal) || (!plane && feature === null)) return null;
+    if (acrossAxis(leg.velocity, normal) || (!plane && feature === null)) return null;
     const surface = plane ? onPlane(plane, normal) : onFeature(feature, b.stateAt(disc, [t, 0]), [movedX, movedY], normal);
     if (surface === null) return null;
     const [[x, y], depth] = surface;
