@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from matplotlib import pyplot as plt
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
@@ -187,6 +186,8 @@ def test_no_report_is_imported_until_something_is_shown() -> None:
 
 def test_traces_beside_each_other_have_one_scale(scene: Scene) -> None:
     """Both show the same part of the plane, also where one of the two goes farther than the other."""
+    from matplotlib import pyplot as plt
+
     far = carom.solve_pit(scene, frame_rate_hz=1)  # looks so seldom that the discs pass through
     several = carom.plot_beside(carom.solve_pic(scene), far)
     assert len(several) == 2
