@@ -12,6 +12,7 @@ from tests.lengths import long_after
 
 #: No command that answers on a terminal draws, certifies two discs, searches, or drives an engine in its own process.
 NEVER = {"matplotlib", "jinja2", "flint", "distributed", "pandas", "optuna", "pytest", "pymunk", "mujoco", "pybullet"}
+NEVER |= {"numpy.ma"}  # which NumPy loads for a median
 #: A page, its records, a bar that only a terminal shows, programs as engines, and other commands.
 OF_OTHERS = {
     "carom.pages.render.html",

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.finite import finite_impacts
 from carom.comparator.measure import restitutions, worse
-from carom.comparator.scales import Scales
+from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
 from carom.disc_arrays import HalfPlane
 from carom.outline import Outline
@@ -74,7 +74,7 @@ class LocalErrors:
     def median(self, name: str) -> float:
         """Return the median of the magnitudes of one of the errors, by name; NaN where there are none."""
         known = self._known(name)
-        return float(np.median(known)) if len(known) else math.nan
+        return median(known) if len(known) else math.nan
 
     def worst(self, name: str) -> float:
         """Return the largest magnitude of one of the errors, by name; NaN where there are none."""
@@ -163,7 +163,8 @@ def local_errors(trace: Trace, scales: Scales) -> LocalErrors:
     known = np.isfinite(bodies.position).all(axis=(0, 2)) & np.isfinite(start) & finite_impacts(trace)
     known &= not any(trace.scene.gravity_m_s2) and not Slowing.of(trace.scene)
     turns = [i for i, drive in zip(scene.driven_discs, scene.disc_drives, strict=True) if len(drive.legs) > 1]
-    known &= ~np.isin(impacts["first"], turns) & ~np.isin(impacts["second"], turns)  # its path is not straight
+    for disc in turns:  # its path is not straight
+        known &= (impacts["first"] != disc) & (impacts["second"] != disc)
     wait, normal = np.full(len(impacts), math.nan), np.zeros((len(impacts), 2))
     pairs, walls = np.flatnonzero(known & ~bodies.wall), np.flatnonzero(known & bodies.wall)
     wait[pairs] = _entry(bodies, pairs)

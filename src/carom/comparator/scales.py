@@ -114,6 +114,13 @@ def own_scales_of(trace: Trace) -> OwnScales:
     )
 
 
+def median(values: Array) -> float:
+    """Return the median of one value or more; NaN where one of them is. NumPy's own loads masked arrays first."""
+    ordered = np.sort(values)  # NaN is last
+    one, other = ordered[[(len(ordered) - 1) // 2, len(ordered) // 2]].tolist()
+    return math.nan if math.isnan(ordered[-1]) else one if one == other else (one + other) / 2
+
+
 def largest(values: Iterable[float], default: float = math.nan) -> float:
     """Return the value of the largest magnitude, with its sign; NaN where one of them is NaN, which `max` passes over.
 

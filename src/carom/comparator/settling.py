@@ -36,7 +36,8 @@ def before_rest(reference: Trace, reach: Reach, dt_s: float, sampling: Trace | N
     weak = closing <= RESTING_STEPS * math.hypot(*reference.scene.gravity_m_s2) * dt_s
     bouncing = _last_bounces(reference)
     if reference.contact_s == math.inf or reference.outcome is Outcome.GLIDES:  # which is no rest
-        weak &= np.isin(np.arange(len(impacts)), [row for bounces in bouncing for row in bounces.rows])
+        told = {row for bounces in bouncing for row in bounces.rows}
+        weak &= np.array([row in told for row in range(len(impacts))], dtype=np.bool_)
     if reference.outcome is Outcome.CRUSHED:
         return _cut(reach, times, _before_crush(reference, dt_s, sampling))
     ends_s = [reference.contact_s]

@@ -241,10 +241,10 @@ class _Run:
             spins = None if spins is None else spins[~later]
             turned_s = np.where(np.isfinite(effective), effective, impacts["time_s"])
             bodies = np.concatenate([after["first"], after["second"]])
-            discs, until_s = np.unique(bodies[bodies >= 0]), self.taken * self.dt_s
+            discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), self.taken * self.dt_s
             if self.slowing.table_m_s2:  # one that has stopped since then comes from nobody knows where
-                discs, until_s, missing = np.arange(len(self.scene.discs)), self.scene.duration_s, 0.0
-            state = self._flown_to(until_s, discs.tolist(), impacts, turned_s, spins)
+                discs, until_s, missing = [*range(len(self.scene.discs))], self.scene.duration_s, 0.0
+            state = self._flown_to(until_s, discs, impacts, turned_s, spins)
         if self.samples and completed:
             self.positions += [
                 state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)

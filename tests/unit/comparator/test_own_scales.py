@@ -15,7 +15,7 @@ from tests.stage import disc_at, staged
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
 from carom.adapter import Contact, Observation
 from carom.comparator import Grade, Verdict
-from carom.comparator.scales import own_scales_of, scales_of
+from carom.comparator.scales import median, own_scales_of, scales_of
 from carom.runs.collect import ImpactCollector
 
 BESIDE = {
@@ -210,3 +210,12 @@ def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: fl
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = staged("drop", ball, beside, floor, wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=duration_s)
     assert scales_of(scene, solve_pic(scene)).speed_m_s == fastest
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10, 11])
+def test_the_median_is_numpy_s(count: int) -> None:
+    """Of odd and even numbers of values, with infinities and NaN among them."""
+    values = np.random.default_rng(count).normal(size=count)
+    for strange in (values.max(), math.inf, -math.inf, math.nan):
+        several = np.where(values == values.max(), strange, values)
+        np.testing.assert_equal(median(several), np.median(several))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.grades import Grade
 from carom.comparator.local_truth.judge import PASSED
-from carom.comparator.scales import Scales
+from carom.comparator.scales import Scales, median
 from carom.comparator.thresholds import THRESHOLDS
 from carom.number_text import instant
 from carom.trace import pair_name
@@ -235,7 +235,7 @@ def _number(worst: float) -> float:
 def _median_and_worst(values: Array) -> tuple[float, float]:
     if not len(values):
         return (math.nan, math.nan)
-    return (float(np.median(values)), float(np.max(values)))
+    return (median(values), float(np.max(values)))
 
 
 def _once(meetings: NDArray[np.void]) -> NDArray[np.void]:
