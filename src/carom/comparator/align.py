@@ -167,6 +167,7 @@ def _align_pair(
     if rows == columns and all(low[k] <= k < high[k] for k in range(rows)):
         return list(zip(expected, found, strict=True))  # in order, no other leaves none unmatched
     table: list[list[tuple[int, float]]] = [[] for _ in range(rows)]
+    stamps: list[float] = times.tolist()
 
     def cost(r: int, c: int) -> tuple[int, float]:
         skipped = 0
@@ -181,15 +182,14 @@ def _align_pair(
 
     for r in range(rows - 1, -1, -1):
         row: list[tuple[int, float]] = [(0, 0.0)] * (high[r] - low[r])
-        ahead = cost(r + 1, high[r])
-        ahead = (ahead[0] + 1, ahead[1])  # from the first column after the window on, this impact is missed
+        match, time_s = cost(r + 1, high[r]), float(reference_time[expected[r]])
+        ahead = (match[0] + 1, match[1])  # from the first column after the window on, this impact is missed
         for c in range(high[r] - 1, low[r] - 1, -1):
             missed = cost(r + 1, c)
             best = min((missed[0] + 1, missed[1]), (ahead[0] + 1, ahead[1]))
-            match = cost(r + 1, c + 1)
-            difference = abs(float(times[c] - reference_time[expected[r]]))
-            best = min(best, (match[0], match[1] + difference))
+            best = min(best, (match[0], match[1] + abs(stamps[c] - time_s)))
             row[c - low[r]] = ahead = best
+            match = missed
         table[r] = row
     matched, r, c = [], 0, 0
     while r < rows and c < columns:
