@@ -96,8 +96,9 @@ def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
     spans = [_span(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
     last = len(edges) - 1
     for j, one in enumerate(lines):
-        for i in range(j):
-            if any(spans[i][k] > spans[j][k + 2] or spans[j][k] > spans[i][k + 2] for k in (0, 1)):
+        left, low, right, high = spans[j]
+        for i, (x, y, to_x, to_y) in enumerate(spans[:j]):
+            if x > right or left > to_x or y > high or low > to_y:
                 continue
             joints = [one.a] if i == j - 1 else []
             joints += [one.b] if closed and i == 0 and j == last else []

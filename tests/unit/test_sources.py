@@ -39,6 +39,12 @@ def modules() -> dict[str, str]:
 
 
 @cache
+def tree(path: str) -> ast.Module:
+    """A module of the package as it is parsed."""
+    return ast.parse(modules()[path])
+
+
+@cache
 def texts() -> dict[Path, str]:
     """Sources, adapters and documents, by their paths."""
     files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
@@ -67,9 +73,9 @@ def test_functions_are_of_a_size_that_is_read() -> None:
     """No function of these rooms is longer than a screen, or takes more than a dozen arguments."""
     functions = {
         f"{path}:{node.lineno} {node.name}": node
-        for path, text in modules().items()
+        for path in modules()
         if path.startswith(("cli/", "shell/", "studies/"))
-        for node in ast.walk(ast.parse(text))
+        for node in ast.walk(tree(path))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
     }
     assert len(functions) > 200
@@ -80,12 +86,13 @@ def test_functions_are_of_a_size_that_is_read() -> None:
 
 def test_a_word_that_misleads_stands_nowhere() -> None:
     """Whoever searches for the term of the field finds it; what is found is told with which that is."""
-    words = re.compile("|".join(f"(?P<w{k}>{old})" for k, old in enumerate(INSTEAD)))
-    said = [*INSTEAD.values()]
+    words = re.compile("|".join(INSTEAD))  # all at once, four times as fast as one after the other
     found = [
-        (str(path), hit[0], said[int((hit.lastgroup or "")[1:])])
+        (str(path), hit[0], new)
         for path, text in texts().items()
         for hit in words.finditer(text)
+        for old, new in INSTEAD.items()
+        if re.compile(old).match(text, hit.start())
     ]
     assert found == []
 
@@ -107,7 +114,7 @@ def test_numbers_are_rounded_for_a_reader_in_one_place() -> None:
         (path, ast.unparse(node))
         for path, text in modules().items()
         if path not in {"number_text.py", *computed} and re.search(r":\.\d+g", text)
-        for node in ast.walk(ast.parse(text))
+        for node in ast.walk(tree(path))
         if isinstance(node, ast.FormattedValue | ast.Constant)
         and re.search(r":\.\d+g\b", ast.unparse(node).replace(":.17g", ""))
     ]
@@ -164,7 +171,7 @@ def test_no_message_and_no_page_uses_an_old_word() -> None:
     words = [(old.strip(), new.strip()) for _, old, new, _ in (row.split("|") for row in rows.strip().splitlines())]
     assert len(words) > 10
     bare = [plain(old) for old, _ in words]
-    read = {path: said(ast.parse(text)) for path, text in modules().items() if any(w in plain(text) for w in bare)}
+    read = {path: said(tree(path)) for path, text in modules().items() if any(w in plain(text) for w in bare)}
     pages = [ROOT / "README.md", *(path for path in (ROOT / "docs").rglob("*.md") if "decisions" not in path.parts)]
     pages += (SOURCE / "pages" / "templates").iterdir()
     read |= {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in pages}
