@@ -7,7 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.hazards.measures import head_on, parted, starts
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, AdapterError, Observation
@@ -33,28 +32,6 @@ def _head_on(closing: float, restitution: float = 1.0, away_s: float = 0.5) -> S
         restitution=restitution,
         duration_s=2 * away_s,
     )
-
-
-@pytest.mark.parametrize(
-    ("closing", "profile", "few", "least", "most"),
-    [
-        (5.0, "default", 0, 0.99, 1.001),
-        (0.5, "default", 2, 0.97, 1.001),
-        (0.1, "default", 6, 0.94, 1.5),
-        (0.01, "default", 28, 0.9, 10.0),
-        (0.5, "tuned", 0, 0.99, 1.001),
-        (0.1, "tuned", 16, 0.96, 1.001),
-    ],
-)
-def test_some_starts_of_slow_discs_come_back_at_another_speed(
-    drake: Adapter, closing: float, profile: str, few: int, least: float, most: float
-) -> None:
-    """An elastic impact turns the closing speed round: of 32 starts some don't, the more the slower, by up to this."""
-    values = [parted(drake, scene, profile) for scene in starts(head_on(closing))]
-    off = sum(abs(value - 1) > 0.01 for value in values)
-    assert off <= few
-    assert (off > 0) == (few > 0)
-    assert least <= min(values) <= max(values) <= most
 
 
 def test_contacts_are_over_before_the_step_is(drake: Adapter, drive: Drive) -> None:

@@ -29,10 +29,11 @@ def test_figures_over_starts_are_those_of_the_page(name: str, named: Named) -> N
 
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "drake"])  # whose gas takes minutes
 def test_a_gas_is_within_the_range_of_the_page(name: str, named: Named) -> None:
-    """The median over 16 starts lies in the range of the page, which is that of a chaotic run."""
+    """The median over 16 starts lies in the range of the page, that of a chaotic run; what loses there always loses."""
     named(name)
     known = ranges(PAGE.read_text(encoding="utf-8"), "A gas")
     for figure in measured((name,), ("gas",)):
         assert figure.spread is not None
         least, most = known[f"{figure.engine} {figure.profile}"]
+        assert most >= -1.0 or figure.spread.most < 0.0
         assert least <= float(percent(figure.spread.median).removesuffix(" %")) <= most  # rounded as the page is

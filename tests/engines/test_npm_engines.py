@@ -17,14 +17,12 @@ from tests.engines.staged import (
     Named,
     after_oblique,
     at_starts,
-    energy_part,
     head_on,
     oblique,
 )
-from tests.hazards.measures import passing
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, Setting
+from carom.adapter import Adapter
 from carom.scenes import all_scenes
 from carom_adapters import npm
 
@@ -33,51 +31,27 @@ DT_S = 1 / 60
 SINGLE = 1e-5
 
 
-def speeds(adapter: Adapter, scene: Scene, finish: Finish, profile: str) -> list[float]:
-    """Velocities along x at the end."""
-    found: list[float] = finish(adapter, scene, DT_S, profile).velocity_m_s[:, 0].tolist()
-    return found
-
-
-@pytest.mark.parametrize("name", ["box2d3", "jolt"])
-@pytest.mark.parametrize(("speed_m_s", "bounces"), [(0.97, False), (1.03, True)])
-def test_contacts_below_a_metre_a_second_are_inelastic_as_shipped(
-    name: str, speed_m_s: float, bounces: bool, named: Named, finish: Finish
+@pytest.mark.parametrize(
+    ("name", "threshold_m_s", "near"),
+    [("box2d3", 1.0, 0.03), ("jolt", 1.0, 0.03), ("planck", 1.0, 0.01), ("physx", 2.0, 0.01)],
+)
+@pytest.mark.parametrize("bounces", [False, True])
+def test_slow_contacts_are_inelastic_as_shipped(
+    name: str, threshold_m_s: float, near: float, bounces: bool, named: Named, finish: Finish
 ) -> None:
-    """Elastic discs that close at less than 1 m/s leave together; `tuned` lets them exchange velocities."""
+    """Elastic discs that close at less leave together, without a word; `tuned` lets them exchange velocities."""
+    speed_m_s = threshold_m_s + near if bounces else threshold_m_s - near
     law = [0, speed_m_s]
     shipped = law if bounces else [speed_m_s / 2, speed_m_s / 2]
     # Box2D's soft contact takes more than a step to make two velocities one.
-    tolerance = 0.02 if name == "box2d3" and not bounces else SINGLE
+    tolerance = 1e-12 if name == "planck" else 0.02 if name == "box2d3" and not bounces else SINGLE
     for phase in PHASES:
-        scene = head_on(speed_m_s, phase=phase)
-        assert speeds(named(name), scene, finish, "default") == pytest.approx(shipped, abs=tolerance)
-        assert speeds(named(name), scene, finish, "tuned") == pytest.approx(law, abs=SINGLE)
-
-
-@pytest.mark.parametrize(
-    ("pixels_a_second", "free", "locked"),
-    [(60, 0.095, -1.0), (110, 0.095, -1.0), (130, 0.985, 1.0), (1200, 0.985, 1.0)],
-)
-def test_matter_does_not_give_back_a_slow_elastic_impact(
-    pixels_a_second: float, free: float, locked: float, named: Named, finish: Finish
-) -> None:
-    """Below 120 pixels a second discs as shipped part at a tenth of their speed; locked ones, as if they never met.
-
-    Above it free ones lose 1.5 % of it, to the turning of polygons; with an odd number of iterations none is undone.
-    """
-    matter, speed = named("matter"), pixels_a_second / 128
-
-    def parted(scene: Scene, profile: str, **changes: Setting) -> float:
-        first, second = finish(matter, scene, DT_S, profile, **changes).velocity_m_s[:, 0]
-        return float(second - first) / speed
-
-    for phase in PHASES:
-        scene = head_on(speed, phase=phase).model_copy(update={"duration_s": 1.0})  # polygons meet later than circles
-        assert parted(scene, "default") == pytest.approx(free, abs=0.001)
-        assert parted(scene, "default", locked=True) == pytest.approx(locked, abs=1e-9)
-        assert parted(scene, "default", locked=True, velocityIterations=5) == pytest.approx(1, abs=1e-9)
-        assert parted(scene, "tuned") == pytest.approx(1, abs=1e-9)
+        scene = head_on(speed_m_s, phase=phase + (name == "physx") * 0.5 / STARTS)
+        end = finish(named(name), scene, DT_S, "default")
+        assert end.velocity_m_s[:, 0] == pytest.approx(shipped, abs=tolerance)
+        assert end.warning == ""
+        tuned = finish(named(name), scene, DT_S, "tuned")
+        assert tuned.velocity_m_s[:, 0] == pytest.approx(law, abs=min(tolerance, SINGLE))
 
 
 def changed_by_a_miss(adapter: Adapter, profile: str, finish: Finish) -> list[float]:
@@ -116,40 +90,11 @@ def test_speeds_end_at_a_limit_as_shipped(name: str, limit_m_s: float, named: Na
         assert tuned.velocity_m_s[1, 0] == pytest.approx(2 * 1000 * 300.3 / 1001, rel=1e-5)
 
 
-def hits(adapter: Adapter, speed_m_s: float, finish: Finish, profile: str, both: bool = False) -> int:
-    """In how many of 16 starts a disc of 5 cm sends off another, which is at rest or comes to meet it."""
-    found = 0
-    for phase in PHASES:
-        scene = head_on(speed_m_s, 0.05, phase + 0.5 / STARTS)
-        if both:  # seen from the middle of the two, at the same closing speed
-            half = speed_m_s / 2
-            discs = [
-                disc.model_copy(update={"velocity_m_s": (disc.velocity_m_s[0] - half, 0.0)}) for disc in scene.discs
-            ]
-            scene = scene.model_copy(update={"discs": tuple(discs)})
-        first, second = finish(adapter, scene, DT_S, profile).velocity_m_s[:, 0]
-        found += bool(second > first)
-    return found
-
-
-@pytest.mark.parametrize("name", ["box2d3", "jolt", "rapier2d"])
-def test_fast_discs_pass_each_other_unless_swept(name: str, named: Named, finish: Finish) -> None:
-    """At 100 m/s a disc of 5 cm hits one at rest in each of 16 starts where it is swept, and in two at most else."""
-    assert hits(named(name), 100, finish, "default") <= 2
-    assert hits(named(name), 100, finish, "swept") == STARTS
-
-
-@pytest.mark.parametrize(
-    ("name", "least", "most"), [("box2d3", 0, 2), ("jolt", 4, 12), ("planck", 16, 16), ("rapier2d", 16, 16)]
-)
-def test_two_discs_that_are_both_swept(name: str, least: int, most: int, named: Named, finish: Finish) -> None:
-    """Closing at 100 m/s from both sides: Box2D v3 lets most of 16 starts pass, Jolt some, the others none."""
-    assert least <= hits(named(name), 100, finish, "swept", both=True) <= most
-
-
-def test_rapiers_continuous_detection_ignores_moving_bodies(named: Named, finish: Finish) -> None:
-    """With `ccd` on, a disc of 5 cm at 100 m/s passes others that can move in most of 16 starts, as without."""
-    assert hits(named("rapier2d"), 100, finish, "ccd") <= 2
+@pytest.mark.parametrize("name", ["box2d3", "jolt", "rapier2d", "p2"])
+def test_fast_discs_pass_each_other_as_shipped(name: str, named: Named, finish: Finish) -> None:
+    """At 100 m/s a disc of 5 cm hits one at rest in two of 16 starts at most; what a sweep does is in docs/hazards."""
+    ends = [finish(named(name), head_on(100, 0.05, phase + 0.5 / STARTS), DT_S, "default") for phase in PHASES]
+    assert sum(bool(end.velocity_m_s[1, 0] > end.velocity_m_s[0, 0]) for end in ends) <= 2
 
 
 #: Discs of 1 kg, one at 5 m/s and one at rest, in Box2D v3 as shipped: the greatest impulse told of any step, by start.
@@ -212,17 +157,6 @@ def test_a_cast_of_jolt_turns_the_path_rightly_and_late(named: Named, finish: Fi
         assert -1e-5 < late_s < DT_S
 
 
-@pytest.mark.parametrize(("name", "left"), [("box2d3", 0.1), ("jolt", 0.6), ("matter", 0.3), ("rapier2d", 0.95)])
-def test_a_gas_cools_as_shipped(name: str, left: float, named: Named, finish: Finish) -> None:
-    """25 elastic discs in a box lose energy in 20 s as shipped, in each of 16 starts, and this part in most of them."""
-    parts = [
-        energy_part(scene, finish(named(name), scene, DT_S, "default"))
-        for scene in at_starts(all_scenes()["engines/gas-of-25"].scene)
-    ]
-    assert max(parts) < 1
-    assert sorted(parts)[STARTS // 2] < left
-
-
 def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 1.0, dt_s: float = DT_S) -> list[float]:
     """What part of the closing speed equal elastic discs part with, at each of 16 starts."""
     found = []
@@ -248,13 +182,6 @@ def test_cannon_as_shipped_gives_back_what_a_stage_of_the_overlap_makes_of_it(na
     assert given_back(named("cannon"), finish, "tuned") == pytest.approx([1.0] * STARTS, abs=1e-12)
 
 
-def test_cannon_gives_heavy_discs_less(named: Named, finish: Finish) -> None:
-    """Its springs are as stiff whatever the mass, and no impulse is above 1e6 N s: discs of 1000 t get a part back."""
-    assert max(given_back(named("cannon"), finish, "default", 1e4)) < 0.4
-    assert given_back(named("cannon"), finish, "tuned", 1e4) == pytest.approx([1.0] * STARTS, abs=1e-12)
-    assert max(given_back(named("cannon"), finish, "tuned", 1e6)) < 0.5
-
-
 def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> None:
     """An impulse of 1e6 N s, the most that it gives, is told of; a lesser one is not."""
 
@@ -278,14 +205,6 @@ def test_p2_as_shipped_gives_less_back_of_a_finer_step_and_of_a_heavier_disc(
     p2, dt_s = named("p2"), 1 / rate_hz
     assert given_back(p2, finish, "default", mass_kg, dt_s) == pytest.approx([2 * given - 1] * STARTS, abs=1e-3)
     assert given_back(p2, finish, "tuned", mass_kg, dt_s) == pytest.approx([1.0] * STARTS, abs=SINGLE)
-
-
-@pytest.mark.parametrize(("name", "other"), [("p2", "default"), ("physx", "tuned")])
-def test_some_stop_fast_discs_where_they_are_swept(name: str, other: str, named: Named, finish: Finish) -> None:
-    """At 100 m/s a disc of 5 cm hits another head-on in all 16 starts where it is swept, and in two at most else."""
-    for both in (False, True):
-        assert hits(named(name), 100, finish, "swept", both=both) == STARTS
-        assert hits(named(name), 100, finish, other, both=both) <= 2
 
 
 @pytest.mark.parametrize(
@@ -317,28 +236,3 @@ def test_havok_as_shipped_loses_bounces_at_fine_steps(named: Named, finish: Fini
         parted = [(second - first) / 5.0 for first, second in ends]
         assert parted[0] < 0.1
         assert parted[1] > 0.9
-
-
-def test_havok_turns_discs_aside_that_pass_within_a_millimetre(named: Named, finish: Finish) -> None:
-    """As shipped, at each of 16 starts, discs that pass at 1 mm change their velocities; none of discs 5 mm apart."""
-
-    def turned(gap_m: float) -> list[float]:
-        found = []
-        for scene in at_starts(passing(gap_m)):
-            end = finish(named("havok"), scene, DT_S, "default").velocity_m_s
-            found.append(float(np.abs(end - [disc.velocity_m_s for disc in scene.discs]).max()))
-        return found
-
-    assert min(turned(0.001)) > 0.01
-    assert max(turned(0.005)) < SINGLE
-
-
-def test_physx_as_shipped_bounces_from_two_metres_a_second_on(named: Named, finish: Finish) -> None:
-    """Elastic discs that close at less leave together, at each of 16 starts; `tuned` lets them exchange velocities."""
-    for speed, bounces in ((1.99, False), (2.01, True)):
-        for phase in PHASES:
-            scene = head_on(speed, phase=phase + 0.5 / STARTS)
-            law = [0, speed]
-            shipped = law if bounces else [speed / 2, speed / 2]
-            assert speeds(named("physx"), scene, finish, "default") == pytest.approx(shipped, abs=SINGLE)
-            assert speeds(named("physx"), scene, finish, "tuned") == pytest.approx(law, abs=SINGLE)

@@ -51,20 +51,6 @@ def test_planck_tuned_is_not(named: Named, finish: Finish) -> None:
     assert max(errors) > 0.1
 
 
-@pytest.mark.parametrize(("profile", "least", "most"), [("swept", 16, 16), ("event-driven", 16, 16), ("tuned", 0, 8)])
-@pytest.mark.parametrize("speed_m_s", [20.0, 100.0, 1000.0])
-def test_only_planck_swept_stops_bullets(
-    profile: str, least: int, most: int, speed_m_s: float, named: Named, finish: Finish
-) -> None:
-    """Discs of 5 cm at up to 1000 m/s all hit, at each of 16 starts; without bullets half and more pass through."""
-    hits = 0
-    for phase in PHASES:
-        scene = head_on(speed_m_s, 0.05, phase + 0.5 / STARTS)
-        scene = moved(scene, -scene.discs[1].position_m[0])  # so that they meet about the origin
-        hits += bool(finish(named("planck"), scene, 1 / 60, profile).velocity_m_s[1, 0] > 0)
-    assert least <= hits <= most
-
-
 def moved(scene: Scene, x_m: float) -> Scene:
     """Return a scene, all of it moved along x."""
     discs = [disc.model_copy(update={"position_m": (disc.position_m[0] + x_m, 0.0)}) for disc in scene.discs]
@@ -90,21 +76,6 @@ def test_a_slop_below_the_rounding_of_positions_loses_impacts(
         hits += bool(end.velocity_m_s[1, 0] > 0)
         assert end.warning == ""
     assert least <= hits <= most
-
-
-@pytest.mark.parametrize(("speed_m_s", "bounces"), [(0.99, False), (1.01, True)])
-def test_planck_as_shipped_makes_slow_contacts_inelastic(
-    speed_m_s: float, bounces: bool, named: Named, finish: Finish
-) -> None:
-    """Elastic discs that close at less than 1 m/s leave together, at half the speed, without a word, at any start."""
-    expected = [0, speed_m_s] if bounces else [speed_m_s / 2, speed_m_s / 2]
-    for phase in PHASES:
-        scene = head_on(speed_m_s, phase=phase)
-        end = finish(named("planck"), scene, 1 / 60, "default")
-        np.testing.assert_allclose(end.velocity_m_s[:, 0], expected, atol=ROUNDING)
-        assert end.warning == ""
-        tuned = finish(named("planck"), scene, 1 / 60, "tuned")
-        np.testing.assert_allclose(tuned.velocity_m_s[:, 0], [0, speed_m_s], atol=ROUNDING)
 
 
 def test_planck_as_shipped_keeps_a_centimetre_from_walls(named: Named, drive: Drive) -> None:
