@@ -171,14 +171,6 @@ def test_as_shipped_some_are_off_by_percent_at_any_step(name: str, named: Named,
     assert all(0.01 < error < 0.1 for error in errors), errors
 
 
-def test_pybullet_multibody_is_clamped(named: Named, finish: Finish) -> None:
-    """A multibody, PyBullet's default, flies no faster than 100 m/s; with maximal coordinates it does."""
-    scene = Scene(name="free", discs=[Disc(position_m=(0, 0), velocity_m_s=(200, 0), radius_m=1)], duration_s=0.1)
-    for maximal, speed in ((False, 100), (True, 200)):
-        end = finish(named("pybullet"), scene, 1 / 100, useMaximalCoordinates=maximal)
-        assert end.velocity_m_s.tolist() == [[speed, 0]]
-
-
 def test_a_slow_disc_is_not_put_to_sleep(engine: Adapter, finish: Finish) -> None:
     """A disc at 3 mm/s is still under way, as fast, after ten seconds with either profile."""
     scene = Scene(name="slow", discs=[Disc(position_m=(0, 0), velocity_m_s=(0.003, 0), radius_m=1)], duration_s=10)

@@ -149,11 +149,13 @@ def test_where_no_threshold_is_declared_there_is_none(engine: Adapter, finish: F
 
 
 def test_pybullet_multibody_speed_is_capped_as_declared(named: Named, finish: Finish) -> None:
-    """As shipped PyBullet clamps a disc to the declared speed, and a faster scene is unsupported with that reason."""
+    """As shipped PyBullet clamps a disc to the declared speed, with maximal coordinates not; and the plan says so."""
     pybullet = named("pybullet")
     capped = capabilities_of(pybullet, "default")
     scene = staged("free", disc_at(0, 0, 200, r=1), duration_s=0.1)
     assert finish(pybullet, scene, 1 / 100, "default").velocity_m_s.tolist() == [[capped.max_speed_m_s, 0]]
+    assert finish(pybullet, scene, 1 / 100, useMaximalCoordinates=False).velocity_m_s.tolist() == [[100, 0]]
+    assert finish(pybullet, scene, 1 / 100).velocity_m_s.tolist() == [[200, 0]]
     assert "limit is 100 m/s" in unsupported_reason(scene, capped, 1 / 100)
     assert not unsupported_reason(scene, capabilities_of(pybullet, "tuned"), 1 / 100)
 

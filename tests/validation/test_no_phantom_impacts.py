@@ -13,15 +13,12 @@ import sys
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from tests.stage import disc_at
 
 from carom import Disc, Scene, Trace, Wall, certify, solve_pic, solve_pic_framewise
 
 #: Width of a cell where four discs of radius .5 span 12 m by 6 m: the square root of the area a disc.
 CELL = math.sqrt(12 / 4 * 6 / 4)
-
-
-def _disc(x: float, y: float, vx: float = 0.0, vy: float = 0.0, mass: float = 1.0) -> Disc:
-    return Disc(position_m=(x, y), velocity_m_s=(vx, vy), radius_m=0.5, mass_kg=mass)
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 2, 0, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
@@ -32,10 +29,10 @@ def test_a_disc_that_leaves_its_cell_just_before_an_impact_meets_only_the_disc_i
     """A disc .8 m before the edge of a cell meets the immovable disc just behind that edge, and returns."""
     edge = 2 * CELL
     discs = [
-        _disc(edge - 0.8, 3.0, 1.0),
-        _disc(0.0, 0.0),
-        _disc(12.0, 6.0, 0.0, -0.25),
-        _disc(edge + 1.0 + gap, 3.0, mass=math.inf),
+        disc_at(edge - 0.8, 3.0, 1.0),
+        disc_at(0.0, 0.0),
+        disc_at(12.0, 6.0, 0.0, -0.25),
+        disc_at(edge + 1.0 + gap, 3.0, m=math.inf),
     ]
     trace = solve_pic(Scene(name="edge", discs=[discs[k] for k in order], duration_s=5.0))
     mover, target = sorted((order.index(0), order.index(3)))
@@ -83,12 +80,12 @@ def test_six_discs_on_whole_numbers_have_the_impacts_that_geometry_gives() -> No
     """
     immovable = math.inf
     discs = [
-        _disc(1.0, 9.0),
-        _disc(5.0, 6.0, -2.0, 2.0, 2.0),
-        _disc(4.0, 8.0, mass=immovable),
-        _disc(7.0, 9.0, -1.0, 2.0),
-        _disc(10.0, 3.0, 1.0, 1.0),
-        _disc(8.0, 8.0, mass=immovable),
+        disc_at(1.0, 9.0),
+        disc_at(5.0, 6.0, -2.0, 2.0, m=2.0),
+        disc_at(4.0, 8.0, m=immovable),
+        disc_at(7.0, 9.0, -1.0, 2.0),
+        disc_at(10.0, 3.0, 1.0, 1.0),
+        disc_at(8.0, 8.0, m=immovable),
     ]
     sides = (((0.0, 0.0), (1.0, 0.0)), ((12.0, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, 12.0), (0.0, -1.0)))
     scene = Scene(
@@ -138,8 +135,8 @@ def test_an_impact_just_behind_an_edge_is_the_only_one(
     edge = column * CELL
     at = (edge - before, edge + 1.0 + before * share)
     aside = (0.0, -0.25) if moves_aside else (0.0, 0.0)
-    low, high = _disc(0.0, 0.0), _disc(4 * CELL, 4 * CELL, *aside)
-    mover, target = _disc(at[0], 2.0 * CELL, 1.0), _disc(at[1], 2.0 * CELL, mass=math.inf if immovable else 1.0)
+    low, high = disc_at(0.0, 0.0), disc_at(4 * CELL, 4 * CELL, *aside)
+    mover, target = disc_at(at[0], 2.0 * CELL, 1.0), disc_at(at[1], 2.0 * CELL, m=math.inf if immovable else 1.0)
 
     def placed(disc: Disc) -> Disc:
         """Return the disc with the scene turned as asked for, about its middle."""
@@ -154,7 +151,7 @@ def test_an_impact_just_behind_an_edge_is_the_only_one(
     first, second = sorted((order.index(0), order.index(3)))
     assert bodies_of(trace) == [(first, second)]
     assert float(trace.impacts["time_s"][0]) == pytest.approx(before + before * share, abs=4 * math.ulp(4 * CELL))
-    ahead = placed(_disc(0.0, 0.0, 1.0)).velocity_m_s
+    ahead = placed(disc_at(0.0, 0.0, 1.0)).velocity_m_s
     back = tuple(-v for v in ahead)
     assert tuple(trace.final_velocity_m_s[order.index(0)]) == (back if immovable else (0.0, 0.0))
     assert tuple(trace.final_velocity_m_s[order.index(3)]) == ((0.0, 0.0) if immovable else ahead)
