@@ -2,7 +2,9 @@
 
 Read `layout.pxd` first: the structs, and the words. Then `queue.pxd` (which disc comes next), `grid.pxd`,
 `obstacles.pxd` and `exits.pxd` (who is near whom), `scan.pxd` (whom a disc meets), `events.pxd` (what comes next),
-`paths.pxd` and `driven.pxd` (what is driven), `impacts.pxd`, the rooms of `impact/` that all solvers share, and here the loop. All of these are inlined here. No result depends on the cells, nor on the pieces in which a run is taken.
+`paths.pxd`, `driven.pxd` and `to_and_fro.pxd` (what is driven), `impacts.pxd`, the rooms of `impact/` that all solvers
+share, `epochs.pxd`, and here the loop. All of these are inlined here. No result depends on the cells, nor on the pieces
+in which a run is taken.
 """
 
 from cython cimport unlikely
@@ -11,24 +13,21 @@ from libc.stdlib cimport free
 from libc.string cimport memcpy
 
 from carom.constants cimport EPOCH_IMPACTS, LOOKS_PER_PREDICTION
-from carom.physics.double_double cimport greater, two_sum
-from carom.physics.features cimport FEATURE_NUMBERS, INNER_ARC, feature_from
+from carom.physics.double_double cimport greater
+from carom.physics.features cimport FEATURE_NUMBERS, feature_from
+from carom.solvers.event_driven.apart cimport carry_out_any, predict_special
+from carom.solvers.event_driven.epochs cimport fill_all_cells, new_epoch, next_unpredicted
 from carom.solvers.event_driven.events cimport event_time, is_stale, next_event, pair_of
-from carom.solvers.event_driven.driven cimport glides_there, meet_driven_discs, meet_driven_walls
 from carom.solvers.event_driven.exits cimport predict_exit
-from carom.solvers.event_driven.grid cimport (
-    box_of, cell_count, choose_grid, cross_edge, crowding, fill_cells, note_sizes, take_out, tile_count,
-)
-from carom.solvers.event_driven.impacts cimport (
-    bring_clock, carry_out_feature, carry_out_pair, carry_out_wall, move, reported_time,
-)
+from carom.solvers.event_driven.grid cimport box_of, cell_count, choose_grid, cross_edge, crowding, note_sizes, tile_count
+from carom.solvers.event_driven.impacts cimport carry_out_pair, carry_out_wall, reported_time
 from carom.solvers.event_driven.layout cimport *
 from carom.solvers.event_driven.lookahead cimport *
+from carom.solvers.event_driven.memory cimport lay_out
 from carom.solvers.event_driven.obstacles cimport find_obstacles
-from carom.solvers.event_driven.paths cimport bring_driven, count_legs_anew, forget_ended_leg
+from carom.solvers.event_driven.paths cimport count_legs_anew
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
 from carom.solvers.event_driven.scan cimport predict_impact
-from carom.solvers.event_driven.to_and_fro cimport crushes_one, is_crushed
 from carom.solvers.impact.ambiguity cimport forget
 from carom.solvers.impact.record cimport ambiguous_rows, free_record, has_room, is_recorded, taken_rows
 
@@ -45,67 +44,6 @@ cdef ToAndFro _to_and_fro
 TO_AND_FRO_DTYPE = np.asarray(<ToAndFro[:1]>&_to_and_fro).dtype
 
 
-cdef void forget_chord(State *s, Index i) noexcept nogil:
-    """Forget what disc `i` met last, if that was an arc's inner side and it is on its way: it is not where it left it."""
-    a = &s.discs[i]
-    if NO_BODY < a.last < 0 and s.features[-1 - a.last].kind == INNER_ARC and a.time < s.clock.now:
-        a.last = NO_BODY
-
-
-cdef void new_epoch(State *s) noexcept nogil:
-    """Bring every disc to the present instant, and count time from there; all is predicted anew.
-
-    Times of 32 free flights hold to 2^-53 of that time, in which a disc moves less than its own place is rounded by. A new
-    epoch costs a prediction a disc, against two an impact.
-    """
-    cdef Index i
-    for i in range(s.disc_count):
-        if s.feature_count > 0:
-            forget_chord(s, i)
-        if s.driving.count > 0:
-            forget_ended_leg(s, i)
-        move(&s.discs[i], s.clock.now)
-        s.discs[i].time = 0.0
-        if s.law.contact_duration > 0.0:
-            s.last_impact[i] -= s.clock.now
-    # The epoch is a pair of floats: what the first loses by rounding, the second keeps.
-    total = two_sum(s.clock.epoch, s.clock.now)
-    s.clock.epoch = total.high
-    s.clock.epoch_rest += total.low
-    s.clock.now = 0.0
-    count_legs_anew(s)
-    s.counts.epochs += 1
-    s.counts.epoch_impacts = 0
-    s.counts.predicted = 0
-
-
-cdef void fill_all_cells(State *s) noexcept nogil:
-    """Put every disc into its cell but those that are driven."""
-    cdef Index k
-    fill_cells(s)
-    for k in range(s.driving.count):
-        if s.driving.rows[k].body >= 0:
-            take_out(s, s.driving.rows[k].body)
-
-
-cdef inline Index next_unpredicted(State *s) noexcept nogil:
-    """Return the disc to be predicted next, where an epoch begins."""
-    if s.counts.predicted == 0:
-        fill_all_cells(s)
-    s.counts.predicted += 1
-    return s.counts.predicted - 1
-
-
-cdef void predict_special(State *s, Index i, Change change) noexcept nogil:
-    """Predict what has changed of disc `i`'s future where walls have features or something is driven: after `predict_impact`."""
-    if s.driving.count > 0 and change != OF_CELL:
-        meet_driven_discs(s, i)
-    if change != OF_PARTNER:
-        predict_exit(s, i, s.feature_count > 0)
-        if s.driving.count > 0:
-            meet_driven_walls(s, i)
-
-
 #: Called through a pointer: what is called once GCC makes part of the caller, where it would cost all others their speed.
 ctypedef void (*Predict)(State *, Index, Change) noexcept nogil
 cdef Predict predict_apart = predict_special
@@ -120,35 +58,6 @@ cdef inline void predict(State *s, Index i, Change change) noexcept nogil:
         elif change != OF_PARTNER:
             predict_exit(s, i, False)
     set_time(&s.queue, i, event_time(&s.predictions[i]))
-
-
-cdef bint carry_out_any(State *s, Index first, Index second, double time, bint wanted) noexcept nogil:
-    """Carry out an impact where something turns or is driven, or walls have features; return False where the run ends.
-
-    A disc comes to glide instead, or is crushed: `State.stopped` says which. Out of the loop's way, in which it would cost
-    all others their speed.
-    """
-    cdef bint crushed = False
-    if second >= 0:
-        if s.driving.count > 0:
-            bring_driven(s, first, greater(time, s.clock.now))
-            bring_driven(s, second, greater(time, s.clock.now))
-        carry_out_pair(s, first, second, time, wanted, s.record.turns)
-        crushed = s.to_and_fro != NULL and crushes_one(s, first, second)
-    elif s.feature_count == 0:
-        carry_out_wall(s, first, -1 - second, time, wanted, True)
-    elif glides_there(s, first, -1 - second, time):
-        bring_clock(s, time)
-        s.gliding = first
-        s.stopped = GLIDES
-        return False
-    else:
-        normal = carry_out_feature(s, first, -1 - second, time, wanted)
-        if s.to_and_fro != NULL:
-            wall = s.features[-1 - second].wall
-            crushed = is_crushed(s, first, -1 - wall, <int>(-1 - second), normal.x, normal.y)
-    s.stopped = CRUSHED
-    return not crushed
 
 
 #: Called through a pointer: what is called once GCC makes part of the caller.
@@ -256,37 +165,6 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
 #: Called through a pointer: as part of a Python method, GCC takes the loop for code that seldom runs (12 % of the speed).
 ctypedef Ending (*Loop)(State *, double, Index, Index) noexcept nogil
 cdef Loop loop = take_forward
-
-
-cdef char *reserve(char **place, size_t size) noexcept:
-    """Return where a part of a piece of memory begins, and go on to the next: each begins at a cache line."""
-    begin = place[0]
-    place[0] = begin + (size + 63) // 64 * 64
-    return begin
-
-
-cdef size_t lay_out(State *s, char *memory, Index queue_length) noexcept:
-    """Place all rows of a run in a piece of memory; return how many bytes they take."""
-    cdef char *end = memory
-    s.discs = <Disc *>reserve(&end, s.disc_count * sizeof(Disc))
-    s.predictions = <Prediction *>reserve(&end, s.disc_count * sizeof(Prediction))
-    s.queue.time = <double *>reserve(&end, queue_length * sizeof(double))
-    above = s.queue.level[1]  # what lies below has no holders
-    s.queue.holder = <int *>reserve(&end, (queue_length - above) * sizeof(int)) - above
-    s.grid.cells = <Cell *>reserve(&end, cell_count(&s.grid) * sizeof(Cell))
-    s.grid.chain = <int *>reserve(&end, s.disc_count * sizeof(int))
-    s.grid.list_of = <unsigned int *>reserve(&end, tile_count(&s.grid) * sizeof(int))
-    s.walls = <Wall *>reserve(&end, s.wall_count * sizeof(Wall))
-    s.features = <Feature *>reserve(&end, s.feature_count * sizeof(Feature))
-    s.driving.rows = <Driven *>reserve(&end, s.driving.count * sizeof(Driven))
-    s.driving.legs = <Leg *>reserve(&end, s.driving.leg_count * sizeof(Leg))
-    to_and_fro = <ToAndFro *>reserve(&end, s.disc_count * sizeof(ToAndFro) if s.driving.leg_count > 0 else 0)
-    s.to_and_fro = to_and_fro if s.driving.leg_count > 0 else NULL
-    s.wall_laws = <Law *>reserve(&end, s.wall_count * sizeof(Law) if s.feature_count > 0 else 0)
-    s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
-    turning = <Turning *>reserve(&end, s.disc_count * sizeof(Turning) if s.record.turns else 0)
-    s.turning = turning if s.record.turns else NULL
-    return end - memory
 
 
 cdef class Kernel:
