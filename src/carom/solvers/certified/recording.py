@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
-from carom.solvers.certified.ball_bodies import greatest_speed
+from carom.solvers.certified.ball_bodies import ZERO, greatest_speed
 from carom.solvers.certified.floats import nearest, quotient
-from carom.solvers.certified.slowing import damped
+from carom.solvers.certified.slowing import kept
 from carom.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 
 if TYPE_CHECKING:
@@ -179,7 +179,7 @@ class Recording:
         )
 
     def _convert(self, undamped: BallImpact) -> bool:
-        impact = damped(self._damping_per_s, undamped)
+        impact = _damped(self._damping_per_s, undamped)
         first, second = impact.first, impact.second
         time, *after = +impact.time, *(+v for v in impact.after)
         t, t_radius = nearest(time)
@@ -234,3 +234,23 @@ class Recording:
             if impact.second < 0 and impact.edge == NO_EDGE:
                 self._wall_normals[impact.second] = normal
         return normal
+
+
+def _damped(damping_per_s: float, impact: BallImpact) -> BallImpact:
+    """Return an impact of the undamped run as it is with damping."""
+    if not damping_per_s:
+        return impact
+    left = kept(damping_per_s, impact.time)
+    before, spins = impact.before, impact.spins_before
+    return impact._replace(
+        time=ZERO - (ZERO - damping_per_s * impact.time).log1p() / damping_per_s,
+        after=_times(impact.after, left),
+        before=None if before is None else _times(before, left),
+        spins_after=(impact.spins_after[0] * left, impact.spins_after[1] * left),
+        spins_before=None if spins is None else (spins[0] * left, spins[1] * left),
+    )
+
+
+def _times(parts: tuple[arb, arb, arb, arb], left: arb) -> tuple[arb, arb, arb, arb]:
+    a, b, c, d = (part * left for part in parts)
+    return a, b, c, d

@@ -15,7 +15,6 @@ from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
 if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
-    from carom.solvers.certified.impacts import BallImpact
     from carom.solvers.certified.meeting import Meeting
 
 _ZERO = arb(0)
@@ -29,26 +28,6 @@ def undamped(damping_per_s: float, time: arb) -> arb:
 def kept(damping_per_s: float, undamped_time: arb) -> arb:
     """Return what is left of a speed then, over the speed."""
     return 1 - damping_per_s * undamped_time
-
-
-def damped(damping_per_s: float, impact: BallImpact) -> BallImpact:
-    """Return an impact of the undamped run as it is with damping."""
-    if not damping_per_s:
-        return impact
-    left = kept(damping_per_s, impact.time)
-    before, spins = impact.before, impact.spins_before
-    return impact._replace(
-        time=_ZERO - (_ZERO - damping_per_s * impact.time).log1p() / damping_per_s,
-        after=_times(impact.after, left),
-        before=None if before is None else _times(before, left),
-        spins_after=(impact.spins_after[0] * left, impact.spins_after[1] * left),
-        spins_before=None if spins is None else (spins[0] * left, spins[1] * left),
-    )
-
-
-def _times(parts: tuple[arb, arb, arb, arb], left: arb) -> tuple[arb, arb, arb, arb]:
-    a, b, c, d = (part * left for part in parts)
-    return a, b, c, d
 
 
 def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
