@@ -10,8 +10,12 @@ import numpy as np
 import pytest
 from tests.stage import disc_at, staged, wall_at
 
+from carom.damping import Damping
 from carom.extension import extension_available
 from carom.scene import Scene
+from carom.solvers.damped import DampedRun
+from carom.solvers.falling.table import TableRun
+from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run, RunImpacts
 from carom.solvers.units import RunInUnits, units_of
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
@@ -28,20 +32,26 @@ def members(protocol: type) -> list[str]:
     return [name for name in vars(protocol) if not name.startswith("_")]
 
 
-@pytest.fixture(params=[*RUNS, "in units"])
+def slowed_by_nothing(scene: Scene) -> Run:
+    """A table whose deceleration changes no impact's time in floats."""
+    return TableRun(scene.model_copy(update={"table_deceleration_m_s2": 1e-30}))
+
+
+@pytest.fixture(params=[*RUNS, "in units", "damped", "on a table"])
 def make(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
     name = request.param
     if name == "event-driven" and not extension_available():
         pytest.skip("compiled only")
     if name == "certified":
         pytest.importorskip("flint")
-    if name != "in units":
-        return RUNS[name]
 
-    def make(scene: Scene) -> Any:
+    def in_units(scene: Scene) -> Any:
         return RunInUnits(of_frames(scene), units_of(scene))
 
-    return make
+    def damped(scene: Scene) -> Run:
+        return DampedRun(AllPairsRun(scene), Damping(0.0))
+
+    return {**RUNS, "in units": in_units, "damped": damped, "on a table": slowed_by_nothing}[name]
 
 
 def test_every_run_has_every_member(make: Callable[[Scene], Run]) -> None:
