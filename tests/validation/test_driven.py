@@ -102,6 +102,26 @@ def test_pit_sees_the_same_from_a_moving_frame(seed: int) -> None:
 # --- Fractions ---
 
 
+@pytest.mark.parametrize("speed", [0.0, 1e3, 1e6])
+def test_a_corner_that_is_driven_fast_is_no_more_certain_than_one_that_stands(speed: float) -> None:
+    """Both edges of 80 degrees are met at one instant, in all directions: the order is a convention, and is said to be.
+
+    The instants are told apart by the rounding of where disc and corner are, which grows with how far they have come.
+    """
+    half = math.tan(math.radians(40.0))
+
+    def turned(x: float, y: float, angle: float) -> Vector:
+        return x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle)
+
+    for angle in np.linspace(0.1, 6.0, 20).tolist():
+        edges = [turned(*point, angle) for point in ((4.0, -half), (5.0, 0.0), (4.0, half))]
+        corner = Chain(points_m=edges, velocity_m_s=turned(speed - 1.0, 0.0, angle))
+        disc = disc_at(*turned(0.3, 0.0, angle), *turned(speed, 0.0, angle), r=0.1)
+        trace = solve_pic(staged("corner", disc, corner, duration_s=20.0))
+        assert len(trace.impacts) == 2
+        assert trace.ambiguous == (1,)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_two_driven_walls_and_a_disc_are_a_recurrence_of_fractions(seed: int) -> None:
     """A disc between two half-planes of any velocity along one line has the times and speeds of exact arithmetic."""

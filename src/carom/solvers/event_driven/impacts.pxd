@@ -136,7 +136,7 @@ cdef inline double feature_resolution(
 ) noexcept nogil:
     """Return how well the instant is known at which a disc with a velocity u, as seen from there, met a feature.
 
-    `speed` is that along the normal. One that comes back to an arc with nothing between meets it a chord later, whatever
+    The disc is in its own place, whose coordinates are rounded. `speed` is that along the normal. One that comes back to an arc with nothing between meets it a chord later, whatever
     the gap: `again`.
     """
     cdef Mover disc = mover_of(a)
@@ -191,7 +191,7 @@ cdef inline Direction carry_out_feature(State *s, Index i, Index k, double time,
             s.record.spins[s.record.count] = spins
         if s.record.locates:
             s.record.contacts[s.record.count] = Contact(seen.x, seen.y, k)
-        known = feature_resolution(f, a if f.kind == PLANE else seen, ux, uy, -along, again)
+        known = feature_resolution(f, a, ux, uy, -along, again)
         known += clock_resolution(s.clock.reported)
         record_impact(
             &s.record, s.clock.reported, i, -1 - <Index>f.wall, -w.nx, -w.ny, &before, &a.vx, before.second, known,

@@ -230,7 +230,7 @@ class FallingBodies(Bodies):
         disc, feature, across = self.mover(i, k), self._expected[i, k][0].feature, vx * ny - vy * nx
         ax, ay = self.acceleration[i]
         pull = ax * nx + ay * ny + across * across * bend_of(feature, disc)
-        return approach, pull, gap_resolution_m(disc, feature)
+        return approach, pull, gap_resolution_m(size_of(self.x[i], self.y[i], self.radius[i]), feature)
 
     def resolution_m(self, i: int, x: float, y: float, radius: float) -> float:
         """Return how well the gap between disc `i` and a body is known, metres."""

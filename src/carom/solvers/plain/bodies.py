@@ -399,7 +399,8 @@ class Bodies:
             elif hit is not None and hit.again:
                 known = 0.0
             elif hit is not None and hit.feature is not None:
-                known = resolution_s(self.mover(i, wall_index(j)), hit.feature, speed, (ax - bx, ay - by))
+                disc, velocity = self.mover(i, wall_index(j)), (ax - bx, ay - by)
+                known = resolution_s(size, disc, hit.feature, speed, velocity)
             else:
                 known = math.inf
         else:

@@ -140,20 +140,25 @@ def sizes_of(feature: Feature) -> float:
     return size_of(feature.centre[0][0], feature.centre[1][0], feature.radius[0] + feature.half_width)
 
 
-def gap_resolution_m(disc: Mover, feature: Feature) -> float:
+def gap_resolution_m(size: float, feature: Feature) -> float:
     """Return how well the gap between a disc and a feature is known, metres: to the rounding of the numbers it is of.
 
-    An arc's centre and radius are pairs of floats, so that they are known to a rounding of a rounding.
+    `size` is that of the disc's own coordinates and radius, as `size_of` sums them up: where a wall has been driven far
+    these are larger than those that the wall sees. An arc's centre and radius are pairs of floats, so they are known to a
+    rounding of a rounding.
     """
     sizes = sizes_of(feature)
     if not isinstance(feature, Face) and not feature.is_vertex:
         sizes = feature.half_width + ULP * sizes
-    return gap_resolution(size_of(disc.x[0], disc.y[0], disc.radius) + sizes)
+    return gap_resolution(size + sizes)
 
 
-def resolution_s(disc: Mover, feature: Feature, speed: float, velocity: Vector) -> float:
-    """Return to how many seconds the instant is known at which a disc meets a feature, at a speed along its normal."""
-    sizes = size_of(disc.x[0], disc.y[0], disc.radius) + sizes_of(feature)
+def resolution_s(size: float, disc: Mover, feature: Feature, speed: float, velocity: Vector) -> float:
+    """Return to how many seconds the instant is known at which a disc meets a feature, at a speed along its normal.
+
+    The disc is as the wall sees it; `size` is what it is for `gap_resolution_m`.
+    """
+    sizes = size + sizes_of(feature)
     if isinstance(feature, Face):
         return wall_resolution(sizes, speed)
     return pair_resolution(sizes, _away(disc, feature)[1], *velocity, speed)
