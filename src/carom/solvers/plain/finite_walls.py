@@ -144,8 +144,8 @@ def gap_resolution_m(size: float, feature: Feature) -> float:
     """Return how well the gap between a disc and a feature is known, metres: to the rounding of the numbers it is of.
 
     `size` is that of the disc's own coordinates and radius, as `size_of` sums them up: where a wall has been driven far
-    these are larger than those that the wall sees. An arc's centre and radius are pairs of floats, so they are known to a
-    rounding of a rounding.
+    these are larger than those that the wall sees. An arc's centre and radius are pairs of floats, so they are known to
+    a rounding of a rounding.
     """
     sizes = sizes_of(feature)
     if not isinstance(feature, Face) and not feature.is_vertex:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections import Counter
+from typing import Any
 from unittest.mock import Mock
 
 import pytest
@@ -65,6 +66,52 @@ def test_random_driven_tables_have_the_bits_of_all_pairs(seeds: range) -> None:
     assert {name for name in KINDS if seen[name] > 0} == KINDS, seen
 
 
+def legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
+    """Return legs along x: when each begins, and its speed."""
+    return [{"from_s": begin, "velocity_m_s": (speed, 0.0)} for begin, speed in parts]
+
+
+_HELD: dict[str, Any] = {"radius_m": 0.25, "mass_kg": math.inf, "driven": True}
+
+
+def mallet(x: float, y: float, speed: float) -> Disc:
+    """Return a disc of radius 1/4 that is driven along x."""
+    return Disc(position_m=(x, y), velocity_m_s=(speed, 0.0), **_HELD)
+
+
+PUCK = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.25)
+#: What meets a puck at one instant, to the bit; and how often it is struck in two seconds.
+AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
+    "both edges of a corner": ([PUCK], [Chain(points_m=[(2, -2), (4, 0), (2, 2)], velocity_m_s=(-1.0, 0.0))], 2),
+    "an edge as it turns back": ([PUCK], [Chain(points_m=[(2.25, -1), (2.25, 1)], legs=legs((0, -1), (1, 1)))], 0),
+    "an edge as it turns to come": ([PUCK], [Chain(points_m=[(1.25, -1), (1.25, 1)], legs=legs((0, 0), (1, -1)))], 1),
+    "a wall, and one that sets out then": (
+        [PUCK.model_copy(update={"velocity_m_s": (1.0, 1.0)})],
+        [
+            Chain(points_m=[(-3, 1.25), (3, 1.25)]),
+            Chain(points_m=[(1.25, -3), (1.25, 3)], legs=legs((0, 0), (1, -1))),
+        ],
+        2,
+    ),
+    "a mallet that is disc 0": ([mallet(1.5, 0.0, -0.5), PUCK], [], 1),
+    "two mallets": ([PUCK, mallet(1.0, 0.375, -1.0), mallet(1.0, -0.375, -1.0)], [], 2),
+    "a disc and a mallet": (
+        [PUCK, Disc(position_m=(1.0, 0.375), velocity_m_s=(-1.0, 0.0), radius_m=0.25), mallet(1.0, -0.375, -1.0)],
+        [],
+        2,
+    ),
+    "a mallet that turns to come": ([PUCK, Disc(position_m=(1.5, 0), **_HELD, legs=legs((0, 0), (1, -1)))], [], 1),
+}
+
+
+@pytest.mark.parametrize("name", AT_ONCE)
+def test_what_happens_at_one_instant_has_the_order_of_all_pairs(name: str) -> None:
+    """Ties of features, walls, discs and mallets, and impacts at the very instant at which a leg begins."""
+    discs, walls, impacts = AT_ONCE[name]
+    plain = assert_same(Scene(name="at once", discs=discs, walls=walls, duration_s=2.0))
+    assert plain.impacts == impacts
+
+
 def row(discs: int, gap: float, speed: float) -> Scene:
     """Return discs in a row between a wall and one that comes, at the head of a mallet."""
     places = [gap + (1.0 + gap) * k for k in range(discs)]
@@ -72,14 +119,12 @@ def row(discs: int, gap: float, speed: float) -> Scene:
         Disc(position_m=(0.5 + x, 0.0), velocity_m_s=(0.25 * (-1) ** k, 0.0), radius_m=0.5)
         for k, x in enumerate(places)
     ]
-    mallet = Disc(
-        position_m=(places[-1] + 1.75 + gap, 0.0),
-        radius_m=0.25,
-        mass_kg=math.inf,
-        driven=True,
-        velocity_m_s=(-speed, 0),
+    return Scene(
+        name="row",
+        discs=[*free, mallet(places[-1] + 1.75 + gap, 0.0, -speed)],
+        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
+        duration_s=20.0,
     )
-    return Scene(name="row", discs=[*free, mallet], walls=[Wall(point_m=(0, 0), normal=(1, 0))], duration_s=20.0)
 
 
 def pinched(half: float) -> Scene:
