@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.stage import disc_at, staged, wall_at
+from tests.lengths import long_after
+from tests.stage import crushed_rows, disc_at, staged, wall_at
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions
 from tests.validation.test_driven import among_mallets, on_legs
 
@@ -126,3 +127,46 @@ def test_a_disc_that_half_planes_crush_ends_the_run_by_name() -> None:
     assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.CRUSH, (-2, -1, 0))
     assert certified.degeneracy.earliest_s < 3.0 == certified.degeneracy.latest_s
     assert certified.trace.outcome is Outcome.CRUSHED is solve_pic(certified.trace.scene).outcome
+    shorter = certify(certified.trace.scene.model_copy(update={"duration_s": 2.99}))
+    assert shorter.degeneracy is None
+    assert len(shorter.trace.impacts) > 256  # which is when a disc is looked at
+
+
+def aslant_rows() -> list[tuple[Scene, float]]:
+    """Rows on lines of slope 4/3 and 1, and when they are left no room: 5/4 of a height long, or its root of 2."""
+    held: dict[str, Any] = {"r": 0.25, "m": math.inf, "driven": True}
+    disc, comes = disc_at(0.75, 1.0, -0.75, -1.0, r=0.25), disc_at(1.5, 2.0, -0.375, -0.5, **held)
+    edge = Chain(points_m=[(-2.0, 1.5), (2.0, -1.5)], half_width_m=0.0625)
+    on_slope = disc_at(1.0, 1.3125, -1.0, -1.0, r=0.25), disc_at(2.25, 2.5625, -0.5, -0.5, **held)
+    rows: list[tuple[Any, float]] = [
+        ((disc, comes, disc_at(0.0, 0.0, **held)), 1.5 / 0.625),
+        ((disc, comes, edge), (1.75 - 0.0625) / 0.625),
+        ((*on_slope, wall_at(0.0, 0.3125, 1.0, 1.0)), (2.25 * math.sqrt(2.0) - 0.75) / math.sqrt(0.5)),
+    ]
+    return [(staged("aslant", *bodies, duration_s=5.0), crushed_s) for bodies, crushed_s in rows]
+
+
+@pytest.mark.parametrize(
+    ("scene", "crushed_s"),
+    long_after(
+        2, [*crushed_rows()[-2:-1], *aslant_rows()[:1], *crushed_rows()[:-2], *crushed_rows()[-1:], *aslant_rows()[1:]]
+    ),
+)
+def test_a_row_of_discs_that_is_left_no_room_ends_the_run_by_name(scene: Scene, crushed_s: float) -> None:
+    """Along an axis as PIC has it, and aslant, where floats leave the line: the room over the speed of closing."""
+    certified = certify(scene)
+    assert certified.degeneracy is not None
+    assert certified.degeneracy.kind is Degenerate.CRUSH
+    assert certified.trace.outcome is Outcome.CRUSHED
+    assert certified.degeneracy.earliest_s <= certified.degeneracy.latest_s == pytest.approx(crushed_s, rel=1e-15)
+
+
+@pytest.mark.long
+def test_a_row_aslant_that_is_off_by_a_bit_is_not_called_crushed() -> None:
+    """A mallet that is a unit in the last place off the line strikes the disc aside."""
+    for scene, _ in aslant_rows():
+        *discs, last = scene.discs
+        x, y = last.position_m
+        off = last.model_copy(update={"position_m": (x, math.nextafter(y, 9.0))})
+        moved = certify(scene.model_copy(update={"discs": (*discs, off)}), max_impacts=1000)
+        assert moved.degeneracy is None or moved.degeneracy.kind is not Degenerate.CRUSH

@@ -10,6 +10,7 @@ from flint import arb
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.obstacles import Plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.solvers.certified.rows import CRUSH, crush_in_a_row
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -19,13 +20,11 @@ if TYPE_CHECKING:
 #: Impacts, times the square of the number of bodies in them, in one unit in the last place of the time, after which
 #: impacts that lose energy are called a collapse. Where they end, three equal discs make at most some 600 in all.
 _COLLAPSE = 20
-#: Impacts in a row of one disc, to and fro between two half-planes that close on it, after which it is called crushed.
-_CRUSH = 256
 
 
 def without_end(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     """Return what the last impacts are, if they have no end."""
-    return _collapse(log, bodies) or _crush(log, bodies)
+    return _collapse(log, bodies) or _crush(log, bodies) or crush_in_a_row(log, bodies)
 
 
 def _collapse(log: Recording, bodies: BallBodies) -> Degeneracy | None:
@@ -55,8 +54,8 @@ def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     Nothing else counts: half-planes have no side to get out by. With the one's normal the other's backwards, exactly,
     the room is the sum of both gaps, which the disc's place is no part of.
     """
-    last = [row.values for row in log.rows[-_CRUSH:]]
-    if not bodies.fastest_drive or len(last) < _CRUSH or len({(row.first, row.second) for row in last}) > 2:
+    last = [row.values for row in log.rows[-CRUSH:]]
+    if not bodies.fastest_drive or len(last) < CRUSH or len({(row.first, row.second) for row in last}) > 2:
         return None
     disc, walls = last[-1].first, [row.second for row in last[-2:]]
     if walls[0] == walls[1] or max(walls) >= 0:
@@ -79,7 +78,7 @@ def _crush(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     if (ax, ay) != (-bx, -by) or not rate < 0:
         return None
     end = room / (arb(0) - rate)
-    if not all(end < end_s for end_s in ends_s):
+    if not all(end < end_s for end_s in ends_s) or end > bodies.scene.duration_s:
         return None
     bodies_of_it = tuple(sorted({disc, *walls}))
     known = bodies.state_bits(disc)

@@ -45,7 +45,7 @@ class Degenerate(Enum):
     MODE = "a disc in contact is so near to where friction just holds it that it cannot be told how it goes on"
     EDGE = "a disc comes to the end of a straight edge and does not fly off: how it goes on there is not solved"
     COLLAPSE = "impacts without end in a finite time (inelastic collapse)"
-    CRUSH = "impacts without end before two half-planes that close on a disc leave it no room"
+    CRUSH = "impacts without end before two bodies that close on a disc, or a row of them, leave no room"
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,237 @@
+"""Discs in a row on one line that two bodies leave no room: they stay on it by symmetry, whichever way it runs.
+
+The mirror image of a motion in a line is a motion, and what begins alike on both sides of it goes on alike: discs whose
+centres lie exactly on a line, with nothing that moves, pulls or turns them off it, stay there. So their room is what
+lies between the ends of the row, less their widths, which is linear in time.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from operator import itemgetter
+from typing import TYPE_CHECKING, NamedTuple
+
+from flint import arb
+
+from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.legs import ball
+from carom.solvers.certified.obstacles import Exact, Obstacle, Plane, Round
+from carom.solvers.certified.result import Degeneracy, Degenerate
+from carom.trace import EdgeKind, wall_index
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from carom.solvers.certified.ball_bodies import BallBodies
+    from carom.solvers.certified.recording import Recording
+    from carom.trace import ImpactRecord
+
+#: Impacts of a disc, to and fro between what closes on it, after which it is called crushed.
+CRUSH = 256
+
+
+class _Facing(NamedTuple):
+    """What a disc at one end of a row met last of the body there.
+
+    Attributes:
+        body: The body.
+        disc: The disc.
+        normal: Unit vector from the body to the disc, to rounding.
+        edge: Of a finite wall, the number of the edge and its kind.
+    """
+
+    body: int
+    disc: int
+    normal: tuple[float, float]
+    edge: tuple[int, int]
+
+
+def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
+    """Return when discs that strike each other in a row, and a body at each end, have no room left.
+
+    All of it is exact: the centres, velocities and normals of the scene lie on one line, the discs have struck nothing
+    else so far, and nothing else moves. Where both ends move nothing else is there.
+    """
+    last = [row.values for row in log.rows[-CRUSH:]]
+    if not bodies.fastest_drive or len(last) < CRUSH:
+        return None
+    pairs = {(row.first, row.second) for row in last}
+    row = _path(pairs, bodies)
+    window = [one.values for one in log.rows[-CRUSH * (len(pairs) - 1) :]]
+    if row is None or len(window) < CRUSH * (len(pairs) - 1):
+        return None
+    struck = {
+        (one.values.first, one.values.second)
+        for one in log.rows
+        if not {one.values.first, one.values.second}.isdisjoint(row[1:-1])
+    }
+    if struck != pairs or not _is_alone(row, bodies) or _loses_or_slips(row, bodies):
+        return None
+    ends = [_facing(last, row[0], row[1]), _facing(last, row[-1], row[-2])]
+    obstacles = [_obstacle(bodies, end) for end in ends]
+    line = _line(row, obstacles, bodies)
+    if line is None:
+        return None
+    room = rate = arb(0)
+    now, until = last[-1].time_s, math.inf
+    for end, obstacle in zip(ends, obstacles, strict=True):
+        place, speed, ends_s = _surface(end, obstacle, line, bodies, now)
+        sign = 1 if _dot(end.normal, line) > 0 else -1  # the discs are on the right of it
+        room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
+    for disc in row[1:-1]:
+        room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
+    if not rate < 0:
+        return None
+    crushed = room / (arb(0) - rate)
+    if not crushed < until or crushed > bodies.scene.duration_s:
+        return None
+    known = min(bodies.state_bits(disc) for disc in row[1:-1])
+    return Degeneracy(Degenerate.CRUSH, tuple(sorted(row)), now, float_above(crushed), proven=False, bits=known)
+
+
+def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
+    """Return the bodies of some pairs in their order, where they are a row between two that no impact moves."""
+    beside: dict[int, list[int]] = {}
+    for first, second in pairs:
+        beside.setdefault(first, []).append(second)
+        beside.setdefault(second, []).append(first)
+    ends = [body for body, others in beside.items() if len(others) == 1]
+    if len(ends) != 2 or len(pairs) < 2 or len(beside) != len(pairs) + 1:
+        return None
+    row = [min(ends)]
+    while len(row) < len(beside):
+        onwards = [body for body in beside[row[-1]] if body not in row]
+        if len(onwards) != 1:
+            return None
+        row += onwards
+    moved = [body >= 0 and bodies.movable[body] for body in row]
+    return row if not moved[0] and not moved[-1] and all(moved[1:-1]) else None
+
+
+def _is_alone(row: list[int], bodies: BallBodies) -> bool:
+    """Whether nothing else can come near: nothing else moves, and one end is at rest, or there is nothing else."""
+    scene = bodies.scene
+    others = [*(-1 - k for k in range(len(scene.walls))), *range(len(scene.discs))]
+    others = [body for body in others if body not in row]
+    moves = any(bodies.legs(_key(body, bodies)) or (body >= 0 and bodies.movable[body]) for body in others)
+    return not others or (not moves and not all(bodies.legs(_key(body, bodies)) for body in (row[0], row[-1])))
+
+
+def _key(body: int, bodies: BallBodies) -> int:
+    """Return a body as the balls number it: of a wall its first obstacle."""
+    if body >= 0:
+        return body
+    return -1 - next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body))
+
+
+def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:
+    """Whether several discs lose something, and may come to rest on each other, or anything rubs that turns."""
+    scene, arrays = bodies.scene, bodies.scene.arrays
+    walls = [wall_index(body) for body in row if body < 0]
+    pairs = len(row) - 1 - len(walls)
+    if len(row) > 3 and min(scene.restitution, *(bodies.materials[k].restitution for k in walls)) < 1:
+        return True
+    if not (pairs and scene.friction) and not any(bodies.materials[k].friction for k in walls):
+        return False
+    runs = arrays.belts_m_s is not None and any(arrays.belts_m_s[k] for k in walls)
+    return runs or any(scene.discs[body].spin_rad_s for body in row if body >= 0)
+
+
+def _facing(rows: Iterable[ImpactRecord], body: int, disc: int) -> _Facing:
+    """Return what a disc met last of the body at its end of a row."""
+    found = next(row for row in reversed(list(rows)) if {row.first, row.second} == {body, disc})
+    nx, ny = found.normal
+    return _Facing(body, disc, (-nx, -ny) if found.first == disc else (nx, ny), found.edge)
+
+
+def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
+    """Return what of a wall a disc at the end of a row meets, as it stands at time 0; None of a disc."""
+    if end.body >= 0:
+        return None
+    of_wall = [obstacle for obstacle in bodies.obstacles if obstacle.wall == wall_index(end.body)]
+    edge, kind = end.edge
+    fits = [one for one in of_wall if one.kind is None or (one.kind == EdgeKind(kind) and edge in one.edges)]
+    start = _centre_of(bodies, end.disc)
+
+    def away2(shape: Round) -> Fraction:
+        away = _less(start, shape.centre)
+        return _dot(away, away)
+
+    facing = [one for one in fits if isinstance(one.shape, Plane) and _dot(end.normal, one.shape.normal) > 0]
+    # A disc never leaves the side of a wall that it begins on; of two vertices on a line it meets the nearer.
+    rounds = [
+        (away2(shape), one)
+        for one in fits
+        if isinstance(shape := one.shape, Round) and shape.inside is (away2(shape) < shape.radius2)
+    ]
+    return facing[0] if facing else min(rounds, key=itemgetter(0))[1]
+
+
+def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) -> Exact | None:
+    """Return the direction of the line on which a row is, exactly, and stays; None where it is not."""
+    scene, start = bodies.scene, _centre_of(bodies, row[1])
+    if obstacles[0] is None:
+        line = _less(start, _centre_of(bodies, row[0]))
+    else:
+        shape = obstacles[0].shape
+        line = shape.normal if isinstance(shape, Plane) else _less(start, shape.centre)
+        if not any(line):
+            return None
+    vectors: list[Exact] = [_exact(scene.gravity_m_s2)]
+    for body in row:
+        if body >= 0:
+            vectors += [_less(_centre_of(bodies, body), start), _exact(scene.discs[body].velocity_m_s)]
+        moving = scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]
+        vectors += [_exact(leg.velocity_m_s) for leg in moving.legs or ()] + [_exact(moving.velocity_m_s)]
+    for obstacle in obstacles:
+        if obstacle is None:
+            continue
+        shape = obstacle.shape
+        if not isinstance(shape, Plane):
+            vectors.append(_less(shape.centre, start))
+            continue
+        vectors.append(shape.normal)
+        if shape.stretch is not None:
+            begin, end = shape.stretch
+            along = _less(end, begin)
+            if not 0 < _dot(_less(start, begin), along) < _dot(along, along):
+                return None
+    return None if any(x * line[1] != y * line[0] for x, y in vectors) else line
+
+
+def _surface(
+    end: _Facing, obstacle: Obstacle | None, line: Exact, bodies: BallBodies, now_s: float
+) -> tuple[arb, arb, float]:
+    """Return where the surface at an end would be at time 0 on its present leg, its speed, and till when."""
+    dx, dy = map(ball, line)
+    length = (dx * dx + dy * dy).sqrt()
+    sign = 1 if _dot(end.normal, line) > 0 else -1
+    if obstacle is None:
+        (x, y), depth = _centre_of(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
+    elif isinstance(obstacle.shape, Plane):
+        (x, y), depth = obstacle.shape.point, ball(obstacle.half_width)
+    else:
+        (x, y), depth = obstacle.shape.centre, ball(obstacle.shape.radius2).sqrt()
+        depth = ball(obstacle.half_width) + (arb(0) - depth if obstacle.shape.inside else depth)
+    place = (ball(x) * dx + ball(y) * dy) / length + sign * depth
+    leg = bodies.legs_from(_key(end.body, bodies), now_s)[0]
+    if leg is None:
+        return place, arb(0), math.inf
+    return place + (leg.x * dx + leg.y * dy) / length, (leg.vx * dx + leg.vy * dy) / length, leg.end_s
+
+
+def _centre_of(bodies: BallBodies, disc: int) -> Exact:
+    return _exact(bodies.scene.discs[disc].position_m)
+
+
+def _exact(vector: tuple[float, float]) -> Exact:
+    return Fraction(vector[0]), Fraction(vector[1])
+
+
+def _less(a: Exact, b: Exact) -> Exact:
+    return a[0] - b[0], a[1] - b[1]
+
+
+def _dot(a: tuple[float, float] | Exact, b: Exact) -> Fraction:
+    return Fraction(a[0]) * b[0] + Fraction(a[1]) * b[1]
