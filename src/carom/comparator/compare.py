@@ -220,6 +220,12 @@ def _score(reference: Trace, observed: Trace, sampling: Trace | None, horizon: f
     )
 
 
+def _with_turns_up_to(trace: Trace, until_s: float) -> Trace:
+    """Return a trace of whose impacts nobody knows when those turned paths that are later than a time."""
+    turned_s = trace.impacts["time_s"] if trace.effective_time_s is None else trace.effective_time_s
+    return replace(trace, effective_time_s=np.where(trace.impacts["time_s"] > until_s, math.nan, turned_s))
+
+
 def _evidence(
     reference: Trace, observed: Trace, sampling: Trace | None, scales: Scales, reach: Reach, up_to_tie: Grade | None
 ) -> Evidence:
@@ -230,9 +236,10 @@ def _evidence(
         sampled = measure(reference, sampling, scales, reach)
         against_pit = measure(sampling, observed, scales, reach_of(sampling, reach.until_s))
         price = price_of_sampling(reference, sampling, sampled, scales, reach, measured, observed.float_bits)
-    broken, truth = not_finite(observed), observed.local_truth
-    if truth is not None and reference.outcome is Outcome.CRUSHED:  # from there on no state is possible
-        truth = truth.before(reach.until_s)
+    broken, truth, possible = not_finite(observed), observed.local_truth, observed
+    if reference.outcome is Outcome.CRUSHED:  # from there on no state is possible
+        truth = None if truth is None else truth.before(reach.until_s)
+        possible = _with_turns_up_to(observed, reference.end_time_s)
     if truth is not None and (missed := measured.alignment.missed):
         shown = shown_by_states(reference, missed, truth, observed.dt_s)
         told = tuple(number for number in missed if number not in shown)
@@ -252,7 +259,7 @@ def _evidence(
         order=order_of(reference, observed, measured.alignment),
         local=local_errors(observed, scales),
         convention=match_outcome(reference, observed, sampling, scales),
-        consistency=None if broken else consistency_of(observed, scales, reference.contact_s),
+        consistency=None if broken else consistency_of(possible, scales, reference.contact_s),
         contact=None if broken else contact_score(reference, observed, scales),
         branches=wrong_branches(observed, scales, THRESHOLDS.rounding_of(observed.float_bits)),
         broken=broken,

@@ -11,10 +11,11 @@ import pytest
 from tests.lengths import long_after
 
 import carom
-from carom import Chain, Disc, Scene, Wall, compare, solve_pic
+from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.comparator.grades import Grade
 from carom.comparator.local_truth import StepWatch, bodies, judge
 from carom.comparator.local_truth.bodies import BodyStates
+from carom.comparator.verdict import Verdict
 from carom.errors import InputError
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
@@ -264,3 +265,16 @@ def test_an_impact_that_is_missed_before_a_crush_still_is() -> None:
     kept = np.delete(truth.impacts, 1)
     seen = replace(truth, impacts=kept, dt_s=1 / 60)
     assert compare(truth, seen).grade is Grade.WRONG
+
+
+def test_normals_after_a_crush_are_not_asked_for() -> None:
+    """No state is possible from 2 s on, so that reversed normals are called wrong before, and not after."""
+    edges = [Chain(points_m=((0.0, -1.0), (0.0, 1.0))), _PRESSES["edge"]]
+    scene = crush().model_copy(update={"walls": tuple(edges)})
+    truth, seen = solve_pic(scene), solve_pit(scene)
+    for reversed_late in (True, False):
+        impacts = seen.impacts.copy()
+        impacts["normal"][(impacts["time_s"] > 2.0) == reversed_late] *= -1.0
+        verdicts = {finding.verdict for finding in compare(truth, replace(seen, impacts=impacts)).findings}
+        assert (Verdict.WRONG_NORMAL in verdicts) is not reversed_late
+    assert seen.impacts["time_s"][-1] > 2.0
