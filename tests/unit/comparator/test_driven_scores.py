@@ -19,6 +19,7 @@ from carom.comparator.verdict import Verdict
 from carom.errors import InputError
 from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
+from carom.walls import Leg
 
 
 def paddle() -> Scene:
@@ -278,3 +279,14 @@ def test_normals_after_a_crush_are_not_asked_for() -> None:
         verdicts = {finding.verdict for finding in compare(truth, replace(seen, impacts=impacts)).findings}
         assert (Verdict.WRONG_NORMAL in verdicts) is not reversed_late
     assert seen.impacts["time_s"][-1] > 2.0
+
+
+@pytest.mark.parametrize(("legs", "scored"), [((0.0,), 1), ((0.0, 0.25), 0)])
+def test_an_impact_with_a_disc_on_a_broken_line_has_no_local_error(legs: tuple[float, ...], scored: int) -> None:
+    """Where it was before the impact is not told by a straight path; on one leg it is."""
+    path = [Leg(from_s=begin_s, velocity_m_s=(-0.5, 0.0)) for begin_s in legs]
+    mallet = Disc(position_m=(2.5, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, legs=path)
+    disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5)
+    truth = solve_pic(Scene(name="mallet", discs=[disc, mallet], duration_s=2.0))
+    assert len(truth.impacts) == 1
+    assert compare(truth, truth).local.scored == scored
