@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
+from carom.physics.wall_features import Exact
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ball
-from carom.solvers.certified.obstacles import Exact, Obstacle, Plane, Round
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import EdgeKind, wall_index
 
