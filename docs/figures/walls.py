@@ -1,7 +1,8 @@
 """`make walls`: what thin walls, floors in pieces, ends and corners do to a disc in each engine, for `docs/walls.md`.
 
 It flies discs in the engines themselves, without adapters (`walls_python.py`, `walls_npm.mjs`), for each way of
-building a wall. `walls.json` keeps the figures. An engine that is not installed keeps its rows, which name its version.
+building a wall. `walls.json` keeps the figures. An engine that is not installed keeps its rows, which name its version;
+so do those that are not among the engines named: ``python docs/figures/walls.py [ENGINE...]``, all unless told.
 """
 
 from __future__ import annotations
@@ -13,7 +14,6 @@ import math
 import statistics
 import subprocess
 import sys
-from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -63,6 +63,9 @@ WAYS = (
     Way("matter.js", "matter-js", "rectangles", "rectangles", HALF_M),
     Way("MuJoCo", "mujoco", "boxes", "boxes", HALF_M),
     Way("MuJoCo", "mujoco", "capsules", "capsules", HALF_M),
+    Way("Newton", "newton", "boxes", "boxes", HALF_M),
+    Way("Newton", "newton", "boxes, ahead", "boxes, `speculative_contact_gap_max` 1 m", HALF_M),
+    Way("Newton", "newton", "capsules", "capsules", HALF_M),
     Way("ODE", "panda3d", "boxes", "boxes", HALF_M),
     Way("ODE", "panda3d", "capsules", "capsules", HALF_M),
     Way("p2-es", "p2-es", "boxes", "boxes", HALF_M),
@@ -92,6 +95,7 @@ FROM_PYTHON = {
     "dartpy": "dartpy",
     "drake": "pydrake",
     "mujoco": "mujoco",
+    "newton": "newton",
     "panda3d": "panda3d",
     "pybullet": "pybullet",
     "pymunk": "pymunk",
@@ -354,12 +358,12 @@ def filled(page: str, rows: list[Row]) -> str:
 def main() -> None:
     """Measure what is installed, keep the other rows, and write figures and page."""
     kept = {(row["engine"], row["way"]): row for row in json.loads(FIGURES.read_text(encoding="utf-8"))}
-    for engine, ways in groupby(WAYS, key=lambda way: way.engine):
-        for way in ways:
-            row = measured(way)
-            sys.stdout.write(f"{engine}, {way.words}: {'not installed, its row is kept' if row is None else row}\n")
-            if row is not None:
-                kept[way.engine, way.words] = row
+    asked = sys.argv[1:] or {way.engine for way in WAYS}
+    for way in (way for way in WAYS if way.engine in asked):
+        row = measured(way)
+        sys.stdout.write(f"{way.engine}, {way.words}: {'not installed, its row is kept' if row is None else row}\n")
+        if row is not None:
+            kept[way.engine, way.words] = row
     rows = [kept[way.engine, way.words] for way in WAYS if (way.engine, way.words) in kept]
     FIGURES.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
     PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), rows), encoding="utf-8")

@@ -281,11 +281,49 @@ def rapier3d(way: str, flight: Flight) -> End:
     return [*map(float, body.translation.to_tuple()[:2]), *map(float, body.linvel.to_tuple()[:2])]
 
 
+def newton(way: str, flight: Flight) -> End:
+    """Boxes or capsules, with the XPBD solver; contacts may be looked for ahead."""
+    import newton
+    import numpy as np
+    import warp
+
+    builder = newton.ModelBuilder(gravity=(0.0, 0.0, 0.0))
+    material = builder.ShapeConfig(density=0.0, restitution=1.0, mu=0.0)
+    for (ax, ay), (bx, by) in pairwise(flight["points_m"]):
+        half, thick = math.hypot(bx - ax, by - ay) / 2, flight["half_width_m"]
+        turned = warp.quat_from_axis_angle(warp.vec3(0, 0, 1), math.atan2(by - ay, bx - ax))
+        if way == "capsules":  # along x: as made, they lie along z
+            turned *= warp.quat_from_axis_angle(warp.vec3(0, 1, 0), math.pi / 2)
+        at = warp.transform(((ax + bx) / 2, (ay + by) / 2, 0.0), turned)
+        if way == "capsules":
+            builder.add_shape_capsule(-1, xform=at, radius=thick, half_height=half, cfg=material)
+        else:
+            builder.add_shape_box(-1, xform=at, hx=half, hy=thick, hz=1.0, cfg=material)
+    radius = flight["radius_m"]
+    inertia = np.eye(3) * (0.4 * MASS_KG * radius**2)
+    at = warp.transform((*flight["position_m"], 0.0), warp.quat_identity())
+    body = builder.add_body(xform=at, mass=MASS_KG, inertia=inertia, lock_inertia=True)
+    builder.body_qd[body] = warp.spatial_vector(*flight["velocity_m_s"], 0.0, 0.0, 0.0, 0.0)
+    builder.add_shape_sphere(body, radius=radius, cfg=material)
+    model = builder.finalize(device="cpu")
+    ahead = {"speculative_contact_gap_max": 1.0} if "ahead" in way else {}
+    pipeline = newton.CollisionPipeline(model, **ahead)
+    contacts, solver = pipeline.contacts(), newton.solvers.SolverXPBD(model, enable_restitution=True)
+    state, after = model.state(), model.state()
+    for _ in range(flight["steps"]):
+        state.clear_forces()
+        pipeline.collide(state, contacts, dt=flight["dt_s"])
+        solver.step(state, after, None, contacts, flight["dt_s"])
+        state, after = after, state
+    return [*map(float, state.body_q.numpy()[0, :2]), *map(float, state.body_qd.numpy()[0, :2])]
+
+
 ENGINES: dict[str, Callable[[str, Flight], End]] = {
     "Box2D": box2d,
     "dartpy": dart,
     "drake": drake,
     "mujoco": mujoco,
+    "newton": newton,
     "panda3d": ode,
     "pybullet": pybullet,
     "pymunk": pymunk,

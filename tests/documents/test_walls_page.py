@@ -39,6 +39,12 @@ def test_who_passes_a_thin_wall_is_as_the_page_says() -> None:
             step = [q * (walls.THIN_RADIUS_M + walls.HALF_M) for q in walls.SPEEDS]
             if row["way"] == "boxes":
                 assert through == pytest.approx([walls.STARTS * (1 - 2 * walls.HALF_M / s) for s in step], abs=1)
+        elif row["engine"] == "Newton":  # contacts from 0.2 m, or from a step's way, a metre at most
+            reach = walls.THIN_RADIUS_M + walls.HALF_M
+            step = [q * reach for q in walls.SPEEDS]
+            ahead = [max(0.2, min(s, 1.0)) if "speculative" in row["way"] else 0.2 for s in step]
+            form = [walls.STARTS * max(0.0, 1 - (reach + a) / s) for a, s in zip(ahead, step, strict=True)]
+            assert through == pytest.approx(form, abs=1), row
         elif row["engine"] == "Drake":  # a spring
             assert through[0] == 0
             assert through[3:] == [walls.STARTS] * 4
