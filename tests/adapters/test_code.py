@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from tests.adapters.pasted import State, adapters_end, programs_end
 from tests.adapters.staged import along_a_floor
+from tests.hazards.measures import ENGINES
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 
@@ -26,22 +27,7 @@ Named = Callable[[str], Adapter]
 
 WRITING = ["pymunk", "pybullet", "mujoco", "box2d"]
 #: Their programs are run in tests/engines.
-OTHERS = [
-    "rapier",
-    "dart",
-    "drake",
-    "ode",
-    "newton",
-    "planck",
-    "matter",
-    "box2d3",
-    "jolt",
-    "rapier2d",
-    "cannon",
-    "p2",
-    "havok",
-    "physx",
-]
+OTHERS = [name for name in ENGINES if name not in {"pit", *WRITING}]
 
 #: Discs that spin and rub, one of them held, in a corner, under gravity: all that a scene can ask for.
 CORNER = staged(

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 from mpmath import mp, mpf
 from tests.drawn import drawn
 
@@ -184,6 +185,17 @@ def _rub(scene: Scene, before: Any, v: Any, spin: Any, i: int, j: int) -> None:
         v[body][0] -= side * rub * lightness * tx
         v[body][1] -= side * rub * lightness * ty
         spin[body] -= rub * turning
+
+
+def outside(values: Any, radii: Any, truths: Sequence[Any], digits: int = 0) -> list[int]:
+    """Return which of some numbers are not within their radii of the truth, known to so many digits, or all but 5."""
+    told = zip(np.ravel(values).tolist(), np.ravel(radii).tolist(), truths, strict=True)
+    slack = mpf(10) ** -(digits or mp.dps - 5)
+    return [
+        k
+        for k, (value, radius, truth) in enumerate(told)
+        if not abs(mpf(value) - truth) <= mpf(radius) + slack * (1 + abs(truth))
+    ]
 
 
 def contradictions(certified: CertifiedTrace, happened: list[Happened]) -> list[str]:

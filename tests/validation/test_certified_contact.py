@@ -13,6 +13,7 @@ from tests.campaign import contact
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation import contact_runs
+from tests.validation.mpmath_runs import outside
 from tests.validation.test_contact import drawn
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Wall, certify, solve_pic
@@ -49,12 +50,7 @@ def beyond(certified: CertifiedTrace, end: contact_runs.End) -> list[str]:
     if trace.modes is not None and certified.mode_radii is not None:
         times = trace.modes["time_s"], certified.mode_radii["time_s"]
         told.append(("changes", *times, tuple(end.changes) if len(end.changes) == len(times[0]) else ()))
-    return [
-        f"{name}: {value} within {radius}, not {truth}"
-        for name, values, radii, truths in told
-        for value, radius, truth in zip(values, radii, truths, strict=True)
-        if not abs(mpf(float(value)) - truth) <= mpf(float(radius)) + mpf(10) ** -30
-    ]
+    return [name for name, values, radii, truths in told if outside(values, radii, truths, 30)]
 
 
 #: Speeds along a slope of two discs, friction, and rolling resistance: in the end both discs do the same.

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.validation import mpmath_runs
 
 import carom
 from carom import CertifiedTrace, Disc, Mode, Scene, Wall
@@ -25,14 +26,9 @@ def of_catalogue(name: str, **changes: Any) -> Scene:
 
 def outside(certified: CertifiedTrace, field: str, truths: list[Any]) -> list[int]:
     """Return the impacts of which a component of a field is not within its radius of the truth."""
-    arrays = (certified.trace.impacts, certified.radii)
-    values, radii = (np.reshape(array[field], (len(truths), -1)) for array in arrays)
-    return [
-        k
-        for k, truth in enumerate(truths)
-        for value, radius, component in zip(values[k], radii[k], truth, strict=True)
-        if not abs(mpf(float(value)) - component) <= mpf(float(radius)) + mpf(10) ** -50
-    ]
+    flat = [component for truth in truths for component in truth]
+    off = mpmath_runs.outside(certified.trace.impacts[field], certified.radii[field], flat)
+    return sorted({k * len(truths) // len(flat) for k in off})
 
 
 def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
