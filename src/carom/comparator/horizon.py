@@ -15,7 +15,7 @@ from carom.scene import Disc, Scene, as_scene
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
-from carom.trace import Mode, Trace, Vector, rim_speeds, velocities
+from carom.trace import Mode, Outcome, Trace, Vector, rim_speeds, velocities
 
 #: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
 #: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so
@@ -81,8 +81,11 @@ def horizon(
     """
     if isinstance(scene, str):
         scene = as_scene(scene)
+    trace = solve_pic(scene, max_impacts=max_impacts)
+    if trace.outcome is Outcome.CRUSHED:  # the certified run need not end there by itself
+        max_impacts = len(trace.impacts)
     certified = certify(scene, max_impacts=max_impacts, time_budget_s=time_budget_s)
-    return horizon_of(certified, solve_pic(scene, max_impacts=max_impacts), tolerance=tolerance)
+    return horizon_of(certified, trace, tolerance=tolerance)
 
 
 def horizon_of(certified: CertifiedTrace, trace: Trace, *, tolerance: float = BELIEVED) -> Horizon:

@@ -8,10 +8,10 @@ import math
 import numpy as np
 import pytest
 from tests.planted.faults import replayed
-from tests.stage import altered, line
+from tests.stage import altered, disc_at, line, staged
 
 import carom
-from carom import CertifiedTrace, Trace, certify, compare, solve_pic
+from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
 from carom.comparator import Grade, Verdict, horizon_of
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
@@ -80,6 +80,16 @@ def test_discs_at_rest_that_a_driven_wall_strikes_are_covered() -> None:
         duration_s=10.0,
     )
     assert carom.horizon(scene).covers_the_scene
+
+
+@pytest.mark.long
+def test_a_horizon_ends_where_pic_says_that_a_disc_is_crushed() -> None:
+    """Between edges, along which it goes, a certified run would follow it without end."""
+    edges = [Chain(points_m=[(x, -1.0), (x, 1.0)], velocity_m_s=(-x / 4.0, 0.0)) for x in (0.0, 2.0)]
+    found = carom.horizon(staged("crush", disc_at(1.0, 0.0, -1.0, 0.0625, r=0.25), *edges, duration_s=4.0))
+    assert found.order_differs is None
+    assert not found.complete
+    assert found.certified > 250
 
 
 def test_nothing_is_scored_beyond_the_horizon(pic: Trace) -> None:
