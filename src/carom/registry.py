@@ -294,14 +294,20 @@ def unavailable_reason(engine: Engine) -> str:
 
 def _too_old(engine: Engine) -> str:
     """Return why the installed release can't be used; empty where it can, or where nothing tells which it is."""
-    try:
-        installed = metadata.version(engine.distribution)
-    except (metadata.PackageNotFoundError, ValueError):  # not installed as a distribution, or no name to ask for
-        return ""
-    if not is_older(installed, engine.oldest):
+    installed = _installed(engine.distribution)
+    if not (installed and is_older(installed, engine.oldest)):
         return ""
     reason = f"{engine.name} {installed} is older than {engine.oldest}, the oldest release that its adapter drives"
     return f"{reason}; {engine.install}" if engine.install else reason
+
+
+@cache  # every run of a worker asks, and reading it takes as long as some runs
+def _installed(distribution: str) -> str:
+    """Return which release of a distribution is installed; empty where none is, or there is no name to ask for."""
+    try:
+        return metadata.version(distribution)
+    except (metadata.PackageNotFoundError, ValueError):
+        return ""
 
 
 def why_unavailable(adapter: Adapter) -> str:
@@ -323,7 +329,4 @@ def version_of(adapter: Adapter, adapter_distribution: str) -> str:
     if callable(own):
         return str(own()) or "unknown"
     engine = adapter.engine
-    try:
-        return metadata.version(engine.distribution or ("" if engine.module else adapter_distribution))
-    except (metadata.PackageNotFoundError, ValueError):  # not installed, or no name to ask for
-        return "unknown"
+    return _installed(engine.distribution or ("" if engine.module else adapter_distribution)) or "unknown"

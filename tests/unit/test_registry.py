@@ -126,9 +126,10 @@ def test_a_release_before_the_oldest_that_an_adapter_drives_is_unavailable(
     installed: str, oldest: str, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Releases are compared as numbers, not as text, and the reason names both and what to do."""
-    lay(tmp_path, "nonesuch", {}, version=installed)
+    name = f"nonesuch{installed.replace('.', '')}"  # a process reads the release of a distribution once
+    lay(tmp_path, name, {}, version=installed)
     monkeypatch.syspath_prepend(tmp_path)
-    engine = Engine("Nonesuch", module="json", distribution="nonesuch", install="pip install nonesuch", oldest=oldest)
+    engine = Engine("Nonesuch", module="json", distribution=name, install="pip install nonesuch", oldest=oldest)
     reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter drives"
     assert unavailable_reason(engine) == (f"{reason}; pip install nonesuch" if refused else "")
 

@@ -224,14 +224,14 @@ class MujocoWorld:
         return float(force[0]) / self._unit, rub * self._clock.dt_s / self._unit
 
     def _warning(self) -> str:
-        kind, number = self._mujoco.mjtWarning, self._data.warning.number
-        height = np.abs(self._data.qpos[self._height_at])
-        told = []
-        for k in np.flatnonzero(height > self._radius)[:1]:
-            disc = self._movable[self._free[k]]
-            told.append(
-                f"MuJoCo let disc {disc} leave the plane: its centre is {height[k]:.3g} m off, more than a radius"
-            )
+        kind, number, told = self._mujoco.mjtWarning, self._data.warning.number, []
+        if len(self._free):
+            height = np.abs(self._data.qpos[self._height_at])
+            for k in np.flatnonzero(height > self._radius)[:1]:
+                disc = self._movable[self._free[k]]
+                told.append(
+                    f"MuJoCo let disc {disc} leave the plane: its centre is {height[k]:.3g} m off, more than a radius"
+                )
         if not number.any():
             return "; ".join(told)
         # Without the reset, MuJoCo only counts such a value and goes on with it, which does no harm.
