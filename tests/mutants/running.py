@@ -95,7 +95,9 @@ def _tried(items: list[pytest.Item], number: int, fault: Fault | None, limit_s: 
         _run(items, number, fault, writing)
     os.close(writing)
     ends_s, said = time.monotonic() + limit_s, b""
-    while (left_s := ends_s - time.monotonic()) > 0.0 and select.select([reading], [], [], left_s)[0]:
+    while (left_s := ends_s - time.monotonic()) > 0.0:
+        if not select.select([reading], [], [], left_s)[0]:
+            continue
         piece = os.read(reading, 2**16)
         if not piece:
             break

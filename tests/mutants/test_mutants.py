@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+from tests.mutants import running
 from tests.mutants.planting import VARIABLE, Fault, faults_in, make_copy
 from tests.mutants.rooms import ROOMS
 
@@ -95,3 +97,16 @@ def test_a_fault_is_known_by_its_line_wherever_that_stands() -> None:
     """What was tried counts as long as the line is there, and not when it has changed."""
     one = Fault("physics", "a.py", 3, "x = 1", "x = 2")
     assert one.key == one._replace(line=7).key != one._replace(before="x = 3").key
+
+
+def test_a_fault_without_end_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A compiled loop that never returns says nothing: its process is killed once the limit is over."""
+
+    def forever(*_: object) -> None:
+        os.setpgid(0, 0)
+        time.sleep(60.0)
+
+    monkeypatch.setattr(running, "_run", forever)
+    began_s = time.monotonic()
+    assert running._tried([], 1, None, 0.2) == ("no end", {})
+    assert time.monotonic() - began_s < 60.0
