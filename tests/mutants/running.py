@@ -62,7 +62,7 @@ def pytest_runtestloop(session: pytest.Session) -> bool:
                 stages[fault.room] = _whole(session, fault.room)
             stage = stages[fault.room]
             limit_s = _PATIENCE * sum(stage.seconds.values()) + _PATIENCE_S
-            by, _ = _tried(stage.ordered(), number, fault, limit_s)
+            by, _ = tried(stage.ordered(), number, fault, limit_s)
             if by in stage.seconds:
                 stage.found[by] += 1
             print(
@@ -76,13 +76,13 @@ def pytest_runtestloop(session: pytest.Session) -> bool:
 def _whole(session: pytest.Session, room: str) -> Stage:
     """Run a room's tests without a fault, by which is known how long each takes."""
     stage = Stage(session.items, ROOMS[room].tests)
-    by, stage.seconds = _tried(stage.items, 0, None, 3600.0)
+    by, stage.seconds = tried(stage.items, 0, None, 3600.0)
     if by or not stage.items:
         raise pytest.UsageError(f"the tests of {room} fail without a fault: {by or 'there are none'}")
     return stage
 
 
-def _tried(items: list[pytest.Item], number: int, fault: Fault | None, limit_s: float) -> tuple[str, dict[str, float]]:
+def tried(items: list[pytest.Item], number: int, fault: Fault | None, limit_s: float) -> tuple[str, dict[str, float]]:
     """Run tests in a process that has a fault.
 
     Returns:

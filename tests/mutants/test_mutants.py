@@ -108,5 +108,5 @@ def test_a_fault_without_end_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(running, "_run", forever)
     began_s = time.monotonic()
-    assert running._tried([], 1, None, 0.2) == ("no end", {})
+    assert running.tried([], 1, None, 0.2) == ("no end", {})
     assert time.monotonic() - began_s < 60.0

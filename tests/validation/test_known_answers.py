@@ -1,3 +1,5 @@
+"""Every scene that has a name against its known answer, as PIC finds it whole and frame by frame."""
+
 from __future__ import annotations
 
 import numpy as np
