@@ -77,6 +77,7 @@ class PicAdapter:
         driven_discs=True,
         legs=True,
         belts=True,
+        edge_belts=True,
         gravity=True,
         damping=True,
         rolling_resistance=True,

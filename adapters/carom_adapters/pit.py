@@ -74,6 +74,7 @@ class PitAdapter:
         driven_discs=True,
         legs=True,
         belts=True,
+        edge_belts=True,
         gravity=True,
         damping=True,
         rolling_resistance=True,

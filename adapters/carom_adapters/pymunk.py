@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.adapter import (
-    AdapterError,
     Capabilities,
     Chain,
     Contact,
@@ -83,7 +82,7 @@ CAPABILITIES = Capabilities(
     driven_walls=True,
     driven_discs=True,
     legs=True,
-    belts=True,
+    belts=True,  # of half-planes: `surface_velocity` is one vector, and an edge runs back on its other side
     gravity=True,
     damping=True,
     table_friction=True,
@@ -107,12 +106,6 @@ def _usable_step(scene: Scene, settings: Mapping[str, Setting]) -> float:
     require_sound("pymunk", scene, settings, SETTINGS, LEAST, {"dt_s": LARGEST, NEIGHBORS: 1})
     dt_s = float(settings["dt_s"])
     require_supported("pymunk", scene, CAPABILITIES, dt_s)
-    for k, wall in enumerate(scene.walls):
-        if wall.surface_speed_m_s and not isinstance(wall, Wall):
-            raise AdapterError(
-                f"pymunk: walls[{k}] is a belt that can be met from either side, and a shape's surface_velocity is one "
-                "vector for both; a half-plane can be a belt"
-            )
     return dt_s
 
 

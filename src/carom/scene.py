@@ -79,6 +79,7 @@ class Need(StrEnum):
     DRIVEN_DISCS = "driven discs"
     LEGS = "driven bodies whose velocity changes"
     BELTS = "walls whose surface runs"
+    EDGE_BELTS = "edges or circles whose surface runs"
     RESTITUTION = "restitution below 1"
     GRAVITY = "gravity"
     DAMPING = "damping"
@@ -322,6 +323,7 @@ class Scene(Drawn, Model):
             Need.DRIVEN_WALLS: any(wall.driven for wall in self.walls),
             Need.LEGS: any(body.legs for body in (*self.discs, *self.walls)),
             Need.BELTS: start.belts_m_s is not None,
+            Need.EDGE_BELTS: any(wall.surface_speed_m_s for wall in finite),
             Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
             Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
             Need.DAMPING: self.damping_per_s > 0.0,

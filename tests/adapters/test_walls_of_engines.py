@@ -19,8 +19,10 @@ from tests.adapters.staged import (
 )
 from tests.lengths import long_after
 
-from carom import Chain, Disc, Scene
-from carom.adapter import Adapter, AdapterError, Observation
+from carom import Chain, Disc, Ring, Scene, Wall, cross_check
+from carom.adapter import Adapter, AdapterError, Observation, unsupported_reason
+from carom.runs.job import Status
+from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
 
 Finish = Callable[..., Observation]
@@ -96,13 +98,21 @@ def test_a_belt_of_edges_runs_to_the_left_on_either_side(named: Named, finish: F
         np.testing.assert_allclose(seen.velocity_m_s[0], (3.0 * side, 1.5 * side), rtol=0, atol=1e-5)
 
 
-def test_pymunk_refuses_a_belt_that_has_two_sides(named: Named) -> None:
+def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(named: Named) -> None:
     """Its surface velocity is one vector, and the surface of an edge runs one way on one side and back on the other."""
     adapter = named("pymunk")
-    belt = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
-    scene = Scene(name="belt", discs=[Disc(position_m=(1.0, 0.0), radius_m=0.25)], walls=[belt], duration_s=1.0)
-    with pytest.raises(AdapterError, match=r"walls\[0\] is a belt .* a half-plane can be a belt"):
-        adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 64))
+    laws: dict[str, Any] = {"discs": [Disc(position_m=(1.0, 0.0), radius_m=0.25)], "duration_s": 1.0}
+    half_plane = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), surface_speed_m_s=9.0)
+    assert not unsupported_reason(Scene(name="half-plane", walls=[half_plane], **laws), adapter.capabilities, 1 / 64)
+    edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
+    circle = Ring(centre_m=(-3.0, 0.0), radius_m=1.0, surface_speed_m_s=9.0)
+    for scene in (Scene(name="belt", walls=[wall], **laws) for wall in (edge, circle)):
+        said = "the scene has edges or circles whose surface runs, which this method does not support"
+        assert unsupported_reason(scene, adapter.capabilities, 1 / 64) == said
+        result = cross_check([scene], ["pymunk"], dts=[1 / 64], profiles=["tuned"], timing=False, pool=InProcess())
+        assert [(row.status, row.reason) for row in result.rows] == [(Status.UNSUPPORTED, said)]
+        with pytest.raises(AdapterError, match=said):
+            adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 64))
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,7 @@ CAPABILITIES = Capabilities(
     driven_discs=True,
     legs=True,
     belts=True,
+    edge_belts=True,
     gravity=True,
     damping=True,
     table_friction=True,

@@ -76,6 +76,7 @@ class Capabilities:
         driven_discs: Discs of infinite mass that move and spin.
         legs: Whether the velocity of a driven body can change at given instants.
         belts: Whether the surface of a wall can run.
+        edge_belts: Whether that of edges and circles can, too, to the left of the normal on either side.
         gravity: Uniform gravity.
         damping: Linear damping of velocities and spins, by the scene's law.
         rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/contact.md`.
@@ -143,6 +144,7 @@ class Capabilities:
     posts: bool = False
     legs: bool = False
     belts: bool = False
+    edge_belts: bool = False
 
 
 @dataclass(frozen=True)

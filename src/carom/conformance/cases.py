@@ -60,6 +60,7 @@ _OF_ADAPTER = {
     "driven-discs": walls.mallets_as_declared,
     "legs": walls.legs_as_declared,
     "belts": walls.belts_as_declared,
+    "edge-belts": walls.edge_belts_as_declared,
     "immovable-discs-alone": capability.posts_stand_still,
     "gravity": capability.falls_as_declared,
     "damping": capability.slows_as_declared,

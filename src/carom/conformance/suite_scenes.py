@@ -200,6 +200,14 @@ def belt(friction: float, restitution: float) -> Scene:
     return _head_on(f"belt-{friction:g}-{restitution:g}", [(1.51, 0, -3)], [wall], **laws)
 
 
+def edge_belt(friction: float, restitution: float) -> Scene:
+    """An edge whose surface runs at 9 m/s, on which a disc at either side slips all the while: one up, one down."""
+    edge = Chain(points_m=[(0, -2), (0, 2)], surface_speed_m_s=9.0)
+    places = [(side * 1.51, side, -3 * side) for side in (-1, 1)]
+    laws = {"wall_restitution": restitution, "wall_friction": friction}
+    return _head_on(f"edge-belt-{friction:g}-{restitution:g}", places, [edge], **laws)
+
+
 def two_walls(first: float, second: float) -> Scene:
     """A half-plane at each side, each with a restitution of its own, which a disc meets at 3 m/s, head-on."""
     left = Wall(point_m=(-3, 0), normal=(1, 0), restitution=first)

@@ -42,6 +42,7 @@ def page_engines(names: Iterable[str], *, required: bool) -> list[PageEngine]:
                 Need.DRIVEN_DISCS: has.driven_discs,
                 Need.LEGS: has.legs,
                 Need.BELTS: has.belts,
+                Need.EDGE_BELTS: has.edge_belts,
                 Need.ROLLING_RESISTANCE: has.rolling_resistance,
                 Need.DAMPING: has.damping,
             }

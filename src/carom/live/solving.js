@@ -44,6 +44,7 @@ export function runOf(method, s, truth) {
     "driven walls": s.walls.some((w) => isDriven(legsOf(w))),
     "driven bodies whose velocity changes": [...s.discs, ...s.walls].some((body) => body.legs?.length > 1),
     "walls whose surface runs": s.walls.some((w) => w.surface_speed_m_s),
+    "edges or circles whose surface runs": s.walls.some((w) => w.surface_speed_m_s && !w.normal),
     "rolling resistance": s.wall_rolling_resistance > 0,
     "driven discs": s.discs.some((d) => d.driven),
     damping: s.damping_per_s > 0,

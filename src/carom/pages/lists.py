@@ -115,6 +115,7 @@ _SAID = {
     "driven_discs": ("driven discs", ""),
     "legs": ("driven bodies whose velocity changes", ""),
     "belts": ("walls whose surface runs", ""),
+    "edge_belts": ("edges and circles whose surface runs", ""),
     "gravity": ("gravity", ""),
     "damping": ("damping", ""),
     "rolling_resistance": ("rolling resistance", ""),

@@ -18,6 +18,7 @@ from carom.conformance.suite_scenes import (
     belt,
     bounce_and_pair,
     bullet,
+    edge_belt,
     either_side,
     fall,
     in_and_out,
@@ -259,6 +260,10 @@ REFUSALS: dict[str, tuple[str, Callable[[Capabilities], Scene | None]]] = {
     "driven discs": ("driven_discs", lambda can: None if can.driven_discs else mallet(can.restitution[1])),
     "legs": ("legs", lambda can: None if can.legs else starting_paddle(can.restitution[1])),
     "belts": ("belts", lambda can: None if can.belts else belt(min(0.25, can.friction[1]), can.restitution[1])),
+    "belts of edges": (
+        "edge_belts",
+        lambda can: None if can.edge_belts else edge_belt(min(0.25, can.friction[1]), can.restitution[1]),
+    ),
     "gravity": ("gravity", lambda can: None if can.gravity else fall()),
     "damping": ("damping", lambda can: None if can.damping else slowing(spins=False)),
     "rolling resistance": ("rolling_resistance", lambda can: None if can.rolling_resistance else rolling()),

@@ -8,6 +8,7 @@ from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import (
     at_a_circle,
     belt,
+    edge_belt,
     either_side,
     in_and_out,
     mallet,
@@ -70,6 +71,14 @@ def belts_as_declared(subject: Subject) -> None:
     e, friction = can.restitution[1], min(0.25, can.friction[1])
     setup = supported(subject, belt(friction, e))
     end_with_velocities(subject, setup, [(3 * e, 3 * (1 + e) * friction)], "a belt")
+
+
+def edge_belts_as_declared(subject: Subject) -> None:
+    """A disc that slips on an edge that runs is pushed along it so, too: up on one side, and down on the other."""
+    can = declared(subject, "edge_belts")
+    e, friction = can.restitution[1], min(0.25, can.friction[1])
+    setup, up = supported(subject, edge_belt(friction, e)), 3 * (1 + e) * friction
+    end_with_velocities(subject, setup, [(-3 * e, -up), (3 * e, up)], "an edge that runs")
 
 
 def materials_as_declared(subject: Subject) -> None:
