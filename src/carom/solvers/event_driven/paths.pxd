@@ -98,7 +98,9 @@ cdef inline void count_legs_anew(State *s) noexcept nogil:
 cdef inline void forget_ended_leg(State *s, Index i) noexcept nogil:
     """Let disc `i` meet a driven body again that it has met last, where that is on another leg by now."""
     a = &s.discs[i]
-    row = driven_row(&s.driving, a.last)
+    if a.last == NO_BODY:
+        return
+    row = driven_row(&s.driving, a.last if a.last >= 0 else -1 - <Index>s.features[-1 - a.last].wall)
     if row != NULL and row.leg_count > 1:
         if s.driving.legs[leg_at(&s.driving, row, a.time)].end <= s.clock.now:
             a.last = NO_BODY

@@ -8,6 +8,7 @@ from collections import Counter
 from typing import Any
 from unittest.mock import Mock
 
+import numpy as np
 import pytest
 from tests.lengths import long_after
 from tests.unit.solvers.both_forms import assert_same, bits
@@ -15,7 +16,10 @@ from tests.unit.solvers.tables import driven
 
 from carom import Chain, Disc, Outcome, Scene, Wall
 from carom.scenes.catalogue import all_scenes
+from carom.solvers.event_driven.driven import NO_BODY
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.plain.bodies import Bodies
+from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.plain.squeeze import Squeezes
 
 pytest.importorskip("carom.solvers.event_driven.kernel")
@@ -146,6 +150,62 @@ def test_a_disc_between_edges_is_crushed_at_the_same_impact(half: float, outcome
 def test_a_row_is_crushed_at_the_same_impact(discs: int) -> None:
     """By a mallet and a wall, of one disc and of more in a row: the kernel tells of it when the all-pairs run does."""
     assert assert_same(row(discs, 0.25, 0.125), 10**6).notes
+
+
+def test_how_discs_go_to_and_fro_is_told_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whom each has struck last, whom on the other side, along which normal, and how often in a row."""
+    kept: list[Squeezes] = []
+
+    def squeezes(bodies: Bodies, most: int) -> Squeezes:
+        kept.append(Squeezes(bodies, most))
+        return kept[-1]
+
+    monkeypatch.setattr("carom.solvers.plain.run.Squeezes", squeezes)
+    longest = 0
+    for scene in (
+        row(2, 0.25, 0.125),
+        pinched(3.0),
+        *filter(None, (driven(random.Random(f"row {k}")) for k in range(8))),
+    ):
+        if not scene.arrays.driven_discs and scene.arrays.wall_drives is None:
+            continue
+        plain, compiled = AllPairsRun(scene), EventDrivenRun(scene)
+        for run in (plain, compiled):
+            run.advance_to(scene.duration_s, 60)
+        found = compiled.state().kernel["to_and_fro"]
+        for disc, told in enumerate(kept[-1].to_and_fro):
+            last, across = (NO_BODY if struck is None else struck.body for struck in (told.last, told.across))
+            expected = (last, *told.normal, across, told.row)
+            assert tuple(found[["last", "nx", "ny", "across", "row"]][disc]) == expected
+            longest = max(longest, told.row)
+    assert longest > 20
+
+
+def test_a_leg_that_has_ended_by_a_new_epoch_lets_a_disc_be_struck_again() -> None:
+    """An edge strikes a disc, turns to go after it, and strikes it again; other impacts begin an epoch between."""
+    edge = Chain(points_m=[(-1, -1), (-1, 1)], legs=legs((0, 0.5), (2, 3)))
+    busy = [Chain(points_m=[(9, y), (11, y)]) for y in (0.0, 1.0)]
+    slow = Disc(position_m=(0, 0), velocity_m_s=(-0.5, 0), radius_m=0.25)
+    quick = Disc(position_m=(10, 0.5), velocity_m_s=(0, 13.125), radius_m=0.25)
+    plain = assert_same(Scene(name="again", discs=[slow, quick], walls=[edge, *busy], duration_s=3.5))
+    struck = plain.log.array()
+    times_s = struck["time_s"][struck["first"] == 0]
+    assert times_s == pytest.approx([0.75, 2.0 + 5.0 / 6.0])
+    assert np.count_nonzero(struck["time_s"] < 2.0) < 64 < np.count_nonzero(struck["time_s"] < times_s[1])
+
+
+def test_legs_are_counted_from_each_epoch() -> None:
+    """Two discs in a box of which one wall turns back every tenth of a second, over several epochs."""
+    turns = legs(*((0.1 * k, 0.4 * (-1) ** k) for k in range(60)))
+    walls = [
+        Wall(point_m=(0, 0), normal=(1, 0.01), legs=turns),
+        *(Wall(point_m=(1, 1), normal=normal) for normal in ((-1, 0), (0, -1))),
+        Wall(point_m=(0, 0), normal=(0, 1)),
+    ]
+    discs = [Disc(position_m=(x, x), velocity_m_s=(14.0 * x, 22.0 - 18.0 * x), radius_m=0.1) for x in (0.3, 0.7)]
+    plain = assert_same(Scene(name="shaken", discs=discs, walls=walls, duration_s=6.0), 300)
+    assert plain.counts["epochs"] >= 4
+    assert plain.time_s > 3.0
 
 
 def test_what_fails_while_a_crush_is_told_reaches_the_caller_and_the_run_goes_on(
