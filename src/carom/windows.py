@@ -84,6 +84,9 @@ SLIP_DTYPE = np.dtype(
     ]
 )
 
+#: Steps in a row in which two bodies rest on each other, and a push shows: their first and last state.
+REST_DTYPE = np.dtype([("first", "i8"), ("second", "i8"), ("begin_s", "f8"), ("end_s", "f8")])
+
 
 @dataclass(frozen=True)
 class States:
@@ -123,6 +126,8 @@ class LocalTruth:
         sinks_s: When a pair first sank by more in a step than falling for that step explains; NaN where none did.
         polygon: Whether paths under gravity are polygons, each step off by up to half of what a step's fall is; or
             those of damped discs, by up to half of what a step's damping takes of the speed, times the step.
+        rests: Structured array of `REST_DTYPE`: when states show which pairs held up at rest, by pushes that are in no
+            window; None in a journal that was written before this was kept.
     """
 
     until_s: float
@@ -136,13 +141,15 @@ class LocalTruth:
     sunk_radii: float
     sinks_s: float
     polygon: bool
+    rests: NDArray[np.void] | None = None
 
     def before(self, time_s: float) -> LocalTruth:
-        """Return what is known of windows that end, and of turns that come, by a time."""
+        """Return what is known of windows that end, and of turns that come, and of rest that begins, by a time."""
         return replace(
             self,
             until_s=min(self.until_s, time_s),
             windows=self.windows[self.windows["end_s"] <= time_s],
             meetings=self.meetings[self.meetings["end_s"] <= time_s],
             slips=self.slips[self.slips["time_s"] <= time_s],
+            rests=None if self.rests is None else self.rests[self.rests["begin_s"] <= time_s],
         )

@@ -19,7 +19,7 @@ from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, c
 from carom.adapter import Observation
 from carom.scene import Scene
 from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
-from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
+from carom.windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 
 __all__ = ["CarriedObservation", "CarriedTrace", "Codec"]
 
@@ -79,7 +79,7 @@ def _array(dtype: DTypeLike) -> Any:
 
 
 #: What a journal of this format may lack, as it was written before Carom knew it: it is None there.
-LATER = frozenset({"edges", "modes", "looks"})
+LATER = frozenset({"edges", "modes", "looks", "rests"})
 
 
 def _carried(kind: type[Any], **carried: Any) -> Any:
@@ -162,7 +162,11 @@ else:
         final_spin_rad_s=_FLOATS | None,
         samples=_carried(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
         local_truth=_carried(
-            LocalTruth, windows=_array(WINDOW_DTYPE), meetings=_array(MEETING_DTYPE), slips=_array(SLIP_DTYPE)
+            LocalTruth,
+            windows=_array(WINDOW_DTYPE),
+            meetings=_array(MEETING_DTYPE),
+            slips=_array(SLIP_DTYPE),
+            rests=_array(REST_DTYPE) | None,
         )
         | None,
         looks=_carried(States, time_s=_FLOATS, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None)

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from tests.planted.doctored import DT, GAS, Run, judged, sampled
 
+from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.local_truth.reports import reports_and_states
 from carom.solvers.pic import solve_pic
 from carom.trace import IMPACT_DTYPE, pair_name
-from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
+from carom.windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
 
 #: PIT in a gas of twelve: its trajectory leaves PIC's, and each of its steps is PIT's own.
 PIT = sampled(GAS)
@@ -69,12 +71,15 @@ def test_an_impact_that_no_state_shows_is_said_as_that() -> None:
     )
 
 
-def parting(windows: list[tuple[int, int, bool]], reports: list[int]) -> tuple[int, int]:
+def parting(
+    windows: list[tuple[int, int, bool]], reports: list[int], rests: Sequence[tuple[int, int]] = ()
+) -> tuple[int, int]:
     """Return how many reports of a pair, at these steps, no window shows, and how many windows none is of.
 
     Args:
         windows: Of each its first and last step, and whether it is a crowd's.
         reports: Steps at whose end the pair is reported.
+        rests: First and last steps of rest in which pushes show.
     """
     rows, meetings = np.zeros(len(windows), WINDOW_DTYPE), np.zeros(len(windows), MEETING_DTYPE)
     for k, (begin, end, crowd) in enumerate(windows):
@@ -84,6 +89,7 @@ def parting(windows: list[tuple[int, int, bool]], reports: list[int]) -> tuple[i
     impacts["time_s"], impacts["second"] = np.array(reports) * DT, 1
     slips = np.zeros(0, SLIP_DTYPE)
     truth = LocalTruth(9.0, 540, rows, meetings, slips, 0, (0, 0), 0, 0.0, math.nan, polygon=False)
+    truth = replace(truth, rests=np.array([(0, 1, begin * DT, end * DT) for begin, end in rests], REST_DTYPE))
     trace = replace(TRACE, impacts=impacts)
     found = reports_and_states(trace, truth)
     assert found.agree == (found.unshown == found.unreported == 0)
@@ -105,3 +111,39 @@ def test_a_report_too_many_or_too_few_is_counted() -> None:
     assert parting([(10, 11, False)], [13]) == (0, 0)
     assert parting([(10, 11, False), (13, 14, False)], [11]) == (0, 1)
     assert parting([], [14]) == (1, 0)
+
+
+def test_reports_of_a_pair_that_rests_are_shown_where_pushes_show() -> None:
+    """They show as many as come, up to two steps away, and ask for none; what lies further away is shown by nothing."""
+    assert parting([], [4, 5, 6, 7, 8], [(6, 7)]) == (0, 0)
+    assert parting([], [3, 10], [(6, 7)]) == (2, 0)
+    assert parting([], [10, 14], [(2, 8), (16, 20), (40, 41)]) == (0, 0)
+    assert parting([], [12, 30], [(2, 8), (16, 20), (40, 41)]) == (2, 0)
+    assert parting([(10, 11, False)], [], [(6, 11)]) == (0, 1)
+
+
+#: A disc that meets a floor and, in the same frame of PIT's, a slope, which sends it on so slowly that it hops on the
+#: slope from frame to frame, each time by less than what it falls in three. PIC has one impact, with the slope.
+NARROW = Scene(
+    name="narrow",
+    discs=[Disc(position_m=(0.0, 0.5), velocity_m_s=(2.1, -0.13), radius_m=0.25)],
+    walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)), Wall(point_m=(1.0, 0.0), normal=(-0.65, 0.76))],
+    gravity_m_s2=(0.0, -2.0),
+    wall_friction=0.3,
+    duration_s=2.0,
+)
+
+
+def test_what_hops_from_frame_to_frame_on_a_slope_reports_what_it_shows() -> None:
+    """PIT strikes the slope at each frame, and its velocities show that; a report of the floor then is a lie."""
+    run = sampled(NARROW)
+    hops = run.impacts[run.impacts["second"] == -2]
+    assert len(hops) > 50
+    score = judged(run)
+    assert score.grade is Grade.PARTED
+    assert Verdict.MISREPORTED not in score.verdicts
+    lie = hops[[2]].copy()
+    lie["second"] = -1
+    score = reporting(run, np.concatenate([run.impacts, lie]))
+    assert score.grade is Grade.WRONG
+    assert reason(score, Verdict.MISREPORTED).startswith("1 reported that no state shows, the first at ")

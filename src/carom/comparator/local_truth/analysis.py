@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +17,7 @@ from carom.comparator.local_truth.rest import Rest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Scene
 from carom.trace import wall_body
-from carom.windows import MEETING_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
+from carom.windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
 
 Array = NDArray[np.float64]
 
@@ -111,7 +113,17 @@ class StepWatch:
             sunk_radii=self._rest.sunk_radii,
             sinks_s=self._rest.sinks_s,
             polygon=self._polygon,
+            rests=np.array(sorted(self._held()), REST_DTYPE),
         )
+
+    def _held(self) -> Iterator[tuple[int, int, float, float]]:
+        """Yield the rows of `REST_DTYPE`."""
+        for (i, j), spans in self._rest.held_s.items():
+            yield from ((i, self._body(j), *span) for span in spans)
+
+    def _body(self, j: int) -> int:
+        """Return the number that traces give the second of a pair."""
+        return j if j < self._law.n else wall_body(j - self._law.n)
 
     def _look(self, *, ends: bool) -> None:
         """Judge the windows that are settled, and keep the states from which others go on."""
@@ -166,9 +178,10 @@ class StepWatch:
         self._windows.append((begin_s, end_s, *(getattr(judged, name) for name in _ROW)))
         for meeting in judged.meetings:
             i, j = meeting.pair
-            second = j if j < self._law.n else wall_body(j - self._law.n)
             steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
-            self._meetings.append((number, i, second, *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed))
+            self._meetings.append(
+                (number, i, self._body(j), *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed)
+            )
 
     def _between(self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array) -> None:
         """Look at what happened outside of windows, where discs fly free or rest; `scale` is what speeds round to."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -48,7 +49,8 @@ def reports_and_states(trace: Trace, truth: LocalTruth, until_s: float = math.in
     """Return where the reports of a trace and its states part, up to a time.
 
     A report is shown by a window that holds its pair in its step, or in the two around it. A window of one impact shows
-    one report, and must have one unless the impact is missed or the window open; others show as many as come.
+    one report, and must have one unless the impact is missed or the window open; others show as many as come, and so
+    do steps in which the pair rests and a push shows. Of these none must be reported.
     """
     windows = truth.windows[truth.meetings["window"]]
     alone = ~windows["entangled"] & (windows["due"] > 0)
@@ -62,6 +64,10 @@ def reports_and_states(trace: Trace, truth: LocalTruth, until_s: float = math.in
     for time_s, bodies in zip(trace.impacts["time_s"].tolist(), _bodies(trace.impacts), strict=True):
         if time_s <= until_s:
             reports.setdefault(bodies, []).append(time_s)
+    held: dict[_Bodies, list[tuple[float, float]]] = defaultdict(list)
+    if truth.rests is not None:
+        for row, bodies in zip(truth.rests.tolist(), _bodies(truth.rests), strict=True):
+            held[bodies].append(row[2:])
     unshown: list[tuple[float, _Bodies]] = []
     unreported: list[tuple[float, _Bodies]] = []
     for bodies, times in reports.items():
@@ -71,11 +77,18 @@ def reports_and_states(trace: Trace, truth: LocalTruth, until_s: float = math.in
         # What no crowded window can show must find one of its own; what must be reported may be by any report. Where
         # each can be matched by itself, both can at once (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
+        bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
         left, _ = _matched(bound, lonely)
         unshown += [(time_s, bodies) for time_s in left]
         _, open_spans = _matched(sorted(times), [span for span in lonely if asked[span[2]]])
         unreported += [(float(windows["begin_s"][row]), bodies) for _, _, row in open_spans]
     return ReportsAndStates(len(unshown), len(unreported), _first(unshown), _first(unreported))
+
+
+def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: float) -> bool:
+    """Whether a time lies in one of some spans, in order and apart, or no further away from one than is said."""
+    after = bisect_right(spans, time_s + away_s, key=lambda span: span[0])
+    return after > 0 and time_s <= spans[after - 1][1] + away_s
 
 
 def _matched(

@@ -31,15 +31,17 @@ class _Rested(NamedTuple):
 
 @dataclass
 class Rest:
-    """How deep pairs that rest have sunk so far.
+    """How deep pairs that rest have sunk so far, and when pushes hold them.
 
     Attributes:
         sunk_radii: The deepest, over the contact distance; 0 where none sank.
         sinks_s: When one had first sunk deeper than by falling for each step anew; NaN where none has.
+        held_s: Of each pair, from when until when it rests and one of it is turned: steps in a row.
     """
 
     sunk_radii: float = 0.0
     sinks_s: float = math.nan
+    held_s: dict[Pair, list[tuple[float, float]]] = field(default_factory=dict)
     _rested: dict[Pair, _Rested] = field(default_factory=dict)
 
     def add(self, block: Block, relative: NearPairs, resting: Flags) -> None:
@@ -55,6 +57,10 @@ class Rest:
             known = self._rested.get(pair)
             if known is not None and known.until_s > begin_s:
                 continue
+            if any(block.turned[step, body] for body in pair if body < block.law.n):
+                held = self.held_s.setdefault(pair, [])
+                joined_s = held.pop()[0] if held and held[-1][1] == begin_s else begin_s
+                held.append((joined_s, end_s))
             if known is None or known.until_s < begin_s:
                 known = _Rested(min(before_m, 0.0), begin_s, 0.0)
             # What sinks beyond falling for each step anew adds up; what is held, or comes up, takes off from it.
