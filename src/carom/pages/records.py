@@ -99,7 +99,7 @@ def raw_records(path: Path) -> tuple[dict[str, Any], list[dict[str, Any]]]:
 
 
 def _lines(path: Path) -> Iterator[dict[str, Any]]:
-    ask = f"give a report's folder, or the results.jsonl that `carom run --report` wrote (format {FORMATS['results']})"
+    ask = f"give a report's folder, or the results.jsonl that `carom run --out` wrote (format {FORMATS['results']})"
     most_bytes, most_values = MOST_BYTES[".jsonl"], MOST_VALUES[".jsonl"]
     try:
         with path.open("rb") as file:
