@@ -10,6 +10,10 @@ from carom.comparator.evidence import Evidence
 from carom.comparator.verdict import Finding, Verdict
 from carom.number_text import instant, number, seconds, steps
 
+#: Of an arm of friction that differs from the radius by less than this part of it, four digits can say 1, which is no
+#: difference: so the difference is told.
+_NEAR_THE_RIM = 5e-4
+
 
 def own_path(evidence: Evidence) -> Iterator[Finding]:
     """Where the run's own states part from its own velocities; what its declared floats round is nothing to tell."""
@@ -22,7 +26,10 @@ def own_path(evidence: Evidence) -> Iterator[Finding]:
     if own is not None and own.angular > evidence.rounding:
         reason = f"by up to {number(own.angular, 3)} of the scene's speed of rims"
         if math.isfinite(own.arm):
-            reason += f"; friction turns a disc as if at {number(own.arm, 4)} times its radius"
+            at, off = f"{number(own.arm, 4)} times its radius", own.arm - 1.0
+            if abs(off) < _NEAR_THE_RIM:
+                at = f"{number(abs(off), 3)} of its radius {'outside' if off > 0.0 else 'inside'} its rim"
+            reason += f"; friction turns a disc as if at {at}"
         if own.angular_excess > evidence.rounding:
             reason += f"; {number(own.angular_excess, 3)} more than bodies close in a step"
         yield Finding(Verdict.ANGULAR, reason)

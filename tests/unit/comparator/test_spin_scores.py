@@ -72,6 +72,15 @@ def test_a_wrong_spin_is_named_with_its_size_and_never_graded_well(spin: float, 
     assert f", spin {error / 5:.3g}" in str(result)
 
 
+@pytest.mark.parametrize(
+    ("spin", "said"), [(-2.000002, "1e-6 of its radius outside"), (-1.999998, "1e-6 of its radius inside")]
+)
+def test_an_arm_that_is_hardly_off_the_radius_is_told_by_its_difference(spin: float, said: str) -> None:
+    """Friction turns the disc of 'grip' by -2 rad/s: a millionth more or less is an arm longer or shorter by that."""
+    result = score("grip", outcome_of_one_impact("grip", (2.0, 2.0), spin))
+    assert f"as if at {said} its rim" in reason(result, Verdict.ANGULAR)
+
+
 @pytest.mark.parametrize("part", [0.9, 0.95, 1.05])
 def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> None:
     """Off by a twentieth in what of its slip a superball gets back, at the right time, and by less than PIT in speed.
