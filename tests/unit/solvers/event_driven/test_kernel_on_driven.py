@@ -104,6 +104,7 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
         [],
         2,
     ),
+    "a mallet as it turns back": ([PUCK, Disc(position_m=(2.5, 0), **_HELD, legs=legs((0, -1), (1, 1)))], [], 0),
     "a mallet that turns to come": ([PUCK, Disc(position_m=(1.5, 0), **_HELD, legs=legs((0, 0), (1, -1)))], [], 1),
 }
 
