@@ -65,8 +65,8 @@ SAID_WHEN = {
     ),
     Verdict.MISREPORTED: (
         "with *the trajectory has left*: a report that no state of its pair shows within two steps (a pair that rests, "
-        "or hops by less than what it falls in 2.5 steps, shows one where a velocity changes), or an impact alone in its "
-        "step that is shown and not reported"
+        "or hops by less than what it falls in 2.5 steps, shows one where a velocity changes), or an impact alone in "
+        "its step that is shown and not reported"
     ),
     Verdict.PASSED_THROUGH: (
         "a step, or a chain of steps, in which two bodies that must meet from the run's own state go on unturned; not "
