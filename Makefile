@@ -96,7 +96,7 @@ engines: $(BUILT)
 	fi
 
 test-engines: $(BUILT)
-	$(BIN)/python -m pytest -m engines tests/engines -n auto --dist loadfile
+	$(BIN)/python -m pytest -m engines tests/adapters tests/engines -n auto --dist loadfile
 
 # Not --quiet: then warnings count for nothing. The variable silences Material's advertisement for its successor.
 docs: $(BUILT)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
+from tests.lengths import long_after
 
 from carom import Disc
 from carom.adapter import Adapter, AdapterError, Observation, Setting
@@ -18,16 +19,39 @@ Finish = Callable[..., Observation]
 RATES_HZ = [60.0, 240.0]
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("rate_hz", RATES_HZ)
-@pytest.mark.parametrize("e", [0.0, 0.5, 0.9])
-@pytest.mark.parametrize("name", ["mujoco", "pybullet", "pymunk"])
+@pytest.mark.parametrize(
+    ("name", "rate_hz", "e", "share"),
+    [
+        *long_after(
+            0,
+            [
+                (name, rate_hz, e, 0.01)
+                for name in ("mujoco", "pybullet", "pymunk")
+                for e in (0.0, 0.5, 0.9)
+                for rate_hz in RATES_HZ
+            ],
+        ),
+        *(
+            pytest.param(name, 60.0, e, 1e-3, marks=pytest.mark.engines)
+            for name in ("cannon", "jolt", "p2", "box2d3", "rapier", "rapier2d")
+            for e in ((0.0, 0.5, 0.9) if name in {"box2d3", "rapier", "rapier2d"} else (0.5,))
+        ),
+    ],
+)
 def test_a_ball_comes_to_rest_with_the_settings_that_are_best_for_impacts(
-    named: Named, name: str, e: float, rate_hz: float
+    named: Named, name: str, rate_hz: float, e: float, share: float
 ) -> None:
-    """It has bounced out, and no longer moves by a hundredth of what it falls in a step."""
+    """It has bounced out, and no longer moves by a hundredth, or a thousandth, of what it falls in a step."""
     for speeds in speeds_at_rest(named(name), "tuned", rate_hz, e):
-        assert float(np.abs(speeds).max()) <= 0.01 * G / rate_hz
+        assert float(np.abs(speeds).max()) <= share * G / rate_hz
+
+
+@pytest.mark.engines
+@pytest.mark.parametrize(("name", "threshold"), [("planck", "velocityThreshold"), ("physx", "bounceThresholdVelocity")])
+def test_a_ball_hops_for_ever_unless_slow_contacts_are_inelastic(named: Named, name: str, threshold: str) -> None:
+    """As tuned, at 60 steps a second, from each of eight starts; with a limit of three steps' fall, from none."""
+    assert all(hops(speeds_at_rest(named(name), "tuned", 60.0), 60.0))
+    assert not any(speeds.any() for speeds in speeds_at_rest(named(name), "tuned", 60.0, **{threshold: 0.5}))
 
 
 @pytest.mark.long
@@ -99,6 +123,23 @@ def test_box2d_puts_to_sleep_what_rolls_slowly(named: Named, finish: Finish) -> 
         assert end.velocity_m_s[0, 0] == 0.0
         awake = _rolls(finish, named("box2d"), "default", speed, 10.0)
         assert awake.position_m[0, 0] == pytest.approx(10.0 * speed, rel=0.01)
+
+
+@pytest.mark.engines
+@pytest.mark.parametrize(
+    ("name", "sleeps", "fastest"),
+    [("rapier", "can_sleep", 0.06), ("rapier2d", "canSleep", 0.06), ("box2d3", "enableSleep", 0.045)],
+)
+def test_what_slides_slowly_is_put_to_sleep_as_shipped(
+    named: Named, finish: Finish, name: str, sleeps: str, fastest: float
+) -> None:
+    """On a floor without friction, after half a second, from eight speeds; in every profile it is kept awake."""
+    for speed in np.linspace(0.005, fastest, STARTS).tolist():
+        scene = on_a_floor(Disc(position_m=(0, RADIUS_M), velocity_m_s=(speed, 0), radius_m=RADIUS_M), 10.0)
+        asleep = finish(named(name), scene, 1 / 60, "default", **{sleeps: True}).position_m[0, 0]
+        assert asleep == pytest.approx(0.5 * speed, rel=0.05)
+        awake = finish(named(name), scene, 1 / 60, "default").position_m[0, 0]
+        assert awake == pytest.approx(10.0 * speed, rel=1e-3)
 
 
 @pytest.mark.long

@@ -27,6 +27,7 @@ from carom.scenes import all_scenes
 from carom_adapters import npm
 
 DT_S = 1 / 60
+HERE, NPM = Path(__file__).parent, Path(npm.__file__).parent
 #: Velocities of some metres a second after an impact or two, in 32-bit floats.
 SINGLE = 1e-5
 
@@ -236,3 +237,14 @@ def test_havok_as_shipped_loses_bounces_at_fine_steps(named: Named, finish: Fini
         parted = [(second - first) / 5.0 for first, second in ends]
         assert parted[0] < 0.1
         assert parted[1] > 0.9
+
+
+@pytest.mark.parametrize("package", ["planck", "box2d3-wasm", "@dimforge/rapier2d-compat"])
+def test_a_paddle_that_is_put_from_place_to_place_is_at_rest_for_contacts(package: str) -> None:
+    """So put at -1 m/s it sends a disc of 2 m/s back at -2 m/s, at each of sixteen starts, and not at -4."""
+    if not (NPM / "node_modules" / package).is_dir():
+        pytest.skip(f"{package} is not installed: make engines")
+    program = (HERE / "put.mjs").read_text(encoding="utf-8")
+    command = ["node", "--input-type=module", "--eval", program, package]
+    done = subprocess.run(command, cwd=NPM, capture_output=True, text=True, check=True)
+    np.testing.assert_allclose(json.loads(done.stdout), [-2.0] * 16, rtol=1e-6)
