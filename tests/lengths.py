@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import groupby
 from typing import Any
 
 import pytest
@@ -18,10 +19,13 @@ def long_after(count: int, values: Iterable[Any]) -> list[Any]:
     ]
 
 
-def sampled(*groups: str) -> list[Any]:
-    """Return all scenes that have a name to parametrise by, of which in some groups three of four are long."""
-    entries = enumerate(all_scenes().values())
-    return [
-        pytest.param(entry, id=entry.name, marks=[pytest.mark.long] * (entry.group in groups and k % 4 > 0))
-        for k, entry in entries
-    ]
+def by_group(*groups: str) -> list[Any]:
+    """Return all scenes that have a name to parametrise by, a list for each group; three of four of some are long."""
+    found = list[Any]()
+    for group, of_group in groupby(all_scenes().values(), lambda entry: entry.group):
+        entries = list(of_group)
+        short = entries[::4] if group in groups else entries
+        found.append(pytest.param(short, id=group))
+        if rest := [entry for entry in entries if entry not in short]:
+            found.append(pytest.param(rest, id=f"{group}, the others", marks=pytest.mark.long))
+    return found

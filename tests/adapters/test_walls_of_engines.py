@@ -171,7 +171,7 @@ def test_a_leg_begins_at_the_step_at_or_after_its_instant(named: Named, finish: 
 def test_a_belt_runs_to_the_left_on_either_side(
     named: Named, finish: Finish, name: str, profile: str, rounding: float, side: int
 ) -> None:
-    """A disc that slips is pushed by f (1 + e) v: up from the right of an edge, down from its left; off a half-plane."""
+    """A disc that slips is pushed by f (1 + e) v: up from the right of an edge, down from its left, or off a wall."""
     edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
     plane = Wall(point_m=(0.0, 0.0), normal=(side, 0.0), surface_speed_m_s=9.0)
     for wall in (edge, plane):

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.lengths import sampled
+from tests.lengths import by_group
 from tests.stage import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
@@ -45,32 +45,36 @@ NOT_TO_THE_END = {"issues/pooltool-217", "issues/rapier-114", "tables/corner-at-
 NOT_TO_THE_END |= {"engines/gas-of-25"}
 
 
-def holds(certified: CertifiedTrace, times: list[Any]) -> bool:
-    """Whether every time of impact is within its radius."""
-    return outside(certified.trace.impacts["time_s"], certified.radii["time_s"], times) == []
+def assert_told(certified: CertifiedTrace, times: list[Any], rounding: float = 1e-12) -> None:
+    """Assert that every time of impact is within its radius, and PIC's as near as its roundings let it be."""
+    assert outside(certified.trace.impacts["time_s"], certified.radii["time_s"], times) == []
+    found = carom.solve_pic(certified.trace.scene).impacts["time_s"]
+    assert found == pytest.approx([float(time) for time in times], rel=rounding, abs=rounding)
 
 
-@pytest.mark.parametrize("entry", sampled("issues"))
-def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(entry: CatalogueScene) -> None:
+@pytest.mark.parametrize("entries", by_group("issues"))
+def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(entries: list[CatalogueScene]) -> None:
     """What is proven is the known answer to the closed form's rounding, and PIC's; of others it is said why not."""
-    scene, known, certified = entry.scene, entry.known, carom.certify(entry.scene)
-    bound = BOUNDS.get(entry.group, 1e-13)
-    if entry.name in ENDS:
-        assert certified.degeneracy is not None
-        assert certified.degeneracy.kind is ENDS[entry.name]
-        assert certified.degeneracy.bodies == HELD_BY.get(entry.name, certified.degeneracy.bodies)
-        assert certified.degeneracy.proven or not known.convention
-    else:
-        assert certified.ending is Ending.COMPLETED
-        assert max(certified.final_position_radius_m.max(), certified.final_velocity_radius_m_s.max()) < bound
-        agrees = horizon_of(certified, carom.solve_pic(scene)).covers_the_scene
-        assert agrees is (entry.name not in NOT_TO_THE_END)
-        for k, impact in enumerate(known.impacts if entry.group == "spin" else ()):
-            off = abs(certified.trace.impacts["time_s"][k] - impact.time_s)
-            assert off <= certified.radii["time_s"][k] + 1e-15 * impact.time_s * (k + 1)
-    # Impacts are compared up to a crush; of two walls at a right angle either may be told first.
-    if entry.name == "driven/crush" or entry.name not in {*ENDS, "issues/pooltool-217"}:
-        assert deviation(certified.trace, known, scene) <= bound
+    for entry in entries:
+        scene, known, certified = entry.scene, entry.known, carom.certify(entry.scene)
+        bound, ended = BOUNDS.get(entry.group, 1e-13), certified.degeneracy
+        if entry.name in ENDS:
+            assert ended is not None, entry.name
+            assert ended.kind is ENDS[entry.name], entry.name
+            assert ended.bodies == HELD_BY.get(entry.name, ended.bodies), entry.name
+            assert ended.proven or not known.convention, entry.name
+        else:
+            assert certified.ending is Ending.COMPLETED, entry.name
+            radius = max(certified.final_position_radius_m.max(), certified.final_velocity_radius_m_s.max())
+            assert radius < bound, entry.name
+            agrees = horizon_of(certified, carom.solve_pic(scene)).covers_the_scene
+            assert agrees is (entry.name not in NOT_TO_THE_END), entry.name
+            for k, impact in enumerate(known.impacts if entry.group == "spin" else ()):
+                off = abs(certified.trace.impacts["time_s"][k] - impact.time_s)
+                assert off <= certified.radii["time_s"][k] + 1e-15 * impact.time_s * (k + 1), entry.name
+        # Impacts are compared up to a crush; of two walls at a right angle either may be told first.
+        if entry.name == "driven/crush" or entry.name not in {*ENDS, "issues/pooltool-217"}:
+            assert deviation(certified.trace, known, scene) <= bound, entry.name
 
 
 def line(position: list[float], velocity: list[float], mass: list[float], *walls: Wall, **more: Any) -> Scene:
@@ -90,8 +94,8 @@ def cotangents(ratio: float, count: int) -> Iterator[Any]:
 def test_cotangents_are_those_of_the_library() -> None:
     """The last of many additions is the cotangent itself to 40 digits."""
     with mp.workdps(60):
-        *_, last = cotangents(1e8, 31415)
-        assert abs(last / mp.cot(31415 * mp.atan(mpf("1e-4"))) - 1) < mpf(10) ** -40
+        *_, last = cotangents(1e6, 3141)
+        assert abs(last / mp.cot(3141 * mp.atan(mpf("1e-3"))) - 1) < mpf(10) ** -40
 
 
 @pytest.mark.parametrize("ratio", [1.0, 2.0, 100.0, 12345.0, pytest.param(1e8, marks=pytest.mark.long)])
@@ -115,7 +119,9 @@ def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: floa
         if ratio == 1e8:
             assert count == 31415
         assert certified.ending is Ending.COMPLETED
-        assert holds(certified, [1 - mpf(0.5) * cot / mp.sqrt(mpf(ratio)) for cot in cotangents(ratio, count)])
+        # Each impact of PIC turns the path by some tens of roundings, and near the last ray it runs almost along it.
+        times = [1 - mpf(0.5) * cot / mp.sqrt(mpf(ratio)) for cot in cotangents(ratio, count)]
+        assert_told(certified, times, rounding=64 * count * 2.0**-53 * float(max(times)))
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -132,7 +138,7 @@ def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
         if speed[a] > speed[b]
     )
     with mp.workdps(60):
-        assert holds(certified, [mpf(t.numerator) / t.denominator for t in crossings])
+        assert_told(certified, [mpf(t.numerator) / t.denominator for t in crossings])
     assert certified.trace.final_velocity_m_s[:, 0].tolist() == sorted(v / 16 for v in speed)
 
 
@@ -151,7 +157,7 @@ def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
     times = [(2 * n - x) / vx for n in range(1, 700)] + [(n - y) / vy for n in range(1, 700)]
     times = sorted(t for t in times if t <= 200)
     with mp.workdps(60):
-        assert holds(certified, [mpf(t.numerator) / t.denominator for t in times])
+        assert_told(certified, [mpf(t.numerator) / t.denominator for t in times])
     assert len(times) > 800
 
 
@@ -168,19 +174,24 @@ def test_crossings_between_walls_are_a_geometric_series(e: float) -> None:
         speed *= Fraction(e)
         at += Fraction(3, 2) / speed
     with mp.workdps(60):
-        assert holds(certified, [mpf(t.numerator) / t.denominator for t in times])
+        assert_told(certified, [mpf(t.numerator) / t.denominator for t in times])
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.3, -0.9, 0.999999])
 def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) -> None:
     """The angle of deflection is pi - 2 asin(b / R), to 40 digits (Landau and Lifshitz, Mechanics, section 18)."""
     discs = [disc_at(-2.0, offset, 3.0, r=0.25), disc_at(0.0, 0.0, r=0.75, m=math.inf)]
-    certified = carom.certify(staged("deflection", *discs, duration_s=1.0), digits=40)
+    scene = staged("deflection", *discs, duration_s=1.0)
+    certified = carom.certify(scene, digits=40)
     with mp.workdps(60):
         turned = mp.pi - 2 * mp.asin(abs(mpf(offset)))
         _, vx, vy, _, _ = (mpf(text) for text in certified.decimals[0])
         assert abs(vx - 3 * mp.cos(turned)) <= mpf(10) ** -38
         assert abs(abs(vy) - 3 * abs(mp.sin(turned))) <= mpf(10) ** -38
+        found = carom.solve_pic(scene).final_velocity_m_s[0]
+        # Near a graze the angle is the square root of the distance from it: its rounding grows as 1 / cos.
+        known = [float(3 * mp.cos(turned)), float(mp.sign(offset) * 3 * abs(mp.sin(turned)))]
+        assert found == pytest.approx(known, abs=3e-14 / math.sqrt(1 - offset**2))
 
 
 @pytest.mark.parametrize("free_path", [0.5, 2.0])
@@ -189,9 +200,10 @@ def test_the_orbit_between_two_fixed_discs_grows_at_the_known_rate(free_path: fl
     half = free_path / 2 + 1.0
     discs = [disc_at(x, 0.0, r=0.75, m=math.inf) for x in (-half, half)]
     discs.append(disc_at(0.0, 2.0**-120, 1.0, r=0.25))
-    certified = carom.certify(staged("orbit", *discs, duration_s=40 * free_path))
-    offsets = np.abs(certified.trace.impacts["normal"][:, 1])
-    assert len(offsets) == 40
+    scene = staged("orbit", *discs, duration_s=40 * free_path)
     rate = 1 + free_path + math.sqrt((1 + free_path) ** 2 - 1)
-    # The part of the offset that shrinks is left to rate^-58 of the other; the rest is float64's own rounding.
-    assert offsets[30:] / offsets[29:-1] == pytest.approx(rate, rel=1e-14)
+    for trace, rounding in ((carom.certify(scene).trace, 1e-14), (carom.solve_pic(scene), 1e-13)):
+        offsets = np.abs(trace.impacts["normal"][:, 1])
+        assert len(offsets) == 40
+        # The part of the offset that shrinks is left to rate^-58 of the other; the rest is float64's own rounding.
+        assert offsets[30:] / offsets[29:-1] == pytest.approx(rate, rel=rounding)
