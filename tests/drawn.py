@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from carom import Disc, Scene, SceneError, Wall
+from carom import Chain, Disc, Ring, Scene, SceneError, Wall
 from carom.disc_arrays import DiscArrays
 from carom.trace import Vector
+from carom.walls import Leg
 
 #: Odd frame rates on purpose: neither they nor their inverses are round in binary or decimal.
 RATES = (0.7, 3.0, 7.0, 13.37, 24.0, 60.0)
@@ -303,6 +304,93 @@ def _rough(rng: random.Random, discs: list[Disc], *, whole: bool) -> dict[str, A
         "tangential_restitution": rng.choice([0.0, 0.0, 0.5, 1.0, -1.0]),
         "wall_tangential_restitution": rng.choice([0.0, 0.0, 0.5, 1.0, -0.5]),
     }
+
+
+# Finite walls ---------------------------------------------------------------------------------------------------------
+
+
+def _table(rnd: random.Random) -> Scene:
+    """Return some discs in a room of edges and arcs, with bars, islands, rings, half-planes, and walls' own materials.
+
+    Half of them are of quarters: discs touch, meet corners and slide along arcs exactly.
+    """
+    exact = rnd.random() < 0.5
+
+    def number(low: float, high: float) -> float:
+        return rnd.randint(int(4 * low), int(4 * high)) / 4 if exact else rnd.uniform(low, high)
+
+    def material() -> dict[str, float]:
+        return rnd.choice(({}, {}, {"restitution": rnd.choice((0.0, 0.5, 1.0))}, {"friction": 0.25}))
+
+    bulges = [rnd.choice((0.0, 0.0, 1.0, 0.5, -0.25, number(-0.5, 0.5))) for _ in range(6)]
+    room = Chain(
+        points_m=[(-8, -8), (8, -8), (8, 8), (0, 8), (0, 6), (-8, 6)], bulges=bulges, closed=True, **material()
+    )
+    bar = [(number(-5, 5), number(-5, 5)) for _ in range(rnd.choice((2, 3)))]
+    more = (
+        lambda: Chain(points_m=bar, half_width_m=rnd.choice((0.0, 0.25)), **material()),
+        lambda: Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True, solid=True),
+        lambda: Ring(centre_m=(number(-5, 5), number(-5, 5)), radius_m=rnd.choice((0.0, 0.5, 1.0)), **material()),
+        lambda: Ring(centre_m=(0, 0), radius_m=rnd.choice((7.0, 12.0))),
+        lambda: Wall(point_m=(0, -6.5), normal=(0, 1), **material()),
+    )
+    discs: list[Disc] = []
+    for _ in range(rnd.randint(1, 8)):
+        place, radius = (number(-6, 6), number(-6, 5)), rnd.choice((0.125, 0.25, 0.5))
+        if all(math.dist(place, disc.position_m) >= radius + disc.radius_m for disc in discs):
+            fields: dict[str, float] = {"mass_kg": rnd.choice((1.0, 2.0)), "spin_rad_s": rnd.choice((0.0, 0.0, 1.5))}
+            discs.append(Disc(position_m=place, velocity_m_s=(number(-2, 2), number(-2, 2)), radius_m=radius, **fields))
+    return Scene(
+        name="random table",
+        discs=discs,
+        walls=[room, *(make() for make in more if rnd.random() < 0.4)],
+        restitution=rnd.choice((1.0, 0.9)),
+        wall_restitution=rnd.choice((1.0, 1.0, 0.9, 0.0)),
+        wall_friction=rnd.choice((0.0, 0.0, 0.25)),
+        friction=rnd.choice((0.0, 0.25)),
+        duration_s=40.0,
+    )
+
+
+def _driven_table(rnd: random.Random) -> Scene:
+    """Return a table of which walls are driven or are belts, perhaps with mallets."""
+    exact = rnd.random() < 0.5
+
+    def part(size: float) -> float:
+        return rnd.randint(-4, 4) / 4 * size if exact else rnd.uniform(-size, size)
+
+    def legs() -> tuple[Leg, ...]:
+        starts, speed = [0.0], rnd.choice((0.1, 1.0))
+        for _ in range(rnd.choice((0, 0, 1, 4, 39))):
+            starts.append(starts[-1] + rnd.choice((0.25, 1.0, rnd.uniform(0.01, 2.0))))
+        return tuple(Leg(from_s=begin, velocity_m_s=(part(speed), part(speed))) for begin in starts)
+
+    def mallet() -> Disc:
+        place, radius = (rnd.randint(-24, 24) / 4, rnd.randint(-24, 20) / 4), rnd.choice((0.25, 0.5))
+        return Disc(position_m=place, radius_m=radius, mass_kg=math.inf, driven=True, legs=legs())
+
+    scene = _table(rnd)
+    walls = [
+        wall.model_copy(update={"legs": rnd.choice(((), legs())), "surface_speed_m_s": rnd.choice((0.0, 0.0, 0.5))})
+        for wall in scene.walls
+    ]
+    discs = [*scene.discs, *[mallet() for _ in range(rnd.choice((0, 1, 2, 4)))]]
+    rnd.shuffle(discs)
+    return Scene(**{**dict(scene), "discs": discs, "walls": walls})
+
+
+#: Kinds of finite walls, with laws of their own.
+TABLES: dict[str, Callable[[random.Random], Scene]] = {"table": _table, "driven table": _driven_table}
+
+
+def table(kind: str, number: int) -> Scene:
+    """Return the table of a kind and a number: drawn again where bodies overlap, or a chain crosses itself."""
+    rng = random.Random(f"{kind} {number}")
+    while True:
+        try:
+            return TABLES[kind](rng).model_copy(update={"name": f"{kind} {number}"})
+        except SceneError:
+            continue
 
 
 # Many discs, as arrays ------------------------------------------------------------------------------------------------

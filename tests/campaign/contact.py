@@ -1,4 +1,4 @@
-"""`make campaign-contact`: PIC of discs in contact against small steps that know no modes, and no energy gained.
+"""`make campaign-contact`: PIC of discs in contact against small steps that know no modes; no energy gained.
 
 One to three discs are thrown on floors, slopes, edges that end, and between walls, with friction, rolling resistance
 and any restitution. Each run is compared up to its end, or to just before the first impact without a unique answer, or
@@ -20,6 +20,7 @@ import sys
 from collections import Counter
 from collections.abc import Sequence
 
+import numpy as np
 from tests.checker.small_steps import stepped
 
 from carom import Chain, Disc, Scene, Wall, solve_pic
@@ -83,7 +84,7 @@ def judged(scene: Scene) -> str:
         if until_s < 0.02:
             return SHORT
         trace = solve_pic(scene, until_s=until_s)
-    if broken := _energy_gained(scene, until_s):
+    if broken := _broken(scene, until_s):
         return broken
     offs: list[float] = []
     for power in range(REFINED + 1):
@@ -129,7 +130,8 @@ def _spread(scene: Scene, trace: Trace, off_m: float) -> float:
     return largest_m
 
 
-def _energy_gained(scene: Scene, until_s: float) -> str:
+def _broken(scene: Scene, until_s: float) -> str:
+    """Return what a run breaks of what must hold: no energy is gained, and nothing sinks into a half-plane."""
     energy = math.inf
     for part in (0.0, 0.25, 0.5, 0.75, 1.0):
         trace = solve_pic(scene, until_s=part * until_s)
@@ -138,6 +140,10 @@ def _energy_gained(scene: Scene, until_s: float) -> str:
         if not now <= energy + 1e-11 * max(1.0, abs(now)):
             return f"{scene.name}: energy grows from {energy} to {now} J by {trace.end_time_s} s"
         energy = now
+        for wall in (wall for wall in scene.walls if isinstance(wall, Wall)):
+            gaps = (trace.final_position_m - wall.point_m) @ np.array(wall.normal) - scene.arrays.radius_m
+            if not gaps.min() >= -1e-14 * 10.0:
+                return f"{scene.name}: {gaps.min()} m deep in a wall at {trace.end_time_s} s"
     return ""
 
 

@@ -14,9 +14,8 @@ from tests.checker.small_steps import Ends, stepped
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Mode, Outcome, Scene, Trace, Wall, certify, solve_pic
+from carom import Disc, Mode, Outcome, Scene, Trace, certify, solve_pic
 from carom.scenes import find_scenes
-from carom.trace import kinetic_energy
 
 G = 10.0
 
@@ -80,14 +79,14 @@ def test_small_steps_come_to_the_same_end_from_many_starts(first: int) -> None:
 
 
 def test_one_to_three_discs_agree_with_small_steps() -> None:
-    """Of three scenes of the campaign, with edges, slopes and rolling resistance, none is contradicted."""
+    """Of three scenes of the campaign none is contradicted, gains energy, or lets a disc sink into a wall."""
     assert [said for seed in range(3) if (said := contact.judged(contact.drawn(seed))) not in contact.RIGHT] == []
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 1000, 100))
 def test_a_thousand_scenes_agree_with_small_steps(first: int) -> None:
-    """Of the first 1,000 none is contradicted, and none gains energy."""
+    """Of the first 1,000 none is contradicted, gains energy, or lets a disc sink into a wall."""
     seeds = range(first, first + 100)
     assert [said for seed in seeds if (said := contact.judged(contact.drawn(seed))) not in contact.RIGHT] == []
 
@@ -173,57 +172,6 @@ def test_landings_are_those_of_bounces_at_sixty_digits(landings: int) -> None:
         assert (speed, slip) == pytest.approx((float(exact[2]), float(exact[3])), abs=1e-12 * scale)
         seen.add(Mode(int(landed["after"])))
     assert seen == {Mode.SLIDE, Mode.ROLL}
-
-
-def several(seed: int) -> Scene:
-    """Up to three discs on a floor, some with a slope to one side and a wall to the other."""
-    rng = random.Random(seed)
-    walls = [wall_at(0.0, 0.0, 0.0, 1.0)]
-    walls += [wall_at(-3.0, 0.0, 0.6, 0.8)] * rng.choice([0, 1]) + [wall_at(4.0, 0.0, -1.0, 0.0)] * rng.choice([0, 1])
-    discs = [
-        disc_at(
-            -1.2 + 1.7 * i, rng.uniform(0.5, 2), rng.uniform(-3, 3), rng.uniform(-2, 2), spin_rad_s=rng.uniform(-6, 6)
-        )
-        for i in range(rng.choice([1, 2, 3]))
-    ]
-    laws = {"restitution": rng.choice([0.5, 0.9, 1.0]), "wall_restitution": rng.choice([0.0, 0.4, 0.8])}
-    laws["wall_friction"] = rng.choice([0.0, 0.1, 0.4])
-    return staged(f"several {seed}", *discs, *walls, gravity_m_s2=(0.0, -G), duration_s=3.0, **laws)
-
-
-def broken(scene: Scene, outcomes: dict[Outcome, int]) -> str:
-    """Return what a run breaks of what must hold: no energy is gained, and nothing sinks into a wall."""
-    times = np.linspace(0.3, 2.7, 9)
-    states = [solve_pic(scene, until_s=float(time), max_impacts=3000) for time in (*times, scene.duration_s)]
-    outcomes[states[-1].outcome] = outcomes.get(states[-1].outcome, 0) + 1
-    energy = math.inf
-    for trace in states:
-        height = trace.final_position_m[:, 1]
-        now = kinetic_energy(scene, trace.final_velocity_m_s, trace.final_spin_rad_s) + G * float(height.sum())
-        if not now <= energy + 1e-11 * max(1.0, abs(now)):
-            return f"{scene.name}: energy grows from {energy} to {now} J by {trace.end_time_s} s"
-        energy = now
-        for wall in scene.walls:
-            assert isinstance(wall, Wall)
-            gap = (trace.final_position_m - np.array(wall.point_m)) @ np.array(wall.normal) - scene.arrays.radius_m
-            if not gap.min() >= -1e-14 * 10.0:
-                return f"{scene.name}: {gap.min()} m deep in a wall at {trace.end_time_s} s"
-    return ""
-
-
-def test_runs_of_several_discs_gain_no_energy_and_sink_into_nothing() -> None:
-    """Eight runs of one to three discs: mostly to the end, the others by a name."""
-    outcomes: dict[Outcome, int] = {}
-    assert [said for seed in range(8) if (said := broken(several(seed), outcomes))] == []
-    assert outcomes[Outcome.COMPLETED] >= 5
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("first", range(1000, 3000, 250))
-def test_two_thousand_runs_gain_no_energy_and_sink_into_nothing(first: int) -> None:
-    """2,000 of them, 250 at a time."""
-    outcomes: dict[Outcome, int] = {}
-    assert [said for seed in range(first, first + 250) if (said := broken(several(seed), outcomes))] == []
 
 
 def test_angular_momentum_about_the_wall_is_known_at_all_times() -> None:

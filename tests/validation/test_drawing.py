@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
-from tests.drawn import KINDS, drawn, impacts_of
+from tests.drawn import KINDS, TABLES, drawn, impacts_of, table
 
 from carom import Outcome, Scene, Trace, solve_pic
+from carom.trace import EdgeKind
 
 #: So many scenes of each kind are drawn, half of them rough.
-DRAWN = 40
+DRAWN, TABLES_DRAWN = 40, 24
 
 #: In which share of the scenes of all kinds something must occur at least: two thirds of what the drawing gives,
 #: rounded down, so that one which loses a kind of scene, or draws it seldom, is told.
@@ -34,6 +35,22 @@ LEAST = {
     "a disc on an edge of the cells": 0.005,
     "coordinates beyond ten thousand": 0.12,
     "a spin that changes": 0.2,
+}
+
+
+#: The same of tables, of which each number is run over 120 impacts.
+LEAST_ON_TABLES = {
+    "a face": 0.47,
+    "a vertex": 0.19,
+    "an arc": 0.65,
+    "impacts without a unique answer": 0.12,
+    "a note, of gliding or of a crush": 0.19,
+    "spins": 0.63,
+    "more impacts than an epoch has": 0.06,
+    "a driven wall that strikes": 0.26,
+    "a belt": 0.18,
+    "a mallet that strikes": 0.08,
+    "a leg that begins": 0.11,
 }
 
 
@@ -89,3 +106,37 @@ def test_the_drawing_holds_what_it_is_for() -> None:
     lacking = {what: counted[what] / scenes for what, least in LEAST.items() if not counted[what] >= least * scenes}
     assert not lacking
     assert min(met[kind] for kind in KINDS) >= DRAWN / 2
+
+
+def on_table(scene: Scene, trace: Trace) -> set[str]:
+    """Return what occurs on a table, of `LEAST_ON_TABLES`."""
+    assert trace.edges is not None
+    kinds, struck = set(trace.edges["kind"].tolist()), {int(second) for second in trace.impacts["second"]}
+    met = struck | {int(first) for first in trace.impacts["first"]}
+    last_leg = max((leg.begin_s for drive in scene.arrays.wall_drives or () for leg in drive.legs), default=0.0)
+    found = {
+        "a face": EdgeKind.FACE.value in kinds,
+        "a vertex": EdgeKind.VERTEX.value in kinds,
+        "an arc": EdgeKind.ARC.value in kinds,
+        "impacts without a unique answer": len(trace.ambiguous) > 0,
+        "a note, of gliding or of a crush": len(trace.notes) > 0,
+        "spins": trace.spins is not None,
+        "more impacts than an epoch has": trace.counts["epochs"] > 0,
+        "a driven wall that strikes": any(wall.driven and -1 - k in struck for k, wall in enumerate(scene.walls)),
+        "a belt": any(wall.surface_speed_m_s and -1 - k in struck for k, wall in enumerate(scene.walls)),
+        "a mallet that strikes": any(disc.driven and i in met for i, disc in enumerate(scene.discs)),
+        "a leg that begins": 0.0 < last_leg < trace.end_time_s,
+    }
+    return {what for what, occurs in found.items() if occurs}
+
+
+def test_tables_hold_what_they_are_for() -> None:
+    """Faces, vertices and arcs, corners, gliding, and what drives: in no smaller share of tables."""
+    counted: Counter[str] = Counter()
+    for kind in TABLES:
+        for number in range(TABLES_DRAWN):
+            counted.update(on_table(scene := table(kind, number), solve_pic(scene, max_impacts=120)))
+    tables = TABLES_DRAWN * len(TABLES)
+    least = LEAST_ON_TABLES.items()
+    lacking = {what: counted[what] / tables for what, share in least if not counted[what] >= share * tables}
+    assert not lacking

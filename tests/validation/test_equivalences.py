@@ -13,36 +13,49 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
+from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
 from tests.forms import needs_extension
-from tests.lengths import long_after
+from tests.lengths import by_group, long_after
 from tests.rebuilt import Map, assert_mirrored, assert_scaled, in_units, mirrored, quarter_turned
-from tests.unit.solvers.pit.forms import Form, compiled_forms, definition
+from tests.unit.solvers.pit.forms import Form, assert_identical, compiled_forms, definition
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
-from carom.scenes import catalogue
+from carom.scenes import CatalogueScene, catalogue
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.falling.run import BallisticRun
+from carom.solvers.pic import pic_run
 from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
 from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run
 from carom.trace import Outcome
 
 #: Scenes of a kind by their numbers: a few, and hundreds with `-m long`.
-BATCHES = [range(8), range(8, 24), *(range(first, first + 114) for first in range(24, 480, 114))]
-#: Of the kinds of few discs there are more; half of all scenes are rough.
-TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6)
+BATCHES = [range(6), range(6, 24), *(range(first, first + 114) for first in range(24, 480, 114))]
+#: Of the kinds of few discs there are more, and of tables; half of all scenes of discs and half-planes are rough.
+TIMES = dict.fromkeys(KINDS, 1) | dict.fromkeys(SMALL, 6) | dict.fromkeys(TABLES, 1)
 GRAVITY = (0.25, -1.0)
+#: What else may slow discs down, or pull them, so that PIC has another run for them.
+LAWS: dict[str, dict[str, Any]] = {
+    "falling": {"gravity_m_s2": GRAVITY},
+    "damped": {"damping_per_s": 0.25},
+    "on a table": {"table_deceleration_m_s2": 0.25},
+}
 
 Bits = dict[str, object]
 
 each_batch = pytest.mark.parametrize("batch", long_after(1, BATCHES), ids=lambda batch: str(batch.start))
-each_kind = pytest.mark.parametrize("kind", KINDS)
+each_kind = pytest.mark.parametrize("kind", TIMES)
 
 
 def times(batch: range, more: float) -> range:
     """Return a batch of so many times as many numbers."""
     return range(int(batch.start * more), int(batch.stop * more))
+
+
+def under(law: dict[str, Any], kind: str, number: int) -> Scene:
+    """Return the scene of a kind and a number under a law; on a table that slows them discs neither rub nor spin."""
+    scene = drawn(kind, number, rough=number % 4 > 1 and "table_deceleration_m_s2" not in law)
+    return Scene(**{**dict(scene), **law})
 
 
 class Asked(NamedTuple):
@@ -53,12 +66,14 @@ class Asked(NamedTuple):
     options: dict[str, Any]
 
 
-def asked(kind: str, number: int, **more: Any) -> Asked:
+def asked(kind: str, number: int) -> Asked:
     """Return what is asked with a number: some runs keep a window, and some take the TC model's contacts."""
     rng = random.Random(f"asked {number}")
+    if kind in TABLES:  # enough impacts for several epochs of a disc or two
+        return Asked(table(kind, number), 120, {"contact_duration_s": rng.choice([0.0, 0.0, 1e-3])})
     window_s = (1.0, 8.0) if rng.random() < 0.2 else (-math.inf, math.inf)
     options = {"contact_duration_s": rng.choice([0.0, 0.0, 0.1]), "window_s": window_s}
-    return Asked(drawn(kind, number, rough=number % 4 > 1, **more), impacts_of(number), options)
+    return Asked(drawn(kind, number, rough=number % 4 > 1), impacts_of(number), options)
 
 
 def bits(run: Any, outcome: Outcome) -> Bits:
@@ -66,6 +81,8 @@ def bits(run: Any, outcome: Outcome) -> Bits:
     arrays = {
         "impacts": run.log.array(),
         "spins": run.log.spins(),
+        "edges": run.log.edges(),
+        "modes": run.log.modes(),
         "positions": run.positions(),
         "velocities": run.velocities(),
         "spin": run.spins(),
@@ -76,6 +93,7 @@ def bits(run: Any, outcome: Outcome) -> Bits:
         "ambiguous": run.log.ambiguous(),
         "time": run.time_s,
         "outcome": outcome,
+        "notes": run.notes,
     }
 
 
@@ -99,7 +117,7 @@ def resumed(ask: Asked) -> Bits:
     first.advance_to(ask.scene.duration_s, ask.impacts // 2)
     second = EventDrivenRun(ask.scene, resume=first.state(), **ask.options)
     found = taken(second, ask)
-    for name, rows in (("impacts", first.log.array()), ("spins", first.log.spins())):
+    for name, rows in (("impacts", first.log.array()), ("spins", first.log.spins()), ("edges", first.log.edges())):
         if rows is not None:
             later = found[name]
             assert isinstance(later, bytes)
@@ -114,7 +132,6 @@ def in_cells(factor: float) -> Callable[[Asked, float], Bits]:
 
 #: Each is given what is asked, and the time at which the kernel's run of it ended.
 PIC_FORMS: dict[str, Callable[[Asked, float], Bits]] = {
-    "all pairs": lambda ask, _: taken(AllPairsRun(ask.scene, **ask.options), ask),
     "wider cells": in_cells(1.5),
     "wide cells": in_cells(3.0),
     "one cell": in_cells(math.inf),
@@ -129,6 +146,18 @@ def unlike(expected: Bits, found: Bits, what: str) -> list[str]:
     return [f"{what}: {name}" for name in expected if found[name] != expected[name]]
 
 
+def differing(ask: Asked, what: str) -> tuple[EventDrivenRun, list[str]]:
+    """Return the kernel's run of what is asked, and in which of its fields which form of PIC differs."""
+    kernel, plain = EventDrivenRun(ask.scene, **ask.options), AllPairsRun(ask.scene, **ask.options)
+    expected = taken(kernel, ask)
+    found = unlike(expected, taken(plain, ask), f"{what}, all pairs")
+    found += [f"{what}, counts: {name}" for name in plain.counts if kernel.counts[name] != plain.counts[name]]
+    for name, form in PIC_FORMS.items():
+        if name != "all pairs, in pieces" or ask.scene.arrays.has_half_planes:  # which takes long on finite walls
+            found += unlike(expected, form(ask, kernel.time_s), f"{what}, {name}")
+    return kernel, found
+
+
 @needs_extension
 @each_kind
 @each_batch
@@ -136,38 +165,38 @@ def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, batch: range)
     """All pairs, cells of any width, pieces, a resumed run: the same impacts, spins, ambiguities, outcome and end."""
     numbers, different, impacts = times(batch, TIMES[kind]), list[str](), 0
     for number in numbers:
-        ask = asked(kind, number)
-        kernel = EventDrivenRun(ask.scene, **ask.options)
-        expected = taken(kernel, ask)
-        for name, form in PIC_FORMS.items():
-            different += unlike(expected, form(ask, kernel.time_s), f"drawn({kind!r}, {number}), {name}")
+        kernel, found = differing(asked(kind, number), f"{kind} {number}")
+        different += found
         impacts += kernel.impacts
     assert different == []
     assert impacts > len(numbers)
 
 
 @needs_extension
-@each_kind
-def test_the_kernel_counts_what_all_pairs_count(kind: str) -> None:
-    """Impacts, those with walls and epochs are counted alike."""
-    for number in range(4):
-        ask = asked(kind, number)
-        kernel, plain = EventDrivenRun(ask.scene, **ask.options), AllPairsRun(ask.scene, **ask.options)
-        for run in (kernel, plain):
-            taken(run, ask)
-        assert {name: kernel.counts[name] for name in plain.counts} == plain.counts, number
+@pytest.mark.parametrize("entries", by_group("issues", "engines", "classics"))
+def test_all_pairs_give_the_bits_of_the_kernel_in_every_scene_that_has_a_name(entries: list[CatalogueScene]) -> None:
+    """Where both run it: half-planes and finite walls, friction, what is driven up to a crush, and ties."""
+    for scene in (entry.scene for entry in entries):
+        if any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2:
+            continue
+        ask = Asked(scene, 2000, {})
+        assert unlike(taken(EventDrivenRun(scene), ask), taken(AllPairsRun(scene), ask), scene.name) == []
 
 
-@each_kind
+#: Each kind under one law, in turn, and with `-m long` under the others.
+EACH_LAW = [(kind, law) for turn in range(3) for k, kind in enumerate(KINDS) for law in [list(LAWS)[(k + turn) % 3]]]
+
+
+@pytest.mark.parametrize(("kind", "law"), long_after(len(KINDS), EACH_LAW))
 @each_batch
-def test_pieces_change_no_bit_of_a_fall(kind: str, batch: range) -> None:
-    """Under gravity, too, a run in pieces is the run in one go, with friction and without."""
+def test_pieces_change_no_bit_under_any_law(kind: str, law: str, batch: range) -> None:
+    """Under gravity, with its contacts, damped, and on a table a run in pieces is the run in one go."""
     for number in times(batch, 1 / 4):
-        ask = Asked(drawn(kind, number, rough=number % 4 > 1, gravity=GRAVITY), min(impacts_of(number), 25), {})
-        run = BallisticRun(ask.scene)
+        ask = Asked(under(LAWS[law], kind, number), min(impacts_of(number), 25), {})
+        run = pic_run(ask.scene)
         expected = taken(run, ask)
-        found = in_pieces(BallisticRun(ask.scene), ask, run.time_s)
-        assert unlike(expected, found, f"drawn({kind!r}, {number})") == []
+        found = in_pieces(pic_run(ask.scene), ask, run.time_s)
+        assert unlike(expected, found, f"{kind} {number} {law}") == []
 
 
 def same(one: Trace, other: Trace) -> bool:
@@ -202,12 +231,12 @@ def pit_forms() -> dict[str, Form]:
     return {"definition": definition, **compiled_forms()}
 
 
-def frames_taken(form: Form, scene: Scene, clock: FrameClock) -> Bits:
+def frames_taken(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
     run = form(scene, clock)
     return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
 
 
-def frames_in_pieces(form: Form, scene: Scene, clock: FrameClock) -> Bits:
+def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
     """Stop between frames, at frames and in the past, and look at the run there."""
     run, rng = form(scene, clock), random.Random(scene.name)
     for part in (0.0, rng.random(), 0.5, rng.random(), 0.25):
@@ -218,13 +247,14 @@ def frames_in_pieces(form: Form, scene: Scene, clock: FrameClock) -> Bits:
 
 
 @needs_extension
-@each_kind
+@pytest.mark.parametrize("kind", [kind for kind in TIMES if kind != "driven table"])  # which the definition alone runs
 @each_batch
 def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: range) -> None:
     """Compiled, skipping what can find nothing or not, in one go or in pieces: the definition's, over its impacts."""
     impacts = 0
-    for number in times(batch, 1 / 2):
-        scene = drawn(kind, number, rough=number % 4 == 3)
+    for number in times(batch, 2 / 3):
+        scene = table(kind, number) if kind in TABLES else drawn(kind, number, rough=number % 4 == 3)
+        scene = scene.model_copy(update={"duration_s": min(scene.duration_s, 4.0)}) if kind == "table" else scene
         clock = FrameClock(rate_hz=scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
         expected = frames_taken(definition, scene, clock)
         forms = pit_forms()
@@ -238,13 +268,25 @@ def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: ra
     assert impacts > 0
 
 
-def test_pieces_change_no_bit_of_a_fall_by_frames() -> None:
-    """So it is for discs that fall, whose velocities change between frames, too."""
-    for kind in KINDS:
-        scene = drawn(kind, 3, gravity=GRAVITY)
+@needs_extension
+@pytest.mark.parametrize("entries", by_group())
+def test_every_form_of_pit_gives_the_bits_of_the_definition_in_every_scene_of_tables(
+    entries: list[CatalogueScene],
+) -> None:
+    """Over the first two seconds of each."""
+    for scene in (entry.scene for entry in entries if entry.group == "tables" and not any(entry.scene.gravity_m_s2)):
+        short = scene.model_copy(update={"duration_s": min(scene.duration_s, 2.0)})
+        assert_identical(short, FrameClock(rate_hz=short.frame_rate_hz))
+
+
+@pytest.mark.parametrize("turn", [0, *long_after(0, [1, 2])])
+def test_pieces_change_no_bit_of_frames_under_any_law(turn: int) -> None:
+    """So it is for discs whose velocities change between frames, too."""
+    for kind, law in EACH_LAW[turn * len(KINDS) : (turn + 1) * len(KINDS)]:
+        scene = under(LAWS[law], kind, 3)
         clock = FrameClock(rate_hz=scene.frame_rate_hz)
-        whole, pieces = frames_taken(definition, scene, clock), frames_in_pieces(definition, scene, clock)
-        assert unlike(whole, pieces, kind) == []
+        whole, pieces = (taking(pit_run, scene, clock) for taking in (frames_taken, frames_in_pieces))
+        assert unlike(whole, pieces, f"{kind} {law}") == []
 
 
 # Mirrors and units ----------------------------------------------------------------------------------------------------
@@ -267,29 +309,32 @@ UNITS = [
 
 
 def symmetric() -> list[Any]:
-    """Return scenes of the catalogue, with gravity and without, and of each kind that is drawn."""
-    marks = [[pytest.mark.long] * (k % 8 > 0) for k in range(len(catalogue()))]
-    found = [pytest.param(one.scene, id=one.name, marks=m) for m, one in zip(marks, catalogue().values(), strict=True)]
-    for gravity in ((0.0, 0.0), GRAVITY):
-        for number in range(4):
-            scene = small(number, gravity=gravity, restitutions=(0.5, 0.75, 1.0))
-            scene = scene.model_copy(update={"duration_s": 6.0})
-            found.append(pytest.param(scene, id=f"{scene.name} {'falling' if any(gravity) else 'floating'}"))
+    """Return scenes of the catalogue, one of eight to begin with, and drawn ones, smooth and rough, under each law."""
+    found = [pytest.param([entry.scene for entry in list(catalogue().values())[::8]], id="catalogue")]
+    others = [entry.scene for k, entry in enumerate(catalogue().values()) if k % 8]
+    found.append(pytest.param(others, id="catalogue, the others", marks=pytest.mark.long))
+    for law, fields in {"floating": {}, **LAWS}.items():
+        scenes = []
+        for number in range(4 if law == "floating" else 2):
+            scene = small(number, rough=number % 2 == 1 and law != "on a table", restitutions=(0.5, 0.75, 1.0))
+            scenes.append(Scene(**{**dict(scene), **fields, "duration_s": 6.0}))
+        found.append(pytest.param(scenes, id=law))
     return found
 
 
-each_symmetric = pytest.mark.parametrize("scene", symmetric())
+each_symmetric = pytest.mark.parametrize("scenes", symmetric())
 
 
-@pytest.mark.parametrize("solver", ["pic", "framewise"])
+@pytest.mark.parametrize("solver", ["pic", *long_after(0, ["framewise"])])
 @pytest.mark.parametrize("turn", [mirrored, quarter_turned])
 @each_symmetric
-def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: Map, solver: str) -> None:
+def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scenes: list[Scene], turn: Map, solver: str) -> None:
     """Changing signs and exchanging x and y does just that to the trace: IEEE arithmetic knows neither sign nor axis.
 
     That holds for scenes without a unique answer too, since the order of body numbers does not change.
     """
-    assert_mirrored(scene, turn, SOLVERS[solver])
+    for scene in scenes:
+        assert_mirrored(scene, turn, SOLVERS[solver])
 
 
 @pytest.mark.parametrize(
@@ -298,12 +343,14 @@ def test_a_mirrored_scene_has_the_mirrored_trace_to_the_bit(scene: Scene, turn: 
 )
 @each_symmetric
 def test_a_scene_in_other_units_is_the_same_scene(
-    scene: Scene, solver: str, units: Sequence[tuple[int, int, int]]
+    scenes: list[Scene], solver: str, units: Sequence[tuple[int, int, int]]
 ) -> None:
     """Scaling lengths, times, speeds and masses by powers of two, 2^-500 to 2^500, changes exponents, no other bit."""
-    plain = SOLVERS[solver](scene)
-    for length, time, mass in units:
-        if any(scene.gravity_m_s2) and abs(length - 2 * time) > MOST:  # an acceleration has the time squared
-            length, time = length // 3, time // 3  # noqa: PLW2901 - what the limits hold
-        factors = {"length": 2.0**length, "time": 2.0**time}
-        assert_scaled(plain, SOLVERS[solver](in_units(scene, **factors, mass=2.0**mass)), **factors)
+    for scene in scenes:
+        plain = SOLVERS[solver](scene)
+        pulled = any(scene.gravity_m_s2) or scene.table_deceleration_m_s2 > 0.0
+        for length, time, mass in units:
+            if pulled and abs(length - 2 * time) > MOST:  # an acceleration has the time squared
+                length, time = length // 3, time // 3  # noqa: PLW2901 - what the limits hold
+            factors = {"length": 2.0**length, "time": 2.0**time}
+            assert_scaled(plain, SOLVERS[solver](in_units(scene, **factors, mass=2.0**mass)), **factors)

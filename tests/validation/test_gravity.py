@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from tests.stage import disc_at, from_end, staged, wall_at
 
 from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
@@ -241,7 +240,7 @@ def test_who_falls_with_the_discs_sees_no_gravity(seed: int, gx: float, gy: floa
     assert falling.final_position_m == pytest.approx(drop, abs=1e-10)
 
 
-def box_scene(seed: int, restitution: float = 1.0, wall_restitution: float = 1.0) -> Scene:
+def box_scene(seed: int) -> Scene:
     """Return nine discs in a box, one of them immovable."""
     scene = crowd(seed, (0.7, -G))
     walls = [Wall(point_m=(x, 0), normal=(-np.sign(x), 0)) for x in (-5, 5)]
@@ -251,55 +250,14 @@ def box_scene(seed: int, restitution: float = 1.0, wall_restitution: float = 1.0
         update={
             "discs": (*scene.discs[:4], middle, *scene.discs[5:]),
             "walls": tuple(walls),
-            "restitution": restitution,
-            "wall_restitution": wall_restitution,
-            "duration_s": 4.0,
+            "duration_s": 0.8,
         }
     )
 
 
-def total_energy(scene: Scene, position: NDArray[np.float64], velocity: NDArray[np.float64]) -> float:
-    """Return kinetic and potential energy of the movable discs."""
-    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
-    return float(mass @ (np.sum(velocity**2, axis=1) / 2 - position @ np.array(scene.gravity_m_s2)))
-
-
-def deepest(scene: Scene, position: NDArray[np.float64]) -> float:
-    """Return the deepest overlap, metres; negative where nothing touches."""
-    radius = np.array([disc.radius_m for disc in scene.discs])
-    depths = [
-        radius[i] + radius[j] - math.dist(position[i], position[j])
-        for i in range(len(radius))
-        for j in range(i)
-        if not (scene.discs[i].immovable and scene.discs[j].immovable)
-    ]
-    for wall in scene.half_planes():
-        reach = radius - (position - wall.point_m) @ np.array(wall.normal)
-        depths += [depth for depth, disc in zip(reach, scene.discs, strict=True) if not disc.immovable]
-    return float(max(depths))
-
-
-@FEWER
-@given(st.integers(0, 10**6), st.sampled_from([(1.0, 1.0), (0.9, 0.5), (0.5, 1.0), (0.0, 0.3), (1.0, 0.0)]))
-def test_a_box_of_falling_discs_holds(seed: int, restitutions: tuple[float, float]) -> None:
-    """No overlap but rounding's at any time, no time backwards, energy kept or lost, and a named outcome."""
-    scene = box_scene(seed, *restitutions)
-    trace = solve_pic(scene, sample_times_s=[k / 8 for k in range(33)], max_impacts=1500)
-    assert trace.samples is not None
-    assert max(deepest(scene, position) for position in (*trace.samples.position_m, trace.final_position_m)) <= 1e-14
-    assert np.all(np.diff(trace.impacts["time_s"]) >= 0)
-    starts = np.array([d.position_m for d in scene.discs]), np.array([d.velocity_m_s for d in scene.discs])
-    start, end = total_energy(scene, *starts), total_energy(scene, trace.final_position_m, trace.final_velocity_m_s)
-    if restitutions == (1.0, 1.0):
-        assert end == pytest.approx(start, rel=1e-12, abs=1e-11)
-        assert len(trace.impacts) >= 20
-    else:
-        assert end <= start + 1e-11
-
-
 def test_an_elastic_run_turned_round_retraces_itself() -> None:
     """With all velocities turned round at the end, the discs go back to where they started: gravity knows no past."""
-    scene = box_scene(7).model_copy(update={"duration_s": 0.8})
+    scene = box_scene(7)
     there = solve_pic(scene)
     assert len(there.impacts) >= 5
     back = solve_pic(from_end(scene, there, backwards=True))

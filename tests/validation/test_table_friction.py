@@ -11,7 +11,6 @@ import pytest
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Outcome, Scene, SceneError, solve_pic, solve_pit
-from carom.solvers.pic import pic_run
 from carom.trace import free_flights, kinetic_energy
 
 A = 2.0
@@ -88,16 +87,6 @@ def test_a_table_takes_a_m_per_metre_and_all_comes_to_rest(seed: int) -> None:
             lost += sign * sum(0.5 * float(v @ v) for v in moving)
     begun = kinetic_energy(scene, scene.arrays.velocity_m_s)
     assert begun == pytest.approx(lost + A * ways, rel=1e-12)
-
-
-def test_in_how_many_pieces_a_run_is_taken_changes_no_bit() -> None:
-    """Stopping on the way, before and after stops, leaves the end as it is."""
-    scene = carrom(1)
-    whole, run = solve_pic(scene), pic_run(scene)
-    for piece in range(1, 8):
-        run.advance_to(4.0 * piece / 7)
-    assert run.positions().tobytes() == whole.final_position_m.tobytes()
-    assert run.log.array().tobytes() == whole.impacts.tobytes()
 
 
 def test_pit_comes_to_pic_with_the_frames() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replayed
-from tests.rebuilt import in_units
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Scene, compare, solve_pic, solve_pit
@@ -143,16 +142,6 @@ def test_traces_of_two_scenes_are_refused(reference: Trace, scene: Scene) -> Non
     other = solve_pic(Scene(name="other", discs=scene.discs, duration_s=1))
     with pytest.raises(InputError, match=r"'three'.*'other'"):
         compare(reference, other)
-
-
-@pytest.mark.parametrize("power", [-20, 20])
-def test_units_do_not_matter(scene: Scene, power: int) -> None:
-    """The same scene with lengths scaled by a power of two gets the same scaled errors to the bit."""
-    scaled = in_units(scene, length=2.0**power)
-    plain = compare(solve_pic(scene), solve_pit(scene))
-    other = compare(solve_pic(scaled), solve_pit(scaled))
-    assert (plain.total.velocity, plain.total.time_s) == (other.total.velocity, other.total.time_s)
-    assert plain.total.final_position == other.total.final_position
 
 
 @pytest.mark.parametrize("horizon", [0, 0.1])

@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, drawn
+from tests.drawn import KINDS, TABLES, drawn
 from tests.lengths import long_after
 from tests.stage import crushed_rows
-from tests.unit.solvers.tables import random_scene
 from tests.validation.test_certified_contact import drawn_giving_back
 
 import carom
@@ -212,7 +211,7 @@ def _table(seed: int) -> carom.Scene | None:
     """Draw discs among edges, arcs and circles; of four, one falls, one has driven bodies, and one both."""
     rnd = random.Random(f"in the page {seed}")
     try:
-        scene = random_scene(rnd)
+        scene = TABLES["table"](rnd)
         walls, discs = list(scene.walls), list(scene.discs)
         if seed % 4 > 1:
             k, way = rnd.randrange(len(walls)), (rnd.choice((0.25, -0.5)), rnd.uniform(-0.5, 0.5))

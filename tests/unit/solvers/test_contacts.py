@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 from tests.stage import disc_at, staged, wall_at
 
-from carom import Chain, Mode, Outcome, Scene, solve_pic, solve_pic_framewise
+from carom import Chain, Mode, Outcome, Scene, solve_pic
 from carom.pages.tracks import reference_tracks, turnings
 from carom.runs.wire import CarriedTrace, Codec
 from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.pic import pic_run
 from carom.trace import Trace, free_flights, spin_array
 
 FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
@@ -43,44 +42,6 @@ def test_a_trace_tells_each_mode_with_its_instant_and_its_motion() -> None:
     assert (slide["acceleration"].tolist(), slide["spin_rate"]) == ([-2.0, 0.0], -8.0)
     assert (roll["position"].tolist(), roll["velocity"].tolist(), roll["spin"]) == ([1.25, 0.5], [2.0, 0.0], -4.0)
     assert (roll["acceleration"].tolist(), roll["spin_rate"]) == ([0.0, 0.0], 0.0)
-
-
-@pytest.mark.parametrize("pieces", [1, 3, 7])
-def test_in_how_many_pieces_a_run_is_taken_changes_no_bit(pieces: int) -> None:
-    """Stopping on the way, before and after a mode's end, leaves modes and end as they are."""
-    scene = sliding()
-    whole, run = solve_pic(scene), pic_run(scene)
-    for piece in range(1, pieces + 1):
-        run.advance_to(2.0 * piece / pieces)
-    modes = run.log.modes()
-    assert modes is not None
-    assert whole.modes is not None
-    assert modes.tobytes() == whole.modes.tobytes()
-    assert run.positions().tobytes() == whole.final_position_m.tobytes()
-    assert whole == dataclasses.replace(
-        solve_pic_framewise(scene), method="pic", dt_s=0.0, counts=whole.counts, impacts_per_disc=whole.impacts_per_disc
-    )
-
-
-@pytest.mark.parametrize("power", [-400, 400])
-def test_units_change_no_digit_of_a_mode(power: int) -> None:
-    """A scene of extreme lengths, scaled by a power of two, has the same modes, scaled."""
-    unit = 2.0**power
-    scaled = staged(
-        "far",
-        disc_at(0.0, 0.5 * unit, 3.0 * unit, r=0.5 * unit),
-        FLOOR,
-        wall_friction=0.2,
-        duration_s=2.0,
-        gravity_m_s2=(0.0, -10.0 * unit),
-    )
-    plain, found = solve_pic(sliding()).modes, solve_pic(scaled).modes
-    assert plain is not None
-    assert found is not None
-    for name in ("position", "velocity", "acceleration"):
-        assert np.array_equal(found[name], plain[name] * unit)
-    for name in ("time_s", "spin", "spin_rate", "disc", "wall", "before", "after"):
-        assert np.array_equal(found[name], plain[name])
 
 
 def test_a_trace_with_modes_goes_over_the_wire_and_comes_back() -> None:

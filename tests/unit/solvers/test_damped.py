@@ -18,8 +18,6 @@ from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, s
 from carom.adapter import Capabilities, Need, unsupported_reason
 from carom.errors import InputError
 from carom.solvers.pic import pic_run
-from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.solve import pit_run
 from carom.trace import free_flights
 
 RATES = st.sampled_from([0.01, 0.4, 1.0])
@@ -84,25 +82,6 @@ def test_spins_fall_as_velocities_do() -> None:
         assert trace.final_spin_rad_s[0] == pytest.approx(3 * math.exp(-1.4), rel=1e-15)
         assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 * math.exp(-1.4), 0.0], rel=1e-15)
         assert trace.final_position_m[0].tolist() == pytest.approx([2 * (1 - math.exp(-1.4)) / 0.7, 0.0], rel=1e-15)
-
-
-def test_pieces_change_no_bit() -> None:
-    """A run that is taken in pieces ends with the impacts and the state of one that is not, PIC's and PIT's."""
-    scene = box(damping_per_s=0.4)
-    for make in (pic_run, lambda scene: pit_run(scene, FrameClock(rate_hz=60.0))):
-        whole, pieces = make(scene), make(scene)
-        whole.advance_to(3.0)
-        for time_s in (0.1, 0.1, 0.7, 1.9, 3.0):
-            pieces.advance_to(time_s)
-            assert pieces.time_s == time_s
-        assert len(whole.log) > 3
-        assert pieces.log.array().tobytes() == whole.log.array().tobytes()
-        for one, other in ((pieces.positions(), whole.positions()), (pieces.velocities(), whole.velocities())):
-            assert one.tobytes() == other.tobytes()
-        spins, others = pieces.spins(), whole.spins()
-        assert spins is not None
-        assert others is not None
-        assert spins.tobytes() == others.tobytes()
 
 
 def test_pit_reports_the_instants_of_its_frames() -> None:
@@ -171,23 +150,6 @@ def test_a_run_without_end_ends_where_discs_come_to_rest() -> None:
     run = pic_run(scene)
     assert run.advance_to(math.inf) is Outcome.COMPLETED
     assert run.positions()[0, 0] == pytest.approx(6.0, rel=1e-15)
-
-
-@pytest.mark.parametrize("power", [-300, 300])
-def test_units_beyond_ordinary_ones_change_no_bit(power: int) -> None:
-    """A scene in units of other powers of two, so large that a run has units of its own, has the same run."""
-    scene, unit = box(damping_per_s=0.4), 2.0**power
-    discs = [
-        Disc(**{**dict(d), "velocity_m_s": tuple(v / unit for v in d.velocity_m_s), "spin_rad_s": d.spin_rad_s / unit})
-        for d in scene.discs
-    ]
-    changed = {"discs": discs, "duration_s": scene.duration_s * unit, "damping_per_s": scene.damping_per_s / unit}
-    slow = Scene(**{**dict(scene), **changed, "frame_rate_hz": scene.frame_rate_hz / unit})
-    for solve in (solve_pic, solve_pit):
-        one, other = solve(scene).impacts, solve(slow).impacts
-        assert len(one) > 3
-        assert (one["time_s"] * unit).tobytes() == other["time_s"].tobytes()
-        assert (one["velocity_first_after"] / unit).tobytes() == other["velocity_first_after"].tobytes()
 
 
 def test_a_copy_keeps_its_damping() -> None:

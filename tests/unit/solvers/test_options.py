@@ -117,6 +117,16 @@ def test_a_state_of_another_scene_is_refused_by_what_differs(name: str, value: A
     assert EventDrivenRun(elsewhere, resume=run.state()).positions().tobytes() == run.positions().tobytes()
 
 
+@needs_extension
+def test_a_state_of_walls_of_another_material_is_refused() -> None:
+    """A run of it would be of neither scene."""
+    one, other = (
+        staged("one", disc_at(0, 0, 1), wall_at(2, 0, -1, 0, restitution=e), duration_s=1) for e in (0.5, 0.25)
+    )
+    with pytest.raises(InputError, match="must be the state of a run of the same wall_materials"):
+        EventDrivenRun(one, resume=EventDrivenRun(other).state())
+
+
 def test_every_attribute_of_a_start_is_compared_or_belongs_to_the_state() -> None:
     """An attribute that is added to `DiscArrays` is compared, too, or this list is told why it need not be."""
     compared = {"radius_m", "mass_kg", "inertia_factor", "walls", "restitution", "wall_restitution", "friction"}

@@ -11,10 +11,8 @@ import pytest
 from tests.forms import needs_extension, plain_form
 from tests.stage import disc_at
 
-from carom import Disc, DiscArrays, Scene, Wall, solve_pic
+from carom import Disc, Scene, Wall, solve_pic
 from carom.adapter import Capabilities, unsupported_reason
-from carom.errors import InputError
-from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pit.solve import solve_pit
 from carom.trace import Outcome, kinetic_energy
 
@@ -76,30 +74,6 @@ def test_impacts_that_are_not_kept_change_no_spin() -> None:
         plain = solve_pic(scene, window_s=(begin, math.inf))
     assert plain.spins is not None
     assert plain.spins.tobytes() == part.spins.tobytes()
-
-
-@pytest.mark.parametrize("power", [-300, 300])
-def test_spins_of_extreme_scenes_are_those_of_ordinary_ones(power: int) -> None:
-    """Times multiplied by a power of two divide every spin by it, and change no other bit: units are scaled away."""
-    scene, scale = in_box(friction=0.3, wall_friction=0.4), 2.0**power
-    discs = [
-        disc.model_copy(
-            update={"velocity_m_s": tuple(v * scale for v in disc.velocity_m_s), "spin_rad_s": disc.spin_rad_s * scale}
-        )
-        for disc in scene.discs
-    ]
-    fast = Scene(**{**scene.model_dump(), "discs": [disc.model_dump() for disc in discs], "duration_s": 3.0 / scale})
-    for one, other in (
-        (solve_pic(scene), solve_pic(fast)),
-        (solve_pit(scene), solve_pit(fast, frame_rate_hz=60 * scale)),
-    ):
-        assert one.spins is not None
-        assert other.spins is not None
-        assert one.final_spin_rad_s is not None
-        assert other.final_spin_rad_s is not None
-        assert (one.final_spin_rad_s * scale).tolist() == other.final_spin_rad_s.tolist()
-        for name in one.spins.dtype.names or ():
-            assert (one.spins[name] * scale).tolist() == other.spins[name].tolist()
 
 
 def test_two_walls_at_one_instant_have_no_unique_answer_with_friction() -> None:
@@ -186,17 +160,6 @@ def test_energy_of_turning_is_counted_where_spins_are_given() -> None:
     assert kinetic_energy(scene, speeds, np.array([3.0, 0.0])) == 8.0 + 0.5 * 0.5 * 0.25 * 9.0
     rigid = pair(discs=[scene.discs[0], scene.discs[1].model_copy(update={"inertia_factor": math.inf})])
     assert kinetic_energy(rigid, speeds, np.array([0.0, 0.0])) == 8.0
-
-
-@needs_extension
-def test_a_state_without_spins_is_not_taken_up_by_a_run_with_friction() -> None:
-    """A run with friction refuses to go on from the state of one without."""
-    scene = pair()
-    smooth = scene.arrays
-    bare = DiscArrays(smooth.position_m, smooth.velocity_m_s, smooth.radius_m, smooth.mass_kg)
-    state = EventDrivenRun(bare).state()
-    with pytest.raises(InputError, match="resume must be the state of a run with friction or spin"):
-        EventDrivenRun(scene, resume=state)
 
 
 @pytest.mark.parametrize("fields", [{}, {"friction": 0.5}])

@@ -1,21 +1,18 @@
-"""The kernel where something is driven: every bit of the all-pairs run."""
+"""The kernel where something is driven: ties, legs and crushes; random tables: see test_equivalences."""
 
 from __future__ import annotations
 
 import math
-import random
-from collections import Counter
 from typing import Any
 from unittest.mock import Mock
 
 import numpy as np
 import pytest
+from tests.drawn import table
 from tests.lengths import long_after
 from tests.unit.solvers.both_forms import assert_same, bits
-from tests.unit.solvers.tables import driven
 
 from carom import Chain, Disc, Outcome, Scene, Wall
-from carom.scenes.catalogue import all_scenes
 from carom.solvers.event_driven.driven import NO_BODY
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.bodies import Bodies
@@ -23,51 +20,6 @@ from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.plain.squeeze import Squeezes
 
 pytest.importorskip("carom.solvers.event_driven.kernel")
-
-#: More than a crush takes until it is told.
-MOST = 2000
-NAMES = [
-    name for name, entry in all_scenes().items() if entry.scene.arrays.driven and entry.scene.gravity_m_s2 == (0.0, 0.0)
-]
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_every_driven_scene_of_the_catalogue_has_the_bits_of_all_pairs(name: str) -> None:
-    """Impacts, edges, ambiguities, outcome, notes and final state."""
-    assert_same(all_scenes()[name].scene, MOST)
-
-
-def seen_on(seeds: range) -> Counter[str]:
-    """Compare both forms on random driven tables; return how many had what."""
-    seen = Counter[str]()
-    for seed in seeds:
-        rnd = random.Random(f"driven {seed}")
-        if (scene := driven(rnd)) is None:
-            continue
-        plain = assert_same(scene, contact_s=rnd.choice((0.0, 0.0, 1e-3)), cells=rnd.choice((1.0, math.inf)))
-        last_leg = max((leg.begin_s for drive in scene.arrays.wall_drives or () for leg in drive.legs), default=0.0)
-        struck = {int(second) for second in plain.log.array()["second"]}
-        mallets = {i for i, disc in enumerate(scene.discs) if disc.driven}
-        seen["wall"] += any(wall.driven and -1 - k in struck for k, wall in enumerate(scene.walls))
-        seen["belt"] += any(wall.surface_speed_m_s and -1 - k in struck for k, wall in enumerate(scene.walls))
-        seen["mallet"] += bool(mallets & ({int(first) for first in plain.log.array()["first"]} | struck))
-        seen["legs"] += 0.0 < last_leg < plain.time_s
-        seen["ambiguous"] += bool(plain.log.ambiguous())
-        seen["glides"] += bool(plain.notes)
-        seen["spins"] += plain.spins() is not None
-        seen["epochs"] += plain.counts["epochs"] > 0
-    return seen
-
-
-#: What random tables must show, or they test too little.
-KINDS = {"wall", "belt", "mallet", "legs", "ambiguous", "glides", "spins", "epochs"}
-
-
-@pytest.mark.parametrize("seeds", long_after(1, [range(24), range(100, 600)]))
-def test_random_driven_tables_have_the_bits_of_all_pairs(seeds: range) -> None:
-    """Driven walls and belts of all kinds, mallets, up to forty legs, with friction, losses and epochs."""
-    seen = seen_on(seeds)
-    assert {name for name in KINDS if seen[name] > 0} == KINDS, seen
 
 
 def legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
@@ -166,7 +118,7 @@ def test_how_discs_go_to_and_fro_is_told_alike(monkeypatch: pytest.MonkeyPatch) 
     for scene in (
         row(2, 0.25, 0.125),
         pinched(3.0),
-        *filter(None, (driven(random.Random(f"row {k}")) for k in range(8))),
+        *(table("driven table", k) for k in range(8)),
     ):
         if not scene.arrays.driven_discs and scene.arrays.wall_drives is None:
             continue
@@ -225,20 +177,3 @@ def test_what_fails_while_a_crush_is_told_reaches_the_caller_and_the_run_goes_on
     assert outcome is Outcome.CRUSHED
     assert run.impacts == undisturbed.impacts + 1  # it is told one impact later
     assert run.log.array()[: undisturbed.impacts].tobytes() == expected[0]
-
-
-def test_a_driven_run_is_taken_up_where_it_was_left() -> None:
-    """In ten pieces, each by a run of its own: legs, mallets and what goes to and fro are as in one."""
-    rnd = random.Random("driven 5")
-    scene = driven(rnd)
-    assert scene is not None
-    whole = EventDrivenRun(scene, record="none")
-    outcome = whole.advance_to(scene.duration_s, 500)
-    run = EventDrivenRun(scene, record="none")
-    for part in range(10):
-        run = EventDrivenRun(scene, record="none", resume=run.state())
-        found = run.advance_to(scene.duration_s, 50 * (part + 1))
-    assert found is outcome
-    assert whole.impacts > 100
-    assert run.positions().tobytes() == whole.positions().tobytes()
-    assert run.velocities().tobytes() == whole.velocities().tobytes()

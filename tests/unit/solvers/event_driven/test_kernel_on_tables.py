@@ -1,76 +1,26 @@
-"""The kernel on finite walls: every bit of the all-pairs run, whatever the walls, the cells and the pieces."""
+"""The kernel on finite walls: cells, what ends a run, and what is refused; random tables: see test_equivalences."""
 
 from __future__ import annotations
 
 import math
 import random
-from collections import Counter
 from itertools import product
 
 import numpy as np
 import pytest
 from tests.lengths import long_after
 from tests.unit.solvers.both_forms import assert_same
-from tests.unit.solvers.tables import drawn
 
-from carom import Chain, Disc, Outcome, Scene, Wall
+from carom import Chain, Disc, Outcome, Scene
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.outline import Outline
-from carom.scenes import CatalogueScene, find_scenes
 from carom.solvers import pic
 from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.run import AllPairsRun
-from carom.trace import EdgeKind
 
 pytest.importorskip("carom.solvers.event_driven.kernel")
-
-#: Under gravity there is one form alone.
-TABLES = [entry for entry in find_scenes(["tables"]) if entry.scene.gravity_m_s2 == (0.0, 0.0)]
-
-
-@pytest.mark.parametrize("entry", TABLES, ids=lambda entry: entry.name)
-def test_every_table_of_the_catalogue_has_the_bits_of_all_pairs(entry: CatalogueScene) -> None:
-    """Impacts, edges, ambiguities, outcome, notes and final state."""
-    assert_same(entry.scene)
-
-
-def seen_on(seeds: range) -> Counter[str]:
-    """Compare both forms on random tables; return how many had what."""
-    seen = Counter[str]()
-    for seed in seeds:
-        found = drawn(str(seed))
-        if found is None:
-            continue
-        scene, options = found
-        plain = assert_same(scene, **options)
-        edges = plain.log.edges()
-        assert edges is not None
-        for kind in EdgeKind:
-            seen[kind.name] += bool(np.any(edges["kind"] == kind.value))
-        seen["ambiguous"] += bool(plain.log.ambiguous())
-        seen["glides"] += bool(plain.notes)
-        seen["spins"] += plain.spins() is not None
-        seen["epochs"] += plain.counts["epochs"] > 0
-    return seen
-
-
-#: What random tables must show, or they test too little.
-KINDS = {"FACE", "VERTEX", "ARC", "ambiguous", "glides", "spins", "epochs"}
-
-
-@pytest.mark.parametrize("seeds", long_after(1, [range(42, 54), range(60)]))
-def test_random_tables_have_the_bits_of_all_pairs(seeds: range) -> None:
-    """Faces, vertices and arcs, corners, gliding, friction, losses, walls' own materials, and epochs."""
-    seen = seen_on(seeds)
-    assert {name for name in KINDS if seen[name] > 0} == KINDS, seen
-
-
-@pytest.mark.long
-def test_many_random_tables_have_the_bits_of_all_pairs() -> None:
-    """Two thousand of them."""
-    assert min(seen_on(range(1000, 3000))[name] for name in KINDS) > 20
 
 
 def gas_among(segments: int) -> Scene:
@@ -138,34 +88,6 @@ def test_cells_that_would_crowd_the_discs_are_not_chosen() -> None:
     run.advance_to(math.inf, 300)
     assert run.counts["beyond"] > 100
     assert run.counts["choices"] == 0
-
-
-def test_a_saved_run_among_finite_walls_goes_on_with_the_same_bits() -> None:
-    """What was met last, a side or a vertex, is part of a run's state."""
-    scene = gas_among(25)
-    whole, first = EventDrivenRun(scene), EventDrivenRun(scene)
-    whole.advance_to(math.inf, 500)
-    first.advance_to(math.inf, 317)
-    later = EventDrivenRun(scene, resume=first.state())
-    later.advance_to(math.inf, 500)
-    assert later.positions().tobytes() == whole.positions().tobytes()
-    assert later.log.array().tobytes() == whole.log.array()[317:].tobytes()
-    edges, all_edges = later.log.edges(), whole.log.edges()
-    assert edges is not None
-    assert all_edges is not None
-    assert edges.tobytes() == all_edges[317:].tobytes()
-    assert later.log.ambiguous() == tuple(row - 317 for row in whole.log.ambiguous() if row >= 317)
-
-
-def test_a_state_of_walls_of_another_material_is_refused() -> None:
-    """A run of it would be of neither scene."""
-    disc = Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)
-    one, other = (
-        Scene(name="one", discs=[disc], walls=[Wall(point_m=(2, 0), normal=(-1, 0), restitution=e)], duration_s=1.0)
-        for e in (0.5, 0.25)
-    )
-    with pytest.raises(InputError, match="must be the state of a run of the same wall_materials"):
-        EventDrivenRun(one, resume=EventDrivenRun(other).state())
 
 
 def test_a_run_that_ended_in_gliding_stays_ended() -> None:

@@ -8,40 +8,11 @@ import numpy as np
 import pytest
 from tests.lengths import long_after
 from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, definition, finished
-from tests.unit.solvers.tables import drawn
 
 from carom import Chain, Disc, Scene
-from carom.scenes import CatalogueScene, find_scenes
 from carom.solvers.pit.clock import FrameClock
-from carom.trace import EdgeKind
 
 pytest.importorskip("carom.solvers.pit.frame_loop")
-
-
-@pytest.mark.parametrize(
-    "entry",
-    [entry for entry in find_scenes(["tables"]) if entry.scene.gravity_m_s2 == (0.0, 0.0)],
-    ids=lambda entry: entry.name,
-)
-def test_every_table_of_the_catalogue_has_the_bits_of_the_definition(entry: CatalogueScene) -> None:
-    """Over the first two seconds of each."""
-    short = entry.scene.model_copy(update={"duration_s": min(entry.scene.duration_s, 2.0)})
-    assert_identical(short, FrameClock(rate_hz=short.frame_rate_hz))
-
-
-def test_random_tables_have_the_bits_of_the_definition() -> None:
-    """Faces, ends and arcs, found at frames of any length, and walls of their own materials."""
-    kinds = set()
-    for seed in range(25):
-        found = drawn(f"pit {seed}")
-        if found is None:
-            continue
-        scene = found[0].model_copy(update={"duration_s": 4.0})
-        run = assert_identical(scene, FrameClock(rate_hz=(10.0, 60.0, 37.3)[seed % 3]))
-        edges = run.log.edges()
-        assert edges is not None
-        kinds |= set(edges["kind"].tolist())
-    assert kinds == {-1, *(kind.value for kind in EdgeKind)}
 
 
 @pytest.mark.parametrize("bulge", long_after(3, [1e-3, -1e-6, 1e-15, 1e-9, -1e-12]))
