@@ -22,16 +22,18 @@ def wall_time(
 ) -> float: ...
 def feature_time(numbers: NDArray[np.float64], disc: Mover, just_left: bool) -> tuple[float, bool]: ...
 def normal_at(numbers: NDArray[np.float64], disc: Mover) -> tuple[float, float]: ...
-def pair_push(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float: ...
-def pair_rub(
-    grip: tuple[float, float],
+def pair_normal_impulse(
+    dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float
+) -> float: ...
+def pair_tangential_impulse(
+    contact: tuple[float, float],
     dx: float,
     dy: float,
     ux: float,
     uy: float,
     surface: float,
-    yielding: float,
-    push: float,
+    inverse_effective_mass: float,
+    normal: float,
 ) -> float: ...
 def layouts() -> dict[str, np.dtype[np.void]]: ...
 def resolutions(

@@ -12,14 +12,14 @@ from carom.physics.pair_time cimport encounter, exact_pair_time
 from carom.physics.pair_time cimport pair_time as compiled_pair_time
 from carom.solvers.event_driven.grid cimport box_of, cell_count, choose_grid, note_sizes, put, take, tile_count, tile_of
 from carom.solvers.event_driven.layout cimport (
-    NO_OBSTACLE, NOBODY, PLACES, Block, Cell, ContactFriction, Disc, Impact, Index, Prediction, Queue, Recent, Spins, State, Wall,
+    NO_OBSTACLE, NOBODY, PLACES, Block, Cell, Disc, Index, Prediction, Queue, State, Wall,
 )
 from carom.solvers.event_driven.obstacles cimport find_obstacles
 from carom.solvers.event_driven.queue cimport earliest, earliest_but, lay_out_queue, next_at, set_time
 from carom.solvers.event_driven.scan cimport Chains, gather, gather_chained
 from carom.solvers.impact cimport law
 from carom.solvers.impact.ambiguity cimport add_contact, forget
-from carom.solvers.impact.structs cimport NO_FEATURE, Contact, Corners
+from carom.solvers.impact.structs cimport NO_FEATURE, Contact, ContactFriction, Corners, Impact, Recent, Spins
 from carom.solvers.impact.resolution cimport clock_resolution, pair_resolution, wall_resolution
 
 from libc.stdlib cimport free
@@ -88,15 +88,15 @@ def normal_at(const double[::1] numbers, disc):
     return normal.x, normal.y
 
 
-def pair_push(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
+def pair_normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
     return law.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
-def pair_rub(
-    grip, double dx, double dy, double ux, double uy, double surface, double yielding, double push
+def pair_tangential_impulse(
+    contact, double dx, double dy, double ux, double uy, double surface, double inverse_effective_mass, double normal
 ):
-    cdef ContactFriction g = ContactFriction(grip[0], grip[1])
-    return law.pair_tangential_impulse(&g, dx, dy, ux, uy, surface, yielding, push)
+    cdef ContactFriction friction = ContactFriction(contact[0], contact[1])
+    return law.pair_tangential_impulse(&friction, dx, dy, ux, uy, surface, inverse_effective_mass, normal)
 
 
 def layouts():

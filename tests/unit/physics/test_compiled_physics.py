@@ -75,5 +75,7 @@ def test_the_compiled_impulse_has_the_bits_of_the_plain_one() -> None:
     rng = np.random.default_rng(7)
     for _ in range(2000):
         row = [*rng.normal(size=4).tolist(), float(np.exp(rng.normal())), float(rng.uniform())]
-        assert probe.pair_push(*row) == normal_impulse(*row)
-    assert probe.pair_push(1.0, 0.0, 0.0, 1.0, 1.0, 1.0) == normal_impulse(1.0, 0.0, 0.0, 1.0, 1.0, 1.0) == 0.0
+        assert probe.pair_normal_impulse(*row) == normal_impulse(*row)
+    assert (
+        probe.pair_normal_impulse(1.0, 0.0, 0.0, 1.0, 1.0, 1.0) == normal_impulse(1.0, 0.0, 0.0, 1.0, 1.0, 1.0) == 0.0
+    )

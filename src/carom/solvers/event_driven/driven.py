@@ -24,7 +24,13 @@ if TYPE_CHECKING:
 
 
 def driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the rows of driven bodies, and those of the legs of their paths, as the kernel takes them."""
+    """Return the rows of driven bodies, and those of the legs of their paths, as the kernel takes them.
+
+    Bodies that are driven, and walls whose surface runs, walls first, each in ascending order: the body (a wall is -1
+    less its number), how many legs its path has, and how fast its surface runs. Of all these paths in turn the legs:
+    when they begin and end (seconds since the start), how far the body has moved by then (two columns, metres), and its
+    velocity.
+    """
     rows: list[tuple[float, float, float]] = []
     legs: list[tuple[float, ...]] = []
 

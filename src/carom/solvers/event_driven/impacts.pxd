@@ -77,7 +77,7 @@ cdef inline void carry_out_pair(State *s, Index i, Index j, double time, bint wa
     cdef Body first = body_of(s, i, turns)
     cdef Body second = body_of(s, j, turns)
     cdef Spins spins
-    g = collide_discs(&s.law, dx, dy, &first, &second, elastic, turns, &spins)
+    collide_discs(&s.law, dx, dy, &first, &second, elastic, turns, &spins)
     a.impacts += 1
     b.impacts += 1
     a.last = <int>j
@@ -85,23 +85,18 @@ cdef inline void carry_out_pair(State *s, Index i, Index j, double time, bint wa
     distance2 = dx * dx + dy * dy
     reach = a.radius + b.radius
     s.counts.too_far += not are_told_apart(a.x, a.y, b.x, b.y, reach)
-    s.virial -= g * distance2
     s.counts.predictions += <Index>(a.inverse_mass > 0.0) + <Index>(b.inverse_mass > 0.0)
     if unlikely(wanted):  # which keeps it out of the way of a run without a record
         distance = sqrt(distance2)
         nx = dx / distance
         ny = dy / distance
-        if turns:
-            s.record.spins[s.record.count] = spins
-        if s.record.locates:
-            s.record.contacts[s.record.count] = Contact(a.x, a.y, NO_FEATURE)
         ux = before.first[0] - before.second[0]
         uy = before.first[1] - before.second[1]
         sizes = size_of(a.x, a.y, a.radius) + size_of(b.x, b.y, b.radius)
         known = pair_resolution(sizes, reach, ux, uy, ux * nx + uy * ny) + clock_resolution(s.clock.reported)
         record_impact(
-            &s.record, s.clock.reported, i, j, nx, ny, &before, &a.vx, &b.vx, known, s.law.contact.friction > 0.0,
-            a.inverse_mass > 0.0, b.inverse_mass > 0.0, NO_FEATURE, False,
+            &s.record, s.clock.reported, i, j, nx, ny, &before, &a.vx, &b.vx, &spins, a.x, a.y, NO_FEATURE, known,
+            s.law.contact.friction > 0.0, a.inverse_mass > 0.0, b.inverse_mass > 0.0, NO_FEATURE, False,
         )
 
 
@@ -121,12 +116,10 @@ cdef inline void carry_out_wall(State *s, Index i, Index k, double time, bint wa
     s.counts.wall_impacts += 1
     s.counts.predictions += 1
     if unlikely(wanted):
-        if turns:
-            s.record.spins[s.record.count] = spins
         sizes = size_of(a.x, a.y, a.radius) + size_of(w.x, w.y, 0.0)
         known = wall_resolution(sizes, -along) + clock_resolution(s.clock.reported)
         record_impact(
-            &s.record, s.clock.reported, i, -1 - k, -w.nx, -w.ny, &before, &a.vx, before.second, known,
+            &s.record, s.clock.reported, i, -1 - k, -w.nx, -w.ny, &before, &a.vx, before.second, &spins, a.x, a.y, k, known,
             s.law.wall_contact.friction > 0.0, True, False, NO_FEATURE, False,
         )
 
@@ -136,8 +129,8 @@ cdef inline double feature_resolution(
 ) noexcept nogil:
     """Return how well the instant is known at which a disc with a velocity u, as seen from there, met a feature.
 
-    The disc is in its own place, whose coordinates are rounded. `speed` is that along the normal. One that comes back to an arc with nothing between meets it a chord later, whatever
-    the gap: `again`.
+    The disc is in its own place, whose coordinates are rounded. `speed` is that along the normal. One that comes back to
+    an arc with nothing between meets it a chord later, whatever the gap: `again`.
     """
     cdef Mover disc = mover_of(a)
     sizes = size_of(a.x, a.y, a.radius)
@@ -187,15 +180,11 @@ cdef inline Direction carry_out_feature(State *s, Index i, Index k, double time,
     s.counts.wall_impacts += 1
     s.counts.predictions += 1
     if wanted:
-        if turns:
-            s.record.spins[s.record.count] = spins
-        if s.record.locates:
-            s.record.contacts[s.record.count] = Contact(seen.x, seen.y, k)
         known = feature_resolution(f, a, ux, uy, -along, again)
         known += clock_resolution(s.clock.reported)
         record_impact(
-            &s.record, s.clock.reported, i, -1 - <Index>f.wall, -w.nx, -w.ny, &before, &a.vx, before.second, known,
-            law.wall_contact.friction > 0.0, True, False, NO_FEATURE if f.kind == PLANE else <int>k,
+            &s.record, s.clock.reported, i, -1 - <Index>f.wall, -w.nx, -w.ny, &before, &a.vx, before.second, &spins, seen.x,
+            seen.y, k, known, law.wall_contact.friction > 0.0, True, False, NO_FEATURE if f.kind == PLANE else <int>k,
             law.wall_restitution == 1.0,
         )
     return normal

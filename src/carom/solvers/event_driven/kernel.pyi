@@ -5,6 +5,9 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer
 
+from carom.disc_arrays import DiscArrays
+from carom.solvers.event_driven.obstacles import Obstacles
+
 DISC_DTYPE: Final[np.dtype[np.void]]
 TO_AND_FRO_DTYPE: Final[np.dtype[np.void]]
 
@@ -12,22 +15,12 @@ TO_AND_FRO_DTYPE: Final[np.dtype[np.void]]
 class Kernel:
     def __new__(
         cls,
-        position: NDArray[np.float64],
-        velocity: NDArray[np.float64],
-        radius: NDArray[np.float64],
-        inverse_mass: NDArray[np.float64],
-        turning: NDArray[np.float64],
-        walls: NDArray[np.float64],
-        features: NDArray[np.float64],
-        materials: NDArray[np.float64],
-        driven: NDArray[np.float64],
-        legs: NDArray[np.float64],
-        decides: Callable[[int, int, bool], bool] | None,
+        start: DiscArrays,
+        obstacles: Obstacles | None,
         crushes: Callable[[int], bool] | None,
-        locates: bool,
-        law: tuple[float, float, float, float, float, float, float],
+        contact_duration: float,
         standstill: int,
-        cell_factor: float = 1.0,
+        cell_factor: float,
     ) -> Kernel: ...
     def run(self, until: float, impacts: int, events: int) -> int: ...
     def record(self, begin: float, end: float) -> None: ...
@@ -49,7 +42,5 @@ class Kernel:
     def clock(self) -> dict[str, float]: ...
     @property
     def gliding(self) -> tuple[int, int]: ...
-    @property
-    def virial(self) -> float: ...
     @property
     def nbytes(self) -> int: ...

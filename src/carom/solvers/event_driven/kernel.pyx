@@ -29,9 +29,12 @@ from carom.solvers.event_driven.paths cimport count_legs_anew
 from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up, set_time
 from carom.solvers.event_driven.scan cimport predict_impact
 from carom.solvers.impact.ambiguity cimport forget
+from carom.solvers.impact.law cimport law_of, write_wall_laws
 from carom.solvers.impact.record cimport ambiguous_rows, free_record, has_room, is_recorded, taken_rows
 
 import numpy as np
+
+from carom.solvers.event_driven.driven import driven_rows
 
 cdef enum:
     # Discs from which memory is fetched early, since their rows no longer fit into a cache: a run of 8,000 takes 1.01 of
@@ -171,30 +174,16 @@ cdef class Kernel:
     """A run of the event-driven method: discs and walls, what is predicted of them, and what has been recorded.
 
     Args:
-        position: Centres at time 0, shape ``(n, 2)``, metres.
-        velocity: Shape ``(n, 2)``, metres a second.
-        radius: Shape ``(n,)``, metres.
-        inverse_mass: Shape ``(n,)``, 1/kg; 0 for a disc that never moves.
-        walls: Point and unit normal of each, shape ``(k, 4)``; of any four numbers where there are features.
-        features: What there is to be met of the walls, in order: rows of `carom.physics.numbered`. None where all walls
+        start: The discs and walls, `carom.disc_arrays.DiscArrays`: where anything is driven there are features.
+        obstacles: What there is to be met of the walls, `carom.solvers.event_driven.obstacles.Obstacles`; None where all
             are half-planes with the coefficients of the law.
-        materials: Where there are features, restitution and friction of each wall, shape ``(k, 2)``.
-        decides: Called with the numbers of two features and whether both are elastic: `are_decidable` of them.
-        driven: Bodies that are driven, and walls whose surface runs, walls first, each in ascending order: rows of the
-            body (a wall is -1 less its number), how many legs its path has, and how fast its surface runs. Where there
-            are some, so are features of all walls.
-        legs: Of all these paths in turn the legs: rows of when they begin and end (seconds since the start), how far the
-            body has moved by then (two columns, metres), and its velocity.
         crushes: Called with the number of a disc that has gone to and fro for long: whether it is crushed.
-        locates: Whether where impacts are is recorded with them.
-        turning: Spin and inverse inertia ratio of each disc, shape ``(n, 2)``: see `Turning` in structs.pxd; no rows if no disc spins.
-        law: Restitution of two discs, restitution on a wall, contact duration of the TC model (seconds, 0 for none),
-            friction and tangential restitution of two discs, and of a wall.
+        contact_duration: Of the TC model, seconds, 0 for none.
         standstill: Impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
 
     Raises:
-        ValueError: The shapes do not fit together, or there are more discs or walls than can be numbered.
+        ValueError: There are more discs than can be numbered.
     """
 
     cdef State s
@@ -204,49 +193,39 @@ cdef class Kernel:
     cdef object decides
     cdef object crushes
 
-    def __cinit__(
-        self, const double[:, ::1] position, const double[:, ::1] velocity, const double[::1] radius,
-        const double[::1] inverse_mass, const double[:, ::1] turning, const double[:, ::1] walls,
-        const double[:, ::1] features, const double[:, ::1] materials, const double[:, ::1] driven,
-        const double[:, ::1] legs, decides, crushes, bint locates, law, Index standstill,
-        double cell_factor=1.0,
-    ):
+    def __cinit__(self, start, obstacles, crushes, double contact_duration, Index standstill, double cell_factor):
         s = &self.s
         cdef Index i
+        cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
+        cdef const double[:, ::1] velocity = np.ascontiguousarray(start.velocity_m_s, np.float64)
+        cdef const double[::1] radius = np.ascontiguousarray(start.radius_m, np.float64)
+        cdef const double[::1] inverse_mass = 1.0 / start.mass_kg
+        cdef const double[:, ::1] turning = (
+            np.stack([start.spins, 1.0 / start.inertia], axis=1) if start.turns else np.empty((0, 2))
+        )
+        cdef const double[:, ::1] walls = np.array(() if obstacles else start.walls, np.float64).reshape(-1, 4)
+        cdef const double[:, ::1] features = obstacles.rows if obstacles else np.empty((0, FEATURE_NUMBERS))
+        cdef const double[:, ::1] driven, legs
+        driven, legs = driven_rows(start)
         cdef Index n = radius.shape[0]
-        cdef Index length = lay_out_queue(&s.queue, n) if n > 0 else -1
-        if length < 0 or not n == position.shape[0] == velocity.shape[0] == inverse_mass.shape[0]:
-            raise ValueError("position, velocity, radius and inverse_mass must be of one length, 1 to 8^10")
-        if turning.shape[0] not in (0, n) or turning.shape[1] != 2:
-            raise ValueError("turning must have two columns, and a row a disc or none")
-        if walls.shape[0] > MOST_OBSTACLES or not position.shape[1] == velocity.shape[1] == walls.shape[1] // 2 == 2:
-            raise ValueError(f"position and velocity must have two columns, walls four, and at most {MOST_OBSTACLES} rows")
-        if features.shape[0] > MOST_OBSTACLES or features.shape[1] != FEATURE_NUMBERS:
-            raise ValueError(f"features must have {FEATURE_NUMBERS} columns, and at most {MOST_OBSTACLES} rows")
-        if features.shape[0] > 0 and not (materials.shape[0] == walls.shape[0] and materials.shape[1] == 2):
-            raise ValueError("materials must have two columns, and a row a wall")
-        if not (driven.shape[1] == 3 and legs.shape[1] == 6):
-            raise ValueError("driven must have three columns, and legs six")
+        cdef Index length = lay_out_queue(&s.queue, n)
+        if length < 0:
+            raise ValueError("more discs than can be numbered: at most 8^10")
         s.disc_count = n
-        s.wall_count = walls.shape[0]
+        s.wall_count = len(start.walls)
         s.feature_count = features.shape[0]
         s.standstill = standstill
         s.looks_ahead = n >= AHEAD_FROM
         s.record.turns = turning.shape[0] > 0
-        s.record.locates = locates
+        s.record.locates = not start.has_half_planes
         s.driving.count = driven.shape[0]
         s.driving.leg_count = legs.shape[0]
         s.looks_apart = s.feature_count > 0 or s.driving.count > 0
         s.is_special = s.record.turns or s.looks_apart
-        self.decides, self.crushes = decides, crushes
-        s.record.corners.decides, s.record.corners.asked = ask, <void *>decides
+        self.decides, self.crushes = obstacles and obstacles.decides, crushes
+        s.record.corners.decides, s.record.corners.asked = ask, <void *>self.decides
         s.crushes, s.asked = ask_of_crush, <void *>crushes
-        restitution, wall_restitution, contact_duration, friction, tangential, wall_friction, wall_tangential = law
-        s.law = Law(
-            restitution, wall_restitution, contact_duration, ContactFriction(friction, tangential),
-            ContactFriction(wall_friction, wall_tangential),
-        )
-        cdef Index plain_walls = s.wall_count if s.feature_count == 0 else 0
+        s.law = law_of(start, contact_duration)
         found = np.empty(max(1, s.feature_count) * sizeof(Feature), np.uint8)
         cdef unsigned char[::1] found_memory = found
         rows = <Feature *>&found_memory[0]
@@ -256,7 +235,7 @@ cdef class Kernel:
         note_sizes(&s.grid, &radius[0], n, cell_factor)
         # To choose anew costs a prediction a disc, and a look or so a feature.
         s.grid.patience = <Index>((n + s.feature_count) / (1.0 + s.feature_count / LOOKS_PER_PREDICTION))
-        choose_grid(&s.grid, &s.visited, n, <const Wall *>&walls[0, 0], plain_walls, rows, s.feature_count)
+        choose_grid(&s.grid, &s.visited, n, <const Wall *>&walls[0, 0], walls.shape[0], rows, s.feature_count)
         # In one piece, for which a system takes large pages where it is large: far fewer to be looked up.
         self.memory = np.empty(lay_out(s, NULL, length) + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
@@ -274,11 +253,10 @@ cdef class Kernel:
             s.queue.time[i] = INF
         for i in range(s.queue.level[1], length):
             s.queue.holder[i] = 0
-        memcpy(s.walls, &walls[0, 0], s.wall_count * sizeof(Wall))
+        memcpy(s.walls, &walls[0, 0], walls.shape[0] * sizeof(Wall))
         memcpy(s.features, rows, s.feature_count * sizeof(Feature))
-        for i in range(s.wall_count if s.feature_count > 0 else 0):
-            s.wall_laws[i] = s.law
-            s.wall_laws[i].wall_restitution, s.wall_laws[i].wall_contact.friction = materials[i, 0], materials[i, 1]
+        if s.feature_count > 0:
+            write_wall_laws(s.wall_laws, &s.law, start)
         self.lay_out_paths(driven, legs)
         if s.feature_count > 0:
             done = find_obstacles(&s.grid, NULL, s.features, s.feature_count, &s.driving)
@@ -409,11 +387,6 @@ cdef class Kernel:
         return self.s.gliding, self.s.features[self.s.predictions[self.s.gliding].obstacle].wall
 
     @property
-    def virial(self):
-        """Sum of impulse times distance of centres over all impacts of two discs, newton metre seconds."""
-        return self.s.virial
-
-    @property
     def nbytes(self):
         """Bytes of the run's memory, recorded impacts left out."""
         chosen = 0 if self.cells_memory is None else self.cells_memory.nbytes
@@ -441,7 +414,7 @@ cdef class Kernel:
         recent = self.recent_memory.copy() if self.s.record.wanted else None
         return {
             "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
-            "clock": self.s.clock, "counts": self.s.counts, "virial": self.s.virial,
+            "clock": self.s.clock, "counts": self.s.counts,
             "spins": self.spins.copy() if self.s.record.turns else None,
             "to_and_fro": None if self.s.to_and_fro == NULL else self.to_and_fro.copy(),
         }
@@ -457,7 +430,7 @@ cdef class Kernel:
             self.spins[:] = state["spins"]
         if self.s.to_and_fro != NULL:
             self.to_and_fro[:] = state["to_and_fro"]
-        self.s.clock, self.s.counts, self.s.virial = state["clock"], state["counts"], state["virial"]
+        self.s.clock, self.s.counts = state["clock"], state["counts"]
         count_legs_anew(&self.s)
         self.s.counts.predicted = 0
         self.s.grid.predictions, self.s.grid.beyond = self.s.counts.predictions, self.s.counts.beyond

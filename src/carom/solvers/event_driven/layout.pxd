@@ -7,7 +7,7 @@ since the start: see `Clock`. Walls, spins, the law and recorded impacts are tho
 from carom.constants cimport INF
 from carom.physics.features cimport Feature
 from carom.solvers.impact.structs cimport (
-    NO_FEATURE, NOBODY, Before, Body, Contact, ContactFriction, Impact, Index, Law, Recent, Record, Spins, Surface, Turning,
+    NO_FEATURE, NOBODY, Before, Body, Impact, Index, Law, Recent, Record, Spins, Surface, Turning,
     Wall,
 )
 
@@ -244,7 +244,6 @@ cdef struct State:  # all that a run consists of
     bint looks_ahead  # whether memory is fetched before it is needed
     bint looks_apart  # whether there are features, or something is driven: some of what comes next is predicted elsewhere
     bint is_special  # whether something turns or is driven, or there are features: impacts are carried out away from the loop
-    double virial  # sum of impulse times distance of centres over all impacts of two discs, newton metre seconds
     Clock clock
     Law law
     Counts counts

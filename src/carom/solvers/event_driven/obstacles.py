@@ -31,7 +31,6 @@ class Obstacles:
 
     Attributes:
         rows: Their numbers, one row each, as `carom.physics.numbered.numbers_of` gives them.
-        materials: Restitution and friction of each wall, shape ``(k, 2)``.
     """
 
     def __init__(self, start: DiscArrays) -> None:
@@ -45,7 +44,6 @@ class Obstacles:
                 self._finite[len(rows)] = wall, part
                 rows.append(numbers_of(part.feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
-        self.materials = np.array(start.materials, np.float64).reshape(-1, 2)
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""

@@ -11,8 +11,7 @@ import numpy as np
 from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
-from carom.physics.numbered import FEATURE_NUMBERS
-from carom.solvers.event_driven.driven import Crushes, driven_rows
+from carom.solvers.event_driven.driven import Crushes
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import gliding_note, standstill_impacts
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.driving import Course
-    from carom.solvers.event_driven import kernel
     from carom.solvers.run import Progress, Start
 
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
@@ -99,15 +97,19 @@ class EventDrivenRun:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
-        obstacles = None if start.has_plain_walls and not start.driven else _obstacles_of(start)
+        require_compiled("EventDrivenRun")
+        from carom.solvers.event_driven import kernel
+
+        obstacles = _obstacles_of(start)
         self._crushes = Crushes(start, obstacles, duration_s) if start.driven else None
-        self._kernel = _kernel_of(start, obstacles, self._crushes, self.options.contact_duration_s, cell_factor)
+        contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
+        self._kernel = kernel.Kernel(start, obstacles, self._crushes, contact_s, standstill, cell_factor)
         if self._crushes is not None:
             self._crushes.watch(self._kernel)
         self._ended: Outcome | None = None
         self._driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
         self._driven_from = start.position_m
-        self._fixed = _fixed_of(start, self.options.contact_duration_s)
+        self._fixed = _fixed_of(start, contact_s)
         if self.options.record == "all":
             self._kernel.record(*self.options.window_s)
         edges_of = None if obstacles is None or start.has_half_planes else obstacles.edges
@@ -189,11 +191,6 @@ class EventDrivenRun:
         return self._kernel.counts["impacts"]
 
     @property
-    def virial_j_s(self) -> float:
-        """Sum of impulse times distance of centres over all impacts of two discs so far: gives a gas's pressure."""
-        return self._kernel.virial
-
-    @property
     def counts(self) -> dict[str, int]:
         """Work so far, by name.
 
@@ -209,46 +206,12 @@ class EventDrivenRun:
         return self._kernel.nbytes / len(self._kernel.discs)
 
 
-def _obstacles_of(start: DiscArrays) -> Obstacles:
-    obstacles = Obstacles(start)
-    if len(obstacles.rows) > MOST_OBSTACLES:
-        raise InputError(
-            f"walls have {len(obstacles.rows)} sides and vertices: at most {MOST_OBSTACLES} can be numbered"
-        )
+def _obstacles_of(start: DiscArrays) -> Obstacles | None:
+    """Return what there is to be met of the walls; None where they are the obstacles themselves."""
+    obstacles = None if start.has_plain_walls and not start.driven else Obstacles(start)
+    if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
+        raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
     return obstacles
-
-
-def _kernel_of(
-    start: DiscArrays,
-    obstacles: Obstacles | None,
-    crushes: Crushes | None,
-    contact_duration_s: float,
-    cell_factor: float,
-) -> kernel.Kernel:
-    require_compiled("EventDrivenRun")
-    from carom.solvers.event_driven import kernel
-
-    return kernel.Kernel(
-        np.ascontiguousarray(start.position_m, np.float64),
-        np.ascontiguousarray(start.velocity_m_s, np.float64),
-        np.ascontiguousarray(start.radius_m, np.float64),
-        1.0 / start.mass_kg,
-        np.stack([start.spins, 1.0 / start.inertia], axis=1) if start.turns else np.empty((0, 2)),
-        np.array(start.walls if obstacles is None else [(0.0,) * 4] * len(start.walls), np.float64).reshape(-1, 4),
-        np.empty((0, FEATURE_NUMBERS)) if obstacles is None else obstacles.rows,
-        np.empty((0, 2)) if obstacles is None else obstacles.materials,
-        *driven_rows(start),
-        None if obstacles is None else obstacles.decides,
-        crushes,
-        not start.has_half_planes,
-        (
-            *(start.restitution, start.wall_restitution, contact_duration_s),
-            *(start.friction, start.tangential_restitution),
-            *(start.wall_friction, start.wall_tangential_restitution),
-        ),
-        standstill_impacts(len(start) + len(start.walls)),
-        cell_factor,
-    )
 
 
 #: Coefficients of a start: with the walls, and the discs' radii, masses and inertia, all that no impact changes.

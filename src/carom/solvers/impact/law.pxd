@@ -20,7 +20,27 @@ f) Operation by operation that of `carom.physics.impact_law` and `carom.physics.
 
 from libc.math cimport sqrt
 
-from carom.solvers.impact.structs cimport Body, ContactFriction, Law, Spins, Surface, Wall
+from carom.solvers.impact.structs cimport Body, ContactFriction, Index, Law, Spins, Surface, Wall
+
+
+# ---- the law of a start, `carom.disc_arrays.DiscArrays` ----
+
+cdef inline Law law_of(start, double contact_duration) except *:
+    """Return the law of a start, with a contact duration of the TC model."""
+    return Law(
+        start.restitution, start.wall_restitution, contact_duration,
+        ContactFriction(start.friction, start.tangential_restitution),
+        ContactFriction(start.wall_friction, start.wall_tangential_restitution),
+    )
+
+
+cdef inline int write_wall_laws(Law *laws, const Law *law, start) except -1:
+    """Write the law on each wall of a start: each has its own material."""
+    cdef Index k
+    for k, (restitution, friction) in enumerate(start.materials):
+        laws[k] = law[0]
+        laws[k].wall_restitution, laws[k].wall_contact.friction = restitution, friction
+    return 0
 
 
 # ---- impulses ----

@@ -70,11 +70,12 @@ cdef inline bint has_room(Record *r) noexcept nogil:
 
 cdef inline void record_impact(
     Record *r, double time, Index first, Index second, double nx, double ny, const Before *before, const double *after1,
-    const double *after2, double resolution, bint slides, bint moves1, bint moves2, int feature, bint elastic,
+    const double *after2, const Spins *spins, double x, double y, Index met, double resolution, bint slides, bint moves1,
+    bint moves2, int feature, bint elastic,
 ) noexcept nogil:
     """Record an impact that was carried out just now; there is room.
 
-    `resolution` is how well its instant is known, seconds; `slides` whether friction acts between the bodies, the next
+    x, y and `met` are those of a `Contact`. `resolution` is how well its instant is known, seconds; `slides` whether friction acts between the bodies, the next
     two are whether each is a disc that moves; `feature` is that of a finite wall, and `elastic` whether nothing is lost
     on it. The velocity of a wall after is that before: 0.
     """
@@ -85,6 +86,10 @@ cdef inline void record_impact(
     row.second_before[0], row.second_before[1] = before.second[0], before.second[1]
     row.first_after[0], row.first_after[1] = after1[0], after1[1]
     row.second_after[0], row.second_after[1] = after2[0], after2[1]
+    if r.turns:
+        r.spins[r.count] = spins[0]
+    if r.locates:
+        r.contacts[r.count] = Contact(x, y, met)
     if unlikely(slides):  # no impact is orthogonal to one with friction
         nx = ny = NAN
         feature = NO_FEATURE

@@ -10,10 +10,9 @@ import numpy as np
 
 from carom.constants cimport INF
 from carom.solvers.impact.ambiguity cimport forget
+from carom.solvers.impact.law cimport law_of, write_wall_laws
 from carom.solvers.impact.record cimport ambiguous_rows, free_record, taken_rows
-from carom.solvers.impact.structs cimport (
-    NOBODY, ContactFriction, Index, Law, Recent, Turning, Wall,
-)
+from carom.solvers.impact.structs cimport NOBODY, Index, Law, Recent, Turning, Wall
 from carom.solvers.pit.bounds cimport MOST_FRAMES
 from carom.solvers.pit.grid cimport settle
 from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, Normal, State
@@ -78,10 +77,7 @@ cdef class FrameLoop:
             raise ValueError("more discs and walls than can be numbered")
         s.clock.step, s.clock.rate = clock.step_s, clock.rate_hz
         s.horizon = MOST_FRAMES * clock.frame_s
-        s.law = Law(
-            start.restitution, start.wall_restitution, 0.0, ContactFriction(start.friction, start.tangential_restitution),
-            ContactFriction(start.wall_friction, start.wall_tangential_restitution),
-        )
+        s.law = law_of(start, 0.0)
         s.record.turns = start.turns
         s.skips, s.patience = skips, patience
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
@@ -113,9 +109,8 @@ cdef class FrameLoop:
             s.finite = <Finite *>memory(s.wall_count, sizeof(Finite))
             s.normals = <Normal *>memory(s.disc_count, sizeof(Normal))
             s.record.locates = True
-        for i, (wall, (restitution, friction)) in enumerate(zip(start.walls, start.materials)):
-            s.wall_laws[i] = s.law
-            s.wall_laws[i].wall_restitution, s.wall_laws[i].wall_contact.friction = restitution, friction
+        write_wall_laws(s.wall_laws, &s.law, start)
+        for i, wall in enumerate(start.walls):
             if isinstance(wall, tuple):
                 s.walls[i].x, s.walls[i].y, s.walls[i].nx, s.walls[i].ny = wall
                 continue

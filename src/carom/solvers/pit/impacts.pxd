@@ -1,6 +1,5 @@
 """The test of PIT, and its impacts: operation by operation what `carom.solvers.plain.bodies` does."""
 
-from cython cimport unlikely
 from libc.math cimport sqrt
 
 from carom.constants cimport ROOT_ROOM
@@ -8,7 +7,7 @@ from carom.physics.double_double cimport greater
 from carom.solvers.impact.law cimport collide_discs
 from carom.solvers.impact.law cimport collide_wall as collide_with_wall
 from carom.solvers.impact.record cimport has_room, record_impact
-from carom.solvers.impact.structs cimport NO_FEATURE, Before, Body, Contact, Index, Spins, Wall
+from carom.solvers.impact.structs cimport NO_FEATURE, Before, Body, Index, Spins, Wall
 from carom.solvers.pit.layout cimport ON_WALL, Disc, Normal, State
 from carom.solvers.pit.stretches cimport Finite, nearest
 
@@ -97,18 +96,12 @@ cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
     cdef Body first = body_of(s, i, s.record.turns)
     cdef Body second = body_of(s, j, s.record.turns)
     cdef Spins spins
-    if unlikely(s.record.turns):
-        collide_discs(&s.law, dx, dy, &first, &second, False, True, &spins)
-        s.record.spins[s.record.count] = spins
-    else:
-        collide_discs(&s.law, dx, dy, &first, &second, False, False, &spins)
+    collide_discs(&s.law, dx, dy, &first, &second, False, s.record.turns, &spins)
     a.last, b.last = <int>j, <int>i
     distance = sqrt(dx * dx + dy * dy)
-    if s.record.locates:
-        s.record.contacts[s.record.count] = Contact(a.x, a.y, NO_FEATURE)
     record_impact(
-        &s.record, s.now, i, j, dx / distance, dy / distance, &before, &a.vx, &b.vx, 0.0, s.law.contact.friction > 0.0,
-        a.inverse_mass > 0.0, b.inverse_mass > 0.0, NO_FEATURE, False,
+        &s.record, s.now, i, j, dx / distance, dy / distance, &before, &a.vx, &b.vx, &spins, a.x, a.y, NO_FEATURE, 0.0,
+        s.law.contact.friction > 0.0, a.inverse_mass > 0.0, b.inverse_mass > 0.0, NO_FEATURE, False,
     )
 
 
@@ -124,17 +117,11 @@ cdef inline void collide_wall(State *s, Index i, Index k) noexcept nogil:
     if s.finite != NULL and s.finite[k].count > 0:
         s.normals[i] = normal_from(&s.finite[k], a)
         wall.nx, wall.ny = s.normals[i].x, s.normals[i].y
-    if s.record.locates:
-        s.record.contacts[s.record.count] = Contact(a.x, a.y, k)
     cdef Before before = Before([a.vx, a.vy], [0.0, 0.0])
     cdef Body body = body_of(s, i, s.record.turns)
     cdef Spins spins
-    if unlikely(s.record.turns):
-        collide_with_wall(law, wall, NULL, &body, False, True, &spins)
-        s.record.spins[s.record.count] = spins
-    else:
-        collide_with_wall(law, wall, NULL, &body, False, False, &spins)
+    collide_with_wall(law, wall, NULL, &body, False, s.record.turns, &spins)
     record_impact(
-        &s.record, s.now, i, -1 - k, -wall.nx, -wall.ny, &before, &a.vx, before.second, 0.0,
+        &s.record, s.now, i, -1 - k, -wall.nx, -wall.ny, &before, &a.vx, before.second, &spins, a.x, a.y, k, 0.0,
         law.wall_contact.friction > 0.0, True, False, NO_FEATURE, False,
     )

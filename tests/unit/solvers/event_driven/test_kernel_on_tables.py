@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -113,6 +114,8 @@ def test_more_sides_than_can_be_numbered_are_left_to_the_plain_form(monkeypatch:
         monkeypatch.setattr(module, "MOST_OBSTACLES", 8)  # of nine: three edges with two sides and a vertex each
     with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
         EventDrivenRun(scene)
+    with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
+        EventDrivenRun(replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9))
     assert pic.solve_pic(scene).impacts.tobytes() == expected.impacts.tobytes()
 
 
