@@ -393,6 +393,39 @@ def table(kind: str, number: int) -> Scene:
             continue
 
 
+def slowing(number: int) -> Scene:
+    """Return the table of a number that slows up to five discs down, some at rest or immovable, among walls or none."""
+    rng, discs = random.Random(number), []
+    for i in range(rng.choice((1, 2, 3, 5))):
+        mass = rng.choice((1.0, 2.0, 5.0, math.inf) if i else (1.0, 2.0))
+        moves = mass < math.inf and rng.random() < 0.7
+        place = (1.3 * (i % 3) + rng.uniform(-0.1, 0.1), 1.3 * (i // 3) + rng.uniform(-0.1, 0.1))
+        velocity = (rng.uniform(-3, 3), rng.uniform(-3, 3)) if moves else (0.0, 0.0)
+        discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=rng.uniform(0.2, 0.5), mass_kg=mass))
+    return Scene(
+        name=f"slowing {number}",
+        discs=discs,
+        walls=list(rng.choice(SURROUNDS)),
+        restitution=rng.choice((1.0, 0.8)),
+        wall_restitution=rng.choice((1.0, 0.7)),
+        table_deceleration_m_s2=rng.uniform(0.2, 1.5),
+        duration_s=rng.uniform(1.0, 6.0),
+    )
+
+
+SURROUNDS: tuple[list[Wall | Chain | Ring], ...] = (
+    [],
+    [
+        Wall(point_m=(-1, 0), normal=(1, 0)),
+        Wall(point_m=(4, 0), normal=(-1, 0)),
+        Wall(point_m=(0, -1), normal=(0, 1)),
+        Wall(point_m=(0, 3), normal=(0, -1)),
+    ],
+    [Chain(points_m=((-1, -1), (4, -1.2), (4.2, 3), (-1, 3.1)), closed=True)],
+    [Ring(centre_m=(1.2, 0.8), radius_m=3.0)],
+)
+
+
 # Many discs, as arrays ------------------------------------------------------------------------------------------------
 
 

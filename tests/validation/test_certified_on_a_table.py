@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import random
-
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.drawn import slowing
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
-from carom import Chain, Disc, Outcome, Ring, Scene, certify, solve_pic
+from carom import Outcome, certify, solve_pic
 from carom.comparator.horizon import horizon_of
 from carom.solvers.certified.result import Degenerate, Ending
-
-BOX = [wall_at(-1, 0, 1, 0), wall_at(4, 0, -1, 0), wall_at(0, -1, 0, 1), wall_at(0, 3, 0, -1)]
-SURROUNDS = (
-    (),
-    BOX,
-    [Chain(points_m=((-1, -1), (4, -1.2), (4.2, 3), (-1, 3.1)), closed=True)],
-    [Ring(centre_m=(1.2, 0.8), radius_m=3.0)],
-)
 
 
 def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() -> None:
@@ -46,30 +36,11 @@ def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() ->
     assert certified.trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
 
 
-def drawn(seed: int) -> Scene:
-    rng, discs = random.Random(seed), []
-    for i in range(rng.choice((1, 2, 3, 5))):
-        mass = rng.choice((1.0, 2.0, 5.0, math.inf) if i else (1.0, 2.0))
-        moves = mass < math.inf and rng.random() < 0.7
-        place = (1.3 * (i % 3) + rng.uniform(-0.1, 0.1), 1.3 * (i // 3) + rng.uniform(-0.1, 0.1))
-        velocity = (rng.uniform(-3, 3), rng.uniform(-3, 3)) if moves else (0.0, 0.0)
-        discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=rng.uniform(0.2, 0.5), mass_kg=mass))
-    return Scene(
-        name=f"table {seed}",
-        discs=discs,
-        walls=list(rng.choice(SURROUNDS)),
-        restitution=rng.choice((1.0, 0.8)),
-        wall_restitution=rng.choice((1.0, 0.7)),
-        table_deceleration_m_s2=rng.uniform(0.2, 1.5),
-        duration_s=rng.uniform(1.0, 6.0),
-    )
-
-
 @pytest.mark.parametrize("first", long_after(1, range(0, 300, 20)))
 def test_pic_is_right_on_drawn_tables(first: int) -> None:
     """With walls of every kind and immovable discs: all impacts and ends of 20 tables are proven, and are PIC's."""
     for seed in range(first, first + 20):
-        scene = drawn(seed)
+        scene = slowing(seed)
         trace = solve_pic(scene)
         if trace.outcome is Outcome.GLIDES:  # it ends after infinitely many hops along a ring
             continue

@@ -8,7 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, staged, wall_at
+from tests.drawn import slowing
+from tests.stage import disc_at, staged
 
 from carom import Disc, Outcome, Scene, SceneError, solve_pic, solve_pit
 from carom.trace import free_flights, kinetic_energy
@@ -57,36 +58,28 @@ def test_two_discs_meet_when_bisection_says() -> None:
     assert met > 5
 
 
-def carrom(seed: int) -> Scene:
-    rng = random.Random(seed)
-    discs = [disc_at(1.5 * i, 1.5 * j, rng.uniform(-5, 5), rng.uniform(-5, 5)) for i in range(3) for j in range(2)]
-    walls = [
-        wall_at(-1.0, 0.0, 1.0, 0.0),
-        wall_at(4.5, 0.0, -1.0, 0.0),
-        wall_at(0.0, -1.0, 0.0, 1.0),
-        wall_at(0.0, 3.0, 0.0, -1.0),
-    ]
-    laws = {"restitution": rng.choice((0.5, 0.9, 1.0)), "wall_restitution": rng.choice((0.4, 0.8))}
-    return staged(f"carrom {seed}", *discs, *walls, table_deceleration_m_s2=A, duration_s=4.0, **laws)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_table_takes_a_m_per_metre_and_all_comes_to_rest(seed: int) -> None:
-    """Energy falls by what impacts take and by m a times the ways; at the end nothing moves."""
-    scene = carrom(seed)
-    trace = solve_pic(scene)
-    assert trace.outcome is Outcome.COMPLETED
-    assert not trace.final_velocity_m_s.any()
-    ways = sum(float(np.linalg.norm(flight.at(flight.end_s) - flight.position_m)) for flight in free_flights(trace))
-    lost = 0.0
-    for impact in trace.impacts:
-        for side, sign in (("before", 1.0), ("after", -1.0)):
-            moving = [impact[f"velocity_first_{side}"]] + [impact[f"velocity_second_{side}"]] * int(
-                impact["second"] >= 0
-            )
-            lost += sign * sum(0.5 * float(v @ v) for v in moving)
-    begun = kinetic_energy(scene, scene.arrays.velocity_m_s)
-    assert begun == pytest.approx(lost + A * ways, rel=1e-12)
+def test_a_table_takes_m_a_per_metre_and_all_comes_to_rest() -> None:
+    """Of 20 tables drawn, energy falls by what impacts take and by m a times the ways; at the end nothing moves."""
+    met = 0
+    for number in range(20):
+        scene = slowing(number).model_copy(update={"duration_s": 60.0})
+        trace = solve_pic(scene)
+        if trace.outcome is Outcome.GLIDES:  # it ends after infinitely many hops along a ring
+            continue
+        assert not trace.final_velocity_m_s.any()
+        movable = np.where(np.isfinite(scene.arrays.mass_kg), scene.arrays.mass_kg, 0.0)
+        taken = scene.table_deceleration_m_s2 * sum(
+            movable[flight.disc] * math.dist(flight.at(flight.end_s), flight.position_m)
+            for flight in free_flights(trace)
+        )
+        for impact in trace.impacts:
+            for side, sign in (("before", 1.0), ("after", -1.0)):
+                for which in ("first", "second")[: 1 + int(impact["second"] >= 0)]:
+                    velocity = impact[f"velocity_{which}_{side}"]
+                    taken += sign * 0.5 * movable[impact[which]] * float(velocity @ velocity)
+        assert kinetic_energy(scene, scene.arrays.velocity_m_s) == pytest.approx(taken, rel=1e-12), number
+        met += len(trace.impacts)
+    assert met > 40
 
 
 def test_pit_comes_to_pic_with_the_frames() -> None:

@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from tests.drawn import drawn
 from tests.lengths import long_after
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.comparator import Grade, Verdict
-from carom.comparator.local_truth.score import LocalScore, local_score
+from carom.comparator.local_truth.score import local_score
 from carom.comparator.scales import scales_of
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
-from carom.scene import Need
-from carom.scenes import all_scenes, find_scenes
+from carom.scenes import find_scenes
 from carom_adapters.pic import PicAdapter
 
 if TYPE_CHECKING:
@@ -29,23 +27,6 @@ if TYPE_CHECKING:
 
 DT_S = 1 / 240
 SCENES = [entry.scene for entry in find_scenes(["contact/damped-*"]) if len(entry.known.impacts)]
-NOT_DAMPED = {
-    Need.GRAVITY,
-    Need.DAMPING,
-    Need.TABLE_FRICTION,
-    Need.DRIVEN_WALLS,
-    Need.DRIVEN_DISCS,
-    Need.BELTS,
-}
-#: Scenes that can be damped, of few enough discs and frames: under gravity, on a table and by driven bodies none is.
-LEVEL = [
-    name
-    for name, entry in all_scenes().items()
-    if not entry.scene.needs & NOT_DAMPED
-    and len(entry.scene.discs) <= 40
-    and entry.scene.step_count(1 / entry.scene.frame_rate_hz) <= 1500
-]
-SHORT = [name for name in LEVEL if name.startswith("classics/")][::3]
 each_scene = pytest.mark.parametrize("scene", long_after(2, reversed(SCENES)), ids=lambda scene: scene.name)
 
 
@@ -82,12 +63,6 @@ def fastest_rim(scene: Scene) -> float:
     return max(1.0, *ratios)
 
 
-def steps_of(scene: Scene, name: str, dt_s: float) -> LocalScore:
-    found = observe_run(load_adapter(name), scene, "tuned", dt_s).local_truth
-    assert found is not None
-    return local_score(found, scales_of(scene, solve_pic(scene, max_impacts=2000)), 64)
-
-
 @each_scene
 def test_the_right_rate_is_exact(scene: Scene) -> None:
     """PIC of the scene itself is exact, step by step and as a whole, and nothing is said against it."""
@@ -118,38 +93,6 @@ def test_damping_of_the_first_order_is_inaccurate(scene: Scene) -> None:
     assert score.grade is Grade.INACCURATE
     assert score.local_truth is not None
     assert score.local_truth.slipped == pytest.approx(rate**2 / 2 * fastest_rim(scene), rel=rate)
-
-
-@pytest.mark.parametrize("number", long_after(6, range(40)))
-def test_random_damped_runs_are_exact_and_sampled(number: int) -> None:
-    """Of random scenes, rough ones and damped ones up to a tenth a step, PIC's steps are exact and PIT's sampled."""
-    rate = (0.1, 1.0, 6.0)[number % 3]
-    plain = drawn("anywhere", number, rough=number % 2 == 1)
-    scene = Scene(**{**dict(plain), "damping_per_s": rate, "duration_s": 3.0})
-    exact = steps_of(scene, "pic", 1 / 60)
-    assert (exact.missed, exact.invented, exact.early, exact.ahead, exact.drifts) == (0, 0, 0, 0, 0)
-    assert exact.agrees_alone
-    sampled = steps_of(scene, "pit", 1 / 60)
-    assert (sampled.invented, sampled.early, sampled.drifts, sampled.too_late) == (0, 0, 0, 0)
-    assert sampled.missed == sampled.missed_by_pit
-    assert not sampled.ratio[1] > 1.0 + 1e-9
-
-
-@pytest.mark.parametrize(
-    "name", [*SHORT, *(pytest.param(name, marks=pytest.mark.long) for name in LEVEL if name not in SHORT)]
-)
-@pytest.mark.parametrize("times", long_after(1, [1.0, 5.0]))
-def test_scenes_of_the_catalogue_are_judged_as_well_when_damped(name: str, times: float) -> None:
-    """Damped to 1/e or 1/e^5 over its duration, each step of PIC is exact, and PIT pays what PIT pays to 1e-9."""
-    plain = all_scenes()[name].scene
-    scene = plain.model_copy(update={"damping_per_s": times / plain.duration_s})
-    reference = solve_pic(scene, max_impacts=2000)
-    exact, sampled = (steps_of(scene, method, 1 / scene.frame_rate_hz) for method in ("pic", "pit"))
-    assert (exact.missed, exact.invented, exact.early, exact.ahead, exact.drifts) == (0, 0, 0, 0, 0)
-    assert exact.grade is Grade.EXACT or (reference.ambiguous and exact.grade is Grade.SAMPLED)
-    assert (sampled.invented, sampled.early, sampled.drifts) == (0, 0, 0)
-    assert sampled.missed == sampled.missed_by_pit
-    assert not sampled.ratio[1] > 1.0 + 1e-9  # NaN where nothing stands alone
 
 
 @each_scene

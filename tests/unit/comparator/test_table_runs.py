@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.drawn import slowing
 from tests.lengths import long_after
-from tests.stage import disc_at, wall_at
+from tests.stage import disc_at
 
-from carom import Chain, Disc, Outcome, Scene, compare, solve_pic
+from carom import Disc, Scene, compare, solve_pic
 from carom.adapter import Contact, Observation
 from carom.comparator import Grade
 from carom.comparator.shift import begun_earlier
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from carom.comparator.compare import Score
 
 DT_S = 1 / 60
-METHODS = ("pic", "pit")
 ON_TABLES = [entry.scene for entry in find_scenes(["contact/table-*"])]
 
 
@@ -63,48 +62,11 @@ def judged(scene: Scene, adapter: Adapter, dt_s: float = DT_S) -> Score:
     return compare(solve_pic(scene), observe_run(adapter, scene, "tuned", dt_s), sampling=sampling)
 
 
-def carrom(seed: int) -> Scene:
-    """Return up to six discs on a table, some at rest, with a cushion or a corner that bends or none."""
-    rng = random.Random(seed)
-    discs = [
-        disc_at(1.5 * i, 1.5 * j, rng.choice((0, 1)) * rng.uniform(-4, 4), rng.uniform(-4, 4), r=rng.uniform(0.2, 0.6))
-        for i in range(rng.choice((2, 3)))
-        for j in range(rng.choice((1, 2)))
-    ]
-    box = [wall_at(-1.0, 0, 1, 0), wall_at(4.5, 0, -1, 0), wall_at(0, -1.0, 0, 1), wall_at(0, 3.0, 0, -1)]
-    bend = [*box[:2], Chain(points_m=((2.2, -3.0), (2.3, -1.5), (4.0, -1.2)))]
-    return Scene(
-        name=f"carrom {seed}",
-        discs=discs,
-        walls=rng.choice(([], box, box, bend)),
-        table_deceleration_m_s2=rng.choice((0.3, 1.0, 3.0)),
-        duration_s=rng.uniform(1.0, 4.0),
-        restitution=rng.choice((0.5, 0.9, 1.0)),
-        wall_restitution=rng.choice((0.4, 0.8, 1.0)),
-    )
-
-
-@pytest.mark.parametrize("seed", long_after(2, range(150)))
-def test_steps_of_pic_are_exact_and_those_of_pit_sampled(seed: int) -> None:
-    """Of random tables, where no instant is shared: none is early, drifts, or misses what PIT does not."""
-    scene = carrom(seed)
-    reference = solve_pic(scene)
-    assert reference.outcome is Outcome.COMPLETED
-    exact, sampled = (compare(reference, observe_run(load_adapter(name), scene, "tuned", 1 / 60)) for name in METHODS)
-    decided = len(reference.impacts) > 0 and not reference.ambiguous
-    assert exact.grade is (Grade.EXACT if decided else Grade.UNGRADED)
-    local = sampled.local_truth
-    assert local is not None
-    assert (local.early, local.drifts, local.invented, local.too_late) == (0, 0, 0, 0)
-    assert local.missed == local.missed_by_pit
-    assert not local.ratio[1] > 1.0 + 1e-9  # NaN where nothing stands alone
-
-
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(12))
 def test_pit_is_no_worse_than_sampled_on_a_table(seed: int) -> None:
     """Of random tables none is inaccurate beside PIT at all phases of its step."""
-    assert judged(carrom(seed), load_adapter("pit"), 1 / 60).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
+    assert judged(slowing(seed), load_adapter("pit")).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
 
 
 @pytest.mark.parametrize("factor", long_after(1, [1.01, 0.0, 0.99, 2.0]))
