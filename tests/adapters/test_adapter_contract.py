@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.adapters.widths import width
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom.adapter import Adapter, Observation
@@ -27,8 +28,8 @@ def test_equal_masses_exchange_velocities_head_on_at_any_step(adapter: Adapter, 
         np.testing.assert_allclose(end.velocity_m_s, [(-2, 0), (1, 0)], rtol=0, atol=width(adapter, ROUNDING))
 
 
-@pytest.mark.parametrize(("name", "reported_after"), [("pymunk", 3), ("pybullet", 4), ("mujoco", 4), ("box2d", 4)])
-@pytest.mark.parametrize("swapped", [False, True])
+@each("name, reported_after", [("pymunk", 3), ("pybullet", 4), ("mujoco", 4), ("box2d", 4)])
+@each("swapped", [False, True])
 def test_contact_is_stamped_with_the_instant_at_which_the_engine_looked(
     named: Callable[[str], Adapter], drive: Drive, name: str, reported_after: int, swapped: bool
 ) -> None:

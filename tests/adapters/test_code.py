@@ -14,7 +14,7 @@ import pytest
 from tests.adapters.pasted import State, adapters_end, programs_end
 from tests.adapters.staged import along_a_floor
 from tests.hazards.measures import ENGINES
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Chain, Scene, Wall
@@ -140,7 +140,7 @@ def test_what_is_pasted_gives_the_adapters_digits(
     np.testing.assert_array_equal(found, expected)
 
 
-@pytest.mark.parametrize("name", OTHERS)
+@each("name", OTHERS)
 def test_an_engine_that_is_not_installed_has_its_settings_to_paste(name: str) -> None:
     """Its adapter writes a program of the engine's alone, in Python or as a module of node, without the engine."""
     adapter = load_adapter(name)
@@ -162,7 +162,7 @@ def test_every_engine_that_comes_with_carom_writes_code() -> None:
     assert own == {*WRITING, *OTHERS}
 
 
-@pytest.mark.parametrize("name", [*WRITING, *OTHERS])
+@each("name", [*WRITING, *OTHERS])
 def test_the_lines_of_a_step_are_all_that_a_steps_length_changes(name: str) -> None:
     """Where they are put in place of those of another step, the program is that of this step, to the letter."""
     adapter = load_adapter(name)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 from tests.adapters.widths import width
+from tests.lengths import each
 
 from carom import Disc, Scene, Wall
 from carom.adapter import Adapter, Observation
@@ -35,8 +36,8 @@ def _slowed(profile: str, engine: str, rate: float, speed: float) -> Iterator[fl
             speed *= math.exp(-step)
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned", "located"])
-@pytest.mark.parametrize(("rate", "speed", "spin"), STARTS)
+@each("profile", ["default", "tuned", "located"])
+@each("rate, speed, spin", STARTS)
 def test_a_damped_disc_is_slowed_by_the_engines_own_integrator(
     engine: Adapter, finish: Finish, profile: str, rate: float, speed: float, spin: float
 ) -> None:
@@ -85,7 +86,7 @@ def test_pybullets_shipped_damping_is_as_told(engine: Adapter, finish: Finish) -
     assert 1.0 - kept > 1 / 7
 
 
-@pytest.mark.parametrize("phase", range(8))
+@each("phase", range(8))
 def test_the_step_of_a_bounce_is_damped_as_the_page_tells(engine: Adapter, finish: Finish, phase: int) -> None:
     """A disc leaves with e of its speed by pymunk, (e - c h)/(1 + c h) by MuJoCo, and e of the damped by others."""
     rate, speed, e = 1.0, 2.0, 0.75

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.adapters.staged import bullet, oblique
 from tests.adapters.widths import rounded, width
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 from carom import Disc, Scene, Wall, solve_pic, solve_pit
 from carom.adapter import Adapter, AdapterError, Observation, Setting, unsupported_reason
@@ -68,7 +68,7 @@ def _skip_unsupported(engine: Adapter, scene: Scene, dt_s: float) -> None:
 
 
 @pytest.mark.parametrize("dt_s", long_after(1, STEPS_S))
-@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES.keys())
+@each("scene", SCENES.values())
 def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, scene: Scene, dt_s: float) -> None:
     """With its tuned profile, every engine ends where PIT with a frame a step ends, in velocity and position."""
     velocity, position = _largest_difference(scene, dt_s, finish(engine, scene, dt_s))
@@ -76,7 +76,7 @@ def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, s
     assert position < width(engine, AGREEMENT)
 
 
-@pytest.mark.parametrize(
+@each(
     "scale",
     [
         {"length": 1e-6},
@@ -86,7 +86,6 @@ def test_tuned_engine_is_pit_at_the_same_step(engine: Adapter, finish: Finish, s
         {"time": 1e-9},
         {"time": 1e4},
     ],
-    ids=str,
 )
 def test_tuned_engine_knows_no_unit(engine: Adapter, finish: Finish, scale: dict[str, float]) -> None:
     """Inside the declared limits, the tuned engine is PIT for tiny, huge, light, heavy, fast and slow scenes alike."""
@@ -111,7 +110,7 @@ def test_tuned_engine_stands_far_from_the_origin(engine: Adapter, finish: Finish
     assert velocity < 3 * rounding
 
 
-@pytest.mark.parametrize("x_m", [0.0, 1e6])
+@each("x_m", [0.0, 1e6])
 def test_no_disc_passes_through_a_wall(engine: Adapter, finish: Finish, x_m: float) -> None:
     """A wall is a half-plane: a disc that is 60 radii deep in it after one step still bounces, along its normal."""
     rng = np.random.default_rng(7)
@@ -196,7 +195,7 @@ def test_mujoco_says_that_it_reset_the_state(
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "scene", "dt_s", "field"),
     [
         ("pymunk", oblique(length=1e-101), 1 / 60, "radius_m"),

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.adapters.widths import width
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Scene
@@ -32,7 +32,7 @@ def _falling(velocity: tuple[float, float] = (1.0, 3.0)) -> Scene:
     return staged("fall", disc, post, gravity_m_s2=G, duration_s=1.0)
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned", "located"])
+@each("profile", ["default", "tuned", "located"])
 def test_free_fall_is_the_engines_own_integrator(engine: Adapter, finish: Finish, profile: str) -> None:
     """After n steps a disc is at x0 + n dt v0 + g dt^2 n(n -+ 1)/2, by whether positions or velocities move first."""
     assert engine.capabilities.gravity
@@ -63,7 +63,7 @@ def test_a_drop_bounces_at_the_time_of_free_fall(engine: Adapter) -> None:
     assert trace.effective_time_s[:2].tolist() == pytest.approx([fall_s, 3 * fall_s], abs=8 * dt_s)
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@each("profile", ["default", "tuned"])
 @pytest.mark.parametrize("starts", long_after(1, [2, 16]))
 def test_a_ball_that_lands_and_rests_has_landed_when_it_touched(engine: Adapter, profile: str, starts: int) -> None:
     """At e = 0 the contact lasts to the end of the run, and its impact is where the ball came down: to two steps.
@@ -144,7 +144,7 @@ def test_two_discs_that_fall_side_by_side_collide_as_if_they_did_not(engine: Ada
     )
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@each("profile", ["default", "tuned"])
 @pytest.mark.parametrize("starts", long_after(1, [2, 16]))
 def test_discs_that_fall_together_leave_their_impact_as_without_gravity(
     engine: Adapter, profile: str, starts: int

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.hazards.spread import starts_of
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 import carom
@@ -65,9 +66,7 @@ BAD_SCENES: Mapping[str, list[dict[str, object]]] = {
 }
 
 
-@pytest.mark.parametrize(
-    ("field", "changes"), [(field, change) for field, all_ in BAD_SCENES.items() for change in all_]
-)
+@each(("field", "changes"), [(field, change) for field, all_ in BAD_SCENES.items() for change in all_])
 def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
     engine: Adapter, field: str, changes: Mapping[str, object]
 ) -> None:
@@ -76,7 +75,7 @@ def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
         engine.prepare(_unchecked(**changes), engine.profiles["tuned"].settings(1 / 60))  # type: ignore[arg-type] # as it is meant
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "change", "said"),
     [
         *(("pymunk", {name: value}, name) for name, value in (("iterations", 0), ("iterations", -1), ("damping", NAN))),
@@ -103,7 +102,7 @@ def test_a_setting_beyond_what_an_engine_takes_is_refused(
         adapter.prepare(_unchecked(), settings)
 
 
-@pytest.mark.parametrize("dt_s", [0.0, -1.0, NAN, INF])
+@each("dt_s", [0.0, -1.0, NAN, INF])
 def test_a_step_that_is_none_is_refused(engine: Adapter, dt_s: float) -> None:
     """A step that is not a positive number is an error that names it."""
     settings = {**engine.profiles["tuned"].settings(1 / 60), "dt_s": dt_s}
@@ -433,7 +432,7 @@ def test_mujoco_out_of_memory_is_a_clear_error(named: Named) -> None:
     assert "Could not allocate memory" in done.stdout
 
 
-@pytest.mark.parametrize("mass_kg", [1e-20, 1e-3, 7.0, 1e20])
+@each("mass_kg", [1e-20, 1e-3, 7.0, 1e20])
 def test_box2d_keeps_the_mass_that_a_disc_has(named: Named, mass_kg: float) -> None:
     """Of the masses that are let through none becomes 1 kg: a light disc is thrown, a heavy one isn't slowed."""
     box2d = named("box2d")

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from tests.adapters.staged import along_a_floor, break_, cradle, oblique
 from tests.adapters.widths import width
+from tests.lengths import each
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, Observation, Setting
@@ -142,7 +143,7 @@ KNOBS = [
 ]
 
 
-@pytest.mark.parametrize("knob", KNOBS, ids=str)
+@each("knob", KNOBS)
 def test_a_tuned_setting_has_effect(named: Named, finish: Finish, knob: Knob) -> None:
     """Put back to what is shipped, a tuned setting makes a difference: it does reach the engine."""
     adapter, scene = named(knob.engine), knob.scene()
@@ -158,7 +159,7 @@ def test_no_tuned_setting_is_without_a_test(engine: Adapter) -> None:
     assert claimed == {knob.name for knob in KNOBS if knob.engine == engine.name}
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "profile", "changes"),
     [
         ("pybullet", "tuned", {"warmStartingFactor": 0.85}),

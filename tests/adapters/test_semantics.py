@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom import Scene, solve_pit
@@ -135,7 +136,7 @@ def test_contacts_below_the_declared_threshold_are_inelastic(
     assert not unsupported_reason(_head_on(0.9 * threshold, restitution=0.0), capabilities, 1 / 60)
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@each("profile", ["default", "tuned"])
 def test_where_no_threshold_is_declared_there_is_none(engine: Adapter, finish: Finish, profile: str) -> None:
     """Without a declared threshold, discs that close at 1 mm/s bounce as fast discs do."""
     if capabilities_of(engine, profile).restitution_threshold_m_s > 1e-3:
@@ -201,7 +202,7 @@ def test_floats_are_as_wide_as_declared(engine: Adapter) -> None:
         assert value != other(0.1)
 
 
-@pytest.mark.parametrize("limit", ["min_radius_m", "max_radius_m"])
+@each("limit", ["min_radius_m", "max_radius_m"])
 def test_discs_of_the_declared_sizes_are_simulated_and_no_others(engine: Adapter, finish: Finish, limit: str) -> None:
     """At the least and the greatest declared radius an engine is PIT at the same step; beyond, it is unsupported."""
     capabilities = engine.capabilities
@@ -226,7 +227,7 @@ def test_discs_of_the_declared_sizes_are_simulated_and_no_others(engine: Adapter
     assert "radius_m is" in unsupported_reason(beyond, else_unlimited, dt_s)
 
 
-@pytest.mark.parametrize("mass_kg", [1e-120, 1e-30, 1e30, 1e120])
+@each("mass_kg", [1e-120, 1e-30, 1e30, 1e120])
 def test_a_mass_beyond_what_is_declared_is_unsupported(engine: Adapter, mass_kg: float) -> None:
     """Before the engine is called, the plan says which mass it does not simulate, and between which it does."""
     capabilities = engine.capabilities

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from tests.adapters import bare
 from tests.adapters.bare import DT_S, LATE, RADIUS_M, Left, Thrown
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.validation.exact_impact import Body, Law, after_impact
 
 from carom.adapter import Adapter
@@ -62,8 +62,8 @@ def test_the_law_has_the_answer_that_these_tests_quote() -> None:
 
 
 @pytest.mark.parametrize("friction", long_after(2, [0.1, 10.0, 0.01, 0.5]))
-@pytest.mark.parametrize("spin", [0.0, -10.0, 10.0])
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
+@each("spin", [0.0, -10.0, 10.0])
+@each("restitution", [0.0, 0.5, 1.0])
 def test_each_engine_has_the_law_with_the_right_settings(
     named: Named, restitution: float, spin: float, friction: float
 ) -> None:
@@ -85,7 +85,7 @@ def test_each_engine_has_the_law_with_the_right_settings(
         assert throw() == pytest.approx(expected, abs=tolerance * 10), name  # surfaces at up to 10 m/s
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "combine"),
     [
         ("pymunk", lambda a, b: a * b),
@@ -232,8 +232,8 @@ def test_box2d_turns_a_body_by_a_quarter_at_most(named: Named, velocity_scale: f
     assert bare.box2d(below, velocity_scale=velocity_scale)[2] == pytest.approx(below.spin, rel=1e-7)
 
 
-@pytest.mark.parametrize(("friction", "restitution"), [(0.1, 0.0), (0.1, 1.0), (0.2, 0.5)])
-@pytest.mark.parametrize("solver", ["Newton", "CG", 'PGS" iterations="100'])
+@each("friction, restitution", [(0.1, 0.0), (0.1, 1.0), (0.2, 0.5)])
+@each("solver", ["Newton", "CG", 'PGS" iterations="100'])
 def test_mujoco_lifts_what_slides(named: Named, solver: str, friction: float, restitution: float) -> None:
     """Its optimum leaves the floor faster by the friction times the slip that is left; in turn it is the law."""
     named("mujoco")

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation.exact_impact import Body, Law, after_impact
 
@@ -72,7 +72,7 @@ def by_the_law(scene: Scene) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]
     )
 
 
-@pytest.mark.parametrize("pair", PAIRS)
+@each("pair", PAIRS)
 @pytest.mark.parametrize(
     ("friction", "mass"),
     long_after(1, [(0.1, 1e6), (1e-4, 1.0), (0.1, 1e-6), (0.1, 1.0), (10.0, 1.0)]),
@@ -117,8 +117,8 @@ def rubbing(dt_s: float) -> Scene:
     return oblique().model_copy(update=changed)
 
 
-@pytest.mark.parametrize("dt_s", [1 / 60, 1 / 240])
-@pytest.mark.parametrize("name", FULL_ARM)
+@each("dt_s", [1 / 60, 1 / 240])
+@each("name", FULL_ARM)
 def test_two_tuned_engines_are_pit_with_friction_too(named: Named, finish: Finish, name: str, dt_s: float) -> None:
     """Friction acts at the full radius in pymunk and PyBullet, as in PIT: velocities and spins are the same."""
     scene = rubbing(dt_s)
@@ -130,7 +130,7 @@ def test_two_tuned_engines_are_pit_with_friction_too(named: Named, finish: Finis
     np.testing.assert_allclose(end.spin_rad_s, pit.final_spin_rad_s, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", [*FULL_ARM, *MIDDLE_OF_OVERLAP])
+@each("name", [*FULL_ARM, *MIDDLE_OF_OVERLAP])
 def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
     """Seen half a step late, a disc that grips a floor turns by its full radius, or by less by half the overlap."""
     dt_s, speed, radius = 1 / 64, 4.0, 0.5
@@ -150,7 +150,7 @@ def test_the_arm_of_friction(named: Named, finish: Finish, name: str) -> None:
     assert end.spin_rad_s[0] == pytest.approx(float(after.spin), abs=2 * tolerance)
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.3])
+@each("friction", [0.0, 0.3])
 @pytest.mark.parametrize("wall_friction", long_after(2, [0.0, 0.1, 2.0]))
 def test_discs_and_walls_have_each_their_own_friction(engine: Adapter, friction: float, wall_friction: float) -> None:
     """In one scene a disc grips another, and a third a wall, each by its own coefficient, whichever of them is 0."""
@@ -266,7 +266,7 @@ def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named
     assert {"pybullet": "clamps a multibody's spin to 100 rad/s", "box2d": "rad a step, and slowed"}[name] in said
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "friction"), [("pybullet", 10.1), ("box2d", 1e20), ("mujoco", 1e-6), ("mujoco", 1e31), ("pymunk", 1e101)]
 )
 def test_a_friction_that_an_engine_would_silently_change_is_refused(named: Named, name: str, friction: float) -> None:
@@ -347,7 +347,7 @@ def _with_settings(adapter: Any, settings: Any) -> Adapter:
     return found
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned"])
+@each("profile", ["default", "tuned"])
 def test_a_rubbing_pair_repeats_to_the_bit_after_others(engine: Adapter, drive: Drive, profile: str) -> None:
     """A world after another of the same structure, and other starts, ends in the bits of the first: nothing is kept."""
     scene = meeting(*PAIRS["unequal"], 0.1, 0.9)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom import Disc, Scene
@@ -38,8 +39,8 @@ def _off(place: tuple[float, float], speed: float, degrees: float) -> tuple[floa
     return found.real - speed * speed / (2.0 * SLOWER), found.imag
 
 
-@pytest.mark.parametrize("profile", ["default", "tuned"])
-@pytest.mark.parametrize(("name", "side"), [("pymunk", 1.0), ("box2d", -1.0)])
+@each("profile", ["default", "tuned"])
+@each("name, side", [("pymunk", 1.0), ("box2d", -1.0)])
 def test_a_disc_stops_half_a_step_s_way_off_and_on_its_line(
     named: Named, finish: Finish, name: str, side: float, profile: str
 ) -> None:

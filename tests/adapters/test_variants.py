@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.adapters.staged import bullet
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 import carom
 from carom import Disc, Scene, compare, solve_pic
@@ -27,8 +27,8 @@ SOLID = ["pybullet", "mujoco"]
 BUILT_IN = ["pic", "pit", "pymunk", *SWEPT]
 
 
-@pytest.mark.parametrize("name", SWEPT)
-@pytest.mark.parametrize("scene_name", ["paper/missed", "classics/bullet"])
+@each("name", SWEPT)
+@each("scene_name", ["paper/missed", "classics/bullet"])
 def test_continuous_detection_finds_what_is_missed_without_it(named: Named, name: str, scene_name: str) -> None:
     """At its own frame rate a tunnelling scene is missed with continuous detection off, and found with it on."""
     scene = catalogue()[scene_name].scene

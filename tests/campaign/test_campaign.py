@@ -17,7 +17,7 @@ from tests.campaign import run as campaign_run
 from tests.campaign.gases import Kind, draw
 from tests.campaign.tally import Tally
 from tests.checker import RULES, Report, Violation
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -118,7 +118,7 @@ def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
     assert f"| {Tally.load(state).impacts:,} |" in table
 
 
-@pytest.mark.parametrize("kind", list(Kind))
+@each("kind", list(Kind))
 def test_a_gas_is_drawn_from_its_number_alone(kind: Kind) -> None:
     """The same number gives the same gas, within the sizes and packings that the campaign promises."""
     for number in range(6):

@@ -17,6 +17,7 @@ from tests.checker import RULES, Report, Stretch, check, watch
 from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
 from tests.drawn import box, jittered
+from tests.lengths import each
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -64,11 +65,7 @@ def test_a_right_record_breaks_no_rule() -> None:
     assert 0.0 < report.worst_overlap < 1.0
 
 
-@pytest.mark.parametrize(
-    ("first", "second"),
-    [(3, 3), (5, 4), (-1, 7), (0, 30), (4, -5), (30, 31), (0, 1), (1, -2)],
-    ids=["itself", "order", "wall first", "no such disc", "no such wall", "neither", "immovable", "fixed disc, wall"],
-)
+@each(("first", "second"), [(3, 3), (5, 4), (-1, 7), (0, 30), (4, -5), (30, 31), (0, 1), (1, -2)])
 def test_bodies_that_can_not_meet_are_found(first: int, second: int) -> None:
     """Indices beyond the arrays, a disc with itself, and two bodies that never move are no impact."""
 
@@ -78,8 +75,8 @@ def test_bodies_that_can_not_meet_are_found(first: int, second: int) -> None:
     assert tampered(change) == {"row"}
 
 
-@pytest.mark.parametrize("name", [n for n in IMPACT_DTYPE.names or () if n not in {"first", "second"}])
-@pytest.mark.parametrize("value", [math.nan, math.inf])
+@each("name", [n for n in IMPACT_DTYPE.names or () if n not in {"first", "second"}])
+@each("value", [math.nan, math.inf])
 def test_what_is_not_finite_is_found(name: str, value: float) -> None:
     """NaN or infinity in any field breaks a rule."""
 
@@ -180,8 +177,8 @@ def test_a_normal_off_the_line_of_centres_is_found() -> None:
     assert {"normal", "approach"} <= broken(start, replace(stretch, impacts=impacts))
 
 
-@pytest.mark.parametrize("factor", [1 + 1e-13, 1 - 1e-13, 1.01, -1.0])
-@pytest.mark.parametrize("name", ["velocity_first_after", "velocity_second_after"])
+@each("factor", [1 + 1e-13, 1 - 1e-13, 1.01, -1.0])
+@each("name", ["velocity_first_after", "velocity_second_after"])
 def test_velocities_after_are_held_to_the_law(name: str, factor: float) -> None:
     """A velocity after an impact that differs by more than rounding breaks the law of restitution."""
 
@@ -211,7 +208,7 @@ def free_flight(start: DiscArrays, time_s: float) -> Stretch:
     )
 
 
-@pytest.mark.parametrize(
+@each(
     ("y", "size", "passes"),
     [(0.0, 0.5, True), (0.99, 0.5, True), (1.0 - 1e-11, 0.5, True), (1.0, 0.5, False), (0.0, 1e-6, True)],
 )
@@ -275,7 +272,7 @@ def test_a_run_elsewhere_than_its_impacts_lead_is_found() -> None:
     assert "state" in broken(start, replace(stretch, velocity_m_s=velocity))
 
 
-@pytest.mark.parametrize("kind", list(Kind))
+@each("kind", list(Kind))
 def test_every_pair_of_flights_that_overlaps_is_looked_at(kind: Kind) -> None:
     """Cells and windows leave out no pair: of discs a little larger than they are, all pairs have the same overlaps."""
     gas = draw(3, kind, most_discs=64)
@@ -342,8 +339,8 @@ def test_a_right_rough_record_breaks_no_rule() -> None:
     assert len(np.unique(stretch.spins["first_after"])) > 100
 
 
-@pytest.mark.parametrize("kind", ["a unit in the last place", "a billionth", "turned round", "left out"])
-@pytest.mark.parametrize("side", ["first", "second"])
+@each("kind", ["a unit in the last place", "a billionth", "turned round", "left out"])
+@each("side", ["first", "second"])
 def test_a_wrong_spin_after_an_impact_breaks_the_law(kind: str, side: str) -> None:
     """A spin that the law does not give is found; what is within rounding of it breaks the history that follows."""
     start, stretch = rough()

@@ -16,7 +16,7 @@ from tests.campaign.run import checked
 from tests.checker import Report, Stretch, check
 from tests.checker.passes import _lowest
 from tests.drawn import jittered
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 from carom import DiscArrays
 from carom.physics.pair_time import pair_time
@@ -221,8 +221,8 @@ def test_a_rest_that_is_none_is_found(run: Callable[..., BallisticRun], monkeypa
     assert "end" in rules(checked(gas(), IMPACTS))
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5])
-@pytest.mark.parametrize("gravity", [(0.0, -9.8), (1.0, -9.8)])
+@each("restitution", [0.0, 0.5])
+@each("gravity", [(0.0, -9.8), (1.0, -9.8)])
 def test_a_rest_that_is_one_breaks_no_rule(restitution: float, gravity: tuple[float, float]) -> None:
     """Discs that fall on a floor, or on a disc that stands on it, come to rest there after their last impact."""
     walls = ((0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0), (9.0, 0.0, -1.0, 0.0))

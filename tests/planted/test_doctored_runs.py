@@ -8,7 +8,7 @@ from functools import cache, lru_cache
 
 import numpy as np
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.planted.doctored import (
     GAS,
     GAS_AFTER_S,
@@ -207,8 +207,8 @@ def test_looking_once_a_step_is_no_better_than_sampled(told: bool) -> None:
 
 
 @pytest.mark.parametrize("phase", long_after(1, [0.25, 0.0]))
-@pytest.mark.parametrize("aside_m", [0.0, 0.3])
-@pytest.mark.parametrize("steps", STEPS[1:])
+@each("aside_m", [0.0, 0.3])
+@each("steps", STEPS[1:])
 def test_a_pass_beyond_the_horizon_is_found_in_the_states(steps: int, aside_m: float, phase: float) -> None:
     """Two discs that are in each other for two steps or more, beyond the horizon, are wrong: PIT sees them close."""
     score = judged(passing(steps, aside_m, phase), horizon_s=0.1)

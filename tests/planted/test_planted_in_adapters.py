@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.distribution import forget, lay
+from tests.lengths import each
 from tests.planted import carom_planted
 from tests.planted.faults import DT, LENGTH, ROW, SPEED
 from tests.stage import disc_at, staged
@@ -91,7 +92,7 @@ def row_of(results: Results, scene: Scene, fault: str) -> Row:
     return row
 
 
-@pytest.mark.parametrize("fault", SAID)
+@each("fault", SAID)
 def test_a_faulty_method_is_named_and_graded(results: Results, fault: str) -> None:
     """The grade, and the verdicts with their numbers, are those of the table."""
     grade, says = SAID[fault]
@@ -105,7 +106,7 @@ def test_a_faulty_method_is_named_and_graded(results: Results, fault: str) -> No
     assert grade is Grade.EXACT or not row.score.equals_pit
 
 
-@pytest.mark.parametrize("fault", REFUSED)
+@each("fault", REFUSED)
 def test_what_can_not_be_is_refused_by_name(results: Results, fault: str) -> None:
     """A contact with a number that can't be is no row to be graded, and its reason names the number."""
     row = row_of(results, ROW, fault)

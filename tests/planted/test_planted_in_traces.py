@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.planted.faults import DT, FAULTS, FIRST_S, LAST_S, ROW, Expected, Fault, faithful
 
 from carom import Trace, compare, solve_pic, solve_pit
@@ -39,7 +39,7 @@ def shown(reason: str) -> float:
     return float(found[1])
 
 
-@pytest.mark.parametrize(("fault", "row"), ROWS)
+@each("fault, row", ROWS)
 def test_a_planted_fault_is_named_at_its_size(fault: Fault, row: Expected) -> None:
     """The grade, every verdict, and the size that its reason shows are those of the table: no more, and no less."""
     score = compare(REFERENCE, fault.plant(REFERENCE, row.size), sampling=without_error(REFERENCE))
@@ -52,9 +52,7 @@ def test_a_planted_fault_is_named_at_its_size(fault: Fault, row: Expected) -> No
     assert score.equals_pit == (row.grade is Grade.EXACT)
 
 
-@pytest.mark.parametrize(
-    "fault", [fault for fault in FAULTS if fault.name not in ANOTHER_PATH], ids=lambda fault: fault.name
-)
+@each("fault", [fault for fault in FAULTS if fault.name not in ANOTHER_PATH])
 def test_a_fault_beyond_the_horizon_is_found_in_the_run_itself(fault: Fault) -> None:
     """Where the reference may not be believed to the end, a run that contradicts itself is no better for that."""
     observed = fault.plant(REFERENCE, fault.table[-1].size)
@@ -78,7 +76,7 @@ def graded(fault: Fault, reference: Trace, sampling: Trace) -> Iterator[Grade]:
         yield compare(reference, fault.plant(reference, row.size), sampling=sampling).grade
 
 
-@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+@each("fault", FAULTS)
 @pytest.mark.parametrize("exact", long_after(1, [True, False]))
 @pytest.mark.parametrize(
     "name",
@@ -102,7 +100,7 @@ def test_a_fault_that_grows_never_improves_its_grade(name: str, exact: bool, fau
     assert grades[-1] > 0
 
 
-@pytest.mark.parametrize("name", ["paper/late", "classics/sorting", "classics/deflection", "classics/gas"])
+@each("name", ["paper/late", "classics/sorting", "classics/deflection", "classics/gas"])
 def test_nothing_planted_is_nothing_found(name: str) -> None:
     """The reference, as a method with steps would give it, conforms, and no error of any kind is more than rounding."""
     reference = solve_pic(catalogue()[name].scene)

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import CertifiedTrace, solve_pic
 from carom.comparator import horizon_of
@@ -28,7 +29,7 @@ def load(path: Path) -> CertifiedTrace:
     return from_enclosures(json.loads(path.read_text()))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_pic_is_within_twelve_digits_of_what_is_proven(path: Path) -> None:
     """Same bodies in the same order, and times and velocities to 1e-12, for every impact up to the thirtieth."""
     certified = load(path)
@@ -39,7 +40,7 @@ def test_pic_is_within_twelve_digits_of_what_is_proven(path: Path) -> None:
     assert found.order_differs is None or found.order_differs >= len(certified)
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_every_number_of_the_data_is_proven_to_fifteen_digits(path: Path) -> None:
     """Radii are finite, not negative, and no more than what fifteen digits and float64's rounding allow."""
     certified = load(path)
@@ -51,7 +52,7 @@ def test_every_number_of_the_data_is_proven_to_fifteen_digits(path: Path) -> Non
         assert np.all((certified.radii[name] >= 0) & (certified.radii[name] <= within))
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+@each("path", FILES)
 def test_the_data_is_read_as_it_was_written(path: Path) -> None:
     """Writing what was read gives the same document: nothing is lost on the way."""
     document = json.loads(path.read_text())

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mpmath import mp, mpf
 from tests.campaign import contact
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation import contact_runs
 from tests.validation.mpmath_runs import outside
@@ -74,7 +74,7 @@ def test_discs_that_come_to_fall_alike_along_a_slope_never_meet_there(name: str)
     assert np.abs(trace.final_position_m - certified.trace.final_position_m).max() < 1e-11
 
 
-@pytest.mark.parametrize("entry", SCENES, ids=lambda entry: entry.name)
+@each("entry", SCENES)
 def test_every_scene_of_contact_with_one_answer_is_proven(entry: object) -> None:
     """To its end, to within a few roundings of the closed form, and PIC is within 1e-12 of it."""
     scene, known = entry.scene, entry.known  # type: ignore[attr-defined]

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from tests.lengths import each
 from tests.validation import mpmath_runs
 
 import carom
@@ -59,7 +60,7 @@ def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
     return times, before, after
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "changes"),
     [
         ("bouncing-ball", {"duration_s": 20.0}),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp, mpf
-from tests.lengths import by_group
+from tests.lengths import by_group, each
 from tests.stage import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
@@ -124,7 +124,7 @@ def test_every_event_time_of_galperins_billiard_is_within_its_radius(ratio: floa
         assert_told(certified, times, rounding=64 * count * 2.0**-53 * float(max(times)))
 
 
-@pytest.mark.parametrize("seed", range(5))
+@each("seed", range(5))
 def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
     """Every inversion of the velocities is an impact, where two straight lines cross (Jepsen, 1965)."""
     rng = random.Random(seed)
@@ -177,7 +177,7 @@ def test_crossings_between_walls_are_a_geometric_series(e: float) -> None:
         assert_told(certified, [mpf(t.numerator) / t.denominator for t in times])
 
 
-@pytest.mark.parametrize("offset", [0.0, 0.3, -0.9, 0.999999])
+@each("offset", [0.0, 0.3, -0.9, 0.999999])
 def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) -> None:
     """The angle of deflection is pi - 2 asin(b / R), to 40 digits (Landau and Lifshitz, Mechanics, section 18)."""
     discs = [disc_at(-2.0, offset, 3.0, r=0.25), disc_at(0.0, 0.0, r=0.75, m=math.inf)]

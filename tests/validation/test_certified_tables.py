@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 from tests.campaign.tables import draw
+from tests.lengths import each
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, Walk
 
@@ -117,7 +118,7 @@ def test_a_corner_of_ninety_degrees_has_one_answer_and_one_of_sixty_has_none() -
     assert wedge.degeneracy.bodies == (-1, 0)
 
 
-@pytest.mark.parametrize(
+@each(
     ("scene", "kind"),
     [
         (table((0, -1), Chain(points_m=[(-1, -0.5), (1, -0.5)])), Degenerate.TOUCHING_START),
@@ -126,7 +127,6 @@ def test_a_corner_of_ninety_degrees_has_one_answer_and_one_of_sixty_has_none() -
         (table((1, 0), Ring(centre_m=(0, 0.5), radius_m=1.0)), Degenerate.RESTING_CONTACT),
         (table((0, -1), Chain(points_m=[(-1, -0.5 + 2**-54), (1, -0.5 + 2**-54)])), Degenerate.OVERLAPPING_START),
     ],
-    ids=["face", "circle from outside", "circle from inside", "gliding", "overlapping"],
 )
 def test_contact_with_a_finite_wall_at_the_start_has_no_certain_answer(scene: Scene, kind: Degenerate) -> None:
     """A disc that touches and approaches has no past; one that runs along a circle from inside glides."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import pytest
 from tests.campaign.gases import Gas, Kind, draw
 from tests.campaign.run import checked
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 
 def assert_right(gas: Gas, impacts: int) -> None:
@@ -19,7 +19,7 @@ def assert_right(gas: Gas, impacts: int) -> None:
 
 
 @pytest.mark.parametrize(("number", "impacts"), long_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
-@pytest.mark.parametrize("kind", list(Kind))
+@each("kind", list(Kind))
 def test_every_impact_of_a_gas_can_have_happened_and_none_is_missed(kind: Kind, number: int, impacts: int) -> None:
     """At each impact each rule of the checker holds: contact, approach, history, law, order, no overlap."""
     assert_right(draw(number, kind, most_discs=1000), impacts)

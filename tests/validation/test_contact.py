@@ -11,7 +11,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.campaign import contact
 from tests.checker.small_steps import Ends, stepped
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Mode, Outcome, Scene, Trace, certify, solve_pic
@@ -102,7 +102,7 @@ def test_small_steps_of_another_law_contradict_a_scene(seed: int, monkeypatch: p
     assert contact.judged(contact.drawn(seed)) not in contact.RIGHT
 
 
-@pytest.mark.parametrize("regain", [-0.5, 0.0, 0.5, 1.0])
+@each("regain", [-0.5, 0.0, 0.5, 1.0])
 def test_a_disc_that_does_not_bounce_slides_on_with_what_friction_gives_back(regain: float) -> None:
     """Gripped with 1 m/s of slip it loses (1 + b)/3 of its speed; -b of slip is left, and taken at 3 m/s2."""
     scene = staged(

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import Disc, Outcome, Scene, Wall, solve_pic
 
@@ -28,7 +29,7 @@ def on_a_slope(friction: float, resists: float = 0.0, *, tangent: float = 0.0, a
     )
 
 
-@pytest.mark.parametrize("power", POWERS)
+@each("power", POWERS)
 def test_a_slide_ends_by_the_closed_form_whatever_the_friction(power: int) -> None:
     """From 3 m/s a disc rolls at 2 m/s from v/(f g (1 + 1/k)) on, or slides on where that is later than a second."""
     friction = 10.0**power
@@ -40,8 +41,8 @@ def test_a_slide_ends_by_the_closed_form_whatever_the_friction(power: int) -> No
     assert ends.final_velocity_m_s[0, 0] == pytest.approx(3.0 - friction * G * slid, rel=1e-12)
 
 
-@pytest.mark.parametrize("power", POWERS)
-@pytest.mark.parametrize("friction", [1e-6, 0.3, 1e6])
+@each("power", POWERS)
+@each("friction", [1e-6, 0.3, 1e6])
 def test_rolling_resistance_of_any_size_has_one_answer(power: int, friction: float) -> None:
     """A disc that slides is slowed by friction alone until its rim keeps up, or for ever where resistance is more."""
     resists, k = 10.0**power, 0.5
@@ -57,8 +58,8 @@ def test_rolling_resistance_of_any_size_has_one_answer(power: int, friction: flo
     assert ends.final_velocity_m_s[0, 0] == pytest.approx(u - slower * rolled, rel=1e-12, abs=1e-12)
 
 
-@pytest.mark.parametrize("friction", [1e-6, 0.1, 0.25, 1.0, 1e6])
-@pytest.mark.parametrize("ulps", [-1, 0, 1])
+@each("friction", [1e-6, 0.1, 0.25, 1.0, 1e6])
+@each("ulps", [-1, 0, 1])
 def test_on_both_sides_of_the_steepest_slope_that_rolls_both_laws_agree(friction: float, ulps: int) -> None:
     """At tan = f (1 + 1/k), and one rounding off it, g sin/(1 + k) and g (sin - f cos) are one."""
     tangent = 3.0 * friction
@@ -71,8 +72,8 @@ def test_on_both_sides_of_the_steepest_slope_that_rolls_both_laws_agree(friction
     assert ends.final_position_m[0, 0] == pytest.approx(pull / 2.0, rel=1e-12)
 
 
-@pytest.mark.parametrize("resists", [1e-6, 0.1, 1.0, 1e6])
-@pytest.mark.parametrize("ulps", [-1, 0, 1])
+@each("resists", [1e-6, 0.1, 1.0, 1e6])
+@each("ulps", [-1, 0, 1])
 def test_on_both_sides_of_the_steepest_slope_that_holds_a_disc_hardly_moves(resists: float, ulps: int) -> None:
     """At tan = c, and one rounding off it, it is held, or rolls off at a rounding of gravity."""
     tangent = math.nextafter(resists, ulps * math.inf) if ulps else resists

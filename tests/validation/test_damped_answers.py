@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import compare, solve_pic, solve_pit
 from carom.comparator.grades import Grade
@@ -16,7 +17,7 @@ SCENES = find_scenes(["contact/damped-*"])
 ROUNDING = 1e-12
 
 
-@pytest.mark.parametrize("entry", SCENES, ids=lambda entry: entry.name)
+@each("entry", SCENES)
 def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) -> None:
     """PIC agrees with itself to rounding, and PIT is called sampled: nothing of damping is held against it."""
     truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=240.0)
@@ -28,7 +29,7 @@ def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) ->
     assert max(score.consistency.velocity.size, score.consistency.spin.size) < ROUNDING
 
 
-@pytest.mark.parametrize("entry", SCENES, ids=lambda entry: entry.name)
+@each("entry", SCENES)
 def test_a_damped_scene_that_begins_earlier_goes_on_the_same(entry: CatalogueScene) -> None:
     """Begun a thousandth of a second earlier, every impact is that much later and the end the same."""
     truth, moved = solve_pic(entry.scene), solve_pic(begun_earlier(entry.scene, 1e-3))
@@ -37,7 +38,7 @@ def test_a_damped_scene_that_begins_earlier_goes_on_the_same(entry: CatalogueSce
     assert moved.final_velocity_m_s == pytest.approx(truth.final_velocity_m_s, abs=ROUNDING)
 
 
-@pytest.mark.parametrize("entry", SCENES, ids=lambda entry: entry.name)
+@each("entry", SCENES)
 def test_what_is_drawn_is_where_damped_discs_are(entry: CatalogueScene) -> None:
     """Between its knots a drawn path is off by no more than its sharpness, of the greatest way of a flight."""
     times = np.linspace(0.0, entry.scene.duration_s, 97).tolist()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from mpmath import mp
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import crushed_rows, disc_at, staged, wall_at
 from tests.validation.mpmath_runs import brute_force
 
@@ -86,7 +86,7 @@ def test_seen_from_a_moving_frame_the_same_impacts_happen(seed: int) -> None:
         assert np.allclose(rest.spins["first_after"], moving.spins["first_after"], rtol=0.0, atol=1e-8)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@each("seed", range(6))
 def test_pit_sees_the_same_from_a_moving_frame(seed: int) -> None:
     """PIT's first impacts, whose frames stand at the same instants, are those of the scene at rest."""
     scene, drive = a_table(seed), (3.0, -2.0)
@@ -122,7 +122,7 @@ def test_a_corner_that_is_driven_fast_is_no_more_certain_than_one_that_stands(sp
         assert trace.ambiguous == (1,)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@each("seed", range(20))
 def test_two_driven_walls_and_a_disc_are_a_recurrence_of_fractions(seed: int) -> None:
     """A disc between two half-planes of any velocity along one line has the times and speeds of exact arithmetic."""
     rng = random.Random(seed)
@@ -364,7 +364,7 @@ def work_and_loss(scene: Scene, trace: Trace) -> tuple[float, float]:
     return work, loss
 
 
-@pytest.mark.parametrize("seed", range(10))
+@each("seed", range(10))
 def test_energy_is_what_is_given_less_what_is_lost(seed: int) -> None:
     """The energy at the end is that at the start, and the work of driven surfaces, less the losses seen from there."""
     scene = among_mallets(seed)
@@ -442,7 +442,7 @@ def test_a_path_in_many_pieces_is_the_same_path() -> None:
     assert np.allclose(whole.final_position_m, pieces.final_position_m, rtol=0.0, atol=1e-11)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@each("seed", range(12))
 def test_a_disc_and_a_wall_on_random_legs_are_a_recurrence_of_fractions(seed: int) -> None:
     """A disc between a wall at rest and one on legs has the times and speeds of fractions, by Algorithm 2 too."""
     from carom import solve_pic_framewise
@@ -568,7 +568,7 @@ def test_a_disc_that_friction_or_a_third_body_may_free_is_not_called_crushed(fre
         assert solve_pic(crowded, max_impacts=beyond).outcome is not Outcome.CRUSHED
 
 
-@pytest.mark.parametrize("seed", range(8))
+@each("seed", range(8))
 def test_seen_from_a_moving_frame_legs_do_the_same(seed: int) -> None:
     """A scene of bodies on legs, driven along as a whole, has its impacts at the same times; half of them fall.
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.stage import disc_at, from_end, staged, wall_at
 
 from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
@@ -67,8 +68,8 @@ def test_an_elastic_ball_keeps_its_times_and_its_energy_over_1e5_bounces() -> No
     assert np.max(np.abs(energy / energy[0] - 1)) <= 1e-12
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.35, -1.2])
-@pytest.mark.parametrize("restitution", [0.3, 0.8, 0.97])
+@each("slope", [0.0, 0.35, -1.2])
+@each("restitution", [0.3, 0.8, 0.97])
 def test_the_infinite_series_ends_at_its_limit_with_its_name(restitution: float, slope: float) -> None:
     """A ball of restitution below 1 bounces without end before t*; from there on it slides."""
     trace = solve_pic(ball(1.0, restitution, slope=slope, drift_m_s=0.7, duration_s=1e3))
@@ -82,8 +83,8 @@ def test_the_infinite_series_ends_at_its_limit_with_its_name(restitution: float,
     assert trace.ambiguous == ()
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.35])
-@pytest.mark.parametrize("restitution", [0.5, 0.9])
+@each("slope", [0.0, 0.35])
+@each("restitution", [0.5, 0.9])
 def test_the_ladder_of_bounces_is_a_geometric_series(restitution: float, slope: float) -> None:
     """Bounce n is at t0 + 2 v0/g (e + ... + e^n), and leaves at e^(n+1) v0, to the last one that a clock can tell."""
     trace = solve_pic(ball(1.0, restitution, slope=slope, duration_s=1e3))
@@ -97,8 +98,8 @@ def test_the_ladder_of_bounces_is_a_geometric_series(restitution: float, slope: 
     assert np.all(np.abs(leaving - G * math.cos(slope) * fall * restitution ** (n + 1)) <= 1e-14 * speed)
 
 
-@pytest.mark.parametrize("restitution", [0.0, 0.5, 1.0])
-@pytest.mark.parametrize("height", [0.0, 1e-17])
+@each("restitution", [0.0, 0.5, 1.0])
+@each("height", [0.0, 1e-17])
 def test_a_ball_that_lies_on_the_floor_rests_there(height: float, restitution: float) -> None:
     """Contact without speed is no impact: the ball rests from the start, whatever its restitution."""
     scene = ball(height, restitution)
@@ -296,8 +297,8 @@ def test_a_floor_goes_on_for_pit_where_pic_rests() -> None:
 # The integrator's error, and the collision's -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("velocity_first", [True, False])
-@pytest.mark.parametrize("refinement", [1, 4, 16])
+@each("velocity_first", [True, False])
+@each("refinement", [1, 4, 16])
 def test_free_fall_shows_the_integrator_alone(refinement: int, *, velocity_first: bool) -> None:
     """Euler's rule with the new velocity ends g dt t/2 too low, with the old one as much too high; no velocity is off.
 

@@ -13,6 +13,7 @@ import sys
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.stage import disc_at
 
 from carom import Disc, Scene, Trace, Wall, certify, solve_pic, solve_pic_framewise
@@ -21,8 +22,8 @@ from carom import Disc, Scene, Trace, Wall, certify, solve_pic, solve_pic_framew
 CELL = math.sqrt(12 / 4 * 6 / 4)
 
 
-@pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 2, 0, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
-@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-9, 1e-8, 1.5e-7, 2e-7, 1e-3])
+@each("order", [(0, 1, 2, 3), (1, 2, 0, 3), (3, 2, 1, 0), (2, 0, 3, 1)])
+@each("gap", [0.0, 1e-12, 1e-9, 1e-8, 1.5e-7, 2e-7, 1e-3])
 def test_a_disc_that_leaves_its_cell_just_before_an_impact_meets_only_the_disc_in_its_way(
     gap: float, order: tuple[int, ...]
 ) -> None:

@@ -6,6 +6,7 @@ import math
 
 import pytest
 from tests.forms import needs_extension
+from tests.lengths import each
 from tests.validation import own
 
 from carom import Disc, Outcome, Scene, Trace, solve_pic, solve_pic_framewise
@@ -49,7 +50,7 @@ def test_a_collapse_and_a_start_in_which_all_discs_touch_come_to_an_end(scene: S
     assert outcome in {Outcome.COMPLETED, Outcome.STANDSTILL}
 
 
-@pytest.mark.parametrize("k", range(6))
+@each("k", range(6))
 def test_every_impact_of_galperins_billiard(k: int) -> None:
     """Up to 314159 impacts, each comes at its own instant with its own velocity, within what roundings explain."""
     assert own.galperin_error(own.galperin(k)) <= 1.0
@@ -64,8 +65,8 @@ def symmetric_collapse(e: float) -> Scene:
     return Scene(name="collapse", discs=discs, restitution=e, duration_s=2.0)
 
 
-@pytest.mark.parametrize("solve", [solve_pic, solve_pic_framewise])
-@pytest.mark.parametrize("e", [0.0, 0.01, 0.0625, 0.07])
+@each("solve", [solve_pic, solve_pic_framewise])
+@each("e", [0.0, 0.01, 0.0625, 0.07])
 def test_a_collapse_whose_velocities_vanish_comes_to_an_end(e: float, solve: object) -> None:
     """With the centre of mass at rest the velocities fall below the least float; the run ends, all at rest.
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import Scene, Trace, solve_pic, solve_pit
 from carom.scenes import catalogue
@@ -56,7 +57,7 @@ def as_complex(vector: object) -> complex:
     return complex(x, y)
 
 
-@pytest.mark.parametrize("name", CASES)
+@each("name", CASES)
 def test_the_scenes_are_of_the_papers_kind(name: str) -> None:
     """Frame rate, sizes and length are those of an animation: 24 to 60 frames a second, metres, a second or two."""
     scene = catalogue()[name].scene
@@ -172,7 +173,7 @@ def test_case_4_even_the_printed_algorithm_2_would_miss_some() -> None:
     assert len(frames) - len(set(frames.tolist())) == 3
 
 
-@pytest.mark.parametrize("name", CASES)
+@each("name", CASES)
 def test_a_high_frame_rate_cures_pit(name: str) -> None:
     """Conclusion of the paper: with a high frame rate PIT may be acceptable; its delay is at most a frame.
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from tests.drawn import slowing
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom import Disc, Outcome, Scene, SceneError, solve_pic, solve_pit
@@ -92,7 +93,7 @@ def test_pit_comes_to_pic_with_the_frames() -> None:
     assert fine < 0.1 * coarse
 
 
-@pytest.mark.parametrize(
+@each(
     ("fields", "named"),
     [
         ({"gravity_m_s2": (0.0, -1.0)}, "gravity"),

@@ -11,6 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import Chain, Disc, Ring, Scene, solve_pic
 
@@ -30,7 +31,7 @@ def thrown(degrees: float, place: complex, velocity: complex, restitution: float
     return len(solve_pic(scene, max_impacts=most).impacts)
 
 
-@pytest.mark.parametrize("degrees", [17, 30, 45, 77, 110])
+@each("degrees", [17, 30, 45, 77, 110])
 def test_a_wedge_is_left_after_as_many_impacts_as_unfolding_says(degrees: int) -> None:
     """Seen from the apex a straight path turns from one angle to another, over as many images as lie between."""
     draw = np.random.default_rng(degrees)
@@ -63,7 +64,7 @@ def test_a_wedge_with_losses_collapses_below_its_restitution(degrees: int) -> No
     assert max(above) < 40
 
 
-@pytest.mark.parametrize("parts", [2, 3, 4, 5, 6])
+@each("parts", [2, 3, 4, 5, 6])
 def test_a_corner_of_half_a_turn_over_n_is_left_alike_whichever_side_comes_first(parts: int) -> None:
     """A disc that comes to both sides at once goes back, or for odd n is mirrored in the normal of the bisector."""
     angle, radius = math.pi / parts, 0.25

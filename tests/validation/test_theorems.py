@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom import Outcome, Scene, solve_pic
@@ -47,7 +48,7 @@ def test_three_equal_discs_collapse_below_the_critical_restitution(e: float) -> 
     assert np.max(speeds) - np.min(speeds) < 1e-9
 
 
-@pytest.mark.parametrize("e", [0.08, 0.1, 0.2, 0.5, 0.9, 1.0])
+@each("e", [0.08, 0.1, 0.2, 0.5, 0.9, 1.0])
 def test_three_equal_discs_part_above_the_critical_restitution(e: float) -> None:
     """Above 7 - 4 sqrt(3) the same three discs part after finitely many impacts, with speeds in order."""
     assert e > 7 - 4 * math.sqrt(3)

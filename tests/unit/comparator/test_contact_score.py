@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
@@ -50,7 +50,7 @@ def doctored(change: Callable[[States], States], name: str) -> Score:
     return compare(reference(name), replace(trace, looks=change(trace.looks)))
 
 
-@pytest.mark.parametrize("name", list(CONTACT))
+@each("name", list(CONTACT))
 def test_pic_is_exact_in_contact(name: str) -> None:
     """What it is at each step is what the closed form is, to rounding."""
     score = doctored(lambda looks: looks, name)
@@ -84,7 +84,7 @@ def test_what_hops_in_two_steps_is_not_looked_at_in_every_other() -> None:
     assert score.contact.own.velocity_m_s == pytest.approx(9.8 * 0.01)
 
 
-@pytest.mark.parametrize("name", list(CONTACT))
+@each("name", list(CONTACT))
 def test_the_motion_of_a_trace_is_that_of_the_run(name: str) -> None:
     """Places, velocities and spins read off a trace at any time are those of a run that ends then."""
     trace = reference(name)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 import carom
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
@@ -87,8 +87,8 @@ def test_energy_is_measured_by_what_the_paddle_gives() -> None:
     assert math.isclose(compare(truth, slower).total.energy, -1.5 / 2.0)  # of 2 kg m/s at 1 m/s
 
 
-@pytest.mark.parametrize(("begins", "late"), [(1.0, 0.0), (0.5, -0.5 / 0.3)])
-@pytest.mark.parametrize("edge", [False, True])
+@each("begins, late", [(1.0, 0.0), (0.5, -0.5 / 0.3)])
+@each("edge", [False, True])
 def test_each_step_knows_on_which_leg_a_wall_is(begins: float, late: float, edge: bool) -> None:
     """A wall that starts at 1 s, within a step, strikes a disc that it touches: what turns it sooner is early."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 1.0, "velocity_m_s": (1.5, 0.0)})
@@ -110,8 +110,8 @@ def test_each_step_knows_on_which_leg_a_wall_is(begins: float, late: float, edge
     assert math.isclose(float(window["late_steps"]), late, abs_tol=1e-12)
 
 
-@pytest.mark.parametrize(("after", "off"), [((4.0, 0.0), 0.0), ((2.0, 0.0), 2.0)])
-@pytest.mark.parametrize("edge", [False, True])
+@each("after, off", [((4.0, 0.0), 0.0), ((2.0, 0.0), 2.0)])
+@each("edge", [False, True])
 def test_each_step_is_held_against_the_wall_where_it_is_then(
     after: tuple[float, float], off: float, edge: bool
 ) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.lengths import each
 from tests.planted.faults import DT, ROW, faithful
 from tests.stage import altered
 
@@ -71,7 +72,7 @@ def broken_copies(trace: Trace, name: str) -> Iterator[tuple[Trace, str]]:
         yield with_array(trace, name, changed), f"{name}{index} = {value}"
 
 
-@pytest.mark.parametrize("name", list(fields()))
+@each("name", list(fields()))
 def test_a_number_that_is_none_is_wrong_at_any_place(name: str) -> None:
     """In every field of every row, NaN and infinity are a verdict, and the grade is wrong, with a PIT or without."""
     trace = sampled(faithful(REFERENCE))
@@ -143,7 +144,7 @@ def test_nothing_is_held_against_a_reference_with_a_number_that_is_none() -> Non
     assert Verdict.UNCOMPARED in score.verdicts
 
 
-@pytest.mark.parametrize(
+@each(
     ("values", "expected"),
     [
         ([1.0, -3.0, 2.0], -3.0),

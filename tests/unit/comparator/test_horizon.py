@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.planted.faults import replayed
 from tests.stage import altered, disc_at, line, staged
 
@@ -137,7 +138,7 @@ def test_a_run_that_has_an_impact_less_or_more_is_not_covered() -> None:
     assert horizon_of(certified, whole).covers_the_scene
 
 
-@pytest.mark.parametrize("k", range(1, 5))
+@each("k", range(1, 5))
 def test_an_impact_at_the_very_end_ends_no_horizon(k: int) -> None:
     """A row of discs whose last impact is at the scene's duration: a unit later in the last place, and it is not there.
 
@@ -183,7 +184,7 @@ def test_a_time_and_a_number_of_impacts_are_one_horizon() -> None:
     assert everything.beyond_horizon == 0
 
 
-@pytest.mark.parametrize("horizon", [-1, -0.5, float("nan"), True])
+@each("horizon", [-1, -0.5, float("nan"), True])
 def test_a_horizon_that_is_none_is_refused(horizon: float) -> None:
     """A negative horizon, NaN, or a truth value is refused by name."""
     reference = solve_pic(catalogue()["paper/late"].scene)

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator.local import local_errors
@@ -56,7 +57,7 @@ def test_a_fault_deep_in_chaos_is_found_at_its_size() -> None:
     assert local.restitution[at] == pytest.approx(-0.03, abs=1e-9)
 
 
-@pytest.mark.parametrize("name", ["paper/late", "paper/wrong-direction", "classics/deflection", "classics/sorting"])
+@each("name", ["paper/late", "paper/wrong-direction", "classics/deflection", "classics/sorting"])
 def test_pit_errs_locally_by_what_sampling_costs_and_nothing_else(name: str) -> None:
     """PIT's local error is all sampling: from its own states, the closed form of PIT gives its very velocities."""
     scene = catalogue()[name].scene

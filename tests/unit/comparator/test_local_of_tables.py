@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 import carom
 from carom.comparator.local import local_errors
@@ -13,7 +13,7 @@ from carom.runs.pool import InProcess
 from carom.solvers.plain.finite_walls import gap_of, overlap_since
 
 
-@pytest.mark.parametrize(
+@each(
     ("feature", "place", "velocity"),
     [
         (Face.between((0.0, 0.0), (2.0, 0.0), 0.1), (1.0, 0.3), (0.5, -1.0)),

@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.planted.carom_planted import state_at
 from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
 from tests.stage import disc_at, staged
@@ -212,7 +213,7 @@ def test_the_scene_is_as_fast_as_a_disc_lands_or_falls_at_the_end(duration_s: fl
     assert scales_of(scene, solve_pic(scene)).speed_m_s == fastest
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 10, 11])
+@each("count", [1, 2, 3, 10, 11])
 def test_the_median_is_numpy_s(count: int) -> None:
     """Of odd and even numbers of values, with infinities and NaN among them."""
     values = np.random.default_rng(count).normal(size=count)

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.planted import faults
 from tests.planted.faults import DT
 from tests.rebuilt import in_units
@@ -136,7 +136,7 @@ def swappable(trace: Trace) -> int | None:
     return None
 
 
-@pytest.mark.parametrize("name", [name for name in SCENES if name in catalogue()])
+@each("name", [name for name in SCENES if name in catalogue()])
 def test_two_impacts_swapped(name: str) -> None:
     """Two impacts of one disc that change places come back as one inversion of these two, at an edit distance of 1."""
     reference = reference_of(name)
@@ -181,7 +181,7 @@ def test_a_restitution_a_tenth_too_low(reference: Trace) -> None:
 
 
 @pytest.mark.parametrize(("length", "time"), long_after(1, [(1e-6, 1e3), (1000.0, 1.0), (1.0, 1e-3)]))
-@pytest.mark.parametrize("name", ["paper/late", "paper/multiple", "classics/inelastic-oblique", "classics/deflection"])
+@each("name", ["paper/late", "paper/multiple", "classics/inelastic-oblique", "classics/deflection"])
 def test_the_units_of_a_scene_do_not_matter(name: str, length: float, time: float) -> None:
     """The same scene in millimetres, or a thousand times faster, gets the same grade, verdicts and scaled errors.
 

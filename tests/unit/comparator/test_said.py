@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
+from tests.lengths import each
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, faithful, replayed
 from tests.stage import disc_at, staged, wall_at
 
@@ -43,7 +43,7 @@ def test_the_page_has_every_grade_and_no_other() -> None:
     assert first_column("7. The grade") == [mark_of_grade(grade, 64).word for grade in Grade]
 
 
-@pytest.mark.parametrize("verdict", Verdict)
+@each("verdict", Verdict)
 def test_every_verdict_is_said_somewhere(verdict: Verdict) -> None:
     """No verdict is declared that no rule can yield."""
     assert f"Verdict.{verdict.name}" in RULES

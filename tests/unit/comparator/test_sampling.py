@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster, replayed, tunnelling
 from tests.stage import disc_at, staged
 
@@ -57,7 +57,7 @@ def price() -> float:
     return max(found_after((late_s + k * DT / 16) % DT) for k in range(16))
 
 
-@pytest.mark.parametrize("part", [0.0, 1e-6, 0.005, 0.3, 0.999])
+@each("part", [0.0, 1e-6, 0.005, 0.3, 0.999])
 def test_the_price_paid_is_the_error_over_the_closed_form_of_the_worst_phase(part: float) -> None:
     """Found a part of a step late, the impact costs what the line of centres makes of it, over PIT's worst up to there.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import altered
 
 from carom.comparator import compare
@@ -33,7 +34,7 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
     return replace(trace, spins=spins)
 
 
-@pytest.mark.parametrize(
+@each(
     ("change", "words"),
     [
         (with_other(second=-8), r"second of impact 0 .* is wall 7 \(-8\)"),
@@ -47,16 +48,6 @@ def with_spin_of_the_wall(trace: Trace) -> Trace:
         (lambda trace: replace(trace, end_time_s=2 * trace.end_time_s), "ends at .* nothing is known of what"),
         (lambda trace: replace(trace, spins=None), "tells no spins"),
         (lambda trace: replace(trace, float_bits=16), r"float_bits of .* is 16, and must be one of \[32, 64\]"),
-    ],
-    ids=[
-        "no such wall",
-        "no such disc",
-        "a wall first",
-        "spin of a wall",
-        "velocity of a wall",
-        "end",
-        "no spins",
-        "half floats",
     ],
 )
 def test_what_cannot_be_of_the_scene_is_refused_by_name(change: Callable[[Trace], Trace], words: str) -> None:

@@ -11,7 +11,7 @@ from benchmarks.time_of_impact import CLASSES, pairs_of_class
 from flint import arb
 from numpy.typing import NDArray
 from tests.forms import plain_form
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.unit.physics.exact import exact_time, ulps
 
 from carom import time_of_impact
@@ -82,14 +82,14 @@ SPANS = [(-320.0, 307.9), (-150.0, 150.0), (-60.0, 60.0), (-25.0, 25.0)]
 
 
 @pytest.mark.parametrize("seeds", [1, pytest.param(50, marks=pytest.mark.long)])
-@pytest.mark.parametrize(("least", "most"), SPANS)
+@each("least, most", SPANS)
 def test_numbers_of_all_sizes_in_one_pair_have_the_right_time(least: float, most: float, seeds: int) -> None:
     """Hit or miss is exact and a time within 2 ulp, in the scalar, the array and the plain form alike."""
     for seed in range(1, 1 + seeds):
         assert_all_right(pairs_of_any_size(200, seed, least, most))
 
 
-@pytest.mark.parametrize("name", CLASSES)
+@each("name", CLASSES)
 @pytest.mark.parametrize(
     ("length", "speed"), long_after(2, [(500, 0), (-900, -900), (-500, 0), (0, 500), (0, -500), (900, 900)])
 )

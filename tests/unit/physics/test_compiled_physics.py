@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from benchmarks.time_of_impact import CLASSES, pairs_of_class
+from tests.lengths import each
 
 from carom.physics.double_double import two_diff, two_prod, two_sum
 from carom.physics.impact_law import normal_impulse
@@ -37,7 +38,7 @@ def test_compiled_error_free_transformations_are_exact() -> None:
             assert (high, low) == plain(a, b)
 
 
-@pytest.mark.parametrize("name", CLASSES)
+@each("name", CLASSES)
 def test_the_compiled_time_of_impact_has_the_bits_of_the_plain_one(name: str) -> None:
     """`pair_time`, and the error-free form alone, agree on every class of input."""
     for row in pairs_of_class(name, 200, 11).T.tolist():
@@ -45,7 +46,7 @@ def test_the_compiled_time_of_impact_has_the_bits_of_the_plain_one(name: str) ->
         assert probe.exact_time(*row) == exact_pair_time(encounter(*row))
 
 
-@pytest.mark.parametrize("power", [-40, -20, 20, 40])
+@each("power", [-40, -20, 20, 40])
 def test_a_far_graze_takes_two_to_some_power_of_the_time_at_that_part_of_the_speed(power: int) -> None:
     """A unit of time that is a power of two changes no bit, here where the last term of the refinement makes one."""
     speed = math.ldexp(1.0, power)

@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
+from tests.lengths import each
 
 from carom.outline import Edge, circle_of
 from carom.physics.arc_time import inner_arc_time
@@ -271,7 +272,7 @@ CAP, RIM = (Arc.on(HALF, ((2.0, -1.0), (2.0, 1.0)), inside=inside) for inside in
 RING = Arc.of_circle((0.0, 0.0), 3.0, 0.5, inside=True)
 
 
-@pytest.mark.parametrize(
+@each(
     ("feature", "place", "velocity", "time"),
     [
         (FLOOR, (1.0, 0.5), (3.0, -1.0), 0.0),  # touches and approaches
@@ -302,7 +303,7 @@ def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, veloci
     assert feature_time(Mover.at(place, velocity, 0.25), feature) == (time, False)
 
 
-@pytest.mark.parametrize(
+@each(
     ("place", "velocity", "time"),
     [
         ((0.0, -0.75), (1.0, 0.0), 2.0),  # comes along the tangent at the arc's first point, as from a stadium's side
@@ -346,7 +347,7 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
         assert min(feature_time(disc, feature).time for feature in wall) == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(
+@each(
     ("feature", "place", "velocity", "leaving", "time"),
     [
         (FLOOR, (1.0, 4.5), (0.0, 0.0), None, 1.0),  # 4 m of free fall at 8 m/s^2

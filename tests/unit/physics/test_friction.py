@@ -6,11 +6,12 @@ import math
 import random
 
 import pytest
+from tests.lengths import each
 
 from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
 
 
-@pytest.mark.parametrize(
+@each(
     ("slip", "expected"), [(0.0, 0.0), (3.0, 1.0), (-3.0, -1.0), (6.0, 2.0), (-6.0, -2.0), (9.0, 2.0), (-1e300, -2.0)]
 )
 def test_friction_sticks_until_coulombs_bound_and_then_slides(slip: float, expected: float) -> None:

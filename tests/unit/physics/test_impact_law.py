@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.lengths import each
 
 from carom.errors import InputError
 from carom.physics.impact_law import resolve_impact
@@ -219,7 +220,7 @@ def test_arrays_broadcast_and_give_what_single_calls_give() -> None:
 GOOD: dict[str, Any] = {"v1": [1, 0], "m1": 1.0, "v2": [0, 0], "m2": 1.0, "normal": [1, 0], "restitution": 1.0}
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value", "says"),
     [
         ("v1", [math.nan, 0], "v1 must be finite everywhere, got nan"),

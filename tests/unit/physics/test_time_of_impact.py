@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.errors import InputError
 from carom.physics import pair_time as pair_module
@@ -58,8 +59,8 @@ def test_contact_within_rounding_on_an_oblique_line_is_now_and_not_the_exit(form
     assert 0.0 <= form(0.6, 0.8, -1.0, -1e-3, 1.0) <= 2**-52
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("gap", [1e-10, 1e-12, 2.0**-52])
+@each("form", FORMS)
+@each("gap", [1e-10, 1e-12, 2.0**-52])
 def test_a_gap_however_small_is_crossed_and_not_skipped(form: PairTime, gap: float) -> None:
     """A head-on impact close by is found at gap over speed: no epsilon in time or distance takes it for done."""
     # Both factors of c are exact or one rounding off here, and so is the denominator: 4 roundings in all.
@@ -74,8 +75,8 @@ def test_a_disc_from_afar_keeps_its_miss_distance(form: PairTime) -> None:
     assert abs(form(1e8, 0.5, -1.0, 0.0, 1.0) - (1e8 - math.sqrt(0.75))) <= 6 * U * 1e8
 
 
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("speed", [1e-170, 1e-100, 1e-9, 1e9, 1e100])
+@each("form", FORMS)
+@each("speed", [1e-170, 1e-100, 1e-9, 1e9, 1e100])
 def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None:
     """A gap of 1 is crossed in 1/speed, however slow or fast, also where the square of the speed underflows."""
     assert abs(form(2.0, 0.0, -speed, 0.0, 1.0) * speed - 1) <= 8 * U
@@ -84,7 +85,7 @@ def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None
 # Approaching, touching, overlapping, never ----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("form", FORMS)
+@each("form", FORMS)
 @pytest.mark.parametrize(
     ("d", "u", "time"),
     [
@@ -172,7 +173,7 @@ def test_plain_numbers_give_a_float() -> None:
     assert abs(time - 1.8) <= 4 * U * 1.8
 
 
-@pytest.mark.parametrize(
+@each(
     ("p1", "v1", "r1", "p2", "v2", "r2", "shape"),
     [
         ((2,), (2,), (), (7, 2), (2,), (), (7,)),
@@ -217,7 +218,7 @@ def test_shapes_broadcast(
 GOOD: dict[str, Any] = {"p1": [0, 0], "v1": [1, 0], "r1": 1.0, "p2": [5, 0], "v2": [0, 0], "r2": 1.0}
 
 
-@pytest.mark.parametrize(
+@each(
     ("name", "value", "says"),
     [
         ("p1", [math.nan, 0], "p1 must be finite everywhere, got nan"),

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 from flint import arb, ctx
 from tests.forms import needs_extension, plain_form
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.unit.physics.exact import exact_time, ulps
 
 from carom.physics.double_double import sum_of_products, two_diff, two_prod, two_sum
@@ -30,7 +30,7 @@ def assert_right(row: np.ndarray, found: float) -> None:
         assert ulps(found, exact) <= 2.0
 
 
-@pytest.mark.parametrize(("name", "larger"), [*((name, 1.0) for name in CLASSES), ("random", 8.0)])
+@each("name, larger", [*((name, 1.0) for name in CLASSES), ("random", 8.0)])
 def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: float) -> None:
     """No time is off by more than 2 ulp, and no hit is taken for a miss or a miss for a hit, on any class of input.
 
@@ -42,7 +42,7 @@ def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: 
         assert_right(row, found)
 
 
-@pytest.mark.parametrize("name", CLASSES)
+@each("name", CLASSES)
 def test_scalar_and_array_forms_agree_to_the_bit(name: str) -> None:
     """Arrays, compiled or in plain Python, give the bits that `pair_time` gives each pair."""
     columns = pairs_of_class(name, 200, 2)
@@ -128,8 +128,8 @@ def test_ties_of_numbers_with_all_their_bits() -> None:
         assert pair_time(-low, -m, m, -low, 9.0, h, k, -k, h, 9.0) == math.inf
 
 
-@pytest.mark.parametrize("gap", ["ordinary", "near", "offset"])
-@pytest.mark.parametrize("tilted", [False, True])
+@each("gap", ["ordinary", "near", "offset"])
+@each("tilted", [False, True])
 def test_walls_are_right_to_two_units_in_the_last_place(gap: str, tilted: bool) -> None:
     """The time to a wall, in any direction, is within 2 ulp of the exact one, also next to the wall and far from 0."""
     rng = np.random.default_rng(4)

@@ -11,6 +11,7 @@ from flint import acb, acb_poly, ctx
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
+from tests.lengths import each
 
 from carom.physics.pair_time_falling import encounter_time, falls_below_zero
 from carom.physics.wall_time import wall_gap, wall_speed
@@ -74,7 +75,7 @@ def test_a_path_that_turns_just_before_or_behind_a_ceiling_is_told_apart(pull: f
         assert units_off(found, exact) <= 8
 
 
-@pytest.mark.parametrize(
+@each(
     ("gap", "speed", "pull", "time"),
     [
         (0.0, -1.0, 5.0, 0.0),  # touches and approaches: an impact now, whatever pulls it away later
@@ -154,7 +155,7 @@ def test_a_disc_dropped_on_another_takes_the_time_of_free_fall() -> None:
     assert encounter_time((1.75, 6.4, 0, 0, 0.5), (0, 0, 1), (0, -9.8)) == math.inf
 
 
-@pytest.mark.parametrize(
+@each(
     ("y", "vx", "vy", "leaving", "time"),
     [
         (1.5, 0.0, -1.0, None, 0.0),  # touches and approaches
@@ -182,7 +183,7 @@ def polynomial(*roots: int) -> list[int]:
     return p
 
 
-@pytest.mark.parametrize(
+@each(
     ("roots", "times"),
     [
         ((1, 2, 3, 4), [1.0, 3.0]),

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.drawn import drawn
+from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
@@ -160,7 +161,7 @@ def test_a_copy_keeps_its_damping() -> None:
     assert Need.DAMPING not in box().needs
 
 
-@pytest.mark.parametrize("rate", [-0.1, math.nan, math.inf, "1"])
+@each("rate", [-0.1, math.nan, math.inf, "1"])
 def test_a_rate_that_is_none_is_refused(rate: float) -> None:
     """A rate of damping is a finite number, 0 or more."""
     with pytest.raises(SceneError, match="damping_per_s"):

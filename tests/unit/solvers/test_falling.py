@@ -7,6 +7,7 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
+from tests.lengths import each
 
 from carom import Chain, Disc, Outcome, Scene, solve_pic
 from carom.solvers.falling.bodies import FallingBodies
@@ -98,8 +99,8 @@ def test_a_disc_is_set_on_an_immovable_one_of_a_thousand_kilometres_as_on_a_floo
     assert max(gap_after_a_fall(x, large, reach, -Fraction(size)) for x in _PLACES) < Fraction(1, 2**52)
 
 
-@pytest.mark.parametrize("bulge", [0.25, 1e-3, 1e-6, 1e-9])
-@pytest.mark.parametrize("inside", [True, False])
+@each("bulge", [0.25, 1e-3, 1e-6, 1e-9])
+@each("inside", [True, False])
 def test_a_disc_comes_to_rest_on_an_arc_of_any_radius_when_it_does_on_a_floor(bulge: float, inside: bool) -> None:
     """Of a fall of half a second and e = 1/2 that is after 3/2 of a second; the last hop that is told is short."""
     points = [(-1, 0), (1, 0)] if inside else [(1, 0), (-1, 0)]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
 from carom.runs.wire import CarriedTrace, Codec
@@ -149,7 +150,7 @@ def pieces(n: int, seed: int) -> Scene:
     )
 
 
-@pytest.mark.parametrize("seed", range(4))
+@each("seed", range(4))
 def test_a_wall_in_pieces_is_the_same_wall_to_the_bit(seed: int) -> None:
     """Points that are exactly on an edge change no bit of any impact: a seam can't be met."""
     whole = solve_pic(pieces(1, seed), max_impacts=60)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.forms import needs_extension
+from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
 from carom import solve_pic
@@ -45,8 +46,8 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 
 
 @needs_extension
-@pytest.mark.parametrize("door", DOORS)
-@pytest.mark.parametrize(("asked", "message"), REFUSED)
+@each("door", DOORS)
+@each("asked, message", REFUSED)
 def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
     door: str, asked: dict[str, Any], message: str
 ) -> None:
@@ -56,8 +57,8 @@ def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
     assert str(refusal.value) == message
 
 
-@pytest.mark.parametrize("name", RUNS)
-@pytest.mark.parametrize(
+@each("name", RUNS)
+@each(
     ("goal", "message"),
     [
         ((math.nan,), "time_s must be a number of seconds, got nan"),
@@ -88,7 +89,7 @@ def rough_start(**changes: Any) -> DiscArrays:
 
 
 @needs_extension
-@pytest.mark.parametrize(
+@each(
     ("name", "value", "message"),
     [
         ("radius_m", np.array([0.5, 0.5, 0.25]), "that of disc 2 differs, and that of 0 others"),

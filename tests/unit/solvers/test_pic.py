@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.drawn import drawn
+from tests.lengths import each
 from tests.stage import disc_at, line, staged, wall_at
 
 from carom.errors import InputError
@@ -108,8 +109,8 @@ def test_energy_never_grows_and_no_two_discs_end_in_each_other(number: int) -> N
             assert distance >= one.radius_m + scene.discs[j].radius_m - 256 * U * reach
 
 
-@pytest.mark.parametrize("offset", [0.0, 1e6, 1e9, 16592279964.34414, 1e12])
-@pytest.mark.parametrize("depth", [2.0**-51, 2.0**-40, 2.0**-30])
+@each("offset", [0.0, 1e6, 1e9, 16592279964.34414, 1e12])
+@each("depth", [2.0**-51, 2.0**-40, 2.0**-30])
 def test_a_graze_far_from_the_origin_pushes_or_does_nothing(offset: float, depth: float) -> None:
     """Where positions are rounded more coarsely than a graze is deep, the discs are never pulled, and nothing fails."""
     scene = staged(
@@ -138,7 +139,7 @@ def test_time_does_not_run_backwards_when_asked_for_the_past() -> None:
 # Limits ---------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("limit", "seen", "end"), [(0, 0, 0.0), (1, 1, 1.0), (2, 2, 2.0), (3, 3, 10.0), (99, 3, 10.0)])
+@each("limit, seen, end", [(0, 0, 0.0), (1, 1, 1.0), (2, 2, 2.0), (3, 3, 10.0), (99, 3, 10.0)])
 def test_max_impacts_stops_at_the_last_impact_let_through(limit: int, seen: int, end: float) -> None:
     """A limit below the number of impacts ends the run at the last one; a limit that suffices changes nothing."""
     trace = solve_pic(line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0)), max_impacts=limit)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
 from carom.damping import Damping
@@ -61,7 +62,7 @@ def test_every_run_has_every_member(make: Callable[[Scene], Run]) -> None:
     assert {name for name in members(RunImpacts) if not hasattr(run.log, name)} == set()
 
 
-@pytest.mark.parametrize("scene", [ROW, ROUGH], ids=["smooth", "rough"])
+@each("scene", [ROW, ROUGH])
 def test_every_run_means_the_same_by_them(make: Callable[[Scene], Run], scene: Scene) -> None:
     """Time, outcome, log, counts, and arrays of the shapes promised, before the first impact and after two of three."""
     run, discs, turns = make(scene), len(scene.discs), scene.arrays.turns

@@ -8,6 +8,7 @@ import math
 import pytest
 from flint import arb, ctx
 from tests.forms import needs_extension
+from tests.lengths import each
 from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact_of_pair, is_after_impact_on_wall
 
 from carom import Disc, Scene
@@ -50,7 +51,7 @@ def too_late(kind: str, seeds: range, length: float = 1.0, speed: float = 1.0) -
     return found
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@each("kind", KINDS)
 def test_no_bound_is_above_the_time_of_impact(kind: str) -> None:
     """Wherever in their balls the true discs are, by rational arithmetic they do not touch before their bound."""
     assert too_late(kind, range(6)) == []
@@ -79,7 +80,7 @@ def test_the_attack_notices_a_bound_that_is_hardly_too_late() -> None:
     assert noticed > 0.9 * hits
 
 
-@pytest.mark.parametrize("power", [-500, -300, -256, 0, 256, 300, 500])
+@each("power", [-500, -300, -256, 0, 256, 300, 500])
 def test_units_change_no_bit_of_a_bound(power: int) -> None:
     """Lengths and speeds of any unit: each bound is that of the same discs in metres, times the unit of time."""
     for seed, kind in enumerate(("any", "graze", "old", "heavy")):
@@ -98,10 +99,8 @@ def two_that_meet_after_a_second() -> BallBodies:
     return BallBodies(Scene(name="two", discs=discs, duration_s=9.0))
 
 
-@pytest.mark.parametrize(
-    "ball", [arb("nan"), arb("inf"), arb("-inf"), arb(0, "inf"), arb(2) ** 5000, -(arb(2) ** 5000), arb(1, 1e300)]
-)
-@pytest.mark.parametrize("field", ["x", "y", "vx", "vy"])
+@each("ball", [arb("nan"), arb("inf"), arb("-inf"), arb(0, "inf"), arb(2) ** 5000, -(arb(2) ** 5000), arb(1, 1e300)])
+@each("field", ["x", "y", "vx", "vy"])
 def test_what_is_no_number_has_no_bound(field: str, ball: arb) -> None:
     """Where a state is no number, or none that float64 or the balls can hold, the bound is the start: balls decide."""
     bodies = two_that_meet_after_a_second()
@@ -148,7 +147,7 @@ def test_under_gravity_a_wall_has_no_bound_but_the_start_of_the_path() -> None:
     assert {bound for pair, bound in other.items() if pair[1] < 0} == {0.0}
 
 
-@pytest.mark.parametrize("until", [-math.inf, 0.5, 1.0, math.inf, math.nan])
+@each("until", [-math.inf, 0.5, 1.0, math.inf, math.nan])
 def test_rivals_are_those_that_are_not_above_a_time(until: float) -> None:
     """The bounds up to a time are listed row by row; of a time that is no number none is certainly above."""
     table = bounds.LowerBounds(BallBodies(gas_scene(9, 0.4)))

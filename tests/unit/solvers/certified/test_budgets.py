@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import Outcome, certify
 from carom.errors import InputError, MissingExtraError
@@ -82,7 +83,7 @@ def test_the_precision_of_python_flint_is_left_as_it_was() -> None:
     assert ctx.prec == before
 
 
-@pytest.mark.parametrize(
+@each(
     ("option", "words"),
     [
         ({"digits": 0}, "digits must be a whole number from 1 to 10000, got 0"),

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.solvers.certified.result import proven_decimal
 
@@ -23,7 +23,7 @@ def test_each_digit_shown_is_right_to_one_unit_in_the_last(value: float, radius:
     assert abs(Fraction(text) - truth) <= unit
 
 
-@pytest.mark.parametrize(
+@each(
     ("value", "radius", "text"),
     [
         (0.125, 0.0, "0.125"),

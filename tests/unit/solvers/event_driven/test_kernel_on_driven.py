@@ -9,7 +9,7 @@ from unittest.mock import Mock
 import numpy as np
 import pytest
 from tests.drawn import table
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.unit.solvers.both_forms import assert_same, bits
 
 from carom import Chain, Disc, Outcome, Scene, Wall
@@ -61,7 +61,7 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
 }
 
 
-@pytest.mark.parametrize("name", AT_ONCE)
+@each("name", AT_ONCE)
 def test_what_happens_at_one_instant_has_the_order_of_all_pairs(name: str) -> None:
     """Ties of features, walls, discs and mallets, and impacts at the very instant at which a leg begins."""
     discs, walls, impacts = AT_ONCE[name]

@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 probe = pytest.importorskip("tests.probe")
 
@@ -38,7 +39,7 @@ def test_the_queue_knows_the_earliest_of_all_and_of_the_others(given_times: list
             assert found == [k for k in range(DISCS) if times[k] <= limit]
 
 
-@pytest.mark.parametrize("discs", [1, 2, 7, 8, 9, 64, 65, 512, 513])
+@each("discs", [1, 2, 7, 8, 9, 64, 65, 512, 513])
 def test_a_queue_of_any_length_names_each_disc_in_its_turn(discs: int) -> None:
     """Discs whose times are set in any order and taken off one by one come in the order of their times."""
     queue = probe.EventQueue(discs)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 from carom import Disc, Outcome, Scene, solve_pic
 from carom.disc_arrays import DiscArrays
@@ -114,8 +114,8 @@ def test_recording_can_be_narrowed_and_nothing_else_changes() -> None:
     assert none.impacts_per_disc().tolist() == np.bincount(bodies[bodies >= 0], minlength=40).tolist()
 
 
-@pytest.mark.parametrize("gravity", [(0.0, 0.0), (0.0, -1.0)])
-@pytest.mark.parametrize("discs", [2, 5])
+@each("gravity", [(0.0, 0.0), (0.0, -1.0)])
+@each("discs", [2, 5])
 def test_impacts_are_counted_disc_by_disc_whatever_is_kept(gravity: tuple[float, float], discs: int) -> None:
     """A trace says how many impacts each disc had, by every solver, also where it keeps no impact."""
     scene = scene_of(jittered(np.random.default_rng(5), discs, walls=discs > 2), 3.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 from tests.stage import disc_at, line, staged, wall_at
 from tests.unit.solvers.pit.forms import finished
 
@@ -129,7 +130,7 @@ def test_the_last_frame_before_the_end_is_tested_and_the_end_itself_is_not() -> 
     np.testing.assert_array_equal(trace.final_position_m[:, 0], [2.0, 3.125])
 
 
-@pytest.mark.parametrize("rate", [0.0, -60.0, math.nan, math.inf])
+@each("rate", [0.0, -60.0, math.nan, math.inf])
 def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
     """A frame rate of zero, less, infinity or NaN is refused by name and value."""
     with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):

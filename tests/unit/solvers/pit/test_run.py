@@ -11,6 +11,7 @@ from types import FrameType
 
 import pytest
 from tests.forms import needs_extension
+from tests.lengths import each
 from tests.stage import line
 from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, definition, finished
 
@@ -112,7 +113,7 @@ def test_progress_is_told_impacts_and_time(form: Form) -> None:
     assert seen[-1] == (len(run.log), CLOCK.time_s(239))
 
 
-@pytest.mark.parametrize("time_s", [-1.0, float("nan"), float("inf")])
+@each("time_s", [-1.0, float("nan"), float("inf")])
 def test_a_time_that_is_none_is_refused(form: Form, time_s: float) -> None:
     """There is no end to frames before infinity."""
     with pytest.raises(InputError, match="time_s must be"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
+from tests.lengths import each
 from tests.stage import line
 
 from carom.errors import InputError
@@ -35,7 +36,7 @@ def test_the_frame_rate_is_the_scenes_own_unless_given() -> None:
     assert solve_pic_framewise(scene, frame_rate_hz=8.0).dt_s == 0.125
 
 
-@pytest.mark.parametrize("rate", [0.0, -60.0, math.nan, math.inf])
+@each("rate", [0.0, -60.0, math.nan, math.inf])
 def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
     """A frame rate of zero, less, infinity or NaN is refused by name and value."""
     with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension, plain_form
+from tests.lengths import each
 from tests.stage import disc_at, line, staged, wall_at
 
 from carom import Disc, Scene, solve_pic
@@ -18,7 +19,7 @@ from carom.solvers.plain.run import AllPairsRun
 from carom.trace import Outcome, wall_body
 
 
-@pytest.mark.parametrize(("friction", "ambiguous"), [(0.0, ()), (0.25, (1,))])
+@each("friction, ambiguous", [(0.0, ()), (0.25, (1,))])
 @pytest.mark.parametrize("all_pairs", [True, pytest.param(False, marks=needs_extension)])
 def test_two_impacts_at_right_angles_are_unique_without_friction_only(
     friction: float, ambiguous: tuple[int, ...], all_pairs: bool
