@@ -185,7 +185,7 @@ cdef class Cells:
         self.list_of = np.zeros(tile_count(&s.grid), np.uint32)
         s.discs, s.walls, s.predictions = &discs[0], <Wall *>&walls[0, 0], &self.predictions[0]
         s.grid.cells, s.grid.chain, s.grid.list_of = <Cell *>&self.cells[0], &self.chain[0], &self.list_of[0]
-        find_obstacles(&s.grid, s.walls, NULL, s.wall_count, &s.driving)
+        find_obstacles(s)
 
     def __dealloc__(self):
         free(self.s.grid.lists)

@@ -6,10 +6,10 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.validation.enclosed import from_enclosures
 from typer.testing import CliRunner, Result
 
 from carom.cli import app
-from carom.solvers.certified.as_data import from_enclosures
 
 
 def carom_command(*arguments: str) -> Result:

@@ -34,6 +34,24 @@ PLAIN = {
 }
 
 
+#: Numbers of an enum, by the source that has it, and where plain Python has them.
+NUMBERED = {
+    "physics/features.pxd": {
+        **{name: f"carom.physics.numbered._{name}" for name in ("PLANE", "FACE", "VERTEX", "OUTER_ARC", "INNER_ARC")},
+        "FEATURE_NUMBERS": "carom.physics.numbered.FEATURE_NUMBERS",
+    },
+    "physics/pair_time.pxd": {"LARGEST_EXPONENT": "carom.physics.pair_time._LARGEST_EXPONENT"},
+    "solvers/event_driven/layout.pxd": {
+        "NO_BODY": "carom.solvers.event_driven.driven.NO_BODY",
+        "MOST_OBSTACLES": "carom.solvers.event_driven.obstacles.MOST_OBSTACLES",
+        **{
+            name: f"carom.solvers.event_driven.run._{name}"
+            for name in ("DONE", "LIMIT", "STANDSTILL", "PAUSE", "GLIDES", "CRUSHED")
+        },
+    },
+}
+
+
 def number(text: str) -> float:
     """Return the value of a C constant: a float, decimal or hexadecimal, or an integer."""
     if text.endswith("ull"):
@@ -50,8 +68,22 @@ def values() -> dict[str, float]:
 @pytest.mark.parametrize("name", PLAIN)
 def test_plain_python_computes_with_the_same_value(name: str) -> None:
     """A constant that both forms have is the same number in both."""
-    module, attribute = PLAIN[name].rsplit(".", 1)
-    assert values()[name] == getattr(importlib.import_module(module), attribute)
+    assert values()[name] == plain(PLAIN[name])
+
+
+def plain(where: str) -> float:
+    """Return the value that plain Python has."""
+    module, attribute = where.rsplit(".", 1)
+    value: float = getattr(importlib.import_module(module), attribute)
+    return value
+
+
+@pytest.mark.parametrize("source", NUMBERED)
+def test_plain_python_has_the_numbers_of_enums(source: str) -> None:
+    """What is numbered in a compiled room has the same number in Python."""
+    text = (Path(carom.__file__).parent / source).read_text(encoding="utf-8")
+    for name, where in NUMBERED[source].items():
+        assert re.findall(rf"^    {name} = (-?\d+)", text, re.MULTILINE) == [str(plain(where))]
 
 
 def test_every_constant_is_named_for_cython_and_has_a_reason() -> None:

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.lengths import each
+from tests.validation.enclosed import from_enclosures
 
 from carom import CertifiedTrace, solve_pic
 from carom.comparator import horizon_of
-from carom.errors import InputError
-from carom.solvers.certified.as_data import enclosures, from_enclosures
+from carom.solvers.certified.as_data import enclosures
 from carom.solvers.certified.result import Ending
 
 FILES = sorted((Path(__file__).parent / "certified").glob("*.json"))
@@ -64,9 +64,3 @@ def test_a_degenerate_scene_is_among_the_data() -> None:
     named = [load(path).degeneracy for path in FILES if load(path).ending is Ending.DEGENERATE]
     assert named
     assert all(degeneracy is not None and degeneracy.proven for degeneracy in named)
-
-
-def test_another_document_is_refused() -> None:
-    """A document of another format is an error that says which was expected."""
-    with pytest.raises(InputError, match="format must be 'carom certified run, 1', got None"):
-        from_enclosures({})

@@ -14,13 +14,14 @@ from tests.campaign import contact
 from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation import contact_runs
+from tests.validation.enclosed import from_enclosures
 from tests.validation.mpmath_runs import outside
 from tests.validation.test_contact import drawn
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Wall, certify, solve_pic
 from carom.comparator.horizon import horizon_of
 from carom.scenes import deviation, find_scenes
-from carom.solvers.certified.as_data import enclosures, from_enclosures
+from carom.solvers.certified.as_data import enclosures
 from carom.solvers.certified.result import Degenerate, Ending
 from carom.trace import EdgeKind
 

@@ -15,7 +15,9 @@ from carom import Disc, Scene, Wall, horizon, solve_pic
 from carom.errors import InputError
 
 pytest.importorskip("flint")
-from carom.solvers.certified.as_data import enclosures, from_enclosures
+from tests.validation.enclosed import from_enclosures
+
+from carom.solvers.certified.as_data import enclosures
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace, Degenerate, Ending
 

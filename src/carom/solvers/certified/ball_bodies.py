@@ -18,14 +18,12 @@ from flint import arb, ctx
 
 from carom.scene import Scene
 from carom.solvers.certified.gliding import ContactStates
-from carom.solvers.certified.legs import BallLeg, ball, legs_of
+from carom.solvers.certified.legs import ZERO, BallLeg, ball, legs_of
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
     from carom.driving import Drive
-
-ZERO = arb(0)
 
 #: Far above what rounding makes of a speed.
 _SLACK = 2.0**-40

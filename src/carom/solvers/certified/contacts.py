@@ -20,7 +20,7 @@ from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above, float_below
 from carom.solvers.certified.gliding import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
 from carom.solvers.certified.landing import after_all, is_alone
-from carom.solvers.certified.legs import ball
+from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from carom.physics.wall_features import Exact
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.obstacles import Obstacle
-
-_ZERO = arb(0)
 
 
 class BallContacts:
@@ -61,7 +59,7 @@ class BallContacts:
             return None
         bodies, ground = self._bodies, one.ground
         kinds = [(bodies.scene.discs[k].inertia_factor, g.branch) for k, g in ((i, one), (j, other))]
-        rate = _ZERO if kinds[0] == kinds[1] else other.rate - one.rate
+        rate = ZERO if kinds[0] == kinds[1] else other.rate - one.rate
         (xi, yi), (xj, yj) = bodies.place(i, at), bodies.place(j, at)
         (ui, vi), (uj, vj) = bodies.velocity(i, arb(at), at), bodies.velocity(j, arb(at), at)
         ahead, speed = ground.along_it(xj - xi, yj - yi), ground.along_it(uj - ui, vj - vi)
@@ -96,9 +94,9 @@ class BallContacts:
         off, rim = ground.off_it(bodies.vx[i], bodies.vy[i]), bodies.surface(i)
         bodies.x[i], bodies.y[i] = ground.at(place)
         if off * off <= 2 * ground.presses * self._known(i, k):
-            return self._settle(i, ground, _ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
-        near = WallApproach((_ZERO - off) * bodies.wall_law(k, None).length, _ZERO)
-        return Meeting(i, ground.body, 0.0, _ZERO, 0.0, near=near)
+            return self._settle(i, ground, ZERO, 0.0, GlideState(place, speed, speed + rim, rim))
+        near = WallApproach((ZERO - off) * bodies.wall_law(k, None).length, ZERO)
+        return Meeting(i, ground.body, 0.0, ZERO, 0.0, near=near)
 
     def _known(self, i: int, k: int) -> arb:
         """Return how well float64 numbers tell the gap between disc `i` and what is straight at the start."""
@@ -120,7 +118,7 @@ class BallContacts:
         end, state = gliding.end, gliding.after(gliding.end.wait)
         if end.over:
             return self._leave_face(i, gliding, state, at)
-        slip, rim = (_ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
+        slip, rim = (ZERO if zero else value for zero, value in ((end.slip, state.slip), (end.rim, state.rim)))
         return self._settle(i, gliding.ground, end.time, at, state._replace(slip=slip, rim=rim))
 
     def release(self, i: int, time: arb, at: float) -> None:
@@ -188,24 +186,24 @@ class BallContacts:
             before = Mode.FLIGHT if gliding is None else gliding.mode
         self._states.forget(i)
         y, (place, speed, slip, rim) = bodies.inverse_inertia_ratio[i], state
-        c = _ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
+        c = ZERO if y.is_zero() else arb(bodies.scene.wall_rolling_resistance)
         most = (arb(material.friction) * ground.presses, c * ground.presses)
         resists = not c.is_zero()
         if resists and slip.is_zero():  # of two numbers that the law makes one
-            speed = _ZERO if rim.is_zero() else speed
-            rim = _ZERO - speed
+            speed = ZERO if rim.is_zero() else speed
+            rim = ZERO - speed
         signs = sign(slip), sign(rim) if resists else 0
-        by = None if None in signs else held(ground.along, _ZERO, most, y, signs)  # type: ignore[arg-type]
+        by = None if None in signs else held(ground.along, ZERO, most, y, signs)  # type: ignore[arg-type]
         if by is None or by.slip is None or by.rim is None:
             raise Undecided(self._trouble(Degenerate.MODE, i, ground, time))
-        turns = _ZERO if by.rim else _ZERO - (by.friction + by.rolling) * y
-        rate = _ZERO - turns if by.slip else ground.along - by.friction
+        turns = ZERO if by.rim else ZERO - (by.friction + by.rolling) * y
+        rate = ZERO - turns if by.slip else ground.along - by.friction
         if by.slip:
-            slip = _ZERO
+            slip = ZERO
             if y.is_zero():
-                speed = _ZERO - rim
+                speed = ZERO - rim
             else:
-                rim = _ZERO - speed
+                rim = ZERO - speed
         mode = (Mode.BLOCK if by.rim else Mode.SLIDE) if not by.slip else Mode.ROLL
         if by.slip and speed.is_zero() and rate.is_zero():
             mode = Mode.REST
@@ -235,12 +233,12 @@ class BallContacts:
         """Return when a mode ends by itself; None for never."""
         (_, _, slip, rim), slips = gliding.begun, gliding.rate + gliding.rim_rate
         found = []
-        for value, rate, ends in ((slip, slips, End(_ZERO, _ZERO, slip=True)), (rim, gliding.rim_rate, _RIM)):
+        for value, rate, ends in ((slip, slips, End(ZERO, ZERO, slip=True)), (rim, gliding.rim_rate, _RIM)):
             if value.is_zero() or (ends is _RIM and not resists):
                 continue
             toward = value * rate
             if toward < 0:
-                found.append(ends._replace(wait=_ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
+                found.append(ends._replace(wait=ZERO - value / rate, slip=ends.slip or gliding.branch[2]))
             elif not toward >= 0:
                 raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since))
         found += self._over(i, gliding)
@@ -256,12 +254,12 @@ class BallContacts:
         (place, speed, _, _), half, span = gliding.begun, gliding.rate / 2, gliding.ground.span
         if span is None:
             return []
-        ways = [place - span[0], speed, half], [span[1] - place, _ZERO - speed, _ZERO - half]
+        ways = [place - span[0], speed, half], [span[1] - place, ZERO - speed, ZERO - half]
         falls = [fall for powers in ways if (fall := next(falls_of(powers), None)) is not None]
         for wait, certain in falls:
             if not certain:
                 raise Undecided(self._trouble(Degenerate.MODE, i, gliding.ground, gliding.since + wait))
-        return [End(fall.time, _ZERO, over=True) for fall in falls]
+        return [End(fall.time, ZERO, over=True) for fall in falls]
 
     def _leave_face(self, i: int, gliding: Gliding, state: GlideState, at: float) -> BallMode:
         """Let disc `i`, which has come to an end of its face, fly off, if it is fast enough."""
@@ -295,7 +293,7 @@ class BallContacts:
     def _fly(self, i: int, place: tuple[arb, arb], velocity: tuple[arb, arb], spin: arb, time: arb, at: float) -> None:
         bodies, (gx, gy), wait = self._bodies, self._bodies.gravity, time - arb(at)
         half_square = time * time / 2
-        bodies.acceleration[i], bodies.spin_rate[i], bodies.spin[i] = None, _ZERO, spin
+        bodies.acceleration[i], bodies.spin_rate[i], bodies.spin[i] = None, ZERO, spin
         bodies.vx[i], bodies.vy[i] = velocity[0] - gx * time, velocity[1] - gy * time
         bodies.x[i] = place[0] - gx * half_square - bodies.vx[i] * wait
         bodies.y[i] = place[1] - gy * half_square - bodies.vy[i] * wait
@@ -342,7 +340,7 @@ class BallContacts:
         return True
 
 
-_RIM = End(_ZERO, _ZERO, rim=True)
+_RIM = End(ZERO, ZERO, rim=True)
 
 
 def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
@@ -355,7 +353,7 @@ def ground_of(bodies: BallBodies, i: int, k: int) -> BallGround | None:
         return None
     law, (gx, gy) = bodies.wall_law(k, bodies.scene.discs[i].radius_m), bodies.gravity
     nx, ny, level = law.nx, law.ny, law.level / law.length
-    presses, along = (_ZERO - gx * nx - gy * ny) / law.length, (gx * ny - gy * nx) / law.length
+    presses, along = (ZERO - gx * nx - gy * ny) / law.length, (gx * ny - gy * nx) / law.length
     span, never = None, {wall_body(k)}
     if shape.stretch is not None:
         ends = [map(ball, point) for point in shape.stretch]

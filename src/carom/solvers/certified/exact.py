@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.broad_phase import near_pairs, near_walls
-from carom.physics.wall_features import Exact
-from carom.solvers.certified.obstacles import Plane
+from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
 
@@ -65,7 +64,7 @@ def exactly_grazing_wall(bodies: BallBodies, i: int, k: int) -> bool:
     ``s^2 = 2 a (P - r |n|)`` with s, a and P the speed, gravity and the centre's offset along n.
     """
     offset, rim2, toward = _root_form(bodies, i, wall_body(k))
-    pull = _along(bodies.scene.gravity_m_s2, _plane(bodies, wall_body(k)).normal)
+    pull = dot(bodies.scene.gravity_m_s2, _plane(bodies, wall_body(k)).normal)
     left = 2 * pull * offset - toward * toward  # 2 a r |n|, if it does
     return _sign(left) == _sign(pull) and left * left == 4 * pull * pull * rim2
 
@@ -98,10 +97,6 @@ def _sign(number: Fraction) -> int:
     return (number > 0) - (number < 0)
 
 
-def _along(vector: tuple[float, float] | Exact, normal: tuple[float, float] | Exact) -> Fraction:
-    return Fraction(vector[0]) * Fraction(normal[0]) + Fraction(vector[1]) * Fraction(normal[1])
-
-
 def _pair_terms(scene: Scene, i: int, j: int) -> tuple[Fraction, Fraction, Fraction]:
     """Return the coefficients of ``a t^2 + 2 b t + c`` for two discs at the start."""
     p, q = scene.discs[i], scene.discs[j]
@@ -121,7 +116,7 @@ def _pull_of_pair(scene: Scene, i: int, j: int, spread: Fraction) -> int:
     if fixed[0] == fixed[1] or scene.gravity_m_s2 == (0.0, 0.0):
         return 0
     p, q = scene.discs[i], scene.discs[j]
-    along = _along(scene.gravity_m_s2, q.position_m) - _along(scene.gravity_m_s2, p.position_m)
+    along = dot(scene.gravity_m_s2, q.position_m) - dot(scene.gravity_m_s2, p.position_m)
     return _sign(spread + (along if fixed[0] else -along))
 
 
@@ -132,10 +127,10 @@ def _root_form(bodies: BallBodies, first: int, second: int) -> tuple[Fraction, F
         a, b, c = _pair_terms(scene, first, second)
         return -b, b * b - a * c, a
     disc, plane, wall = scene.discs[first], _plane(bodies, second), wall_index(bodies.trace_body(second))
-    offset = _along(disc.position_m, plane.normal) - _along(plane.point, plane.normal)
-    rim2 = Fraction(disc.radius_m) ** 2 * _along(plane.normal, plane.normal)
+    offset = dot(disc.position_m, plane.normal) - dot(plane.point, plane.normal)
+    rim2 = Fraction(disc.radius_m) ** 2 * dot(plane.normal, plane.normal)
     drive = scene.arrays.drive_of_wall(wall).velocity_at(0.0)
-    return offset, rim2, _along(drive, plane.normal) - _along(disc.velocity_m_s, plane.normal)
+    return offset, rim2, dot(drive, plane.normal) - dot(disc.velocity_m_s, plane.normal)
 
 
 def _near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:

@@ -12,13 +12,14 @@ from typing import NamedTuple
 
 from flint import arb, arb_poly, ctx
 
+from carom.solvers.certified.legs import ZERO
+
 #: The roots lie within a multiple of this power of the greatest that they may be, or are looked for below it.
 _FIRST = 8
 #: Halvings beyond half the bits, at which a touch of zero shows, before a piece is left open; and it is left so where
 #: it is so short that the polynomial changes along it by no more than this many times what its balls leave open.
 _HALVINGS, _BLUR = 60, 4
 _INFINITY = float("inf")
-_ZERO = arb(0)
 
 
 class Fall(NamedTuple):
@@ -82,7 +83,7 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
         yield Fall(pending[0].low.union(pending[-1].high), certain=False)
 
 
-def _of_parabola(c: arb, b: arb, a: arb = _ZERO) -> tuple[Fall, ...] | None:
+def _of_parabola(c: arb, b: arb, a: arb = ZERO) -> tuple[Fall, ...] | None:
     """Return where ``c + b t + a t^2``, which is above zero at 0, falls through zero, if at all; None if undecided."""
     d = b * b - 4 * a * c
     if not c > 0:
@@ -91,7 +92,7 @@ def _of_parabola(c: arb, b: arb, a: arb = _ZERO) -> tuple[Fall, ...] | None:
         return ()
     if d > 0 and b < 0:
         return (Fall(2 * c / (d.sqrt() - b), certain=True),)
-    return (Fall((_ZERO - b - d.sqrt()) / (2 * a), certain=True),) if d > 0 and b >= 0 and a < 0 else None
+    return (Fall((ZERO - b - d.sqrt()) / (2 * a), certain=True),) if d > 0 and b >= 0 and a < 0 else None
 
 
 def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int) -> Fall | None:

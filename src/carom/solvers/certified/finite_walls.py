@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
-from carom.solvers.certified.ball_bodies import ZERO, BallBodies
+from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.falls import falls_of, squared_gap
 from carom.solvers.certified.floats import float_above
-from carom.solvers.certified.legs import ball
+from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, contacts_ahead, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.planes import to_plane

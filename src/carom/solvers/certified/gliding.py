@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 from flint import arb
 
+from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.two_frictions import BallHeld
 from carom.trace import Mode
-
-_ZERO = arb(0)
 
 
 class BallGround(NamedTuple):
@@ -42,7 +41,7 @@ class BallGround(NamedTuple):
 
     def going(self, part: arb) -> tuple[arb, arb]:
         """Return the vector of a part along it."""
-        return part * self.ny / self.length, _ZERO - part * self.nx / self.length
+        return part * self.ny / self.length, ZERO - part * self.nx / self.length
 
     def along_it(self, x: arb, y: arb) -> arb:
         """Return the part of a vector along it."""

@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.ball_bodies import ZERO, BallBodies, PairLaw
+from carom.solvers.certified.ball_bodies import BallBodies, PairLaw
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.gliding import BallMode, Bounce
+from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.solvers.certified.slowing import slow, stop
 from carom.solvers.certified.two_frictions import BallHeld, held, stick

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from flint import arb
 
 from carom.solvers.certified.gliding import BallGround, Bounce, GlideState
-from carom.solvers.certified.legs import ball
+from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.certified.two_frictions import held, sign
 from carom.trace import wall_body, wall_index
@@ -19,8 +19,6 @@ from carom.trace import wall_body, wall_index
 if TYPE_CHECKING:
     from carom.disc_arrays import Material
     from carom.solvers.certified.ball_bodies import BallBodies
-
-_ZERO = arb(0)
 
 
 def after_all(
@@ -38,7 +36,7 @@ def after_all(
     gives_back = material.friction and bodies.scene.wall_tangential_restitution
     if rim_held is None or (slip_held is None and not gives_back):
         return None
-    slip, rim = _ZERO if slip_held and not gives_back else speed + rim, _ZERO if rim_held else rim
+    slip, rim = ZERO if slip_held and not gives_back else speed + rim, ZERO if rim_held else rim
     if bounce.leaves.is_zero():
         return GlideState(place, speed, slip, rim)
     if gives_back:
@@ -53,14 +51,14 @@ def after_all(
         return None
     turned = (by.friction + by.rolling) * y
     change, left = gained - by.friction, 1 - e
-    slips, turns = change - turned, _ZERO - turned
+    slips, turns = change - turned, ZERO - turned
     free_slip, free_rim = material.friction and not slip_held, c and not rim_held
     for value, rate in (*([(slip, slips)] if free_slip else []), *([(rim, turns)] if free_rim else [])):
         if sign(value) is None or {sign(value + rate), sign(value + rate / left)} != {sign(value)}:
             return None
     way = hop * ((speed + change / left) / left - (change / left - gained / 2) / (1 - e * e))
-    slip = _ZERO if slip_held else slip + slips / left
-    rim = _ZERO if rim_held else rim + turns / left
+    slip = ZERO if slip_held else slip + slips / left
+    rim = ZERO if rim_held else rim + turns / left
     return GlideState(place + way, speed + change / left, slip, rim)
 
 
@@ -85,9 +83,9 @@ def _given_back(
         slips, kept = arb(0, (abs(slip) + most * bounce.leaves).upper()), y * speed - rim
         way = lasts * (kept + y * ground.along * lasts / 2 + slips) / (1 + y)
         speed = (kept + y * ground.along * lasts) / (1 + y)
-        return GlideState(place + way, speed, _ZERO, _ZERO - speed)
+        return GlideState(place + way, speed, ZERO, ZERO - speed)
     taken, gained = arb(0, (c * bounce.leaves / ((1 - e) * (1 + y))).upper()), ground.along * lasts
-    taken = _ZERO if (1 + b).is_zero() else taken
+    taken = ZERO if (1 + b).is_zero() else taken
     left = GlideState(
         place + lasts * (speed + gained / 2 + taken), speed + gained + taken, slip + gained + taken * (1 + y), rim
     )
@@ -106,10 +104,10 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
     movable = [j for j in range(len(bodies)) if bodies.movable[j]]
     if any(bodies.inverse_inertia_ratio[j].is_zero() and discs[j].spin_rad_s for j in movable):
         return False  # which friction on its rim drives on
-    energy = mass = _ZERO
+    energy = mass = ZERO
     for j in movable:
         (u, v), rim = map(arb, discs[j].velocity_m_s), arb(discs[j].radius_m) * discs[j].spin_rad_s
-        turning = _ZERO if rim.is_zero() else rim * rim / bodies.inverse_inertia_ratio[j]
+        turning = ZERO if rim.is_zero() else rim * rim / bodies.inverse_inertia_ratio[j]
         energy, mass = energy + arb(discs[j].mass_kg) * (u * u + v * v + turning), mass + arb(discs[j].mass_kg)
     (gx, gy), (x, y) = bodies.gravity, bodies.place_at(i, time)
     most = energy.sqrt() + mass.sqrt() * (gx * gx + gy * gy).sqrt() * (time + window)
@@ -121,7 +119,7 @@ def is_alone(bodies: BallBodies, i: int, ground: BallGround, time: arb, window: 
         if bodies.movable[j]:
             fastest = most / arb(disc.mass_kg).sqrt()
             since = [(last - time).upper() for last in bodies.met[j].values()]
-            late = max([_ZERO, *since])  # it may have met another a little later already
+            late = max([ZERO, *since])  # it may have met another a little later already
             far = far + fastest * (window + 2 * late) + bodies.strongest_pull() * late * late
         ox, oy = bodies.place_at(j, time)
         reach = arb(disc.radius_m) + arb(discs[i].radius_m) + far

@@ -10,6 +10,8 @@ from flint import arb, fmpq
 if TYPE_CHECKING:
     from carom.driving import Drive
 
+ZERO = arb(0)
+
 
 def ball(number: Fraction) -> arb:
     """Return a ball that holds a rational number, exactly where the working precision has its digits."""

@@ -92,8 +92,14 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
     return tuple(found)
 
 
-def _less(a: Exact, b: Exact) -> Exact:
+def less(a: Exact, b: Exact) -> Exact:
+    """Return a vector less another."""
     return a[0] - b[0], a[1] - b[1]
+
+
+def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fraction:
+    """Return the inner product of two vectors, exactly."""
+    return Fraction(a[0]) * Fraction(b[0]) + Fraction(a[1]) * Fraction(b[1])
 
 
 def _of_circle(k: int, outline: Outline) -> Iterator[Obstacle]:
@@ -150,12 +156,12 @@ def _sides(run: JoinedEdges, thick: Fraction) -> Iterator[tuple[Plane | Round, F
     """Yield what is on the left of a run's way and what is on its right."""
     a, b = exact(run.edge.a), exact(run.edge.b)
     if run.circle is None:
-        ex, ey = _less(b, a)
+        ex, ey = less(b, a)
         for normal in ((-ey, ex), (ey, -ex)):
             yield Plane(a, normal, Between(a, b)), thick, EdgeKind.FACE
         return
     centre = run.circle.x, run.circle.y
-    first, last = (_less(a, centre), _less(b, centre))
+    first, last = (less(a, centre), less(b, centre))
     sector = None if a == b else Between(first, last) if run.turn > 0 else Between(last, first)
     for inside in (run.turn > 0, run.turn < 0):
         yield Round(centre, run.circle.radius2, inside, sector), thick, EdgeKind.ARC

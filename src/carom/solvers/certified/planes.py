@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
-from carom.solvers.certified.ball_bodies import ZERO, BallBodies
+from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import exactly_grazing_wall
 from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, WallApproach, contacts_ahead, undecided
 from carom.trace import wall_index
 

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
-from carom.solvers.certified.ball_bodies import ZERO, greatest_speed
+from carom.solvers.certified.ball_bodies import greatest_speed
 from carom.solvers.certified.floats import nearest, quotient
+from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.slowing import kept
 from carom.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 

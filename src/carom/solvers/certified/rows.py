@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.physics.wall_features import Exact
+from carom.physics.wall_features import Exact, exact
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ball
-from carom.solvers.certified.obstacles import Obstacle, Plane, Round
+from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, less
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import EdgeKind, wall_index
 
@@ -78,7 +78,7 @@ def crush_in_a_row(log: Recording, bodies: BallBodies) -> Degeneracy | None:
     now, until = last[-1].time_s, math.inf
     for end, obstacle in zip(ends, obstacles, strict=True):
         place, speed, ends_s = _surface(end, obstacle, line, bodies, now)
-        sign = 1 if _dot(end.normal, line) > 0 else -1  # the discs are on the right of it
+        sign = 1 if dot(end.normal, line) > 0 else -1  # the discs are on the right of it
         room, rate, until = room - sign * place, rate - sign * speed, min(until, ends_s)
     for disc in row[1:-1]:
         room = room - 2 * arb(bodies.scene.discs[disc].radius_m)
@@ -156,10 +156,10 @@ def _obstacle(bodies: BallBodies, end: _Facing) -> Obstacle | None:
     start = _centre_of(bodies, end.disc)
 
     def away2(shape: Round) -> Fraction:
-        away = _less(start, shape.centre)
-        return _dot(away, away)
+        away = less(start, shape.centre)
+        return dot(away, away)
 
-    facing = [one for one in fits if isinstance(one.shape, Plane) and _dot(end.normal, one.shape.normal) > 0]
+    facing = [one for one in fits if isinstance(one.shape, Plane) and dot(end.normal, one.shape.normal) > 0]
     # A disc never leaves the side of a wall that it begins on; of two vertices on a line it meets the nearer.
     rounds = [
         (away2(shape), one)
@@ -173,30 +173,30 @@ def _line(row: list[int], obstacles: list[Obstacle | None], bodies: BallBodies) 
     """Return the direction of the line on which a row is, exactly, and stays; None where it is not."""
     scene, start = bodies.scene, _centre_of(bodies, row[1])
     if obstacles[0] is None:
-        line = _less(start, _centre_of(bodies, row[0]))
+        line = less(start, _centre_of(bodies, row[0]))
     else:
         shape = obstacles[0].shape
-        line = shape.normal if isinstance(shape, Plane) else _less(start, shape.centre)
+        line = shape.normal if isinstance(shape, Plane) else less(start, shape.centre)
         if not any(line):
             return None
-    vectors: list[Exact] = [_exact(scene.gravity_m_s2)]
+    vectors: list[Exact] = [exact(scene.gravity_m_s2)]
     for body in row:
         if body >= 0:
-            vectors += [_less(_centre_of(bodies, body), start), _exact(scene.discs[body].velocity_m_s)]
+            vectors += [less(_centre_of(bodies, body), start), exact(scene.discs[body].velocity_m_s)]
         moving = scene.discs[body] if body >= 0 else scene.walls[wall_index(body)]
-        vectors += [_exact(leg.velocity_m_s) for leg in moving.legs or ()] + [_exact(moving.velocity_m_s)]
+        vectors += [exact(leg.velocity_m_s) for leg in moving.legs or ()] + [exact(moving.velocity_m_s)]
     for obstacle in obstacles:
         if obstacle is None:
             continue
         shape = obstacle.shape
         if not isinstance(shape, Plane):
-            vectors.append(_less(shape.centre, start))
+            vectors.append(less(shape.centre, start))
             continue
         vectors.append(shape.normal)
         if shape.stretch is not None:
             begin, end = shape.stretch
-            along = _less(end, begin)
-            if not 0 < _dot(_less(start, begin), along) < _dot(along, along):
+            along = less(end, begin)
+            if not 0 < dot(less(start, begin), along) < dot(along, along):
                 return None
     return None if any(x * line[1] != y * line[0] for x, y in vectors) else line
 
@@ -207,7 +207,7 @@ def _surface(
     """Return where the surface at an end would be at time 0 on its present leg, its speed, and till when."""
     dx, dy = map(ball, line)
     length = (dx * dx + dy * dy).sqrt()
-    sign = 1 if _dot(end.normal, line) > 0 else -1
+    sign = 1 if dot(end.normal, line) > 0 else -1
     if obstacle is None:
         (x, y), depth = _centre_of(bodies, end.body), arb(bodies.scene.discs[end.body].radius_m)
     elif isinstance(obstacle.shape, Plane):
@@ -223,16 +223,4 @@ def _surface(
 
 
 def _centre_of(bodies: BallBodies, disc: int) -> Exact:
-    return _exact(bodies.scene.discs[disc].position_m)
-
-
-def _exact(vector: tuple[float, float]) -> Exact:
-    return Fraction(vector[0]), Fraction(vector[1])
-
-
-def _less(a: Exact, b: Exact) -> Exact:
-    return a[0] - b[0], a[1] - b[1]
-
-
-def _dot(a: tuple[float, float] | Exact, b: Exact) -> Fraction:
-    return Fraction(a[0]) * b[0] + Fraction(a[1]) * b[1]
+    return exact(bodies.scene.discs[disc].position_m)

@@ -11,18 +11,17 @@ from typing import TYPE_CHECKING
 from flint import arb
 
 from carom.solvers.certified.floats import float_above, float_below
+from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 
 if TYPE_CHECKING:
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.meeting import Meeting
 
-_ZERO = arb(0)
-
 
 def undamped(damping_per_s: float, time: arb) -> arb:
     """Return in what time an undamped disc would get as far as a damped one does in a time."""
-    return time if not damping_per_s else (_ZERO - (_ZERO - damping_per_s * time).expm1()) / damping_per_s
+    return time if not damping_per_s else (ZERO - (ZERO - damping_per_s * time).expm1()) / damping_per_s
 
 
 def kept(damping_per_s: float, undamped_time: arb) -> arb:
@@ -44,7 +43,7 @@ def slow(bodies: BallBodies, i: int, time: arb, at: float) -> None:
         when = max(0.0, float_below(time)), float_above(time)
         raise Undecided(Degeneracy(Degenerate.MODE, (i,), *when, proven=False, bits=bodies.state_bits(i)))
     deceleration = arb(bodies.scene.table_deceleration_m_s2)
-    ax, ay = _ZERO - deceleration * vx / speed, _ZERO - deceleration * vy / speed
+    ax, ay = ZERO - deceleration * vx / speed, ZERO - deceleration * vy / speed
     x, y = bodies.place_at(i, time)
     bodies.acceleration[i] = (ax, ay)
     bodies.contacts.stops[i] = time + speed / deceleration
@@ -56,7 +55,7 @@ def stop(bodies: BallBodies, meeting: Meeting) -> None:
     """Let a disc lie where it has stopped."""
     i = meeting.first
     bodies.x[i], bodies.y[i] = bodies.place_at(i, meeting.time)
-    bodies.vx[i] = bodies.vy[i] = _ZERO
+    bodies.vx[i] = bodies.vy[i] = ZERO
     bodies.contacts.forget(i)
     bodies.acceleration[i] = None
     bodies.note(i, i, meeting.at, meeting.time, meeting.latest)

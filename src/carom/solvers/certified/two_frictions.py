@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from flint import arb
 
-_ZERO = arb(0)
+from carom.solvers.certified.legs import ZERO
 
 
 class BallHeld(NamedTuple):
@@ -30,18 +30,18 @@ def sign(ball: arb) -> int | None:
 
 def cut(x: arb, most: arb) -> arb:
     """Return x, cut to between minus and plus `most`."""
-    return x.min(most).max(_ZERO - most)
+    return x.min(most).max(ZERO - most)
 
 
 def stick(sticking: arb, most: arb) -> BallHeld:
     """Return what friction alone takes, of which sticking is the most that serves, and `most` what the cone allows."""
-    return BallHeld(cut(sticking, most), _ZERO, slip=_within(sticking, most), rim=False)
+    return BallHeld(cut(sticking, most), ZERO, slip=_within(sticking, most), rim=False)
 
 
 def held(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallHeld:
     """Do as `carom.physics.contact_law.held`."""
     (slip, rim), (f_most, h_most) = signs, most
-    f = h = _ZERO
+    f = h = ZERO
     rim_held: bool | None = False
     if not y.is_zero() and rim:
         h = h_most * rim

@@ -68,19 +68,14 @@ class Crushes:
         self._start = start
         self._obstacles = obstacles
         self._bodies: Bodies | None = None
-        self._kernel: kernel.Kernel | None = None
 
-    def watch(self, run: kernel.Kernel) -> None:
-        """Say of which run all is asked."""
-        self._kernel = run
-
-    def __call__(self, disc: int) -> bool:
-        """Return whether a disc that has just struck a body, and goes to and fro, is crushed.
+    def __call__(self, run: kernel.Kernel, disc: int) -> bool:
+        """Return whether a disc of a run that has just struck a body, and goes to and fro, is crushed.
 
         True, too, where that can't be told: the kernel ends its loop, and `error` says why.
         """
         try:
-            return self._is_crushed(disc)
+            return self._is_crushed(run, disc)
         except BaseException as error:  # noqa: BLE001 - Ctrl-C, too: compiled code hands nothing on
             self.error = error
             return True
@@ -91,12 +86,11 @@ class Crushes:
             self.error = None
             raise error
 
-    def _is_crushed(self, disc: int) -> bool:
+    def _is_crushed(self, run: kernel.Kernel, disc: int) -> bool:
         from carom.solvers.plain.bodies import Bodies  # with it pydantic, which arrays do without
         from carom.solvers.plain.squeeze import Squeezes, ToAndFro
 
-        run = self._kernel
-        if run is None or (to_and_fro := run.to_and_fro) is None:
+        if (to_and_fro := run.to_and_fro) is None:
             return False
         if self._bodies is None:
             self._bodies = Bodies(self._start)

@@ -17,7 +17,7 @@ class Kernel:
         cls,
         start: DiscArrays,
         obstacles: Obstacles | None,
-        crushes: Callable[[int], bool] | None,
+        crushes: Callable[[Kernel, int], bool] | None,
         contact_duration: float,
         standstill: int,
         cell_factor: float,

@@ -74,7 +74,8 @@ cdef bint ask(void *asked, int one, int other, bint elastic) noexcept with gil:
 
 
 cdef bint ask_of_crush(void *asked, int disc) noexcept with gil:
-    return (<object>asked)(disc)
+    run = <Kernel>asked
+    return run.crushes(run, disc)
 
 
 cdef Ending take_forward(State *s, double until, Index impacts, Index events) noexcept nogil:
@@ -177,7 +178,7 @@ cdef class Kernel:
         start: The discs and walls, `carom.disc_arrays.DiscArrays`: where anything is driven there are features.
         obstacles: What there is to be met of the walls, `carom.solvers.event_driven.obstacles.Obstacles`; None where all
             are half-planes with the coefficients of the law.
-        crushes: Called with the number of a disc that has gone to and fro for long: whether it is crushed.
+        crushes: Called with this kernel and the number of a disc that has gone to and fro for long: whether it is crushed.
         contact_duration: Of the TC model, seconds, 0 for none.
         standstill: Impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
@@ -224,7 +225,7 @@ cdef class Kernel:
         s.is_special = s.record.turns or s.looks_apart
         self.decides, self.crushes = obstacles and obstacles.decides, crushes
         s.record.corners.decides, s.record.corners.asked = ask, <void *>self.decides
-        s.crushes, s.asked = ask_of_crush, <void *>crushes
+        s.crushes, s.asked = ask_of_crush, <void *>self
         s.law = law_of(start, contact_duration)
         found = np.empty(max(1, s.feature_count) * sizeof(Feature), np.uint8)
         cdef unsigned char[::1] found_memory = found
@@ -258,11 +259,7 @@ cdef class Kernel:
         if s.feature_count > 0:
             write_wall_laws(s.wall_laws, &s.law, start)
         self.lay_out_paths(driven, legs)
-        if s.feature_count > 0:
-            done = find_obstacles(&s.grid, NULL, s.features, s.feature_count, &s.driving)
-        else:
-            done = find_obstacles(&s.grid, s.walls, NULL, s.wall_count, &s.driving)
-        if not done:
+        if not find_obstacles(s):
             raise MemoryError("no memory for what the cells know of the walls")
 
     cdef lay_out_paths(self, const double[:, ::1] driven, const double[:, ::1] legs):
@@ -323,9 +320,7 @@ cdef class Kernel:
         looks = <double>(s.counts.beyond - old.beyond) * s.feature_count / (s.counts.predictions - old.predictions + 1)
         s.grid.lists = NULL
         s.grid.listed = s.grid.list_room = 0
-        if 9.0 * (crowding(s) - crowded) < looks and find_obstacles(
-            &s.grid, NULL, s.features, s.feature_count, &s.driving
-        ):
+        if 9.0 * (crowding(s) - crowded) < looks and find_obstacles(s):
             free(old.lists)
             self.cells_memory = cells
             s.counts.choices += 1

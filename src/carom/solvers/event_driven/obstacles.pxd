@@ -174,15 +174,16 @@ cdef inline bint list_obstacles(
     return list_obstacles(g, walls, features, half, near, kept) and list_obstacles(g, walls, features, c, near, kept)
 
 
-cdef inline bint find_obstacles(
-    Grid *g, const Wall *walls, const Feature *features, Index count, const Driving *driving
-) noexcept nogil:
+cdef inline bint find_obstacles(State *s) noexcept nogil:
     """Give every tile the list of what a disc in it may meet, features if there are any; return whether there is memory.
 
     Those of driven walls are in none.
     """
     cdef Index k
     cdef Index kept = 0
+    cdef bint has_features = s.feature_count > 0
+    cdef Index count = s.feature_count if has_features else s.wall_count
+    g = &s.grid
     g.area.left = edge(g.x0, g.width, g.columns, 1)
     g.area.right = edge(g.x0, g.width, g.columns, g.columns + 1)
     g.area.low = edge(g.y0, g.width, g.rows, 1)
@@ -192,8 +193,10 @@ cdef inline bint find_obstacles(
         return False
     for k in range(count):
         numbers[kept] = <int>k
-        kept += features == NULL or not moves(driving, features[k].wall)
+        kept += not has_features or not moves(&s.driving, s.features[k].wall)
     cdef bint done = add_list(g, numbers, 0) and add_list(g, numbers, kept)
-    done = done and list_obstacles(g, walls, features, Tiles(0, g.tiles, 0, g.rows // 2 + 1), numbers, kept)
+    done = done and list_obstacles(
+        g, s.walls, s.features if has_features else NULL, Tiles(0, g.tiles, 0, g.rows // 2 + 1), numbers, kept
+    )
     free(numbers)
     return done

@@ -104,8 +104,6 @@ class EventDrivenRun:
         self._crushes = Crushes(start, obstacles, duration_s) if start.driven else None
         contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
         self._kernel = kernel.Kernel(start, obstacles, self._crushes, contact_s, standstill, cell_factor)
-        if self._crushes is not None:
-            self._crushes.watch(self._kernel)
         self._ended: Outcome | None = None
         self._driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
         self._driven_from = start.position_m

@@ -52,12 +52,10 @@ cdef inline bint finite_interferes(const State *s, Index i, Index k) noexcept no
     dx = a.x - foot.x
     dy = a.y - foot.y
     reach = wall.half_width + a.radius
-    if sqrt(dx * dx + dy * dy) == 0.0 or not (a.vx * dx + a.vy * dy < 0.0 and dx * dx + dy * dy <= reach * reach):
+    distance = sqrt(dx * dx + dy * dy)
+    if distance == 0.0 or not (a.vx * dx + a.vy * dy < 0.0 and dx * dx + dy * dy <= reach * reach):
         return False
-    if a.last != ON_WALL - k:
-        return True
-    normal = normal_from(wall, a)
-    return normal.x != s.normals[i].x or normal.y != s.normals[i].y
+    return a.last != ON_WALL - k or dx / distance != s.normals[i].x or dy / distance != s.normals[i].y
 
 
 cdef inline bint is_due(const State *s, Index i, Index k) noexcept nogil:
