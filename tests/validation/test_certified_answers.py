@@ -9,7 +9,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pytest
 from tests.lengths import each
 from tests.validation.enclosed import from_enclosures
 
