@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,13 +15,15 @@ from types import SimpleNamespace
 import pytest
 import tomli_w
 import typer
+from tests.command import carom_command, told
 from tests.lengths import long_after
 from tests.stage import disc_at, staged
 from typer.main import get_command
-from typer.testing import CliRunner, Result
 
 import carom
 from carom.cli import app
+from carom.pages.records_line import records_schema
+from carom.scene import scene_schema
 from carom.scenes import all_scenes
 from carom.shell.shared import resumable
 
@@ -34,83 +37,13 @@ def scene_file(tmp_path: Path) -> Path:
     return path
 
 
-def carom_command(*arguments: str) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
-@pytest.mark.long
-def test_a_scene_of_ones_own_runs_and_conforms(scene_file: Path) -> None:
-    """A file of one's own runs through PIC at a step given as a fraction, and exact is exit code 0."""
-    result = carom_command("run", str(scene_file), "--engine", "pic", "--dt", "1/240", "--no-timing")
-    assert result.exit_code == 0, result.output
-    assert "mine" in result.output
-    assert "exact" in result.output
-
-
 @pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize(("fail_on", "code"), long_after(1, [("inaccurate", 1), ("never", 0)]))
 def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code: int, tmp_path: Path) -> None:
     """PIT misses `paper/missed`: that is exit code 1, and 0 where nothing is to fail; JUnit says the same."""
-    arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", str(tmp_path))
+    arguments = ("run", "paper/missed", "-e", "pit", "--dt", "1/24", "--no-timing", "--report", tmp_path)
     assert carom_command(*arguments, "--fail-on", fail_on).exit_code == code
     assert f'failures="{code}"' in (tmp_path / "junit.xml").read_text()
-
-
-@pytest.mark.usefixtures("in_process")
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("run", "no-such-file.toml"), "can't be read"),
-        (("run", "paper/mised"), "did you mean 'paper/missed'"),
-        (("run", "paper/missed", "--engine", "pimunk"), "no engine is named 'pimunk'"),
-        (
-            ("run", "paper/missed", "--dt", "fast"),
-            "--dt must be a number of seconds such as 1/240 or 0.004",
-        ),
-        (("run", "paper/missed", "--dt", "1/0"), "--dt must be a number"),
-        (("run", "paper/missed", "--dt", "-1"), "above 0"),
-        (("run", "paper/missed", "--profile", "best", "-e", "pit"), "no engine asked for has a profile 'best'"),
-        (("run", "paper/missed", "--time-limit", "0"), "--time-limit must be a positive number"),
-        (
-            ("run", "paper/missed", "--report", "/dev/null/report"),
-            "Not a directory\nhint: name another folder by --out",
-        ),
-        (("scenes", "paper", "--save", "/dev/null/scenes"), "/dev/null/scenes: Not a directory"),
-        (("run", "paper/missed", "-e", "pit", "--dt", "0.1", "--time-limit", "nan"), "--time-limit must be a positive"),
-        (("run", "paper/missed", "-e", "pymunk", "--set", "iterations"), "--set must be NAME=VALUE"),
-        (
-            ("run", "paper/missed", "-e", "pymunk", "--set", "iteration=3"),
-            "pymunk has no setting 'iteration'\nhint: did you mean 'iterations'?\nhint: there are:",
-        ),
-        (("scenes", "nowhere/*"), "no scene is named 'nowhere/*'"),
-        (("engines", "pymonk"), "no engine is named 'pymonk'\nhint: did you mean 'pymunk'?"),
-        (("engines", "--show", "tuned"), "--show prints the settings of one engine"),
-        (("engines", "pymunk", "--dt", "1/60"), "go with --show"),
-        (("engines", "pit", "--show", "tuned"), "the adapter 'pit' writes no code of its engine"),
-        (("engines", "pymunk", "--show", "located"), "profile 'located' of pymunk can't be pasted"),
-        (
-            ("engines", "pymunk", "--show", "best"),
-            "pymunk has no profile 'best'\nhint: it has: default, tuned, located",
-        ),
-        (("engines", "pymunk", "--show", "tuned", "--scene", "paper"), "--scene must name one scene"),
-        (("engines", "pymunk", "--show", "tuned", "--restitution", "2"), "restitution"),
-    ],
-)
-def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[str, ...], words: str) -> None:
-    """Every bad argument ends in one sentence that names it, with exit code 2 and no traceback."""
-    result = carom_command(*arguments)
-    assert result.exit_code == 2
-    assert words in result.output
-    assert "Traceback" not in result.output
-
-
-def test_a_bad_scene_names_file_field_index_and_value(tmp_path: Path) -> None:
-    """A bad field of a scene file is named with file, index and value, with exit code 2."""
-    path = tmp_path / "bad.toml"
-    path.write_text(SCENE.replace("radius_m = 0.5", "radius_m = -0.5", 1))
-    result = carom_command("run", str(path), "-e", "pic")
-    assert result.exit_code == 2
-    assert f"{path}: discs[0].radius_m: must be greater than 0, got -0.5" in result.output.replace("\n", "")
 
 
 @pytest.mark.usefixtures("in_process")
@@ -122,7 +55,7 @@ def test_an_unavailable_engine_that_was_asked_for_is_exit_code_3(
 
     monkeypatch.setattr(engines, "why_unavailable", lambda _adapter: "it is on strike")
     monkeypatch.setattr(engines, "_KNOWN", {})
-    result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "0.1", "--no-timing")
+    result = carom_command("run", scene_file, "-e", "pit", "--dt", "0.1", "--no-timing")
     assert result.exit_code == 3
     assert "it is on strike" in result.output
 
@@ -132,9 +65,9 @@ def test_nothing_that_could_be_run_is_exit_code_3(tmp_path: Path) -> None:
     """A scene that no engine asked for supports conforms to nothing: exit code 3, with the reason."""
     path = tmp_path / "mine.toml"
     path.write_text(SCENE)
-    result = carom_command("run", str(path), "-e", "pit", "--dt", "1e-10", "--no-timing")
+    result = carom_command("run", path, "-e", "pit", "--dt", "1e-10", "--no-timing")
     assert result.exit_code == 3
-    assert "more steps than an engine can count" in " ".join(result.output.split())
+    assert "more steps than an engine can count" in told(result)
 
 
 @pytest.mark.long
@@ -143,7 +76,7 @@ def test_brackets_in_names_are_no_markup(tmp_path: Path) -> None:
     path = tmp_path / "odd.toml"
     path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
     folder = tmp_path / "r[red]q[/x]"
-    result = carom_command("run", str(path), "-e", "pic", "--dt", "0.1", "--no-timing", "--out", str(folder))
+    result = carom_command("run", path, "-e", "pic", "--dt", "0.1", "--no-timing", "--out", folder)
     assert result.exit_code == 0, result.output
     assert "[red]mine[/x]" in result.output
     assert (folder / "index.html").exists()
@@ -153,15 +86,17 @@ def test_brackets_in_names_are_no_markup(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_a_crash_is_exit_code_4(scene_file: Path) -> None:
     """An engine that gives no answer in time is exit code 4."""
-    result = carom_command("run", str(scene_file), "-e", "pit", "--dt", "1e-7", "--no-timing", "--time-limit", "0.5")
+    result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-7", "--no-timing", "--time-limit", "0.5")
     assert result.exit_code == 4, result.output
     assert "timed out" in result.output
 
 
 def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
-    """`carom scenes` lists every scene, shows one as a file that loads again, and saves files to edit."""
-    listed = carom_command("scenes").output
-    assert "paper/missed" in listed
+    """`carom scenes` has a line a scene, its discs and impacts, shows one as a file that loads, and saves files."""
+    lines = carom_command("scenes").output.splitlines()
+    assert len(lines) == len(all_scenes()) + 1
+    (missed,) = (line for line in lines if line.startswith("paper/missed"))
+    assert missed.split()[1:3] == ["2", "1"]
     shown = carom_command("scenes", "paper/missed").output
     path = tmp_path / "copy.toml"
     path.write_text(shown)
@@ -171,9 +106,10 @@ def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
     assert len(list((tmp_path / "mine").glob("*.toml"))) == 4
 
 
-def test_the_schema_is_printed_as_json() -> None:
-    """`carom scenes --schema` prints the JSON Schema of a scene file."""
-    assert "discs" in json.loads(carom_command("scenes", "--schema").output)["properties"]
+@pytest.mark.parametrize(("command", "schema"), [("scenes", scene_schema), ("diff", records_schema)])
+def test_a_schema_is_printed_as_json(command: str, schema: Callable[[], object]) -> None:
+    """`carom scenes --schema` prints that of a scene's file, and `carom diff --schema` that of JSON lines."""
+    assert json.loads(carom_command(command, "--schema").output) == schema()
 
 
 def test_engines_lists_each_with_version_or_reason() -> None:
@@ -187,14 +123,6 @@ def test_engines_lists_each_with_version_or_reason() -> None:
         carom.engines()
     )
     assert all(len(line) <= 80 for line in lines)
-
-
-def test_scenes_are_a_line_each() -> None:
-    """`carom scenes` has one line a scene, with its discs and impacts, and a heading."""
-    lines = carom_command("scenes").output.splitlines()
-    assert len(lines) == len(all_scenes()) + 1
-    (missed,) = (line for line in lines if line.startswith("paper/missed"))
-    assert missed.split()[1:3] == ["2", "1"]
 
 
 def test_an_engine_is_shown_in_full() -> None:
@@ -219,7 +147,7 @@ def test_settings_are_printed_to_paste() -> None:
 
 def test_help_says_what_each_command_does() -> None:
     """`carom --help` shows first sentences whole, `carom COMMAND --help` all options, their types by plain words."""
-    listing = " ".join(carom_command("--help").output.split())
+    listing = told(carom_command("--help"))
     commands = get_command(app).commands  # type: ignore[attr-defined]  # a group, which the annotation does not say
     assert {"run", "bench", "advise", "certify", "stress", "scenes", "engines"} <= set(commands)
     for name, command in commands.items():
@@ -228,19 +156,6 @@ def test_help_says_what_each_command_does() -> None:
         offered = [parameter for parameter in command.params if not getattr(parameter, "hidden", False)]
         assert all(option in shown for parameter in offered for option in parameter.opts if "--" in option)
         assert not re.search(r"<\w|--[\w-]+ (str|int|float|list|path)\b", shown)
-
-
-def test_help_imports_nothing_heavy() -> None:
-    """`carom --help` imports neither NumPy, Pydantic, Rich nor an engine, so that it feels instant; nor pytest."""
-    code = (
-        "import sys, carom.runs; from carom.cli import app\n"
-        "try: app(['--help'])\nexcept SystemExit: pass\n"
-        "heavy = {'numpy', 'pydantic', 'rich', 'pymunk', 'pybullet', 'mujoco', 'matplotlib', 'jinja2', 'optuna'}\n"
-        "heavy = {*heavy, 'pytest'} & set(sys.modules)\n"
-        "sys.exit(f'imported {heavy}' if heavy else 0)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.long
@@ -293,8 +208,10 @@ def _works(pids: list[int]) -> bool:
     return ticks >= 0.1 * os.sysconf("SC_CLK_TCK")
 
 
-def test_ctrl_c_before_anything_is_finished_promises_no_journal(tmp_path: Path) -> None:
-    """Where no journal is left, the interruption is handed on, and nobody is told to go on from one."""
+def test_ctrl_c_before_anything_is_finished_promises_no_journal(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where no journal is left, the interruption is handed on; where one is, it is told with what goes on from it."""
 
     def interrupt() -> None:
         with resumable(tmp_path / "journal.jsonl"):
@@ -302,9 +219,11 @@ def test_ctrl_c_before_anything_is_finished_promises_no_journal(tmp_path: Path) 
 
     with pytest.raises(KeyboardInterrupt):
         interrupt()
+    assert capsys.readouterr().err == ""
     (tmp_path / "journal.jsonl").touch()
     with pytest.raises(typer.Exit):
         interrupt()
+    assert f"is in {tmp_path / 'journal.jsonl'}, and --resume goes on from there" in capsys.readouterr().err
 
 
 COMMANDS_WITH_JOURNALS = {
@@ -347,7 +266,7 @@ def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
     else:
         monkeypatch.setattr("carom.runs.journal.Journal.__enter__", ends)
     out = tmp_path / "out"
-    result = carom_command(*COMMANDS_WITH_JOURNALS[command], "--out", str(out))
+    result = carom_command(*COMMANDS_WITH_JOURNALS[command], "--out", out)
     assert result.exit_code == 130, result.output
     assert not out.exists(), list(out.iterdir())
 
@@ -356,9 +275,9 @@ def test_ctrl_c_while_a_journal_is_made_leaves_nothing(
 def test_a_run_of_one_scene_ends_with_the_command_that_prints_the_settings() -> None:
     """The best engine's settings at the step that was run, for the scene as asked; the command gives code."""
     asked = ["run", "paper/late", "-e", "pit", "-e", "pymunk", "-p", "default", "--no-timing", "--fail-on", "never"]
-    *_, said, command = CliRunner().invoke(app, asked).output.splitlines()
+    *_, said, command = carom_command(*asked).output.splitlines()
     assert said == "Settings of pymunk default, as code to paste:"
     assert command == "carom engines pymunk --show default --dt 1/24 --scene paper/late"
-    assert "space.step(dt)" in CliRunner().invoke(app, command.split()[1:]).output
-    alone = CliRunner().invoke(app, ["run", "paper/late", "-e", "pit", "-p", "tuned", "--no-timing"]).output
+    assert "space.step(dt)" in carom_command(*command.split()[1:]).output
+    alone = carom_command("run", "paper/late", "-e", "pit", "-p", "tuned", "--no-timing").output
     assert "to paste" not in alone

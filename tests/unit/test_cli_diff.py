@@ -8,19 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner, Result
-
-from carom.cli import app
-from carom.pages.records_line import records_schema
+from tests.command import carom_command
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
 
 pytestmark = pytest.mark.skipif(not SAMPLE.exists(), reason="a source distribution has no reports")
-
-
-def carom_diff(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["diff", *map(str, arguments)])
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +41,10 @@ def worse(sample: Path, tmp_path: Path) -> Path:
 @pytest.mark.long
 def test_a_grade_that_stays_good_enough_does_not_fail(sample: Path, worse: Path) -> None:
     """What got worse and is sampled still fails on *sampled*, and neither by default nor on *never*."""
-    assert carom_diff(sample, worse).exit_code == 0
-    assert carom_diff(sample.parent, worse.parent, "--fail-on", "sampled").exit_code == 1
-    assert carom_diff(sample, worse, "--fail-on", "never").exit_code == 0
-    assert carom_diff(worse, sample, "--fail-on", "sampled").exit_code == 0
+    assert carom_command("diff", sample, worse).exit_code == 0
+    assert carom_command("diff", sample.parent, worse.parent, "--fail-on", "sampled").exit_code == 1
+    assert carom_command("diff", sample, worse, "--fail-on", "never").exit_code == 0
+    assert carom_command("diff", worse, sample, "--fail-on", "sampled").exit_code == 0
 
 
 def test_a_crash_is_worse_even_where_nothing_was_graded(worse: Path) -> None:
@@ -64,32 +57,25 @@ def test_a_crash_is_worse_even_where_nothing_was_graded(worse: Path) -> None:
     paths = worse.with_name("old.jsonl"), worse.with_name("new.jsonl")
     for path, row in zip(paths, (ungraded, crashed), strict=True):
         path.write_text(f"{first}\n{json.dumps(row)}\n", encoding="utf-8")
-    done = carom_diff(*paths, "--markdown", "-")
+    done = carom_command("diff", *paths, "--markdown", "-")
     assert done.exit_code == 1, done.output
     assert "| worse not graded → crashed |  | ended by signal 11" in done.output
-    assert carom_diff(*reversed(paths)).exit_code == 0
+    assert carom_command("diff", *reversed(paths)).exit_code == 0
 
 
 def test_markdown_and_page_are_written(sample: Path, worse: Path, tmp_path: Path) -> None:
     """Both files hold the sentence that sums it up, which the terminal shows as well."""
     files = tmp_path / "new" / "diff.md", tmp_path / "new" / "diff.html"
-    done = carom_diff(sample, worse, "--markdown", files[0], "--page", files[1])
+    done = carom_command("diff", sample, worse, "--markdown", files[0], "--page", files[1])
     for text in (done.output, *(file.read_text(encoding="utf-8") for file in files)):
         assert "1 worse; " in text
 
 
 def test_markdown_to_a_pipe_is_that_alone(sample: Path, worse: Path) -> None:
     """With - the Markdown is all that is printed, so that it can be piped into a comment."""
-    done = carom_diff(sample, worse, "--markdown", "-")
+    done = carom_command("diff", sample, worse, "--markdown", "-")
     assert done.output.startswith("# Carom diff: ")
     assert done.output.count("1 worse; ") == 1
-
-
-def test_the_schema_is_printed() -> None:
-    """`carom diff --schema` prints the schema of the JSON lines, and needs no file."""
-    done = carom_diff("--schema")
-    assert done.exit_code == 0
-    assert json.loads(done.output) == records_schema()
 
 
 @pytest.mark.parametrize(
@@ -106,7 +92,7 @@ def test_a_file_that_is_none_of_records_is_refused_with_2(sample: Path, tmp_path
     """The message names the file, the line where there is one, and what to do."""
     path = tmp_path / "results.jsonl"
     path.write_text(text, encoding="utf-8")
-    done = carom_diff(sample, path)
+    done = carom_command("diff", sample, path)
     assert done.exit_code == 2, done.output
     assert str(path) in done.output
     assert words in done.output
@@ -119,27 +105,10 @@ def test_a_row_without_a_field_is_refused_by_its_line(sample: Path, worse: Path)
     row = json.loads(lines[4])
     del row["missed"]
     worse.write_text("\n".join([*lines[:4], json.dumps(row), *lines[5:]]) + "\n", encoding="utf-8")
-    done = carom_diff(sample, worse)
+    done = carom_command("diff", sample, worse)
     assert done.exit_code == 2
     assert f"{worse}, line 5: " in done.output
     assert "'missed'" in done.output
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ((SAMPLE,), "carom diff OLD NEW"),
-        ((SAMPLE, "nowhere"), "nowhere can't be read: No such file or directory\nhint: give a report's folder"),
-        ((SAMPLE, ROOT / "docs"), "results.jsonl can't be read"),
-        ((SAMPLE, SAMPLE, "--engine", "pymunk"), "--engine must be OLD=NEW"),
-        ((SAMPLE, SAMPLE, "--engine", "pymunk=bullet"), "has no 'bullet'\nhint: it has "),
-    ],
-)
-def test_bad_usage_is_a_sentence_and_exit_code_2(arguments: tuple[object, ...], words: str, sample: Path) -> None:
-    """Nothing ends in a traceback, and each message says what to give in place."""
-    done = carom_diff(*(sample if argument is SAMPLE else argument for argument in arguments))
-    assert done.exit_code == 2
-    assert words in done.output
 
 
 def test_the_jobs_in_the_docs_are_at_most_ten_lines_that_call_carom_as_it_is() -> None:
@@ -156,7 +125,7 @@ def test_the_jobs_in_the_docs_are_at_most_ten_lines_that_call_carom_as_it_is() -
     called = re.findall(r"carom (run|diff)\b([^\n]*)", "".join(blocks))
     assert {command for command, _ in called} == {"run", "diff"}
     for command, options in called:
-        shown = CliRunner().invoke(app, [command, "--help"]).output
+        shown = carom_command(command, "--help").output
         for option in re.findall(r"(?<= )--[a-z-]+", options):
             assert option in shown, option
 
@@ -169,9 +138,9 @@ def test_what_is_no_comparison_is_not_replaced(sample: Path, tmp_path: Path, opt
     other.write_text("name = 'mine'")
     for path in (other, results):
         before = path.read_bytes()
-        done = carom_diff(sample, sample, option, path)
+        done = carom_command("diff", sample, sample, option, path)
         assert done.exit_code == 2
         assert option in done.output
         assert path.read_bytes() == before
     for _ in range(2):
-        assert carom_diff(sample, sample, option, own).exit_code == 0, option
+        assert carom_command("diff", sample, sample, option, own).exit_code == 0, option

@@ -56,39 +56,6 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("run", "paper/missed", "-e", "pit", "--time-limit", "1e10"), "--time-limit must be a positive"),
-        (("stress", "small", "-e", "pit", "--time-limit", "1e300"), "--time-limit must be a positive"),
-        (("advise", "paper/missed", "--budget", "0"), "--budget must be a whole number from 1 to"),
-        (("bench", "--grow", "-e", "pit", "--discs", "2", "--time-limit", "1e10"), "--time-limit must be a positive"),
-        (("bench", "paper/missed", "--dt", "1e300..1e-300:5"), "above 0: from 1.49e-154 to 6.7e153"),
-        (("run", "paper/missed", "--dt", "1e999999999"), "above 0: from 1.49e-154"),
-        (("bench", "paper/missed", "--dt", "1/60..1/120:99999999"), "of 256 steps at most"),
-        (("bench", "paper/missed", "--phases", "1000000"), "--phases must be a whole number from"),
-        (("bench", "paper/missed", "--jobs", "1000000"), "--jobs must be a whole number from"),
-        (("bench", "paper/missed", "--rounds", "1000000"), "--rounds must be a whole number from"),
-        (("bench", "--grow", "--discs", "1000000000"), "--discs must be a whole number from 1 to 100000"),
-        (
-            ("stress", "small", "-e", "pit", "--memory-limit", "inf"),
-            "--memory-limit must be a positive number of mega",
-        ),
-        (("bench", "paper/missed", "-e", "pit", "--scheduler", "nan"), "--scheduler must be an address such as tcp://"),
-        (("run", "paper/missed", "-e", "pit", "--retry"), "--resume continues what lies in the folder of --out"),
-    ],
-)
-def test_an_option_out_of_reason_is_refused_by_its_limit(
-    arguments: tuple[str, ...], words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A number that no run needs is exit code 2 and a sentence with the limit, at once; nothing is written."""
-    monkeypatch.chdir(tmp_path)
-    result = CliRunner(env={"COLUMNS": "200", "TERM": "dumb"}).invoke(app, arguments)
-    assert result.exit_code == 2
-    assert words in " ".join(result.output.split())
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
     ("arguments", "option"),
     [
         (("run", "paper/missed", "-e", "pit", "--no-timing", "--out"), "--out"),

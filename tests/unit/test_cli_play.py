@@ -33,31 +33,6 @@ def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
     assert "http" not in text.replace("http-equiv", "")
 
 
-@pytest.mark.parametrize(
-    ("words", "why"),
-    [
-        (["classics/gas"], "10 discs at most"),
-        (["paper"], "name one"),
-        (["-e", "pymunk"], "the page runs"),
-        (["-e", "physx"], "the page runs"),
-        (["--out", "play.txt"], "ends in .html"),
-        (["nowhere.toml"], "nowhere.toml"),
-    ],
-)
-def test_what_the_page_can_t_show_is_refused(
-    words: list[str], why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A crowd, several scenes, an engine that no browser runs and a file of another kind are bad usage, and say why.
-
-    No folder is left for a page that is not written.
-    """
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    code, said = _play(*words)
-    assert code == 2
-    assert [*tmp_path.iterdir()] == []
-    assert why in " ".join(said.split())
-
-
 @pytest.mark.parametrize("wasm", [True, False])
 def test_webassembly_is_allowed_only_to_a_page_that_has_it(wasm: bool) -> None:
     """The policy has the engine's hash, and the word for WebAssembly if an engine of the page is made of it."""

@@ -7,16 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner, Result
+from tests.command import carom_command
 
 from carom import Disc, Scene, save_scene
 from carom.adapter import Profile
-from carom.cli import app
 from carom.studies.tune.search import KnobSearch
-
-
-def carom_tune(*arguments: object) -> Result:
-    return CliRunner().invoke(app, ["tune", *map(str, arguments)])
 
 
 @pytest.fixture
@@ -41,7 +36,7 @@ def blocks(text: str, heading: str) -> str:
 def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path: Path) -> None:
     """Of Box2D's knobs the scaling of velocities alone mends a slow impact; the profiles to paste hold it, and run."""
     out = tmp_path / "out"
-    done = carom_tune("box2d", slow, "--trials", 12, "--out", out, "-j", 1)
+    done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
     text = (out / "tune.md").read_text()
     profile = eval(f"{{{blocks(text, 'To paste, in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
@@ -53,7 +48,7 @@ def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path:
     command = blocks(text, "To run it").split()
     assert command[:2] == ["carom", "run"]
     assert f"velocity_scale={settings['velocity_scale']}" in command
-    ran = CliRunner().invoke(app, [*command[1:], "--dt", "1/60", "--no-timing"])
+    ran = carom_command(*command[1:], "--dt", "1/60", "--no-timing")
     assert ran.exit_code == 0, ran.output
 
 
@@ -63,7 +58,7 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
 ) -> None:
     """Ctrl-C leaves the best so far and the way on; taken up, the search ends where it would have ended whole."""
     one, other = tmp_path / "one", tmp_path / "other"
-    assert carom_tune("box2d", slow, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
+    assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", other, "-j", 1).exit_code == 0
     tried = KnobSearch.tried
 
     def interrupted(self: KnobSearch, point: dict[str, int]) -> Any:
@@ -73,34 +68,14 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
 
     with monkeypatch.context() as patched:
         patched.setattr(KnobSearch, "tried", interrupted)
-        done = carom_tune("box2d", slow, "--trials", 12, "--out", one, "-j", 1)
+        done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1)
     assert done.exit_code == 130
     assert "best so far, in trial" in done.output
     assert "--set velocity_scale=" in done.output
     assert "--resume goes on from there" in done.output
-    refused = carom_tune("box2d", slow, "--trials", 12, "--out", one)
+    refused = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one)
     assert refused.exit_code == 2
     assert "continue from them by --resume" in refused.output
-    assert carom_tune("box2d", slow, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code == 0
+    assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code == 0
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
     assert blocks(resumed, "To paste, in Python") == blocks(whole, "To paste, in Python")
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("pit", "classics/miss"), "the adapter of pit declares no knobs"),
-        (("pimunk",), "no engine is named 'pimunk'"),
-        (
-            ("pymunk", "classics/miss", "-p", "best"),
-            "pymunk has no profile 'best'\nhint: it has: default, tuned, located",
-        ),
-        (("pymunk", "classics/miss", "--time-limit", "0"), "--time-limit must be a positive"),
-    ],
-)
-def test_bad_usage_is_a_sentence(tmp_path: Path, arguments: tuple[str, ...], words: str) -> None:
-    """What can't be searched ends with a sentence, exit code 2, and no folder."""
-    done = carom_tune(*arguments, "--out", tmp_path / "out")
-    assert done.exit_code == 2
-    assert words in done.output
-    assert not (tmp_path / "out").exists()

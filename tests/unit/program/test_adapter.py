@@ -143,7 +143,7 @@ def test_a_program_that_had_to_be_killed_is_told_for_what(
 ) -> None:
     """That it was killed is no news, and not the program's doing."""
     monkeypatch.setattr(process, "MOST_ANSWER_BYTES", 2**20)
-    monkeypatch.setattr(process, "GRACE_S", 0.2)
+    monkeypatch.setattr(process, "GRACE_S", 0.02)
     with pytest.raises(AdapterError, match=told) as caught:
         world_of(tmp_path, instead).advance(1)
     assert "signal" not in str(caught.value)

@@ -18,7 +18,7 @@ from tests.unit.program.test_adapter import BUILDS, SESSION, TEMPLATES
 
 #: So long may an answer take, seconds: no request below asks for more than a few steps.
 LIMIT_S = 60.0
-LINES = 600
+LINES = 250
 
 REQUESTS: list[dict[str, Any]] = [json.loads(line)[0] for line in SESSION.read_text(encoding="utf-8").splitlines()]
 

@@ -171,21 +171,3 @@ def test_a_single_run_refuses_likewise() -> None:
         wrong: Any = {"dt": 0.1, name: value}
         with pytest.raises(InputError, match=f"^{name} must be"):
             carom.run("paper/missed", "pit", **wrong)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    long_after(
-        2,
-        [
-            (("run", "paper/missed", "-e", "pimunk"), "no engine is named 'pimunk' hint: did you mean 'pymunk'?"),
-            (("run", "paper/missed", "-e", "pit", "-p", "tunde"), "a profile 'tunde' hint: did you mean 'tuned'?"),
-            (("run", "paper/missed", "-e", "pymunk", "--set", "iteration=3"), "did you mean 'iterations'?"),
-        ],
-    ),
-)
-def test_a_near_name_is_asked_for(arguments: tuple[str, ...], words: str) -> None:
-    """Of engines, profiles and settings a name that is nearly right is answered with the right one."""
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 2
-    assert words in " ".join(result.output.split())

@@ -11,7 +11,7 @@ from tests.stage import disc_at
 import carom
 from carom import Scene
 from carom.adapter import Knob
-from carom.errors import InputError, UnknownNameError
+from carom.errors import InputError
 from carom.pages.records import junit, records
 from carom.pages.render.markdown import markdown
 from carom.runs.engines import engine_of
@@ -99,18 +99,6 @@ def test_a_value_of_another_kind_is_refused(settings: dict[str, Setting], words:
     """What a setting can't be is refused before anything is run, with the name, the kind and the value."""
     with InProcess() as pool, pytest.raises(InputError, match=words):
         tried_by(engine_of("pymunk"), settings, ["tuned"], 1 / 60, pool)
-
-
-@pytest.mark.long
-def test_an_unknown_setting_is_refused_with_those_that_there_are(scene: Scene) -> None:
-    """A setting that no profile and no knob has is refused for the engine that lacks it, with its names."""
-    with pytest.raises(
-        UnknownNameError,
-        match=r"pymunk has no setting 'iteration'; did you mean 'iterations'\? there are: .*\biterations\b",
-    ):
-        carom.run(scene, "pymunk", dt=1 / 60, settings={"iteration": 5})
-    with InProcess() as pool, pytest.raises(UnknownNameError, match="pit has no setting 'iterations'"):
-        plan_of([scene], Options(["pymunk", "pit"], settings={"iterations": 5}), pool)
 
 
 def test_what_a_profile_declares_of_its_own_settings_holds_for_no_others() -> None:

@@ -150,6 +150,6 @@ def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyP
     """Where no scheduler answers, one error says so with the address."""
     from carom.runs import cluster
 
-    monkeypatch.setattr(cluster, "CONNECT_S", 0.5)
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
     with pytest.raises(cluster.ClusterError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
         cluster.ClusterPool("tcp://127.0.0.1:9")

@@ -220,26 +220,6 @@ def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
     assert "--resume" in again.output
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("bench",), "name the scenes to bench"),
-        (("bench", "paper/missed", "--axes", "time-error"), "'time-error' is not one of 'error-time', 'error-dt'"),
-        (("bench", "paper/missed", "--dt", "1/60..x"), "--dt must be a number of seconds"),
-        (("bench", "--grow", "paper/missed"), "takes no scene, got 'paper/missed'"),
-        (("advise", "paper/missed", "--direction-error", "1"), "--direction-error must be an angle such as 1deg"),
-        (("advise", "paper/*"), "and advice is for one"),
-        (("advise", "paper/missed", "--miss-probability", "2"), "--miss-probability must be 0 or more and below 1"),
-    ],
-)
-def test_bad_usage_is_a_sentence(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
-    """Every bad argument ends in one sentence that names it, with exit code 2."""
-    extra = ["--out", str(tmp_path)] if arguments[0] == "bench" else []
-    result = CliRunner().invoke(app, [*arguments, *extra])
-    assert result.exit_code == 2, result.output
-    assert words in " ".join(result.output.split())
-
-
 def measured_in(path: Path) -> list[tuple[float, Measures]]:
     with score_journal(path, resume=True) as journal:
         return [(r.key.dt_s, r.answer.value) for r in journal.entries.values() if r.answer.value is not None]

@@ -1,0 +1,17 @@
+"""The command `carom`, asked in this process."""
+
+from __future__ import annotations
+
+from typer.testing import CliRunner, Result
+
+from carom.cli import app
+
+
+def carom_command(*words: object, columns: int = 200) -> Result:
+    """Return what comes of some words, on a terminal of so many columns that shows no colours."""
+    return CliRunner(env={"COLUMNS": str(columns), "TERM": "dumb"}).invoke(app, [str(word) for word in words])
+
+
+def told(result: Result) -> str:
+    """Return what was printed, however it was broken into lines."""
+    return " ".join(result.output.split())
