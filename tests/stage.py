@@ -5,10 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from carom import Chain, Disc, Ring, Scene, Trace, Wall
 from carom.walls import AnyWall
+
+T = TypeVar("T")
+
+
+def sure(value: T | None) -> T:
+    """Return a value that must be there: where it is None, the test fails."""
+    assert value is not None
+    return value
 
 
 def disc_at(

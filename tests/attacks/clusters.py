@@ -105,7 +105,7 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
             finally:
                 killer.cancel()
     except ClusterError as error:
-        if "--resume" not in str(error):
+        if not re.search(r"pieces? of work (is|are) left, and --resume goes on", str(error)):
             return f"{which} killed after {after_s:.2f} s, scene {number}: it does not say how to go on: {error}"
     except HangError:
         return f"{which} killed after {after_s:.2f} s, scene {number}: no end after {PATIENT_S:g} s"

@@ -92,20 +92,28 @@ def test_an_unknown_engine_is_refused_with_the_names_that_there_are() -> None:
         assert info.name in str(caught.value)
 
 
-def test_an_engine_that_is_not_installed_is_unavailable_with_what_to_do() -> None:
-    """The reason names the module that is missing and the command that installs it."""
-    engine = Engine("Nonesuch", module="no_such_module_at_all", install="pip install nonesuch")
-    assert unavailable_reason(engine) == "no_such_module_at_all is not installed; pip install nonesuch"
+HERE = sys.version_info[:2]
+ABSENT = "no_such_module_at_all"
+NO_WHEEL = (
+    f"{ABSENT} is not installed, and Nonesuch has no wheel for CPython 3.0 and later (this is {HERE[0]}.{HERE[1]})"
+)
+#: An engine, and why it is unavailable: empty where it is not.
+REASONS = {
+    "missing": (Engine("X", module=ABSENT, install="pip install x"), f"{ABSENT} is not installed; pip install x"),
+    "no wheel here": (Engine("X", module=ABSENT, no_wheel_from=(3, 0)), NO_WHEEL),
+    "no wheel later": (Engine("X", module=ABSENT, no_wheel_from=(HERE[0] + 1, 0)), f"{ABSENT} is not installed"),
+    "dotted": (Engine("X", module="no_such_package.part"), "no_such_package.part is not installed"),
+    "of no release": (Engine("X", module="json", distribution="no-such-thing", oldest="5.7"), ""),
+    "there": (Engine("X", module="json.decoder"), ""),
+    "of no module": (Engine("X"), ""),
+}
 
 
-def test_an_engine_without_a_wheel_for_this_python_says_so() -> None:
-    """Where a missing engine publishes no wheel for the running Python, the reason says that, too."""
-    here = sys.version_info[:2]
-    engine = Engine("Nonesuch", module="no_such_module_at_all", no_wheel_from=(3, 0))
-    assert "has no wheel for CPython 3.0 and later" in unavailable_reason(engine)
-    assert f"this is {here[0]}.{here[1]}" in unavailable_reason(engine)
-    later = Engine("Nonesuch", module="no_such_module_at_all", no_wheel_from=(here[0] + 1, 0))
-    assert "wheel" not in unavailable_reason(later)
+@pytest.mark.parametrize("row", REASONS)
+def test_an_engine_is_unavailable_for_what_is_missing_and_for_nothing_else(row: str) -> None:
+    """The reason names the module, and what to do or why nothing can be; what is there has none."""
+    engine, reason = REASONS[row]
+    assert unavailable_reason(engine) == reason
 
 
 @pytest.mark.parametrize(
@@ -134,11 +142,6 @@ def test_a_release_before_the_oldest_that_an_adapter_drives_is_unavailable(
     assert unavailable_reason(engine) == (f"{reason}; pip install nonesuch" if refused else "")
 
 
-def test_an_engine_whose_release_nothing_tells_is_not_refused_for_it() -> None:
-    """A module that is there without a distribution, of a build of one's own say, is available."""
-    assert unavailable_reason(Engine("Nonesuch", module="json", distribution="no-such-thing", oldest="5.7")) == ""
-
-
 class Guest:
     """An adapter, as far as the registry reads one."""
 
@@ -161,17 +164,6 @@ def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drive
     assert told(Engine("Program"), version=lambda: "7.1", unavailable=lambda: "no node") == ("no node", "7.1")
     assert told(Engine("Program"), version=lambda: "", unavailable=lambda: "") == ("", "unknown")
     assert told(Engine("Both", module="no_such_module"), unavailable=lambda: "no licence")[0].startswith("no_such")
-
-
-@pytest.mark.parametrize("module", ["", "json", "json.decoder"])
-def test_an_engine_that_can_be_imported_has_no_reason_against_it(module: str) -> None:
-    """An engine that needs no module, or whose module is there, is available."""
-    assert unavailable_reason(Engine("Here", module=module)) == ""
-
-
-def test_a_dotted_module_in_a_missing_package_is_a_reason_and_no_error() -> None:
-    """Looking for `missing.part` finds that it is not installed, and does not fail over `missing`."""
-    assert "is not installed" in unavailable_reason(Engine("Nonesuch", module="no_such_package.part"))
 
 
 @pytest.mark.long

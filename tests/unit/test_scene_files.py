@@ -64,7 +64,76 @@ def written(path: Path, data: str | bytes) -> Path:
     return path
 
 
+def timed(duration_s: str) -> str:
+    """Return a scene as JSON, with these letters for its duration."""
+    return f'{{"name": "x", "duration_s": {duration_s}, "discs": [{{"position_m": [0, 0], "radius_m": -1}}]}}'
+
+
 # Files that hold no scene ---------------------------------------------------------------------------------------------
+
+
+#: By what is wrong: the file's ending, what is in it, and what must be said, from the beginning on.
+NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
+    "no TOML": ("toml", "name = \n", "is not TOML: Invalid value (at line 1"),
+    "no JSON": ("json", '{"name": }', "is not JSON: Expecting value: line 1 column 10"),
+    "another encoding": ("toml", b"# caf\xe9", "is not TOML: byte 5 is not UTF-8 text"),
+    "another encoding in JSON": ("json", b"# caf\xe9", "is not JSON: byte 5 is not UTF-8 text"),
+    "nested": ("json", "[" * 100_000, "is nested too deeply"),
+    "nested objects": ("json", '{"a":' * 100_000, "is nested too deeply"),
+    "nested in TOML": ("toml", "name = " + "[" * 100_000, "is nested too deeply"),
+    **{
+        f"top level {shown}": ("json", data, f"must hold an object with named fields, got {shown}")
+        for data, shown in (("[1, 2]", "[1, 2]"), ("3", "3"), ("null", "None"), ('"x"', "'x'"))
+    },
+    "digits": ("json", timed("1" * 5000), "is not JSON: "),
+    "digits in TOML": ("toml", f"duration_s = {'1' * 5000}", "is not TOML: "),
+    "hexadecimal digits": (
+        "toml",
+        f"name = 'x'\ndiscs = []\nduration_s = 0x{'1' * 5000}",
+        "duration_s: must be a valid number, got an integer of too many digits",
+    ),
+    **{
+        number: ("json", timed(number), "duration_s: must be a finite number, got ")
+        for number in ("NaN", "Infinity", "-Infinity", "1e999")
+    },
+    "a bad value": ("json", timed("1"), "discs[0].radius_m: must be greater than 0, got -1"),
+    "many values": (
+        "json",
+        '{"a": [' + "[],[]," * 600_000 + "0]}",
+        "holds more than 2097152 values, the limit for JSON",
+    ),
+    "many tables": ("toml", "\n".join(f"[t{k}]" for k in range(263_000)), "the limit for TOML; JSON holds more"),
+    "many walls": (
+        "json",
+        '{"walls": [' + "{}," * 1000 + "{}]}",
+        "walls: a file of a scene holds 1000 of them at",
+    ),
+    "many discs": (
+        "json",
+        '{"discs": [' + "0," * 100_000 + "0]}",
+        "a scene holds 100000 of them at most, got 10",
+    ),
+    "a key twice": ("json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
+    "a long key": ("toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
+    "controls": ("toml", '"\\u001b[31m\u202e" = 1', "\\u001b[31m\\u202e: is not a field of a scene"),
+}
+
+
+@pytest.mark.parametrize("what", NO_SCENES)
+def test_a_file_that_holds_no_scene_is_refused_in_a_sentence(what: str, tmp_path: Path) -> None:
+    """What its parser says comes with its place, a field with its value, and a limit with its number."""
+    ending, data, says = NO_SCENES[what]
+    text = refusal(written(tmp_path / f"x.{ending}", data))
+    assert says in text
+    assert len(text) < 2000
+
+
+def test_what_is_no_file_is_refused_in_the_system_s_words(tmp_path: Path) -> None:
+    """A directory of a scene's name is not read; a file that is not there is told so."""
+    for name in ("x.toml", "x.json"):
+        assert refusal(tmp_path / name) == f"can't be read: {os.strerror(2)}"
+        (tmp_path / name).mkdir()
+        assert refusal(tmp_path / name).startswith("can't be read: ")
 
 
 @cache
@@ -74,33 +143,6 @@ def schema() -> jsonschema.Draft202012Validator:
 
 def checked_by_schema(scene: dict[str, Any]) -> None:
     schema().validate(scene)
-
-
-@pytest.mark.parametrize(
-    ("kind", "text", "place"), [("TOML", "name = \n", "line 1"), ("JSON", '{"name": }', "line 1 column 10")]
-)
-def test_a_file_that_is_of_no_such_kind_is_refused_with_its_place(
-    kind: str, text: str, place: str, tmp_path: Path
-) -> None:
-    """What the parser has to say is passed on, with the place."""
-    said = refusal(written(tmp_path / f"x.{kind.lower()}", text))
-    assert said.startswith(f"is not {kind}: ")
-    assert place in said
-
-
-@pytest.mark.parametrize("suffix", [".toml", ".json"])
-def test_a_file_that_is_not_utf8_is_refused_with_the_byte(tmp_path: Path, suffix: str) -> None:
-    """Text in another encoding is refused by the first byte that shows it."""
-    text = refusal(written(tmp_path / f"x{suffix}", b"# caf\xe9"))
-    assert text == f"is not {suffix[1:].upper()}: byte 5 is not UTF-8 text"
-
-
-@pytest.mark.parametrize(
-    ("name", "data"), [("x.json", "[" * 100_000), ("x.json", '{"a":' * 100_000), ("x.toml", "name = " + "[" * 100_000)]
-)
-def test_a_file_nested_too_deeply_is_refused(tmp_path: Path, name: str, data: str) -> None:
-    """A hundred thousand brackets end in a message, not in a crash."""
-    assert "nested too deeply" in refusal(written(tmp_path / name, data))
 
 
 @pytest.mark.parametrize("data", ["name.{} = 1", "[name.{}]\nx = 1"])
@@ -117,18 +159,6 @@ def test_no_depth_of_nesting_ends_in_another_error(tmp_path: Path, depth: int) -
     assert refusal(written(tmp_path / "x.json", '{"name":' + "[" * depth + "]" * depth + "}"))
 
 
-@pytest.mark.parametrize("name", ["x.toml", "x.json"])
-def test_a_directory_is_refused(tmp_path: Path, name: str) -> None:
-    """A directory of a scene's name is refused, not read."""
-    (tmp_path / name).mkdir()
-    assert refusal(tmp_path / name).startswith("can't be read: ")
-
-
-def test_a_missing_file_is_refused(tmp_path: Path) -> None:
-    """A file that is not there is refused with the system's own words."""
-    assert refusal(tmp_path / "x.toml") == f"can't be read: {os.strerror(2)}"
-
-
 @pytest.mark.parametrize(("name", "shown"), [("x.yaml", "'.yaml'"), ("x", "'nothing'"), ("x.TOML", "'.TOML'")])
 def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Path, name: str, shown: str) -> None:
     """A file of another kind is refused by its ending before it is opened, and nothing is written."""
@@ -137,22 +167,6 @@ def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Pa
     with pytest.raises(SceneError, match="a scene file ends in"):
         save_scene(SAMPLE, tmp_path / name)
     assert not (tmp_path / name).exists()
-
-
-@pytest.mark.parametrize(("data", "shown"), [("[1, 2]", "[1, 2]"), ("3", "3"), ("null", "None"), ('"x"', "'x'")])
-def test_a_json_file_whose_top_level_is_no_object_is_refused(tmp_path: Path, data: str, shown: str) -> None:
-    """A list or a number is valid JSON, but no scene."""
-    says = f"must hold an object with named fields, got {shown}"
-    assert refusal(written(tmp_path / "x.json", data)) == says
-
-
-def test_a_number_of_too_many_digits_is_refused(tmp_path: Path) -> None:
-    """An integer that Python refuses to convert is refused as a scene error, in either format."""
-    digits = "1" * 5000
-    assert refusal(written(tmp_path / "x.json", f'{{"duration_s": {digits}}}')).startswith("is not JSON: ")
-    assert refusal(written(tmp_path / "x.toml", f"duration_s = {digits}")).startswith("is not TOML: ")
-    text = refusal(written(tmp_path / "y.toml", f"duration_s = 0x{digits}"))
-    assert "duration_s: must be a valid number, got an integer of too many digits" in text
 
 
 def test_a_file_above_the_limit_is_refused_without_being_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -186,23 +200,6 @@ def test_a_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest
     assert load_scene(tmp_path / "x.toml") == SAMPLE
     monkeypatch.setitem(MOST_BYTES, ".toml", size - 1)
     assert "is larger than" in refusal(tmp_path / "x.toml")
-
-
-def test_a_bad_value_in_a_file_is_refused_by_file_field_index_and_value(tmp_path: Path) -> None:
-    """The message of a bad number in a file names all four."""
-    save_scene(SAMPLE, tmp_path / "x.toml")
-    text = (tmp_path / "x.toml").read_text(encoding="utf-8").replace("radius_m = 0.1", "radius_m = -0.1")
-    path = written(tmp_path / "bad.toml", text)
-    with pytest.raises(SceneError) as caught:
-        load_scene(path)
-    assert str(caught.value) == f"{path}: discs[0].radius_m: must be greater than 0, got -0.1"
-
-
-@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999"])
-def test_numbers_that_json_does_not_have_are_refused_as_not_finite(tmp_path: Path, number: str) -> None:
-    """Python's JSON reader lets NaN and infinities through; the scene does not."""
-    data = f'{{"name": "x", "duration_s": {number}, "discs": [{{"position_m": [0, 0], "radius_m": 1}}]}}'
-    assert refusal(written(tmp_path / "x.json", data)).startswith("duration_s: must be a finite number, got ")
 
 
 # Round trip -----------------------------------------------------------------------------------------------------------
@@ -322,24 +319,19 @@ def as_json(scene: Scene) -> Any:
     return json.loads(scene.model_dump_json())
 
 
-def test_the_published_schema_is_the_one_of_the_code() -> None:
-    """The file that is published equals what the code generates: sorted, indented by 2, ended by a newline."""
+def test_the_published_schema_is_the_one_of_the_code_and_accepts_what_is_saved() -> None:
+    """It is a schema, the file equals what the code generates, and saved scenes keep to it, infinite mass included."""
+    jsonschema.Draft202012Validator.check_schema(scene_schema())
+    for saved in (SAMPLE, ROUGH):
+        checked_by_schema(as_json(saved))
     published = resources.files("carom").joinpath("scene.schema.json").read_text(encoding="utf-8")
     assert published == json.dumps(scene_schema(), indent=2, sort_keys=True) + "\n"
 
 
-def test_the_schema_is_a_valid_schema() -> None:
-    """The schema itself keeps to the draft that it names."""
-    jsonschema.Draft202012Validator.check_schema(scene_schema())
-
-
-def test_the_schema_accepts_a_saved_scene() -> None:
-    """A scene saved as JSON validates against the schema, infinite mass included."""
-    checked_by_schema(as_json(SAMPLE))
-    checked_by_schema(as_json(ROUGH))
-
-
+#: In place of a value, for its being left out.
+MISSING = object()
 BAD_EDITS: list[tuple[list[str | int], object]] = [
+    *(([field], MISSING) for field in ("name", "discs", "duration_s")),
     (["discs", 0, "radius_m"], -1.0),
     (["discs", 0, "radius_m"], 0),
     (["discs", 0, "radius_m"], "1"),
@@ -373,37 +365,11 @@ def test_the_schema_rejects_what_loading_rejects(path: list[str | int], value: o
     for part in path[:-1]:
         target = target[part]
     target[path[-1]] = value
+    if value is MISSING:
+        del target[path[-1]]
     with pytest.raises(jsonschema.ValidationError):
         checked_by_schema(edited)
     assert refusal(written(tmp_path / "x.json", json.dumps(edited)))
-
-
-@pytest.mark.parametrize("field", ["name", "discs", "duration_s"])
-def test_the_schema_requires_what_loading_requires(field: str) -> None:
-    """A scene without a name, discs or duration fails the schema."""
-    edited = as_json(SAMPLE)
-    del edited[field]
-    with pytest.raises(jsonschema.ValidationError):
-        checked_by_schema(edited)
-
-
-@pytest.mark.parametrize(
-    ("name", "data", "words"),
-    [
-        ("x.json", '{"a": [' + "[],[]," * 600_000 + "0]}", "holds more than 2097152 values, the limit for JSON"),
-        ("x.toml", "\n".join(f"[t{k}]" for k in range(263_000)), "the limit for TOML; JSON holds more"),
-        ("x.json", '{"walls": [' + "{}," * 1000 + "{}]}", "walls: a file of a scene holds 1000 of them at most"),
-        ("x.json", '{"discs": [' + "0," * 100_000 + "0]}", "a file of a scene holds 100000 of them at most, got 10"),
-        ("x.json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
-        ("x.toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
-        ("x.toml", '"\\u001b[31m\u202e" = 1', "\\u001b[31m\\u202e: is not a field of a scene"),
-    ],
-)
-def test_what_is_beyond_a_limit_is_refused_in_a_sentence(tmp_path: Path, name: str, data: str, words: str) -> None:
-    """Values, bodies, a key that is there twice and the length of a key: each is refused by the limit's own number."""
-    text = refusal(written(tmp_path / name, data))
-    assert words in text
-    assert len(text) < 2000
 
 
 def test_a_million_problems_are_not_listed(tmp_path: Path) -> None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -16,7 +18,7 @@ import carom
 from carom import studies
 from carom.cli import app
 from carom.declared import DeclaredOptions, declared
-from carom.errors import InputError
+from carom.errors import InputError, UnknownNameError
 from carom.runs.options import Options
 from carom.shell.asked import shown_option
 from carom.solvers.certified.options import CertifyOptions
@@ -162,12 +164,23 @@ def test_usual_values_are_taken() -> None:
     assert (StressOptions().time_limit_s, StressOptions(quick=True).time_limit_s) == (60.0, 10.0)
 
 
-def test_a_single_run_refuses_likewise() -> None:
-    """What is no scene, and a wrong step or limit, are refused in a sentence, too."""
-    no_scene: Any = 7
-    with pytest.raises(InputError, match="scene must be a Scene or the name of one in the catalogue, got 7"):
-        carom.run(no_scene, "pit", dt=0.1)
-    for name, value in (("dt", 0.0), ("time_limit_s", -1.0)):
-        wrong: Any = {"dt": 0.1, name: value}
-        with pytest.raises(InputError, match=f"^{name} must be"):
-            carom.run("paper/missed", "pit", **wrong)
+@pytest.mark.parametrize(
+    ("call", "given", "error", "words"),
+    [
+        (carom.run, (7, "pit"), InputError, "^scene must be a Scene or the name of one in the catalogue, got 7"),
+        (partial(carom.run, dt=0.0), ("paper/missed", "pit"), InputError, "^dt must be"),
+        (partial(carom.run, dt=0.1, time_limit_s=-1.0), ("paper/missed", "pit"), InputError, "^time_limit_s must be"),
+        (partial(carom.advise, phases=0), ("paper/late",), InputError, "^phases must be a whole number"),
+        (carom.advise, ("paper/lat",), UnknownNameError, "paper/late"),
+        (carom.advise, ("paper/late", ["pymonk"]), UnknownNameError, "pymunk"),
+        (partial(carom.tune, trials=0), ("pymunk",), InputError, "^trials must be a whole number"),
+        (carom.tune, ("pymunk", ["paper/lat"]), UnknownNameError, "paper/late"),
+        (carom.tune, ("pymonk",), UnknownNameError, "pymunk"),
+    ],
+)
+def test_a_call_of_python_s_refuses_likewise(
+    call: Callable[..., object], given: tuple[object, ...], error: type[Exception], words: str
+) -> None:
+    """What is no scene or no engine, and a wrong option, are refused in a sentence, too."""
+    with pytest.raises(error, match=words):
+        call(*given)

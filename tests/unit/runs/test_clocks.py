@@ -1,13 +1,15 @@
-"""A clock that is too coarse, or that shows what no clock can, is told in a sentence and costs nobody else."""
+"""Two clocks, of making a world and of its steps: one that is too coarse, or shows what no clock can, is told."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from itertools import count
 from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import disc_at, staged
 
 from carom import Scene
 from carom.adapter import AdapterError, Capabilities, Engine, Observation, Profile
@@ -98,3 +100,46 @@ def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPat
     else:
         (found_timing,) = (cell for (method, _), cell in timing.timings if method.engine == "clocked")
         assert found_timing.advance_s.median > 0.0
+
+
+class Timed(World):
+    """Shows an hour for its making, and a quarter of a second more for each step; at its end its disc drifts."""
+
+    seconds = 3600.0
+
+    def __init__(self, scene: Scene, drift_m_s: float) -> None:
+        super().__init__(scene, ())
+        self.drift_m_s = drift_m_s
+
+    def advance(self, steps: int) -> None:
+        self.seconds += 0.25 * steps
+
+    def observe(self) -> Observation:
+        return Observation(np.zeros((1, 2)), np.full((1, 2), self.drift_m_s))
+
+
+class TimedAdapter(Adapter):
+    """Each of its worlds ends by so much faster than the one before."""
+
+    def __init__(self, drift_m_s: float = 0.0) -> None:
+        self.made, self.drift_m_s = count(), drift_m_s
+
+    def prepare(self, scene: Scene, settings: Any) -> World:
+        del settings
+        return Timed(scene, self.drift_m_s * next(self.made))
+
+
+ONE = staged("one", disc_at(0, 0), duration_s=2.0)
+
+
+def test_a_world_s_own_clock_counts_from_the_first_step() -> None:
+    """What an engine's clock showed before, from making the world or from a call of none, is no part of the steps."""
+    for call in (False, True):
+        timing = time_run(TimedAdapter(), ONE, "tuned", 0.5, call=call)
+        assert (timing.advance_s, timing.runs) == (4 * 0.25, 3)
+        assert timing.prepare_s < 3600.0
+
+
+def test_ends_that_differ_in_a_bit_are_counted() -> None:
+    """A method that repeats has one end, and one whose runs differ by 1e-300 m/s as many as there were runs."""
+    assert [time_run(TimedAdapter(drift), ONE, "tuned", 0.5).ends for drift in (0.0, 1e-300)] == [1, 3]

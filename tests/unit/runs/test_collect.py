@@ -2,9 +2,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from carom import Disc, Scene, Wall
 from carom.adapter import Contact, Observation
@@ -33,46 +35,55 @@ def scene_of(start: Observation) -> Scene:
     )
 
 
-def collect(start: Observation, *steps: Observation) -> tuple[list[tuple[float, int, int]], ImpactCollector]:
-    collector = ImpactCollector(scene_of(start), start)
+class Collected(NamedTuple):
+    """What comes of a run, and what collected it."""
+
+    impacts: NDArray[np.void]
+    effective: NDArray[np.float64]
+    collector: ImpactCollector
+
+    @property
+    def met(self) -> list[tuple[float, int, int]]:
+        return [(float(one["time_s"]), int(one["first"]), int(one["second"])) for one in self.impacts]
+
+
+def collect(start: Observation, *steps: Observation, scene: Scene | None = None, float_bits: int = 64) -> Collected:
+    """Return what is collected of the states after each step of `DT`, of a scene or of discs on a line."""
+    collector = ImpactCollector(scene or scene_of(start), start, float_bits)
     for k, step in enumerate(steps, start=1):
         collector.add(k * DT, step)
-    impacts, _ = collector.finish()
-    return [(float(i["time_s"]), int(i["first"]), int(i["second"])) for i in impacts], collector
+    return Collected(*collector.finish(), collector)
 
 
 def test_a_contact_of_several_steps_is_one_impact() -> None:
     """A soft contact that acts in three steps is one impact, from the velocity before the first to after the last."""
     start = state((0.0, 1.0), (1.0, 0.0))
     touch = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.4),)
-    collector = ImpactCollector(scene_of(start), start)
-    collector.add(0.1, state((0.10, 0.6), (1.0, 0.4), contacts=touch))
-    collector.add(0.2, state((0.15, 0.3), (1.05, 0.7), contacts=(Contact(0, 1, 0.1, ALONG_X, 0.3),)))
-    collector.add(0.3, state((0.15, 0.0), (1.15, 1.0), contacts=(Contact(0, 1, 0.2, ALONG_X, 0.3),)))
-    collector.add(0.4, state((0.15, 0.0), (1.25, 1.0)))
-    impacts, _ = collector.finish()
-    assert len(impacts) == 1
-    assert impacts[0]["time_s"] == 0.0
-    assert impacts[0]["velocity_first_before"].tolist() == [1.0, 0.0]
-    assert impacts[0]["velocity_second_after"].tolist() == [1.0, 0.0]
+    (impact,) = collect(
+        start,
+        state((0.10, 0.6), (1.0, 0.4), contacts=touch),
+        state((0.15, 0.3), (1.05, 0.7), contacts=(Contact(0, 1, 0.1, ALONG_X, 0.3),)),
+        state((0.15, 0.0), (1.15, 1.0), contacts=(Contact(0, 1, 0.2, ALONG_X, 0.3),)),
+        state((0.15, 0.0), (1.25, 1.0)),
+    ).impacts
+    assert impact["time_s"] == 0.0
+    assert impact["velocity_first_before"].tolist() == [1.0, 0.0]
+    assert impact["velocity_second_after"].tolist() == [1.0, 0.0]
 
 
 @pytest.mark.parametrize(("turned", "float_bits", "known"), [(1e-15, 64, False), (1e-9, 64, True), (1e-9, 32, False)])
 def test_paths_that_turned_by_rounding_alone_meet_nowhere(turned: float, float_bits: int, known: bool) -> None:
     """An impact that is undone leaves a velocity's last bits changed: where such lines meet is no time of anything."""
     start = state((0.0, 1.0), (0.21, 0.0))
-    collector = ImpactCollector(scene_of(start), start, float_bits)
     pushed = state((0.09, 1.0 - turned), (0.22, turned), contacts=(Contact(0, 1, 0.0, ALONG_X, impulse_n_s=1.0),))
-    collector.add(0.1, pushed)
-    _, effective = collector.finish()
-    assert math.isfinite(effective[0]) == known
+    assert math.isfinite(collect(start, pushed, float_bits=float_bits).effective[0]) == known
 
 
 def test_a_contact_of_zero_impulse_is_no_impact() -> None:
     """A contact that an engine reports but that did nothing does not count."""
     start = state((0.0, 1.0), (1.0, 0.0))
-    found, _ = collect(start, state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, 0.0),)))
-    assert found == []
+    idle = state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X, 0.0),))
+    assert collect(start, idle).met == []
 
 
 def test_without_impulses_a_change_of_velocity_decides() -> None:
@@ -80,22 +91,24 @@ def test_without_impulses_a_change_of_velocity_decides() -> None:
     start = state((0.0, 1.0), (1.0, 0.0))
     idle = state((0.1, 1.0), (1.0, 0.0), contacts=(Contact(0, 1, 0.0, ALONG_X),))
     hit = state((0.1, 0.0), (1.1, 1.0), contacts=(Contact(0, 1, 0.1, ALONG_X),))
-    found, _ = collect(start, idle, hit)
-    assert found == [(0.1, 0, 1)]
+    assert collect(start, idle, hit).met == [(0.1, 0, 1)]
 
 
 def test_two_contacts_of_one_disc_in_one_step_are_told_apart_by_their_impulses() -> None:
-    """In a chain resolved within one step, the middle disc's velocities are those between its two impacts."""
+    """In a chain resolved within one step, the middle disc's velocities are those between its two impacts.
+
+    The states before say nothing of where the two were, but which step it was stays known.
+    """
     start = state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
     contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
-    collector = ImpactCollector(scene_of(start), start)
-    collector.add(0.1, state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts))
-    impacts, effective = collector.finish()
-    assert [(i["first"], i["second"]) for i in impacts] == [(0, 1), (1, 2)]
+    impacts, effective, collector = found = collect(start, state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts))
+    assert found.met == [(0.0, 0, 1), (0.0, 1, 2)]
     assert impacts[0]["velocity_second_after"].tolist() == [1.0, 0.0]
     assert impacts[1]["velocity_first_before"].tolist() == [1.0, 0.0]
     assert impacts[1]["velocity_first_after"].tolist() == [0.0, 0.0]
     assert np.isnan(effective).all()  # no free flight between the two: nothing to meet
+    assert collector.states["time_s"].tolist() == [0.0, 0.0]
+    assert np.isnan(collector.states["position_first"]).all()
 
 
 def test_a_pair_pushed_together_again_by_a_third_body_collides_twice() -> None:
@@ -103,34 +116,25 @@ def test_a_pair_pushed_together_again_by_a_third_body_collides_twice() -> None:
     start = state((0.0, 1.0), (1.0, 0.0), (2.0, -3.0))
     first = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 4.0))
     second = (Contact(0, 1, 0.1, ALONG_X, 3.0),)
-    collector = ImpactCollector(scene_of(start), start)
-    collector.add(0.1, state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first))
-    collector.add(0.2, state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second))
-    impacts, _ = collector.finish()
-    assert [(i["first"], i["second"], float(i["time_s"])) for i in impacts] == [(0, 1, 0.0), (1, 2, 0.0), (0, 1, 0.1)]
+    steps = (
+        state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first),
+        state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second),
+    )
+    assert collect(start, *steps).met == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
 
 
 @pytest.mark.parametrize("turn_s", [0.0125, 0.05, 0.0875])
 def test_the_effective_time_is_where_the_path_turned(turn_s: float) -> None:
-    """Free-flight lines that meet at an instant within the step give that instant back."""
+    """Free-flight lines that meet at an instant within the step give it back; of a disc at a wall, its own two."""
     start = state((0.0, 2.0), (1.0, -1.0))
     left = 2.0 * turn_s - 1.0 * (DT - turn_s)
     right = 1.0 - 1.0 * turn_s + 2.0 * (DT - turn_s)
-    collector = ImpactCollector(scene_of(start), start)
-    collector.add(DT, state((left, -1.0), (right, 2.0), contacts=(Contact(0, 1, DT, ALONG_X, 3.0),)))
-    impacts, effective = collector.finish()
-    assert impacts["time_s"].tolist() == [DT]
+    found = collect(start, state((left, -1.0), (right, 2.0), contacts=(Contact(0, 1, DT, ALONG_X, 3.0),)))
+    assert found.impacts["time_s"].tolist() == [DT]
     # Positions of order 1 rounded to half an ulp, divided by a relative velocity change of 6.
-    assert effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
-
-
-def test_the_effective_time_off_a_wall_is_where_the_path_turned() -> None:
-    """A wall has no path: only the disc's own lines meet."""
-    start = state((0.0, 2.0))
-    collector = ImpactCollector(scene_of(start), start)
-    collector.add(DT, state((2.0 * 0.03 - 2.0 * 0.07, -2.0), contacts=(Contact(0, -1, 0.0, ALONG_X, 4.0),)))
-    _, effective = collector.finish()
-    assert effective[0] == pytest.approx(0.03, abs=4 * math.ulp(1.0))
+    assert found.effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
+    thrown = state((2.0 * turn_s - 2.0 * (DT - turn_s), -2.0), contacts=(Contact(0, -1, 0.0, ALONG_X, 4.0),))
+    assert collect(state((0.0, 2.0)), thrown).effective[0] == pytest.approx(turn_s, abs=4 * math.ulp(1.0))
 
 
 def test_a_method_that_knows_the_velocities_is_taken_at_its_word() -> None:
@@ -138,51 +142,28 @@ def test_a_method_that_knows_the_velocities_is_taken_at_its_word() -> None:
     start = state((0.0, 1.0), (1.0, 0.0))
     velocities = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1.0, 0.0))
     twice = (Contact(0, 1, 0.01, ALONG_X, None, velocities), Contact(0, 1, 0.05, ALONG_X, None, velocities))
-    found, _ = collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=twice))
-    assert found == [(0.01, 0, 1), (0.05, 0, 1)]
+    assert collect(start, state((0.1, 0.0), (1.0, 1.0), contacts=twice)).met == [(0.01, 0, 1), (0.05, 0, 1)]
 
 
 def test_the_normal_of_several_steps_is_that_along_which_they_push_together() -> None:
     """A contact whose normal turns while it lasts has the normal of the sum of its impulses."""
     start = state((0.0, 1.0), (1.0, 0.0))
-    collector = ImpactCollector(scene_of(start), start)
     first, second = (0.8, 0.6), (0.6, 0.8)
-    collector.add(0.1, state((0.1, 0.5), (1.0, 0.3), contacts=(Contact(0, 1, 0.0, first, 3.0),)))
-    collector.add(0.2, state((0.1, 0.2), (1.1, 0.6), contacts=(Contact(0, 1, 0.1, second, 1.0),)))
-    collector.add(0.3, state((0.1, 0.2), (1.2, 0.6)))
-    (impact,), _ = collector.finish()
+    (impact,) = collect(
+        start,
+        state((0.1, 0.5), (1.0, 0.3), contacts=(Contact(0, 1, 0.0, first, 3.0),)),
+        state((0.1, 0.2), (1.1, 0.6), contacts=(Contact(0, 1, 0.1, second, 1.0),)),
+        state((0.1, 0.2), (1.2, 0.6)),
+    ).impacts
     expected = (np.array(first) * 3.0 + np.array(second)) / math.hypot(3.0, 2.6)
     assert impact["normal"].tolist() == pytest.approx(expected.tolist(), rel=1e-15)
 
 
-def test_the_step_of_an_impact_is_known_where_its_state_is_not() -> None:
-    """Of two contacts of one disc in a step, the states before say nothing; but which step it was stays known."""
-    start = state((0.0, 1.0), (1.0, 0.0), (2.0, 0.0))
-    contacts = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 1.0))
-    collector = ImpactCollector(scene_of(start), start)
-    collector.add(0.1, state((0.0, 0.0), (1.0, 0.0), (2.1, 1.0), contacts=contacts))
-    collector.finish()
-    assert collector.states["time_s"].tolist() == [0.0, 0.0]
-    assert np.isnan(collector.states["position_first"]).all()
-
-
 def test_no_contacts_give_empty_arrays_of_the_right_kind() -> None:
     """A run without impacts has an empty impact array with all its fields."""
-    collector = ImpactCollector(scene_of(state((0.0, 1.0))), state((0.0, 1.0)))
-    impacts, effective = collector.finish()
+    impacts, effective, _ = collect(state((0.0, 1.0)))
     assert len(impacts) == len(effective) == 0
     assert "time_s" in (impacts.dtype.names or ())
-
-
-def rough_scene() -> Scene:
-    """A disc of k = 1/2 between two others, where friction acts, all three in line."""
-    discs = [Disc(position_m=(float(x), 0.0), radius_m=0.5) for x in (0, 1, 2)]
-    return Scene(name="rough", discs=discs, friction=0.5, duration_s=1)
-
-
-def turning(velocity: list[tuple[float, float]], spin: list[float] | None, *contacts: Contact) -> Observation:
-    position = np.array([(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
-    return Observation(position, np.array(velocity), contacts, spin_rad_s=None if spin is None else np.array(spin))
 
 
 #: Impulses J n + T t on the second: disc 1 receives (2, 1) from disc 0 and gives (2, -0.5) to disc 2; each takes
@@ -192,12 +173,18 @@ _AFTER = [(1.0, -1.0), (0.0, 1.5), (2.0, -0.5)]
 _SPUN = [-4.0, -4.0 + 2.0, 2.0]
 
 
+def rubbed(*contacts: Contact) -> Collected:
+    """Return what is collected of a disc of k = 1/2 between two others, all three in line, that rub in one step."""
+    discs = [Disc(position_m=(float(x), 0.0), radius_m=0.5) for x in (0, 1, 2)]
+    place = np.array([disc.position_m for disc in discs])
+    start = Observation(place, np.array([(3.0, 0.0), (0.0, 0.0), (0.0, 0.0)]), (), spin_rad_s=np.zeros(3))
+    after = Observation(place, np.array(_AFTER), contacts, spin_rad_s=np.array(_SPUN))
+    return collect(start, after, scene=Scene(name="rough", discs=discs, friction=0.5, duration_s=1))
+
+
 def test_contacts_that_rub_in_one_step_are_told_apart_by_both_impulses() -> None:
     """Velocity and spin of the middle disc between two impacts of a step are what the first one's impulses gave."""
-    start = turning([(3.0, 0.0), (0.0, 0.0), (0.0, 0.0)], [0.0, 0.0, 0.0])
-    collector = ImpactCollector(rough_scene(), start)
-    collector.add(DT, turning(_AFTER, _SPUN, *_RUBBED))
-    impacts, _ = collector.finish()
+    impacts, _, collector = rubbed(*_RUBBED)
     assert collector.spins is not None
     assert impacts[0]["velocity_second_after"].tolist() == [2.0, 1.0]
     assert impacts[1]["velocity_first_before"].tolist() == [2.0, 1.0]
@@ -207,20 +194,15 @@ def test_contacts_that_rub_in_one_step_are_told_apart_by_both_impulses() -> None
 
 def test_without_its_tangential_impulse_a_contact_that_rubs_tells_no_velocity_between() -> None:
     """A push alone does not say what a rough contact did: what is known then is the end of the step."""
-    start = turning([(3.0, 0.0), (0.0, 0.0), (0.0, 0.0)], [0.0, 0.0, 0.0])
-    collector = ImpactCollector(rough_scene(), start)
     contacts = [dataclasses.replace(contact, tangential_impulse_n_s=None) for contact in _RUBBED]
-    collector.add(DT, turning(_AFTER, _SPUN, *contacts))
-    impacts, _ = collector.finish()
+    impacts, *_ = rubbed(*contacts)
     assert impacts[0]["velocity_second_after"].tolist() == [0.0, 1.5]
 
 
 G = 9.81
 
 
-def landing(
-    fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: int = 1
-) -> tuple[ImpactCollector, list[Observation]]:
+def landing(fall_s: float, slid: float = 0.0, restitution: float = 0.0, lasts: int = 1) -> Collected:
     """A ball that falls onto a floor at `fall_s` at 1 m/s aside, and rests there, or is thrown up after some steps.
 
     While it rests, friction takes `slid` of its speed aside a step.
@@ -243,37 +225,24 @@ def landing(
             contact = (Contact(0, -1, t - DT, (0.0, -1.0), impulse_n_s=1.0),)
         seen.append(Observation(np.array([[t, y]]), np.array([[aside, v]]), contact))
     start = Observation(np.array([disc.position_m]), np.array([disc.velocity_m_s]))
-    return ImpactCollector(scene, start), seen
+    return collect(start, *seen, scene=scene)
 
 
 @pytest.mark.parametrize("fall_s", [0.41, 0.55, 0.5999])
 def test_a_ball_that_lands_and_rests_has_struck_where_it_landed(fall_s: float) -> None:
     """A contact that gravity holds to the end of the run ends its impact where it rests: the instant is the landing."""
-    collector, seen = landing(fall_s)
-    for k, now in enumerate(seen, start=1):
-        collector.add(k * DT, now)
-    impacts, effective = collector.finish()
-    assert len(impacts) == 1
-    assert effective[0] == pytest.approx(fall_s, abs=8 * math.ulp(1.0))
+    assert landing(fall_s).effective == pytest.approx([fall_s], abs=8 * math.ulp(1.0))
 
 
 def test_what_friction_takes_at_rest_is_no_part_of_the_impact() -> None:
     """A ball that lands, and then slides more and more slowly, leaves its impact as fast as it began to slide."""
-    collector, seen = landing(0.55, slid=0.01)
-    for k, now in enumerate(seen, start=1):
-        collector.add(k * DT, now)
-    impacts, _ = collector.finish()
-    assert impacts["velocity_first_after"].tolist() == [[0.99, 0.0]]
+    assert landing(0.55, slid=0.01).impacts["velocity_first_after"].tolist() == [[0.99, 0.0]]
 
 
 def test_a_soft_contact_that_throws_back_is_not_ended_where_it_turns() -> None:
     """A contact that stands still at one boundary and then throws the ball back ends with what it throws it back at."""
-    collector, seen = landing(0.55, restitution=0.5, lasts=2)
-    for k, now in enumerate(seen, start=1):
-        collector.add(k * DT, now)
-    impacts, _ = collector.finish()
-    assert len(impacts) == 1
-    assert impacts["velocity_first_after"][0, 1] == 0.5 * G * 0.55
+    (impact,) = landing(0.55, restitution=0.5, lasts=2).impacts
+    assert impact["velocity_first_after"][1] == 0.5 * G * 0.55
 
 
 @pytest.mark.parametrize("acts_at_end", [False, True])
@@ -286,7 +255,7 @@ def test_velocities_of_discs_that_fall_together_are_those_of_their_impact(acts_a
     discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.1) for x, v in ((-0.4, 1.0), (0.4, -1.0))]
     scene = Scene(name="pair", discs=discs, gravity_m_s2=(0.0, -G), duration_s=1.0)
     start = Observation(np.array([(-0.4, 0.0), (0.4, 0.0)]), np.array([(1.0, 0.0), (-1.0, 0.0)]))
-    collector = ImpactCollector(scene, start)
+    seen = []
     for k in range(1, 8):
         t = k * DT
         turned = k >= (3 if acts_at_end else 4)
@@ -294,8 +263,8 @@ def test_velocities_of_discs_that_fall_together_are_those_of_their_impact(acts_a
         fall, speed = -G * t * t / 2, -G * t
         touches = k == (3 if acts_at_end else 4)
         contact = (Contact(0, 1, t, ALONG_X, impulse_n_s=1.0),) if touches else ()
-        collector.add(t, Observation(np.array([[-x, fall], [x, fall]]), np.array([[-v, speed], [v, speed]]), contact))
-    impacts, effective = collector.finish()
+        seen.append(Observation(np.array([[-x, fall], [x, fall]]), np.array([[-v, speed], [v, speed]]), contact))
+    impacts, effective, _ = collect(start, *seen, scene=scene)
     assert effective == pytest.approx([0.3], abs=1e-15)
     for field, across in (("first_before", 1.0), ("second_before", -1.0), ("first_after", -1.0), ("second_after", 1.0)):
         assert impacts[0][f"velocity_{field}"] == pytest.approx((across, -0.3 * G), abs=8 * math.ulp(1.0))

@@ -62,17 +62,6 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
     assert all("exit code 7" in result.reason for result in by_engine["exits"])
 
 
-@pytest.mark.long
-@pytest.mark.usefixtures("hostile")
-def test_a_cell_that_hangs_is_ended_and_so_is_the_next(scene: Scene) -> None:
-    """A job without an answer is ended after the time limit, says after how long, and leaves the next its turn."""
-    jobs = jobs_of(scene, ("hangs",), 2)
-    with LocalPool(1, time_limit_s=0.5) as pool:
-        found = sweep(jobs, pool)
-    assert [found[job_key(job)].status for job in jobs] == [Status.TIMED_OUT, Status.TIMED_OUT]
-    assert "0.5 s" in found[job_key(jobs[0])].reason
-
-
 def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -> None:
     """A sweep that goes on runs what is missing alone, and ends with the content of one that never stopped."""
     jobs = jobs_of(scene, ("pit", "pic"), 8)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.lengths import long_after
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.pages.test_terminal import printed
 
 from carom import Scene, resolve_impact, solve_pic, solve_pit
@@ -148,14 +148,12 @@ def test_what_looks_once_a_step_needs_what_the_closed_form_says(starts: int, mon
     assert found.method == Method("pymunk", "tuned")
     assert found.ending is SearchEnding.FOUND
     closed = advice.closed_form
-    assert closed is not None
     assert advice.sampling is None
-    for answer, limit_s in ((found.never_misses, closed.never_misses_s), (found.demand, closed.demand_s)):
+    for answer, limit_s in ((found.never_misses, sure(closed).never_misses_s), (found.demand, sure(closed).demand_s)):
         assert answer.passes is not None
-        assert answer.fails is not None
         assert answer.passes.starts == starts + 1
-        assert answer.passes.dt_s <= limit_s < answer.fails.dt_s
-        assert answer.fails.dt_s <= 1.5 * answer.passes.dt_s * (1 + 1e-9)
+        assert answer.passes.dt_s <= limit_s < sure(answer.fails).dt_s
+        assert sure(answer.fails).dt_s <= 1.5 * answer.passes.dt_s * (1 + 1e-9)
 
 
 @pytest.mark.long
@@ -217,16 +215,13 @@ def test_with_friction_pit_is_tried() -> None:
     advice = advise(rough, asked(["pit"], 5 * DEGREE), InProcess())
     assert advice.closed_form is None
     assert advice.answers == ()
-    assert advice.sampling is not None
-    answer = advice.sampling.demand
-    assert answer.passes is not None
-    assert answer.fails is not None
-    for step, right in ((answer.passes.dt_s, True), (answer.fails.dt_s, False)):
+    answer = sure(advice.sampling).demand
+    for step, right in ((sure(answer.passes).dt_s, True), (sure(answer.fails).dt_s, False)):
         found, worst = direction_errors(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
     text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
     assert "were there no friction" in text
-    assert f"and {1 / answer.passes.dt_s:.4g}-{1 / answer.down_to_s:.4g} a second, by trying" in text
+    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} a second, by trying" in text
 
 
 @pytest.mark.long

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import carom
-from carom.errors import InputError, UnknownNameError
 from carom.runs.pool import InProcess
 from carom.studies.advise.ask import ShownAdvice
 
@@ -44,13 +43,3 @@ def test_a_picture_has_a_line_a_method_and_the_demand(advice: ShownAdvice) -> No
     assert page is not None
     assert "<svg" in page
     assert "to miss no impact" in page
-
-
-def test_what_makes_no_sense_is_refused_by_name() -> None:
-    """An option, a scene and an engine that are none are refused as from the command line."""
-    with pytest.raises(InputError, match=r"^phases must be a whole number"):
-        carom.advise("paper/late", phases=0)
-    with pytest.raises(UnknownNameError, match="paper/late"):
-        carom.advise("paper/lat")
-    with pytest.raises(UnknownNameError, match="pymunk"):
-        carom.advise("paper/late", ["pymonk"])

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
+from tests.stage import sure
 
 from carom.runs.job import Answer, Method, Status
 from carom.scene import Disc, Scene
@@ -65,16 +66,14 @@ def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_thre
         found, tried = searched(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
         answer = found.demand
         assert answer.passes is not None
-        assert answer.fails is not None
         assert answer.passes.dt_s == pytest.approx(1 / 120)
-        assert answer.fails.dt_s == pytest.approx(1 / 90)
+        assert sure(answer.fails).dt_s == pytest.approx(1 / 90)
         assert answer.passes.even == CONFIRM
         assert answer.down_to_s == pytest.approx(1 / 120 / 2**octaves)
         assert answer.monotone
         below = [dt for dt in grid_of(SCENE, math.inf) if answer.down_to_s <= dt <= answer.passes.dt_s]
         assert set(below) <= {dt for dt, _ in tried}
-        assert found.never_misses.passes is not None
-        assert found.never_misses.passes.dt_s == max(dt for dt in grid_of(SCENE, math.inf) if dt <= 0.1)
+        assert sure(found.never_misses.passes).dt_s == max(dt for dt in grid_of(SCENE, math.inf) if dt <= 0.1)
         assert found.ending is SearchEnding.FOUND
 
 
@@ -82,8 +81,7 @@ def test_a_hole_in_a_curve_is_found_and_told() -> None:
     """Steps of 1/180 and 1/240 s fail though those above pass: the answer lies below, and both sides are told."""
     found, _ = searched(lambda dt, _: (1 / 300 < dt < 1 / 150, 1e-3 * dt), guess_s=1 / 400)
     answer = found.demand
-    assert answer.passes is not None
-    assert answer.passes.dt_s == pytest.approx(1 / 360)
+    assert sure(answer.passes).dt_s == pytest.approx(1 / 360)
     assert not answer.monotone
     assert [1 / trial.dt_s for trial in answer.finer_failures] == pytest.approx([180, 240])
     assert answer.coarser_passes[0].dt_s == 1.0
@@ -95,8 +93,7 @@ def test_no_answer_is_given_before_a_frame_was_tried_and_what_looking_once_a_ste
     """A curve that passes everywhere is followed to a frame, to what the hardest impact allows, or to an eighth."""
     for guess_s, finest_s in ((math.inf, 1 / 60), (1 / 200, 1 / 240), (1e-6, 1 / 480)):
         found, _ = searched(lambda dt, _: (False, 1e-3 * dt), guess_s=guess_s)
-        assert found.demand.passes is not None
-        assert found.demand.passes.dt_s == 1.0
+        assert sure(found.demand.passes).dt_s == 1.0
         assert found.demand.down_to_s == pytest.approx(finest_s)
 
 
@@ -105,10 +102,9 @@ def test_one_miss_at_64_starts_moves_the_answer_to_the_next_finer_step() -> None
     found, tried = searched(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
     answer = found.never_misses
     assert answer.passes is not None
-    assert answer.fails is not None
     assert answer.passes.dt_s == pytest.approx(1 / 90)
-    assert answer.fails.dt_s == pytest.approx(1 / 60)
-    assert answer.fails.even == CONFIRM
+    assert sure(answer.fails).dt_s == pytest.approx(1 / 60)
+    assert sure(answer.fails).even == CONFIRM
     assert (answer.passes.dt_s, CONFIRM) in tried
     assert answer.down_to_s <= answer.passes.dt_s / 4 * (1 + 1e-9)
 
@@ -117,9 +113,8 @@ def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
     """Where 90 a second pass, and 60 do not, 120 are two a frame of 60 Hz; where they fail at 64 starts, no answer."""
     found, tried = searched(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
     for answer in (found.never_misses, found.demand):
-        assert answer.passes is not None
         assert answer.in_frame is not None
-        assert answer.passes.dt_s == pytest.approx(1 / 90)
+        assert sure(answer.passes).dt_s == pytest.approx(1 / 90)
         assert answer.in_frame.dt_s == pytest.approx(1 / 120)
         assert answer.in_frame.even == CONFIRM
         assert (answer.in_frame.dt_s, CONFIRM) in tried
@@ -128,10 +123,8 @@ def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
     assert found.never_misses.passes.dt_s == pytest.approx(1 / 180)
     assert found.never_misses.in_frame is found.never_misses.passes
     (large,) = (found for found, _ in [searched(lambda dt, _: (False, 1e-3 * dt))])
-    assert large.demand.passes is not None
-    assert large.demand.in_frame is not None
-    assert large.demand.passes.dt_s == 1.0
-    assert in_a_frame(large.demand.in_frame.dt_s, 60) == 1
+    assert sure(large.demand.passes).dt_s == 1.0
+    assert in_a_frame(sure(large.demand.in_frame).dt_s, 60) == 1
 
 
 @pytest.mark.parametrize("rate_hz", [24.0, 59.94, 60.0, 1e-7, 1e9 / 7])
@@ -152,9 +145,8 @@ def test_what_does_not_depend_on_the_step_ends_the_search_below_a_frame() -> Non
     found, tried = searched(lambda dt, _: (dt > 0.2, math.radians(3.0)))
     assert found.ending is SearchEnding.FLAT
     assert found.demand.passes is None
-    assert found.never_misses.passes is not None
     assert min(dt for dt, _ in tried) == pytest.approx(1 / 60)
-    assert found.flat_from_s == found.never_misses.passes.dt_s
+    assert found.flat_from_s == sure(found.never_misses.passes).dt_s
     sinking, _ = searched(lambda dt, _: (False, math.radians(9.0) * dt**0.2))
     assert sinking.flat_from_s is None
     assert sinking.ending is SearchEnding.FINEST
@@ -204,8 +196,7 @@ def test_what_a_method_does_not_take_is_not_run_and_nothing_fails_there() -> Non
 def test_what_breaks_off_at_a_huge_step_is_asked_for_smaller_ones_and_at_a_frame_no_more() -> None:
     """A crash at 0.5 s is a step that fails; one at a frame ends the search, without an answer."""
     found, _ = searched(lambda dt, _: (False, 1e-3 * dt), broken=lambda dt: dt > 0.3)
-    assert found.never_misses.fails is not None
-    assert found.never_misses.fails.reason == "crashed"
+    assert sure(found.never_misses.fails).reason == "crashed"
     assert found.never_misses.passes is not None
     found, tried = searched(lambda dt, _: (dt > 0.1, 1e-3 * dt), broken=lambda dt: dt < 0.02)
     assert found.ending is SearchEnding.BROKE

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import long_after
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 import carom
 from carom import Disc, Scene, Wall
@@ -46,35 +46,6 @@ def tried(scenes: list[Scene], *engines: str) -> carom.Results:
     return carom.cross_check(scenes, engines, dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess())
 
 
-@pytest.mark.long
-def test_a_crash_is_a_row_and_harms_no_other(scene: Scene) -> None:
-    """An engine that aborts, exits or raises is a row with its reason; every other row is as if it had run alone."""
-    results = carom.cross_check(
-        [scene], ["pic", "pit", "aborts", "exits", "raises"], dts=[0.1], profiles=["tuned"], timing=False
-    )
-    assert statuses(results) == {
-        "pic": Status.RAN,
-        "pit": Status.RAN,
-        "aborts": Status.CRASHED,
-        "exits": Status.CRASHED,
-        "raises": Status.FAILED,
-    }
-    reasons = {row.job.engine: row.reason for row in results.rows}
-    assert "SIGABRT" in reasons["aborts"]
-    assert "assertion failed in solver.c:42" in reasons["aborts"]
-    assert "exit code 7" in reasons["exits"]
-    assert "ZeroDivisionError: inertia" in reasons["raises"]
-    assert next(row.grade for row in results.rows if row.job.engine == "pic") is Grade.EXACT
-
-
-@pytest.mark.long
-def test_a_hang_is_ended_and_is_a_row(scene: Scene) -> None:
-    """An engine that gives no answer in time is ended, and its row says after how long."""
-    results = carom.cross_check([scene], ["hangs"], dts=[0.1], profiles=["tuned"], timing=False, time_limit_s=1.5)
-    assert statuses(results) == {"hangs": Status.TIMED_OUT}
-    assert "1.5 s" in results.rows[0].reason
-
-
 class HangsWhenTimed(InProcess):
     """A pool in which no engine but PIT answers when it is timed."""
 
@@ -100,21 +71,18 @@ def test_a_hang_in_the_timed_path_is_told_and_harms_no_other(scene: Scene) -> No
 def test_a_state_that_is_not_finite_ends_the_run(scene: Scene) -> None:
     """An engine whose state becomes NaN is cut short there and graded wrong, not compared with NaN."""
     row = tried([scene], "goes-nan").rows[0]
-    assert row.trace is not None
-    assert row.trace.outcome is Outcome.NON_FINITE
+    assert sure(row.trace).outcome is Outcome.NON_FINITE
     assert row.grade is Grade.WRONG
-    assert np.isfinite(row.trace.final_position_m).all()
+    assert np.isfinite(sure(row.trace).final_position_m).all()
 
 
 def test_an_engines_own_warning_ends_the_run(scene: Scene) -> None:
     """An engine that warns of its state is cut short with its own words, and what came before is kept."""
     row = tried([scene], "warns").rows[0]
-    assert row.trace is not None
-    assert row.trace.outcome is Outcome.WARNED
-    assert row.trace.counts["steps"] == 2
-    assert row.score is not None
-    assert row.score.verdicts[0] is Verdict.CUT_SHORT
-    assert "BADQACC" in row.score.findings[0].reason
+    assert sure(row.trace).outcome is Outcome.WARNED
+    assert sure(row.trace).counts["steps"] == 2
+    assert sure(row.score).verdicts[0] is Verdict.CUT_SHORT
+    assert "BADQACC" in sure(row.score).findings[0].reason
 
 
 def test_chatter_and_litter_stay_with_the_engine(
@@ -157,9 +125,8 @@ def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
     falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -8), duration_s=1)
     results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False, pool=InProcess())
     for row in results.rows:
-        assert row.trace is not None
-        assert row.trace.final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
-        assert row.trace.final_velocity_m_s == pytest.approx(np.array([[0, -8]]), rel=1e-14)
+        assert sure(row.trace).final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
+        assert sure(row.trace).final_velocity_m_s == pytest.approx(np.array([[0, -8]]), rel=1e-14)
 
 
 @pytest.mark.long
@@ -174,9 +141,8 @@ def test_what_comes_after_rest_is_not_scored() -> None:
     second_s = 0.5 * (1 + 2 * 0.25)
     seen_s = (math.floor(second_s * 60) + 1) / 60
     for row in results.rows:
-        assert row.score is not None
-        assert row.score.horizon_s == pytest.approx(seen_s, rel=1e-12)
-        assert (row.score.grade is Grade.EXACT) == (row.job.engine == "pic")
+        assert sure(row.score).horizon_s == pytest.approx(seen_s, rel=1e-12)
+        assert (sure(row.score).grade is Grade.EXACT) == (row.job.engine == "pic")
 
 
 @pytest.mark.long
@@ -197,8 +163,7 @@ def test_run_gives_the_trace_of_the_method_itself(scene: Scene, process: str, re
     assert (direct.impacts == through.impacts).all()
     assert (direct.final_velocity_m_s == through.final_velocity_m_s).all()
     assert through.settings["form"] == "event-driven"
-    assert through.samples is not None
-    assert through.samples.position_m.shape == (121, 2, 2)
+    assert sure(through.samples).position_m.shape == (121, 2, 2)
     direct, through = carom.solve_pit(scene, frame_rate_hz=60), carom.run(scene, "pit", dt=1 / 60)
     assert (direct.impacts == through.impacts).all()
 
@@ -280,8 +245,7 @@ def test_without_an_answer_from_pit_nobody_is_called_worse_than_it(
     monkeypatch.setattr(execute, "PIT_METHOD", Method("aborts", "tuned"))
     row = carom.cross_check([scene], ["pit"], dts=[0.3], profiles=["tuned"], timing=False).rows[0]
     assert row.grade is Grade.UNGRADED
-    assert row.score is not None
-    assert Verdict.UNCOMPARED in row.score.verdicts
+    assert Verdict.UNCOMPARED in sure(row.score).verdicts
 
 
 def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.MonkeyPatch) -> None:

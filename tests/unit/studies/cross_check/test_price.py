@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
+from tests.stage import sure
 
 from carom import cross_check
 from carom.comparator import Errors, compare
@@ -122,8 +123,7 @@ def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> 
         for row in rows
         if (row.job.engine, row.job.scene.name, row.job.refinement) == ("toy", late, 0) and row.score
     )
-    assert score.against_pit is not None
-    assert score.against_pit.velocity > 0.001  # far from PIT, for being right
+    assert sure(score.against_pit).velocity > 0.001  # far from PIT, for being right
 
 
 def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
@@ -131,8 +131,7 @@ def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
     (toy,) = prices(build_grid(results))
     svg = price_chart([toy], "chart")
     frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
-    assert frame is not None
-    left, top, width, height = map(float, frame.groups())
+    left, top, width, height = map(float, sure(frame).groups())
     marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
     assert len(marks) == 2
     for x, y in marks:
@@ -146,8 +145,7 @@ def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
     worse = with_toy(results, {late: 1.1})
     (toy,) = prices(build_grid(worse))
     score = toy.scores[late]
-    assert score.against_pit is not None
-    assert score.own_velocity == min(score.against_pit.velocity, score.total.velocity) > 0.01
+    assert score.own_velocity == min(sure(score.against_pit).velocity, score.total.velocity) > 0.01
     assert toy.different == [late]
     assert of_toy(worse)["equals PIT"] == f"2 of 3 not {late}"
 

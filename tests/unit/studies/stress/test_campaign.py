@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from carom import load_scene, run
-from carom.errors import InputError, UnknownNameError
+from carom.errors import InputError
 from carom.pages.render.terminal import terminal
 from carom.runs.pool import InProcess
 from carom.studies.stress import run as campaign
@@ -102,15 +102,6 @@ def test_an_interrupted_campaign_keeps_what_is_finished(tmp_path: Path) -> None:
     stress(["small"], BOTH, out=tmp_path, resume=True, progress=lambda d, _t, _w: done.append(d))
     assert done == [1, 2, 3], "all are counted, those of the journal too"
     assert (tmp_path / JOURNAL).read_text().splitlines()[: len(finished)] == finished
-
-
-def test_an_unknown_name_is_refused(tmp_path: Path) -> None:
-    """An unknown attack or engine is refused before anything runs, with what there is."""
-    with pytest.raises(UnknownNameError, match="grazing"):
-        stress(["grasing"], StressOptions(), out=tmp_path)
-    with pytest.raises(UnknownNameError, match="pybullet"):
-        stress(["grazing"], StressOptions(["bullet"]), out=tmp_path)
-    assert not (tmp_path / JOURNAL).exists()
 
 
 def test_no_two_lines_share_a_name() -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import carom
-from carom.errors import InputError, UnknownNameError
 from carom.studies.tune.merit import Merit
 
 pytest.importorskip("optuna", reason="optuna, extra tune, is not installed")
@@ -51,13 +50,3 @@ def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
     better = " ".join(repr(replace(found, others={"tuned": best, "located": best})).split())
     assert "Better, written by hand: tuned." in better
     assert " tie." not in better
-
-
-def test_what_makes_no_sense_is_refused_by_name() -> None:
-    """An option, a scene and an engine that are none are refused as from the command line."""
-    with pytest.raises(InputError, match=r"^trials must be a whole number"):
-        carom.tune("pymunk", trials=0)
-    with pytest.raises(UnknownNameError, match="paper/late"):
-        carom.tune("pymunk", ["paper/lat"])
-    with pytest.raises(UnknownNameError, match="pymunk"):
-        carom.tune("pymonk")
