@@ -331,7 +331,9 @@ def test_the_published_schema_is_the_one_of_the_code_and_accepts_what_is_saved()
 #: In place of a value, for its being left out.
 MISSING = object()
 BAD_EDITS: list[tuple[list[str | int], object]] = [
-    *(([field], MISSING) for field in ("name", "discs", "duration_s")),
+    (["name"], MISSING),
+    (["discs"], MISSING),
+    (["duration_s"], MISSING),
     (["discs", 0, "radius_m"], -1.0),
     (["discs", 0, "radius_m"], 0),
     (["discs", 0, "radius_m"], "1"),
