@@ -94,9 +94,7 @@ def test_an_unknown_engine_is_refused_with_the_names_that_there_are() -> None:
 
 HERE = sys.version_info[:2]
 ABSENT = "no_such_module_at_all"
-NO_WHEEL = (
-    f"{ABSENT} is not installed, and Nonesuch has no wheel for CPython 3.0 and later (this is {HERE[0]}.{HERE[1]})"
-)
+NO_WHEEL = f"{ABSENT} is not installed, and X has no wheel for CPython 3.0 and later (this is {HERE[0]}.{HERE[1]})"
 #: An engine, and why it is unavailable: empty where it is not.
 REASONS = {
     "missing": (Engine("X", module=ABSENT, install="pip install x"), f"{ABSENT} is not installed; pip install x"),
