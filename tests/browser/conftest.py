@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import shutil
 from collections import ChainMap
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page
@@ -92,6 +93,12 @@ def browser() -> Iterator[Browser]:
         yield playwright.chromium.launch(executable_path=_chromium(), args=list(FLAGS))
 
 
+#: Opens a page: its path, the link within it, its width and height, and options of Playwright's window.
+Window = Callable[..., Page]
+#: 190 mm at 96 pixels an inch.
+A4_PX = 718
+
+
 class Faults(list[str]):
     """What went wrong on a page: errors of scripts, messages of the console, requests, and questions to the user."""
 
@@ -100,16 +107,46 @@ class Faults(list[str]):
         page.on("pageerror", lambda error: self.append(f"error: {error}"))
         page.on("console", lambda message: self.append(f"{message.type}: {message.text}"))
         page.on("dialog", lambda dialog: self.append(f"dialog: {dialog.message}"))
-        page.on("request", lambda request: self.append(request.url) if not request.url.startswith("file:") else None)
+        page.on("request", lambda request: self._asked(request.url))
+
+    def _asked(self, url: str) -> None:
+        if not url.startswith(("file:", "about:")):
+            self.append(url)
 
 
 @pytest.fixture
-def page(browser: Browser, report: Path) -> Iterator[Page]:
-    """The report, opened as by a double click; the test fails where a script does, or asks for anything."""
-    faults = Faults()
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
-    faults.watch(page)
-    page.goto(report.as_uri())
-    yield page
-    page.close()
+def window(browser: Browser) -> Iterator[Window]:
+    """Open a page as by a double click; the test fails where a script of it does, or asks for anything."""
+    faults, pages = Faults(), list[Page]()
+
+    def open_(path: Path, link: str = "", *, width: int = 1280, height: int = 900, **options: Any) -> Page:
+        pages.append(browser.new_page(viewport={"width": width, "height": height}, **options))
+        faults.watch(pages[-1])
+        pages[-1].goto(path.as_uri() + link)
+        return pages[-1]
+
+    yield open_
+    for page in pages:
+        page.close()
     assert not faults
+
+
+@pytest.fixture
+def page(window: Window, report: Path) -> Page:
+    """The report."""
+    return window(report)
+
+
+def serious(page: Page, *impacts: str) -> set[str]:
+    """Return the rules of accessibility that axe finds broken, of these impacts or of any."""
+    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
+
+    found = Axe().run(page).response["violations"]
+    return {f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in impacts or not impacts}
+
+
+def cut_on_paper(page: Page, things: str = "table, pre, svg") -> Any:
+    """Return which of these things are wider than A4, upright with usual margins, on a page of that width."""
+    page.emulate_media(media="print")
+    seen = f"all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > {A4_PX})"
+    return page.eval_on_selector_all(things, f"{seen}.map(one => one.className || one.outerHTML)")

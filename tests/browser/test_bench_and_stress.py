@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page
-from tests.browser.conftest import Faults
+from playwright.sync_api import Locator, Page
+from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.unit.studies.examples import bench, campaign_results, growth
 
 from carom.pages import wording
@@ -41,17 +40,6 @@ def path(request: pytest.FixtureRequest, pages: dict[str, Path]) -> Path:
     return pages[request.param]
 
 
-@pytest.fixture
-def opened(browser: Browser) -> Iterator[Page]:
-    """A window that fails the test where a script does, or asks for anything."""
-    faults = Faults()
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
-    faults.watch(page)
-    yield page
-    page.close()
-    assert not faults
-
-
 def said(page: Page) -> dict[str, str]:
     """Return what is shown of a point: each number by its name."""
     names = page.locator(".tip dt").all_inner_texts()
@@ -80,9 +68,9 @@ def links(page: Page, diagram: int) -> Locator:
     return page.locator(".charts svg").nth(diagram).locator("a")
 
 
-def test_a_point_says_its_numbers_where_it_is_pointed_at(opened: Page, pages: dict[str, Path]) -> None:
+def test_a_point_says_its_numbers_where_it_is_pointed_at(window: Window, pages: dict[str, Path]) -> None:
     """In each diagram a point shows the very error, times and command that the file has; Escape takes them away."""
-    opened.goto(pages["bench"].as_uri())
+    opened = window(pages["bench"])
     every = points(pages)
     assert opened.locator(".charts svg").count() == 4
     for diagram in range(4):
@@ -93,9 +81,9 @@ def test_a_point_says_its_numbers_where_it_is_pointed_at(opened: Page, pages: di
         assert not opened.locator(".tip").is_visible()
 
 
-def test_a_run_of_the_growth_bench_says_its_numbers(opened: Page, pages: dict[str, Path]) -> None:
+def test_a_run_of_the_growth_bench_says_its_numbers(window: Window, pages: dict[str, Path]) -> None:
     """In both diagrams a run shows the time and the memory that the file has, and its command."""
-    opened.goto(pages["growth"].as_uri())
+    opened = window(pages["growth"])
     curve = json.loads((pages["growth"].parent / "growth.json").read_text())["curves"][3]
     point = curve["points"][2]
     for diagram in range(2):
@@ -107,9 +95,9 @@ def test_a_run_of_the_growth_bench_says_its_numbers(opened: Page, pages: dict[st
         assert shown["command"] == f"carom bench --grow {method}"
 
 
-def test_the_keyboard_goes_from_point_to_point(opened: Page, pages: dict[str, Path]) -> None:
+def test_the_keyboard_goes_from_point_to_point(window: Window, pages: dict[str, Path]) -> None:
     """A diagram is one stop of the tabulator; the arrows walk its points, and Enter leads to the row of one."""
-    opened.goto(pages["bench"].as_uri())
+    opened = window(pages["bench"])
     every = points(pages)
     assert opened.locator(".charts svg a[tabindex='0']").count() == 4
     links(opened, 0).first.focus()
@@ -124,20 +112,18 @@ def test_the_keyboard_goes_from_point_to_point(opened: Page, pages: dict[str, Pa
     agrees(dict(zip(names, row.locator("> *").all_inner_texts(), strict=True)), every[12])
 
 
-def test_without_scripts_a_table_stands(browser: Browser, pages: dict[str, Path]) -> None:
+def test_without_scripts_a_table_stands(window: Window, pages: dict[str, Path]) -> None:
     """Where JavaScript is switched off a click on a point leads to its row, which holds all of it."""
-    page = browser.new_page(java_script_enabled=False, viewport={"width": 1280, "height": 900})
-    page.goto(pages["bench"].as_uri())
+    page = window(pages["bench"], java_script_enabled=False)
     links(page, 0).nth(20).click(force=True)
     row = page.locator("tr:has(:target)")
     assert row.is_visible()
     assert "carom bench paper/late" in row.inner_text()
-    page.close()
 
 
-def test_bars_have_the_length_of_the_decades_stood(opened: Page, pages: dict[str, Path]) -> None:
+def test_bars_have_the_length_of_the_decades_stood(window: Window, pages: dict[str, Path]) -> None:
     """The bar of an attack is as long as the file's decades from the harmless end to where the method stood."""
-    opened.goto(pages["stress"].as_uri())
+    opened = window(pages["stress"])
     content = json.loads((pages["stress"].parent / "stress.json").read_text())
     (table,) = [one for one in opened.locator("table.grid").all() if one.locator(".meter").count()]
     attacks = [line for line in content["lines"] if line["kind"] == "attack"]
@@ -157,9 +143,9 @@ def test_bars_have_the_length_of_the_decades_stood(opened: Page, pages: dict[str
                 assert length == pytest.approx(max(stood, 0.0), abs=0.05)
 
 
-def test_a_cell_leads_to_its_evidence(opened: Page, pages: dict[str, Path]) -> None:
+def test_a_cell_leads_to_its_evidence(window: Window, pages: dict[str, Path]) -> None:
     """A click opens the evidence at the row of that method: its scene file, and the command that shows the number."""
-    opened.goto(pages["stress"].as_uri())
+    opened = window(pages["stress"])
     opened.locator("table.grid td a[href='#tunnelling/pit/tuned']").click()
     row = opened.locator("tr:has(:target)")
     row.wait_for(state="visible")
@@ -169,10 +155,9 @@ def test_a_cell_leads_to_its_evidence(opened: Page, pages: dict[str, Path]) -> N
 
 
 @pytest.mark.parametrize("width", [360, 768, 1280])
-def test_the_page_is_as_wide_as_the_window(opened: Page, path: Path, width: int) -> None:
+def test_the_page_is_as_wide_as_the_window(window: Window, path: Path, width: int) -> None:
     """Nothing sticks out of the window; what is wider scrolls within its own frame."""
-    opened.set_viewport_size({"width": width, "height": 800})
-    opened.goto(path.as_uri())
+    opened = window(path, width=width, height=800)
     assert opened.evaluate("document.documentElement.scrollWidth") <= width
     if width == 360 and path.parent.name == "bench":
         links(opened, 0).nth(30).focus()
@@ -183,26 +168,14 @@ def test_the_page_is_as_wide_as_the_window(opened: Page, path: Path, width: int)
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(browser: Browser, path: Path, scheme: Literal["light", "dark"]) -> None:
+def test_axe_finds_nothing_serious(window: Window, path: Path, scheme: Literal["light", "dark"]) -> None:
     """No rule of accessibility that axe calls serious or critical is broken, with a point's numbers shown, too."""
-    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
-
-    page = browser.new_page(color_scheme=scheme, bypass_csp=True)
-    page.goto(path.as_uri())
+    page = window(path, color_scheme=scheme, bypass_csp=True)
     page.locator(".charts svg a, details a, details summary").first.focus()
     page.evaluate("document.querySelector('details')?.setAttribute('open', '')")
-    found = Axe().run(page).response["violations"]
-    serious = {
-        f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in {"serious", "critical"}
-    }
-    assert not serious
-    page.close()
+    assert serious(page, "serious", "critical") == set()
 
 
-def test_on_paper_nothing_is_cut_off(opened: Page, path: Path) -> None:
+def test_on_paper_nothing_is_cut_off(window: Window, path: Path) -> None:
     """Printed on A4, upright with usual margins, every table and diagram is as wide as the sheet at most."""
-    opened.set_viewport_size({"width": 718, "height": 1000})  # 190 mm at 96 pixels an inch
-    opened.emulate_media(media="print")
-    opened.goto(path.as_uri())
-    seen = "all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > 718)"
-    assert opened.eval_on_selector_all("table, pre, svg", f"{seen}.map(one => one.className)") == []
+    assert cut_on_paper(window(path, width=A4_PX, height=1000)) == []

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Literal
 
 import pytest
-from playwright.sync_api import Browser, Page
+from playwright.sync_api import Page
+from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_replay import MISSED, opened
 
 from carom.pages.grid import mark_read
@@ -19,21 +20,18 @@ pytestmark = pytest.mark.browser
 
 
 @pytest.mark.parametrize("width", [360, 768, 1280])
-def test_the_page_is_as_wide_as_the_window(browser: Browser, wide_report: Path, width: int) -> None:
+def test_the_page_is_as_wide_as_the_window(window: Window, wide_report: Path, width: int) -> None:
     """Nothing sticks out of the window; what is wider scrolls within its own frame."""
-    page = browser.new_page(viewport={"width": width, "height": 800})
-    page.goto(wide_report.as_uri())
+    page = window(wide_report, width=width, height=800)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
-    page.close()
 
 
-def test_the_ranking_of_four_engines_fits_the_first_screen(browser: Browser, wide_report: Path) -> None:
+def test_the_ranking_of_four_engines_fits_the_first_screen(window: Window, wide_report: Path) -> None:
     """At 1,280 pixels PIT and four engines with three profiles stand below each other, uncut; a click plays the worst.
 
     The best stands first, by what the rows themselves say, and a mark stands wherever an impact is missed.
     """
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
-    page.goto(wide_report.as_uri())
+    page = window(wide_report)
     frame = page.locator(".scroll", has=page.locator("table.methods"))
     assert frame.evaluate("frame => frame.scrollWidth - frame.clientWidth") == 0
     assert frame.evaluate("frame => frame.getBoundingClientRect().bottom") < 900
@@ -49,13 +47,11 @@ def test_the_ranking_of_four_engines_fits_the_first_screen(browser: Browser, wid
     assert 0 < page.locator("table.methods .corner").count() < page.locator("table.methods .share").count()
     page.locator("table.methods .share a").last.click()
     page.wait_for_selector("#replay[open]")
-    page.close()
 
 
-def test_bars_are_as_long_as_their_shares(browser: Browser, wide_report: Path) -> None:
+def test_bars_are_as_long_as_their_shares(window: Window, wide_report: Path) -> None:
     """Of a method's bar each part is as wide as its grade has scenes, the best at the left."""
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
-    page.goto(wide_report.as_uri())
+    page = window(wide_report)
     order = ["exact", "close", "sampled", "inaccurate", "parted", "parted-inaccurate", "wrong", "not-graded"]
     for cell in page.locator("table.methods tbody td:nth-child(2)").all():
         counts = [int(count) for count in re.findall(r"\d+", cell.inner_text())]
@@ -65,16 +61,14 @@ def test_bars_are_as_long_as_their_shares(browser: Browser, wide_report: Path) -
         whole, spare = sum(width for _, width in parts), 1.5  # whole pixels: half a pixel here, one in all of them
         for count, (_, width) in zip(counts, parts, strict=True):
             assert abs(width - whole * count / sum(counts)) <= spare
-    page.close()
 
 
-def test_a_switch_leaves_one_profile_in_both_tables(browser: Browser, wide_report: Path) -> None:
+def test_a_switch_leaves_one_profile_in_both_tables(window: Window, wide_report: Path) -> None:
     """Chosen above the ranking or beside the other filters, a profile leaves its rows and columns, PIC's and PIT's.
 
     PIT has one profile, and is what the others are read against.
     """
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
-    page.goto(wide_report.as_uri())
+    page = window(wide_report)
     switch, beside = page.locator("fieldset.switch"), page.locator(".filters").get_by_label("profile")
     assert switch.get_by_label("default").is_checked()  # as shipped, where a report has it
     assert beside.input_value() == "default"
@@ -96,19 +90,15 @@ def test_a_switch_leaves_one_profile_in_both_tables(browser: Browser, wide_repor
     assert [method for method in methods if not method.endswith("default")] == ["PITtuned"]
     switch.get_by_label("all").check()
     assert page.locator("table.methods tbody tr:visible").count() == every
-    page.close()
-    plain = browser.new_page(java_script_enabled=False)
-    plain.goto(wide_report.as_uri())
+    plain = window(wide_report, java_script_enabled=False)
     assert plain.locator("table.methods tbody tr:visible").count() == every
     assert plain.locator("fieldset.switch").count() == 0
-    plain.close()
 
 
 @pytest.mark.parametrize("name", ["methods", "grid"])
-def test_on_a_phone_every_cell_is_seen_with_its_heading(browser: Browser, wide_report: Path, name: str) -> None:
+def test_on_a_phone_every_cell_is_seen_with_its_heading(window: Window, wide_report: Path, name: str) -> None:
     """At 360 pixels nothing of the ranking and of the scenes stands outside the window, and no text is cut."""
-    page = browser.new_page(viewport={"width": 360, "height": 740})
-    page.goto(wide_report.as_uri())
+    page = window(wide_report, width=360, height=740)
     page.locator("fieldset.switch").get_by_label("all").check()
     cells = page.locator(f"table.{name} tbody td:visible")
     assert cells.count() > (100 if name == "grid" else 60)
@@ -122,13 +112,11 @@ def test_on_a_phone_every_cell_is_seen_with_its_heading(browser: Browser, wide_r
     assert all(len(head) > len('""') for head in heads)
     page.locator("fieldset.switch").get_by_label("tuned").check()
     assert page.locator("table.methods tbody tr:visible").count() == 5
-    page.close()
 
 
-def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(browser: Browser, wide_report: Path) -> None:
+def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(window: Window, wide_report: Path) -> None:
     """The first screen says in words what goes wrong, and what was found; one click plays a run that misses."""
-    page = browser.new_page(viewport={"width": 1280, "height": 900})
-    page.goto(wide_report.as_uri())
+    page = window(wide_report)
     said = page.locator("header .about").inner_text()
     assert all(word in said for word in ("once a step", "PIT", "PIC", "late"))
     weights = page.locator(".verdict p").evaluate_all("all => all.map(one => Number(getComputedStyle(one).fontWeight))")
@@ -136,15 +124,12 @@ def test_who_is_new_to_it_is_told_what_is_compared_and_shown_it(browser: Browser
     page.locator("header .about a").click()
     page.wait_for_selector("#replay[open]")
     assert "missed" in page.locator("table.impacts").inner_text()
-    page.close()
 
 
-def test_no_words_of_the_first_chart_run_into_each_other(browser: Browser, wide_report: Path) -> None:
+def test_no_words_of_the_first_chart_run_into_each_other(window: Window, wide_report: Path) -> None:
     """No two texts of the chart of what sampling costs overlap, as large as it is drawn and on a phone."""
-    page = browser.new_page()
     for width in (360, 1280):
-        page.set_viewport_size({"width": width, "height": 900})
-        page.goto(wide_report.as_uri())
+        page = window(wide_report, width=width)
         texts = page.locator(".charts svg").first.locator("text")
         boxes = texts.evaluate_all(
             "all => all.map(one => one.getBoundingClientRect()).map(b => [b.x, b.y, b.right, b.bottom])"
@@ -152,7 +137,6 @@ def test_no_words_of_the_first_chart_run_into_each_other(browser: Browser, wide_
         assert len(boxes) > 14
         pairs = combinations(boxes, 2)
         assert not [1 for a, b in pairs if a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]]
-    page.close()
 
 
 def test_filters_leave_what_was_asked_for(page: Page) -> None:
@@ -192,33 +176,19 @@ def test_a_heading_sorts_the_worst_to_the_top_and_back(page: Page) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_axe_finds_nothing_serious(browser: Browser, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
+def test_axe_finds_nothing_serious(window: Window, wide_report: Path, scheme: Literal["light", "dark"]) -> None:
     """No rule of accessibility that axe calls serious or critical is broken, on the page and in a replay."""
-    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
-
-    page = browser.new_page(color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
-    page.goto(wide_report.as_uri())
+    page = window(wide_report, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True)
     for key in ("", "phone", MISSED):
         page.set_viewport_size({"width": 360 if key == "phone" else 1280, "height": 800})
         if key == MISSED:
             opened(page, key)
-        found = Axe().run(page).response["violations"]
-        serious = {
-            f"{one['id']}: {one['nodes'][0]['html'][:120]}" for one in found if one["impact"] in {"serious", "critical"}
-        }
-        assert not serious
-    page.close()
+        assert serious(page, "serious", "critical") == set()
 
 
-def test_on_paper_nothing_is_cut_off(browser: Browser, wide_report: Path) -> None:
+def test_on_paper_nothing_is_cut_off(window: Window, wide_report: Path) -> None:
     """Printed on A4, upright with usual margins, every table is as wide as the sheet at most."""
-    page = browser.new_page(viewport={"width": 718, "height": 1000})  # 190 mm at 96 pixels an inch
-    page.emulate_media(media="print")
-    page.goto(wide_report.as_uri())
-    seen = "all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > 718)"
-    wide = page.eval_on_selector_all("table, pre, svg", f"{seen}.map(one => one.className)")
-    assert wide == []
-    page.close()
+    assert cut_on_paper(window(wide_report, width=A4_PX, height=1000)) == []
 
 
 def test_every_cell_is_unpacked_when_it_is_opened_and_printed_then(page: Page, report: Path) -> None:
@@ -237,12 +207,10 @@ def test_every_cell_is_unpacked_when_it_is_opened_and_printed_then(page: Page, r
     assert details.locator("tbody tr").last.is_visible()
 
 
-def test_without_script_the_page_says_where_every_cell_is(browser: Browser, report: Path) -> None:
+def test_without_script_the_page_says_where_every_cell_is(window: Window, report: Path) -> None:
     """Where JavaScript is off, the opened part says so, and names the file that has the numbers."""
-    page = browser.new_page(java_script_enabled=False)
-    page.goto(report.as_uri())
+    page = window(report, java_script_enabled=False)
     page.locator("details.packed summary").click()
     said = page.locator("details.packed noscript").inner_text()
     assert "JavaScript, which is switched off here" in said
     assert "results.jsonl" in said
-    page.close()

@@ -5,14 +5,13 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, BrowserContext, Page
-from tests.browser.conftest import Faults
+from playwright.sync_api import Browser, Page
+from tests.browser.conftest import Window
 
 import carom
 from carom.adapter.checks import unsupported_reason
@@ -73,22 +72,15 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def opened(browser: Browser) -> Iterator[Callable[..., Page]]:
-    """Open the page in a context of given options; the test fails where a script does, or where anything is fetched."""
-    faults, contexts = Faults(), list[BrowserContext]()
+def opened(window: Window) -> Window:
+    """Open the page, and wait for its first sentence."""
 
     def show(path: Path, link: str = "", **options: Any) -> Page:
-        contexts.append(browser.new_context(**options))
-        page = contexts[-1].new_page()
-        faults.watch(page)
-        page.goto(path.as_uri() + link)
+        page = window(path, link, **options)
         page.wait_for_selector("#sentence:not(:empty)")
         return page
 
-    yield show
-    for context in contexts:
-        context.close()
-    assert not faults
+    return show
 
 
 def _state(page: Page, what: str = "scene") -> Any:
@@ -108,7 +100,7 @@ def _slide(page: Page, label: str, value: float) -> None:
     )
 
 
-def test_a_disc_and_its_arrow_are_dragged_with_the_mouse(file: Path, opened: Callable[..., Page]) -> None:
+def test_a_disc_and_its_arrow_are_dragged_with_the_mouse(file: Path, opened: Window) -> None:
     """The centre changes a disc's position alone, the head of its arrow its velocity alone, and the answer follows."""
     page = opened(file)
     before, said = _state(page)["discs"][1], page.inner_text(".says")
@@ -123,7 +115,7 @@ def test_a_disc_and_its_arrow_are_dragged_with_the_mouse(file: Path, opened: Cal
     assert page.inner_text(".says") != said
 
 
-def test_a_disc_is_not_dragged_into_another(file: Path, opened: Callable[..., Page]) -> None:
+def test_a_disc_is_not_dragged_into_another(file: Path, opened: Window) -> None:
     """A place where discs would overlap at the start is not taken."""
     page = opened(file)
     spots = [page.evaluate(f"caromPage.spot({i})") for i in range(2)]
@@ -132,7 +124,7 @@ def test_a_disc_is_not_dragged_into_another(file: Path, opened: Callable[..., Pa
     assert math.dist(first["position_m"], second["position_m"]) >= first["radius_m"] + second["radius_m"]
 
 
-def test_keys_move_a_disc_and_its_velocity(file: Path, opened: Callable[..., Page]) -> None:
+def test_keys_move_a_disc_and_its_velocity(file: Path, opened: Window) -> None:
     """In the picture a number chooses a disc, arrow keys move it, with Ctrl its velocity, with Shift finely."""
     page = opened(file)
     before = _state(page)["discs"][1]
@@ -150,9 +142,9 @@ def test_keys_move_a_disc_and_its_velocity(file: Path, opened: Callable[..., Pag
 
 
 @pytest.mark.parametrize("on_disc", [True, False])
-def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Callable[..., Page], on_disc: bool) -> None:
+def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Window, on_disc: bool) -> None:
     """A swipe beside the discs scrolls the page and moves none; one that begins on a disc moves that and no page."""
-    page = opened(file, viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True)
+    page = opened(file, width=360, height=640, has_touch=True, is_mobile=True)
     x, y = page.evaluate("caromPage.spot(0)")
     box = page.locator("canvas").first.bounding_box()
     assert box is not None
@@ -169,7 +161,7 @@ def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Callabl
     assert (_state(page)["discs"] != before) == on_disc
 
 
-def test_every_slider_and_box_changes_the_scene(file: Path, opened: Callable[..., Page]) -> None:
+def test_every_slider_and_box_changes_the_scene(file: Path, opened: Window) -> None:
     """Frames a second, phase, restitution, friction, walls, gravity, discs and their numbers are what the scene has."""
     page = opened(file)
     _slide(page, "frames a second", 1)
@@ -195,7 +187,7 @@ def test_every_slider_and_box_changes_the_scene(file: Path, opened: Callable[...
     assert page.is_disabled("#more") == (len(_state(page)["discs"]) == 10)
 
 
-def test_the_clock_plays_pauses_and_is_set(file: Path, opened: Callable[..., Page]) -> None:
+def test_the_clock_plays_pauses_and_is_set(file: Path, opened: Window) -> None:
     """It plays by itself unless less motion is asked for; the button stops it, and the slider sets it."""
     page = opened(file)
     assert page.inner_text("#run") == "pause"
@@ -207,7 +199,7 @@ def test_the_clock_plays_pauses_and_is_set(file: Path, opened: Callable[..., Pag
 
 
 @pytest.mark.parametrize("name", GALLERY)
-def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Callable[..., Page]) -> None:
+def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Window) -> None:
     """A link to each scene of the gallery shows it, with the impacts of carom.solve_pic and solve_pit to the bit."""
     page = opened(file, f"#{name}")
     scene = all_scenes()[name].scene
@@ -217,7 +209,7 @@ def test_the_page_s_numbers_are_carom_s(name: str, file: Path, opened: Callable[
 
 
 @pytest.mark.parametrize("name", ["spin/throw-stick", "every kind", _DAMPED])
-def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Callable[..., Page]) -> None:
+def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Window) -> None:
     """What was dragged and slid is the same scene, with the same impacts, where its link is opened."""
     page = opened(file, f"#{name}")
     _slide(page, "phase of the looks", 0.137)
@@ -230,7 +222,7 @@ def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Call
         assert _state(other, what) == _state(page, what)
 
 
-def test_a_link_of_the_version_before_is_followed(file: Path, opened: Callable[..., Page]) -> None:
+def test_a_link_of_the_version_before_is_followed(file: Path, opened: Window) -> None:
     """Half-planes were four numbers each."""
     page = opened(file, _link([[_DISC], [[1, 0, -1, 0]], *_REST[1:]], version=1))
     assert _state(page, "scene.walls") == [{"point_m": [1, 0], "normal": [-1, 0]}]
@@ -261,7 +253,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("case", [*HOSTILE, "version", "noise"])
-def test_a_hostile_link_is_refused(case: str, file: Path, opened: Callable[..., Page]) -> None:
+def test_a_hostile_link_is_refused(case: str, file: Path, opened: Window) -> None:
     """A number that is text, out of its range or missing is said in words; the page goes on with its first scene."""
     link = {"version": "#3=W10", "noise": "#2=%00<b>"}.get(case) or _link(HOSTILE[case])
     page = opened(file, link)
@@ -275,7 +267,7 @@ def test_a_hostile_link_is_refused(case: str, file: Path, opened: Callable[..., 
     [(name, phase) for name in ("paper/multiple", "every kind") for phase in (0, 0.3)] + [(_DAMPED, 0.3)],
 )
 def test_the_file_runs_and_gives_the_page_s_numbers(
-    name: str, phase: float, file: Path, opened: Callable[..., Page], tmp_path: Path
+    name: str, phase: float, file: Path, opened: Window, tmp_path: Path
 ) -> None:
     """The file that is downloaded is a scene of Carom's; PIT finds in it what the page's found, at the same looks."""
     page = opened(file, f"#{name}", accept_downloads=True)
@@ -294,7 +286,7 @@ def test_the_file_runs_and_gives_the_page_s_numbers(
         assert trace.impacts["time_s"].tolist() == pytest.approx([t - early for t in times], abs=1e-9 if phase else 0)
 
 
-def test_damped_discs_are_where_the_law_has_them(file: Path, opened: Callable[..., Page]) -> None:
+def test_damped_discs_are_where_the_law_has_them(file: Path, opened: Window) -> None:
     """Before their impact a disc is at x + v (1 - exp(-c t))/c, and PIT misses by how long they approach in overlap."""
     page = opened(file, "#paper/missed")
     _slide(page, "damping", 1.0)
@@ -319,10 +311,10 @@ def test_damped_discs_are_where_the_law_has_them(file: Path, opened: Callable[..
     assert _state(page)["damping_per_s"] == 0
 
 
-def test_the_page_fits_a_phone_and_says_what_it_needs(file: Path, opened: Callable[..., Page]) -> None:
+def test_the_page_fits_a_phone_and_says_what_it_needs(file: Path, opened: Window) -> None:
     """At 360 pixels nothing goes over the edge, dark or light; without scripts the page says what it needs."""
     for scheme in ("light", "dark"):
-        page = opened(file, viewport={"width": 360, "height": 740}, color_scheme=scheme)
+        page = opened(file, width=360, height=740, color_scheme=scheme)
         assert page.evaluate("document.documentElement.scrollWidth") <= 360
     text = file.read_text(encoding="utf-8")
     assert "<noscript>" in text
@@ -370,9 +362,7 @@ DRIVEN = """async ([name, scene, settings, steps]) => {
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_an_engine_gives_in_the_page_what_it_gives_in_node(
-    name: str, with_engines: Path, opened: Callable[..., Page]
-) -> None:
+def test_an_engine_gives_in_the_page_what_it_gives_in_node(name: str, with_engines: Path, opened: Window) -> None:
     """Places, velocities and contacts of each step are the adapter's, digit for digit, over profiles and scenes."""
     page = opened(with_engines)
     page.evaluate("console.warn = () => {}")  # matter.js warns of each long step, and runs it
@@ -399,7 +389,7 @@ def test_an_engine_gives_in_the_page_what_it_gives_in_node(
 
 
 @pytest.mark.parametrize("name", PACKAGES)
-def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, opened: Callable[..., Page]) -> None:
+def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, opened: Window) -> None:
     """When an engine reports an impact and when the paths turned are what carom.run makes of the same steps."""
     page = opened(with_engines)
     page.evaluate("console.warn = () => {}")
@@ -428,7 +418,7 @@ def _charted(page: Page, method: str) -> Any:
     return _state(page, "chart")
 
 
-def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Callable[..., Page]) -> None:
+def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Window) -> None:
     """At each rate PIT's misses are the closed form's to a phase, and the engine chosen has points where PIT has."""
     page = opened(with_engines, "#paper/missed")
     page.select_option("#method", "planck/default")
@@ -447,7 +437,7 @@ def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Callabl
     assert all(map(math.isfinite, engine))
 
 
-def test_an_engine_without_friction_is_not_shown_with_it(with_engines: Path, opened: Callable[..., Page]) -> None:
+def test_an_engine_without_friction_is_not_shown_with_it(with_engines: Path, opened: Window) -> None:
     """A scene with friction is not run by an engine that has none here, and the page says so."""
     page = opened(with_engines, "#spin/throw-stick")
     page.select_option("#method", "matter/default")
@@ -456,7 +446,7 @@ def test_an_engine_without_friction_is_not_shown_with_it(with_engines: Path, ope
     assert page.evaluate("caromPage.state.seen") is None
 
 
-def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened: Callable[..., Page]) -> None:
+def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened: Window) -> None:
     """Each method of the list runs where it is chosen; with two engines the page is below 200 kB."""
     page = opened(with_engines)
     page.evaluate("console.warn = () => {}")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import pytest
-from playwright.sync_api import Browser
+from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_play_in_firefox import Firefox, firefox  # noqa: F401 - a fixture
 
 from carom.live.page import GALLERY, page_html
@@ -120,13 +120,11 @@ def _worked(run: Callable[[str], Any]) -> None:
             time.sleep(0.05)
 
 
-def test_every_control_works_in_chromium(browser: Browser, tmp_path: Path) -> None:
+def test_every_control_works_in_chromium(window: Window, tmp_path: Path) -> None:
     """The list of controls is whole, and each does what it says."""
-    page = browser.new_page()
-    page.goto(_source(tmp_path).as_uri())
+    page = window(_source(tmp_path))
     page.wait_for_selector("#sentence:not(:empty)")
     _worked(page.evaluate)
-    page.close()
 
 
 def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> None:  # noqa: F811 - the fixture
@@ -153,27 +151,18 @@ def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width", [360, 1280])
-def test_axe_finds_nothing(browser: Browser, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
+def test_axe_finds_nothing(window: Window, tmp_path: Path, scheme: Literal["light", "dark"], width: int) -> None:
     """No rule of accessibility that axe knows is broken, on a phone and a screen, with the numbers open."""
-    from axe_playwright_python.sync_playwright import Axe  # type: ignore[import-untyped] # it publishes no types
-
-    page = browser.new_page(
-        color_scheme=scheme, reduced_motion="reduce", bypass_csp=True, viewport={"width": width, "height": 800}
+    page = window(
+        _source(tmp_path), width=width, height=800, color_scheme=scheme, reduced_motion="reduce", bypass_csp=True
     )
-    page.goto(_source(tmp_path).as_uri())
     page.wait_for_selector("#sentence:not(:empty)")
     page.click("summary")
-    found = Axe().run(page).response["violations"]
-    assert [f"{one['id']}: {one['nodes'][0]['html'][:160]}" for one in found] == []
-    page.close()
+    assert serious(page) == set()
 
 
-def test_on_paper_nothing_is_cut_off(browser: Browser, tmp_path: Path) -> None:
+def test_on_paper_nothing_is_cut_off(window: Window, tmp_path: Path) -> None:
     """Printed on A4, upright with usual margins, everything is as wide as the sheet at most."""
-    page = browser.new_page(viewport={"width": 718, "height": 1000})  # 190 mm at 96 pixels an inch
-    page.emulate_media(media="print")
-    page.goto(_source(tmp_path).as_uri())
+    page = window(_source(tmp_path), width=A4_PX, height=1000)
     page.wait_for_selector("#sentence:not(:empty)")
-    seen = "all => all.filter(one => one.checkVisibility() && one.getBoundingClientRect().right > 718)"
-    assert page.eval_on_selector_all("#play *", f"{seen}.map(one => one.outerHTML)") == []
-    page.close()
+    assert cut_on_paper(page, "#play *") == []

@@ -13,8 +13,8 @@ from typing import Any
 from urllib.parse import quote
 
 import pytest
-from playwright.sync_api import Browser, Page
-from tests.browser.conftest import HOSTILE, Faults
+from playwright.sync_api import Page
+from tests.browser.conftest import HOSTILE, Window
 
 from carom.text import visible
 
@@ -127,18 +127,16 @@ def test_play_pause_speed_frames_and_impacts(page: Page, report: Path) -> None:
     assert clock(page) == 0.25
 
 
-def test_both_pictures_are_in_sight_and_level(browser: Browser, report: Path) -> None:
+def test_both_pictures_are_in_sight_and_level(window: Window, report: Path) -> None:
     """Opened on a phone, both pictures and the line of time stand in the window; side by side they stand level."""
     for width, height in ((360, 740), (768, 900), (1280, 900)):
-        page = browser.new_page(viewport={"width": width, "height": height}, reduced_motion="reduce")
-        page.goto(report.as_uri())
+        page = window(report, width=width, height=height, reduced_motion="reduce")
         opened(page, "paper/multiple/pymunk/tuned")
         boxes = [one.bounding_box() for one in page.locator("#replay canvas").all()]
         truth, seen, line = (box for box in boxes if box)
         assert truth["y"] > 0
         assert line["y"] + line["height"] < height
         assert truth["y"] == seen["y"] or truth["x"] == seen["x"]
-        page.close()
 
 
 def test_the_evidence_of_a_cell_stands_below_it(page: Page) -> None:
@@ -175,30 +173,22 @@ def test_names_are_text_and_never_run(page: Page) -> None:
     assert page.evaluate("window.reached") is None
 
 
-def test_who_wants_no_motion_sees_none_until_asking(browser: Browser, report: Path) -> None:
+def test_who_wants_no_motion_sees_none_until_asking(window: Window, report: Path) -> None:
     """With reduced motion a replay stands still at its start; its controls work."""
-    faults = Faults()
-    page = browser.new_page(reduced_motion="reduce")
-    faults.watch(page)
-    page.goto(report.as_uri())
+    page = window(report, reduced_motion="reduce")
     opened(page, LATE)
     page.wait_for_timeout(300)
     assert clock(page) == 0.0
     page.keyboard.press("ArrowRight")
     assert clock(page) > 0.0
-    page.close()
-    assert not faults
 
 
-def test_without_scripts_the_still_pictures_stand(browser: Browser, report: Path) -> None:
+def test_without_scripts_the_still_pictures_stand(window: Window, report: Path) -> None:
     """Where no script may run, the page shows its pictures and tables, and no empty window."""
-    context = browser.new_context(java_script_enabled=False)
-    page = context.new_page()
-    page.goto(report.as_uri())
+    page = window(report, java_script_enabled=False)
     assert page.locator("figure.pair svg").count() >= 8
     assert page.locator("table.grid").is_visible()
     assert not page.locator("#replay").is_visible()
-    context.close()
 
 
 #: Whether the reference's picture shows another colour than the disc's along a ray from the centre, ray by ray.

@@ -7,8 +7,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser
-from tests.browser.conftest import Faults, hostile_scenes
+from tests.browser.conftest import Window, hostile_scenes
 
 import carom
 from carom.scenes import find_scenes
@@ -19,14 +18,13 @@ pytestmark = pytest.mark.browser
 
 @pytest.mark.parametrize("width", [390, 500, 720, 1280])
 @pytest.mark.parametrize("name", ["paper/missed", "paper/multiple", "classics/bullet"])
-def test_pictures_and_buttons_fit_the_frame_of_a_cell(browser: Browser, tmp_path: Path, name: str, width: int) -> None:
+def test_pictures_and_buttons_fit_the_frame_of_a_cell(window: Window, tmp_path: Path, name: str, width: int) -> None:
     """Nothing that moves has to be scrolled to; from the width of a page of text on, pictures stand side by side."""
     reference = carom.solve_pic(name)
     cell = carom.replay(reference, carom.solve_pit(name))._repr_html_()
     path = tmp_path / "cell.html"
     path.write_text(f"<!DOCTYPE html><meta charset=utf-8><body style='margin:16px'>{cell}", encoding="utf-8")
-    page = browser.new_page(viewport={"width": width, "height": 800})
-    page.goto(path.as_uri())
+    page = window(path, width=width, height=800)
     page.frame_locator("iframe").get_by_role("button", name="Play or pause").wait_for()
     inside = page.frames[-1]
     moving = ".views figure, .timeline, button[aria-label='On to the next impact']"
@@ -39,12 +37,11 @@ def test_pictures_and_buttons_fit_the_frame_of_a_cell(browser: Browser, tmp_path
         "[...document.querySelectorAll('.views figure')].map(one => one.getBoundingClientRect().top)"
     )
     assert (len(set(tops)) == 1) == (width > 500)
-    page.close()
 
 
 @pytest.mark.parametrize("number", range(4))
 @pytest.mark.parametrize("cell", [False, True], ids=["page", "cell"])
-def test_it_plays_and_its_name_stays_text(browser: Browser, tmp_path: Path, number: int, cell: bool) -> None:
+def test_it_plays_and_its_name_stays_text(window: Window, tmp_path: Path, number: int, cell: bool) -> None:
     """It steps from impact to impact, in a file or in an isolated frame, under any name, and no script fails."""
     scene = hostile_scenes()[number]
     reference = carom.solve_pic(scene)
@@ -52,10 +49,7 @@ def test_it_plays_and_its_name_stays_text(browser: Browser, tmp_path: Path, numb
     path = replay.save(tmp_path / "replay.html")
     if cell:
         path.write_text(f"<!DOCTYPE html><meta charset=utf-8>{replay._repr_html_()}", encoding="utf-8")
-    faults = Faults()
-    page = browser.new_page(viewport={"width": 1000, "height": 800})
-    faults.watch(page)
-    page.goto(path.as_uri())
+    page = window(path, width=1000, height=800)
     inside = page.frame_locator("iframe") if cell else page
     inside.get_by_role("button", name="Play or pause").wait_for()
     inside.get_by_role("slider", name="Time in the scene").press("Home")
@@ -66,8 +60,6 @@ def test_it_plays_and_its_name_stays_text(browser: Browser, tmp_path: Path, numb
     frame = page.frames[-1]
     assert frame.evaluate("window.reached") is None
     assert frame.evaluate("window.frameElement === null")  # a frame that shares nothing with its notebook can't see it
-    page.close()
-    assert [fault for fault in faults if not fault.startswith("about:")] == []
 
 
 _RED = """() => [...document.querySelectorAll('.views canvas')].map(one => {
@@ -82,40 +74,35 @@ _RED = """() => [...document.querySelectorAll('.views canvas')].map(one => {
 })"""
 
 
-def test_the_cross_of_a_missed_impact_stays(browser: Browser, tmp_path: Path) -> None:
+def test_the_cross_of_a_missed_impact_stays(window: Window, tmp_path: Path) -> None:
     """At the end of the run the impact that PIT missed is still marked, in its picture and not in the exact one."""
     path = carom.replay(carom.solve_pic("paper/missed"), carom.solve_pit("paper/missed")).save(tmp_path / "replay.html")
-    page = browser.new_page(viewport={"width": 1000, "height": 800})
-    page.goto(path.as_uri())
+    page = window(path, width=1000, height=800)
     time = page.get_by_role("slider", name="Time in the scene")
     time.press("Home")
     before = page.evaluate(_RED)
     time.press("End")
     after = page.evaluate(_RED)
     page.screenshot(path=tmp_path / "end.png")
-    page.close()
     assert sorted(after)[0] == 0 < sorted(after)[1]
     assert before == [0, 0]
 
 
-def test_without_scripts_both_runs_stand_as_pictures(browser: Browser, tmp_path: Path) -> None:
+def test_without_scripts_both_runs_stand_as_pictures(window: Window, tmp_path: Path) -> None:
     """Where no script runs, the paths of both sides are seen, and what is said of the run."""
     path = carom.replay("paper/missed", "pit").save(tmp_path / "replay.html")
-    page = browser.new_page(java_script_enabled=False, viewport={"width": 360, "height": 740})
-    page.goto(path.as_uri())
+    page = window(path, width=360, height=740, java_script_enabled=False)
     assert [svg.bounding_box()["width"] > 200 for svg in page.locator("noscript svg").all()] == [True, True]  # type: ignore[index]
     assert "missed" in page.locator("noscript").inner_text()
     assert page.evaluate("document.documentElement.scrollWidth") <= 360
-    page.close()
 
 
-def test_a_strip_says_how_a_disc_moves_in_contact(browser: Browser, tmp_path: Path) -> None:
+def test_a_strip_says_how_a_disc_moves_in_contact(window: Window, tmp_path: Path) -> None:
     """As wide as it lasts: a disc slides for a third of the scene and then rolls, in words too."""
     scene = find_scenes(["contact/slide-to-roll"])[0].scene
     trace = carom.solve_pic(scene)
     path = carom.replay(trace, carom.solve_pit(scene)).save(tmp_path / "replay.html")
-    page = browser.new_page(reduced_motion="reduce")
-    page.goto(path.as_uri())
+    page = window(path, reduced_motion="reduce")
     spans = page.locator(".modes .strip span")
     assert spans.all_inner_texts() == ["slides", "rolls"]
     slides, rolls = (span.bounding_box() for span in spans.all())
@@ -124,18 +111,14 @@ def test_a_strip_says_how_a_disc_moves_in_contact(browser: Browser, tmp_path: Pa
     assert trace.modes is not None
     part = trace.modes["time_s"][1] / scene.duration_s
     assert slides["width"] / (slides["width"] + rolls["width"]) == pytest.approx(part, abs=0.02)
-    page.close()
 
 
 @pytest.mark.parametrize("name", ["paper/missed", "paper/late", "classics/inelastic-oblique", "classics/bullet"])
-def test_another_step_shows_what_pit_makes_of_it(browser: Browser, tmp_path: Path, name: str) -> None:
+def test_another_step_shows_what_pit_makes_of_it(window: Window, tmp_path: Path, name: str) -> None:
     """At forty steps the page finds or misses the impact as `carom.solve_pit` does, at the same look, with its end."""
     scene = find_scenes([name])[0].scene
     path = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene)).save(tmp_path / "replay.html")
-    faults = Faults()
-    page = browser.new_page(reduced_motion="reduce")
-    faults.watch(page)
-    page.goto(path.as_uri())
+    page = window(path, reduced_motion="reduce")
     step = page.locator("input[aria-label='Step of PIT']")
     # Away from the ends: a twentieth of a frame of paper/missed is a tie, a look at the very instant of the impact.
     low, high = (float(step.get_attribute(name) or "nan") for name in ("min", "max"))
@@ -158,5 +141,3 @@ def test_another_step_shows_what_pit_makes_of_it(browser: Browser, tmp_path: Pat
             assert said.endswith("missed.")
     assert found[1] >= 5
     assert found[0] >= 5 or name != "paper/missed"
-    page.close()
-    assert not faults

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page
-from tests.browser.conftest import Faults
+from playwright.sync_api import Locator, Page
+from tests.browser.conftest import Window
 from tests.browser.test_replay import LATE, clock, opened
 
 pytestmark = pytest.mark.browser
@@ -17,19 +16,11 @@ TARGET = 24
 
 
 @pytest.fixture
-def phone(browser: Browser, report: Path) -> Iterator[Page]:
+def phone(window: Window, report: Path) -> Page:
     """A replay on a telephone's screen, which has touch and no mouse."""
-    faults = Faults()
-    context = browser.new_context(
-        viewport={"width": 360, "height": 740}, has_touch=True, is_mobile=True, reduced_motion="reduce"
-    )
-    page = context.new_page()
-    faults.watch(page)
-    page.goto(report.as_uri())
+    page = window(report, width=360, height=740, has_touch=True, is_mobile=True, reduced_motion="reduce")
     opened(page, LATE)
-    yield page
-    context.close()
-    assert not faults
+    return page
 
 
 def drag(page: Page, thing: Locator, start: float, end: float) -> list[float]:

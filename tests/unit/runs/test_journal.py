@@ -5,8 +5,11 @@ import math
 import os
 import signal
 import tracemalloc
+from collections.abc import Sequence
 from dataclasses import fields, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -41,6 +44,7 @@ def result(dt_s: float = 1 / 60, value: float = 0.1) -> Entry[JobKey, Measures]:
 def kept(folder: Path, *dts: float) -> Path:
     """Write a journal with a result of each step."""
     path = folder / "journal.jsonl"
+    folder.mkdir(exist_ok=True)
     with score_journal(path) as journal:
         journal.add([result(dt_s) for dt_s in dts])
     return path
@@ -110,17 +114,6 @@ def test_spins_come_back_to_the_bit(tmp_path: Path) -> None:
     assert compare(trace, read.answer.value).total.spin == 0.0
 
 
-def test_a_job_that_was_not_run_keeps_its_reason(tmp_path: Path) -> None:
-    """A crash is a line, too: status and reason come back, and there are no numbers."""
-    path = tmp_path / "journal.jsonl"
-    crashed: Entry[JobKey, Measures] = Entry(KEY, Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n'))
-    with score_journal(path) as journal:
-        journal.add([crashed])
-    with score_journal(path, resume=True) as journal:
-        assert list(journal.entries.values()) == [crashed]
-    assert path.read_bytes().count(b"\n") == 2
-
-
 SPOTS = (
     Spot("attack", "grazing", "pit/tuned", SpotEnding.GIVES_WAY, 0.003, 0.004, 0.05, "why", ("scenes/a.toml",), 12),
     Spot("relation", "boost", "pic/tuned", SpotEnding.NOT_RUN, reason="unavailable"),
@@ -131,17 +124,32 @@ SPOTS = (
 CELLS = tuple(Entry((spot.kind, spot.line, spot.method), Answer(Status.RAN, value=spot)) for spot in SPOTS)
 
 
-def test_a_campaigns_spots_come_back(tmp_path: Path) -> None:
-    """What a campaign has written down is taken up again, equal in every field."""
+CRASHED: Entry[JobKey, Measures] = Entry(KEY, Answer(Status.CRASHED, 'ended by SIGABRT; it last printed: "ouch"\n'))
+#: What some programs end a line at, and what commands a terminal.
+SIGNS = ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"]
+NAMED = [Entry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measures())) for sign in SIGNS]
+
+
+@pytest.mark.parametrize(
+    ("opened", "entries"),
+    [
+        pytest.param(score_journal, [CRASHED], id="a crash has its reason and no numbers"),
+        pytest.param(score_journal, NAMED, id="no sign in a name breaks a line"),
+        pytest.param(partial(stress_journal, stamp={"quick": True}), CELLS, id="spots of a campaign"),
+    ],
+)
+def test_entries_come_back_a_line_each(opened: Any, entries: Sequence[Entry[Any, Any]], tmp_path: Path) -> None:
+    """What a run has written down is taken up again, equal in every field."""
     path = tmp_path / "journal.jsonl"
-    with stress_journal(path, {"quick": True}) as journal:
-        journal.add(CELLS)
-    with stress_journal(path, {"quick": True}, resume=True) as journal:
-        assert tuple(journal.entries.values()) == CELLS
+    with opened(path) as journal:
+        journal.add(entries)
+    with opened(path, resume=True) as journal:
+        assert list(journal.entries.values()) == list(entries)
+    assert len(path.read_text(encoding="utf-8").splitlines()) == 1 + len(entries)
 
 
 def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
-    """A journal of another campaign, of another kind or of none is refused, and the message says in what it differs."""
+    """A journal of another campaign, of another kind, format or of none is refused: the message says how it differs."""
     path = tmp_path / "journal.jsonl"
     with stress_journal(path, {"quick": True}) as journal:
         journal.add(CELLS)
@@ -149,6 +157,12 @@ def test_the_journal_of_other_work_is_refused(tmp_path: Path) -> None:
         stress_journal(path, {"quick": False}, resume=True)
     with pytest.raises(InputError, match="its journal is spots, and this one's scores"):
         score_journal(path, resume=True)
+    formats: list[dict[str, object]] = [{"format": 1, "scene": "mine"}, {"format": 1, "carom": "0.1"}, {"format": 99}]
+    for line in formats:
+        path.write_text(json.dumps(line) + "\n")
+        said = rf"it is of format {line['format']}, as another version .* this one is {JOURNAL_FORMAT}; name"
+        with pytest.raises(InputError, match=said):
+            score_journal(path, resume=True)
     path.write_text("anything\n[1]\n")
     with pytest.raises(InputError, match="is no journal of this work"):
         score_journal(path, resume=True)
@@ -185,35 +199,20 @@ def test_a_torn_first_line_is_begun_anew(tmp_path: Path) -> None:
 
 
 def test_a_line_that_is_broken_in_the_middle_is_named_and_left(tmp_path: Path) -> None:
-    """A line that is not the last is somebody's doing: it is named by number, and the file is not touched."""
+    """A line that is not the last is somebody's doing: it is named by number, and not even a torn tail is cut off."""
     path = kept(tmp_path, 0.1, 0.2)
     head, first, second = path.read_text().splitlines()
     for broken in ("not json", first.replace('"dt_s":0.1', '"dt_s":"soon"'), first.replace('"phase":0.25,', "")):
-        text = f"{head}\n{broken}\n{second}\n"
-        path.write_text(text)
-        with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line"):
-            score_journal(path, resume=True)
-        assert path.read_text() == text
-
-
-@pytest.mark.parametrize(
-    "line", [{"format": 1, "scene": "mine", "dt_s": 0.1}, {"format": 1, "quick": True, "carom": "0.1"}, {"format": 99}]
-)
-def test_a_journal_of_another_format_is_refused(tmp_path: Path, line: dict[str, object]) -> None:
-    """A line whose fields mean something else is not read as if they did not; the message names both formats."""
-    path = tmp_path / "journal.jsonl"
-    path.write_text(json.dumps(line) + "\n")
-    with pytest.raises(
-        InputError, match=rf"it is of format {line['format']}, as another version .* this one is {JOURNAL_FORMAT}; name"
-    ):
-        score_journal(path, resume=True)
+        for tail in ("", second[:50]):
+            path.write_text(text := f"{head}\n{broken}\n{second}\n{tail}")
+            with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*remove the line"):
+                score_journal(path, resume=True)
+            assert path.read_text() == text
 
 
 def test_results_are_not_overwritten_unasked(tmp_path: Path) -> None:
     """A journal that holds something is gone on with when that is asked for, and refused otherwise."""
-    path = tmp_path / "journal.jsonl"
-    with score_journal(path) as journal:
-        journal.add([result()])
+    path = kept(tmp_path, 0.1)
     before = path.read_bytes()
     with pytest.raises(InputError, match="--resume"):
         score_journal(path)
@@ -246,12 +245,9 @@ def test_two_processes_do_not_write_one_journal(tmp_path: Path) -> None:
 
 def test_content_is_compared_without_its_order(tmp_path: Path) -> None:
     """Two journals are the same where they hold the same results, in whatever order they were finished."""
-    one, two, three = (tmp_path / name for name in ("one", "two", "three"))
-    for path, dts in ((one, (0.1, 0.2)), (two, (0.2, 0.1)), (three, (0.1, 0.3))):
-        with score_journal(path) as journal:
-            journal.add([result(dt_s) for dt_s in dts])
-    assert canonical(one) == canonical(two)
-    assert canonical(one) != canonical(three)
+    one, two, three = ((0.1, 0.2), (0.2, 0.1), (0.1, 0.3))
+    found = [canonical(kept(tmp_path / str(dts), *dts)) for dts in (one, two, three)]
+    assert found[0] == found[1] != found[2]
 
 
 def test_a_full_disk_is_an_error_and_the_journal_survives_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -285,16 +281,6 @@ def test_ctrl_c_while_the_first_line_is_written_does_not_lose_it(
     assert steps_in(path) == [0.1]
 
 
-def test_a_torn_tail_behind_a_broken_line_is_left(tmp_path: Path) -> None:
-    """A file with a broken line is refused as it is: not even what is torn behind is cut off."""
-    path = kept(tmp_path, 0.1, 0.2)
-    head, first, second = path.read_text().splitlines()
-    path.write_text(text := f"{head}\nnot json\n{first}\n{second[:50]}")
-    with pytest.raises(InputError, match="line 2"):
-        score_journal(path, resume=True)
-    assert path.read_text() == text
-
-
 @pytest.mark.parametrize("torn", [2**26, pytest.param(2**31, marks=pytest.mark.long)])
 def test_a_torn_line_of_any_size_is_cut_off_without_being_read_into_memory(tmp_path: Path, torn: int) -> None:
     """A tail of gigabytes, most of them a hole, costs no more memory than a block of it."""
@@ -308,17 +294,6 @@ def test_a_torn_line_of_any_size_is_cut_off_without_being_read_into_memory(tmp_p
     tracemalloc.stop()
     assert peak < 16 * 2**20
     assert path.read_bytes() == whole
-
-
-@pytest.mark.parametrize("sign", ["\u2028", "\u2029", "\x85", "\x1b[31m", "\u202e", "\x0c"])
-def test_no_sign_in_a_name_breaks_a_line(tmp_path: Path, sign: str) -> None:
-    """What some programs end a line at, and what commands a terminal, is an escape; the name comes back."""
-    path = tmp_path / "journal.jsonl"
-    with score_journal(path) as journal:
-        journal.add([Entry(replace(KEY, scene=f"a{sign}b"), Answer(Status.RAN, value=measures()))])
-    assert len(path.read_text(encoding="utf-8").splitlines()) == 2
-    with score_journal(path, resume=True) as journal:
-        assert [entry.key.scene for entry in journal.entries.values()] == [f"a{sign}b"]
 
 
 @pytest.mark.parametrize(
