@@ -13,58 +13,53 @@ from pathlib import Path
 
 import pytest
 import yaml
-from tests.documents.blocks import LANGUAGES, PAGES, ROOT, Block, blocks_of, fault_of, unfenced
+from tests.documents.blocks import LANGUAGES, PAGES, ROOT, blocks_of, fault_of, unfenced
 
 import carom
 from carom.cli import COMMANDS
 from carom.conformance.known_failures import load_known_failures
 
 BLOCKS = [block for page in PAGES for block in blocks_of(page)]
-NAMES = [page.relative_to(ROOT).as_posix() for page in PAGES]
 SCENE = next(block for block in BLOCKS if block.page == "README.md" and block.file == "my-scene.toml")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=NAMES)
-def test_every_block_is_fenced_and_names_its_language(page: Path) -> None:
+def test_every_block_is_fenced_and_names_its_language() -> None:
     """What is only indented, or has no language, or another, none of these tests would see."""
-    assert unfenced(page) == []
-    assert {block.language for block in blocks_of(page)} <= LANGUAGES
-    assert page.read_text(encoding="utf-8").count("```") == 2 * len(blocks_of(page))
-    assert page.read_text(encoding="utf-8").count("<!-- not run: ") == sum(bool(one.reason) for one in blocks_of(page))
+    for page in PAGES:
+        blocks, text = blocks_of(page), page.read_text(encoding="utf-8")
+        assert unfenced(page) == [], page
+        assert {block.language for block in blocks} <= LANGUAGES, page
+        assert text.count("```") == 2 * len(blocks), page
+        assert text.count("<!-- not run: ") == sum(bool(one.reason) for one in blocks), page
 
 
-@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language in {"toml", "json", "yaml"}], ids=str)
-def test_data_is_read_by_the_loader_that_it_is_for(block: Block, tmp_path: Path) -> None:
-    """A scene is one, known failures are, and what is another program's is TOML, JSON or YAML."""
-    path = tmp_path / f"block.{block.language}"
-    path.write_text(block.text, encoding="utf-8")
-    read = {"toml": tomllib.loads, "json": json.loads, "yaml": yaml.safe_load}[block.language](block.text)
-    assert read
-    if "discs" in read:
-        assert carom.load_scene(path).discs
-    if "known_failure" in read:
-        assert load_known_failures(path)
+def test_data_is_read_by_the_loader_that_it_is_for_and_python_is_python(tmp_path: Path) -> None:
+    """A scene is one, known failures are, and what is another program's is TOML, JSON or YAML; Python compiles."""
+    loaders = {"toml": tomllib.loads, "json": json.loads, "yaml": yaml.safe_load}
+    for block in BLOCKS:
+        if block.language == "python":
+            compile(block.text, str(block), "exec")
+        elif block.language in loaders:
+            path = tmp_path / f"block.{block.language}"
+            path.write_text(block.text, encoding="utf-8")
+            read = loaders[block.language](block.text)
+            assert read, block
+            if "discs" in read:
+                assert carom.load_scene(path).discs
+            if "known_failure" in read:
+                assert load_known_failures(path)
 
 
-@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language in {"sh", "console"}], ids=str)
-def test_commands_are_commands(block: Block) -> None:
-    """Each program, option, target and module exists, also where the block is not run."""
-    assert [fault for command, _ in block.commands() if (fault := fault_of(command))] == []
-
-
-@pytest.mark.parametrize("page", PAGES, ids=NAMES)
-def test_commands_in_the_text_are_commands(page: Path) -> None:
-    """So does each in a sentence or in a workflow's step, where N is a number."""
-    text = re.sub(r"\bN\b", "1", page.read_text(encoding="utf-8"))
+def test_commands_are_commands() -> None:
+    """Each program, option, target and module exists, also where it is not run; N in a sentence is a number."""
+    asked = [(str(block), command) for block in BLOCKS for command, _ in block.commands()]
     names = "|".join(COMMANDS)
-    found = re.findall(rf"(?<=`)carom (?:{names}) [^`\n]+(?=`)|(?<=- run: )carom .+", text)
-    assert [fault for command in found if (fault := fault_of(command))] == []
-
-
-@pytest.mark.parametrize("block", [b for b in BLOCKS if b.language == "python"], ids=str)
-def test_python_is_python(block: Block) -> None:
-    """Each block compiles, also where it is not run."""
-    compile(block.text, str(block), "exec")
+    for page in PAGES:
+        text = re.sub(r"\bN\b", "1", page.read_text(encoding="utf-8"))
+        found = re.findall(rf"(?<=`)carom (?:{names}) [^`\n]+(?=`)|(?<=- run: )carom .+", text)
+        asked += [(page.name, command) for command in found]
+    assert len(asked) > 100
+    assert [(where, command, fault) for where, command in asked if (fault := fault_of(command))] == []
 
 
 def run_of(words: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
