@@ -36,30 +36,27 @@ def test_the_interval_is_that_of_a_textbook() -> None:
     assert exponent - low == pytest.approx(high - exponent, rel=1e-9)
 
 
-def test_an_error_that_stays_does_not_converge() -> None:
-    """Errors that only scatter about a constant have an order whose interval excludes one half."""
-    found = fit_order(STEPS, [0.030, 0.031, 0.029, 0.030, 0.0305, 0.0295])
-    assert found.verdict is Convergence.DOES_NOT_CONVERGE
-    assert found.low < 0 < found.high < 0.5
-
-
-def test_what_the_steps_do_not_decide_is_not_decided() -> None:
-    """Errors that scatter by as much as they fall have an interval on both sides of one half."""
-    assert fit_order(STEPS[:4], [0.1, 0.001, 0.05, 0.01]).verdict is Convergence.UNDECIDED
+@pytest.mark.parametrize(
+    ("errors", "verdict", "low", "high"),
+    [
+        ([0.030, 0.031, 0.029, 0.030, 0.0305, 0.0295], Convergence.DOES_NOT_CONVERGE, -0.5, 0.5),
+        ([0.1, 0.001, 0.05, 0.01], Convergence.UNDECIDED, -math.inf, math.inf),
+        ([1e-16] * 6, Convergence.EXACT, math.nan, math.nan),
+        ([0.1, 0.01], Convergence.TOO_FEW, math.nan, math.nan),
+        ([0.1], Convergence.TOO_FEW, math.nan, math.nan),
+    ],
+    ids=["only scatter", "scatter as much as they fall", "rounding at every step", "two steps", "one step"],
+)
+def test_a_verdict_is_that_of_the_interval(errors: list[float], verdict: Convergence, low: float, high: float) -> None:
+    """Below a half it does not converge, with a half in it nothing is decided, and of two steps there is none."""
+    found = fit_order(STEPS[: len(errors)], errors)
+    assert found.verdict is verdict
+    assert math.isnan(found.low) if math.isnan(low) else low < found.low < found.high < high
+    assert math.isfinite(found.exponent) == (len(errors) > 1 and verdict is not Convergence.EXACT)
 
 
 def test_errors_at_rounding_have_no_order() -> None:
-    """A method that is exact at every step is called that; single errors at rounding are no part of a fit."""
-    assert fit_order(STEPS, [1e-16] * 6).verdict is Convergence.EXACT
+    """Single errors at rounding are no part of a fit."""
     found = fit_order(STEPS, [*(step for step in STEPS[:4]), 0.0, 1e-15])
     assert found.points == 4
     assert found.exponent == pytest.approx(1.0, abs=1e-12)
-
-
-def test_two_points_have_a_slope_and_no_interval() -> None:
-    """With two steps there is nothing to estimate the scatter by, and no verdict."""
-    found = fit_order(STEPS[:2], [0.1, 0.01])
-    assert found.verdict is Convergence.TOO_FEW
-    assert math.isfinite(found.exponent)
-    assert math.isnan(found.low)
-    assert math.isnan(fit_order(STEPS[:1], [0.1]).exponent)
