@@ -119,9 +119,12 @@ def window(browser: Browser) -> Iterator[Window]:
     """Open a page as by a double click; the test fails where a script of it does, or asks for anything."""
     faults, pages = Faults(), list[Page]()
 
-    def open_(path: Path, link: str = "", *, width: int = 1280, height: int = 900, **options: Any) -> Page:
+    def open_(
+        path: Path, link: str = "", *, width: int = 1280, height: int = 900, watched: bool = True, **options: Any
+    ) -> Page:
         pages.append(browser.new_page(viewport={"width": width, "height": height}, **options))
-        faults.watch(pages[-1])
+        if watched:
+            faults.watch(pages[-1])
         pages[-1].goto(path.as_uri() + link)
         return pages[-1]
 

@@ -56,7 +56,7 @@ ROOMS = {
         ),
         tuple(
             f"tests/unit/runs/test_{name}.py"
-            for name in ("free_flight", "collect", "locate", "timing", "plan", "journal", "phases", "spin_in_runs")
+            for name in ("free_flight", "collect", "locate", "clocks", "plan", "journal", "phases", "spin_in_runs")
         ),
     ),
 }
