@@ -20,14 +20,14 @@ from carom.registry import adapter_points
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {
     "scenes": 15,
-    "known-failures": 60,
-    "journal-cuts": 15,
-    "journal-garbage": 15,
+    "known-failures": 30,
+    "journal-cuts": 10,
+    "journal-garbage": 10,
     "reports": 3,
     "wild-numbers": 2,
-    "journal-types": 30,
+    "journal-types": 20,
     "results": 4,
-    "clocks": 4,
+    "clocks": 2,
 }
 SLOW = {"options": 8, "kills": 3, "clusters": 2, "hostile": 2, "disks": 2, "digests": 2}
 

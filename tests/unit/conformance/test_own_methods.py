@@ -14,10 +14,12 @@ from carom.conformance.violation import NotApplicable
 from carom.runs.options import Limited
 
 
-@pytest.mark.parametrize(("scenes", "least"), long_after(1, [("classics/box|spin/gearing", 70), ("", 200)]))
-def test_pic_passes_every_case(scenes: str, least: int, tmp_path: Path) -> None:
-    """What an adapter may declare, PIC does; nearly all cases are about it, and none fails: on two scenes, or all."""
-    (engine,) = make_suite(["pic"], (), None, [tmp_path], Limited()).engines
+@pytest.mark.parametrize(
+    ("profiles", "scenes", "least"), long_after(1, [(["tuned"], "classics/box|spin/gearing", 50), ([], "", 200)])
+)
+def test_pic_passes_every_case(profiles: list[str], scenes: str, least: int, tmp_path: Path) -> None:
+    """What an adapter may declare, PIC does; nearly all are about it, and none fails: tuned on two scenes, or all."""
+    (engine,) = make_suite(["pic"], profiles, None, [tmp_path], Limited()).engines
     assert engine.subject is not None
     held = 0
     with closing(engine.subject) as subject:

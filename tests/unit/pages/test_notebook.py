@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from collections import Counter
 from html.parser import HTMLParser
 from itertools import pairwise
@@ -172,16 +170,6 @@ def test_a_plot_without_axes_makes_a_figure_of_pyplots(scene: Scene) -> None:
     axes = scene.plot()
     assert plt.gcf() is axes.figure
     plt.close(axes.figure)
-
-
-def test_no_report_is_imported_until_something_is_shown() -> None:
-    """Making a scene and running it imports neither the report nor matplotlib, jinja2 or rich."""
-    program = (
-        "import sys, carom; s = carom.Scene(name='a', discs=[carom.Disc(position_m=(0, 0), radius_m=1)], duration_s=1);"
-        "carom.solve_pic(s); print([m for m in ('carom.pages', 'matplotlib', 'jinja2', 'rich') if m in sys.modules])"
-    )
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 def test_traces_beside_each_other_have_one_scale(scene: Scene) -> None:

@@ -327,15 +327,10 @@ def test_without_its_template_a_worker_is_fresh(tmp_path: Path) -> None:
     assert nothing_is_left(tmp_path)
 
 
+@pytest.mark.long  # in short `test_keeper.py` kills a parent, and `test_folder.py` leaves a folder for the next start
 @LINUX
 @pytest.mark.usefixtures("installed")
-@pytest.mark.parametrize(
-    "act",
-    [
-        "holds-the-lock",
-        *(pytest.param(act, marks=pytest.mark.long) for act in ("stops", "stops-its-keeper", "forgets-and-sleeps")),
-    ],
-)
+@pytest.mark.parametrize("act", ["holds-the-lock", "stops", "stops-its-keeper", "forgets-and-sleeps"])
 def test_a_killed_parent_takes_all_with_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str, run: Callable[..., dict[str, Row]]
 ) -> None:

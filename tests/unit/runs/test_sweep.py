@@ -64,7 +64,7 @@ def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
 
 def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -> None:
     """A sweep that goes on runs what is missing alone, and ends with the content of one that never stopped."""
-    jobs = jobs_of(scene, ("pit", "pic"), 8)
+    jobs = jobs_of(scene, ("pit", "pic"), 5)
     with InProcess() as pool:
         with score_journal(tmp_path / "whole.jsonl") as journal:
             sweep(jobs, pool, journal)
