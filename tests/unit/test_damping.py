@@ -52,14 +52,10 @@ def test_without_damping_both_times_are_one(seconds: float) -> None:
     assert Damping(5e-324).undamped(0.3) == 0.3
 
 
-def test_before_the_start_discs_were_faster() -> None:
-    """Backwards in time speeds grow, and what is beyond floats is infinite."""
+def test_before_the_start_discs_were_faster_and_at_the_end_of_the_way_is_nobody() -> None:
+    """Backwards speeds grow, until floats end; at 1/c of undamped time and beyond no damped disc gets."""
     assert Damping(2.0).kept(-1.0) == math.exp(2.0)
     assert Damping(2.0).undamped(-1.0) == -math.expm1(2.0) / 2.0
     assert (Damping(1.0).kept(-1e4), Damping(1.0).undamped(-1e4)) == (math.inf, -math.inf)
-
-
-def test_what_lies_at_the_end_of_the_way_is_never_met() -> None:
-    """At 1/c of undamped time and beyond no damped disc gets."""
     assert Damping(0.5).damped(2.0) == Damping(0.5).damped(3.0) == math.inf
     assert Damping(0.5).damped(math.nextafter(2.0, 0.0)) < math.inf

@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 import carom
-from carom.errors import InputError, UnknownNameError
+from carom.errors import UnknownNameError
 from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
-from carom.trace import Trace
 
 NAME = "paper/missed"
 SCENE = all_scenes()[NAME].scene
@@ -25,16 +24,12 @@ def test_a_scene_is_called_for_by_its_name() -> None:
     assert carom.scene(NAME) == SCENE
 
 
-@pytest.mark.parametrize("solve", [carom.solve_pic, carom.solve_pit, carom.solve_pic_framewise])
-def test_a_solver_takes_a_name(solve: Callable[..., Trace]) -> None:
-    """Each of Carom's own methods makes of a name what it makes of the scene."""
+@pytest.mark.parametrize(
+    "solve", [carom.solve_pic, carom.solve_pit, carom.solve_pic_framewise, carom.certify, carom.horizon]
+)
+def test_whatever_takes_a_scene_takes_a_name(solve: Callable[..., object]) -> None:
+    """Carom's own methods, certified runs and their horizons make of a name what they make of the scene."""
     assert solve(NAME) == solve(SCENE)
-
-
-def test_a_certified_run_and_its_horizon_take_a_name() -> None:
-    """So do certified runs, and how far they agree with PIC."""
-    assert carom.certify(NAME) == carom.certify(SCENE)
-    assert carom.horizon(NAME) == carom.horizon(SCENE)
 
 
 @pytest.mark.long
@@ -65,12 +60,6 @@ def test_a_name_of_no_one_scene_is_refused(name: str, words: str) -> None:
     """A misspelt name gets the nearest one, and a group the scenes that it stands for."""
     with pytest.raises(UnknownNameError, match=words):
         carom.solve_pic(name)
-
-
-def test_what_is_neither_scene_nor_name_is_refused() -> None:
-    """Anything else is refused by what it is, with what reads a file."""
-    with pytest.raises(InputError, match=r"got 7; carom\.load_scene reads a file"):
-        carom.run(7, "pit")  # type: ignore[arg-type] # what is refused
 
 
 def test_engines_print_as_a_line_each() -> None:

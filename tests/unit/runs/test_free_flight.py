@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -29,28 +30,70 @@ def pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, 
     return staged("pair", disc_at(0, 0), disc_at(1 + gap, aside, velocity, 0), *walls, duration_s=10.0)
 
 
-def begins_after(scene: Scene, steps: int = 5) -> bool:
-    """Whether free flight is found in the first steps of a run that moves straight on."""
-    position = np.array([disc.position_m for disc in scene.discs])
-    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
-    flight = FreeFlight(scene, DT)
-    return any(
-        flight.begins(k * DT, Observation(position + velocity * (k * DT), velocity)) for k in range(1, steps + 1)
-    )
+def begun_at(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT, bits: int = 64) -> int:
+    """Return after which step, from 1, free flight is found; 0 for after none."""
+    flight = FreeFlight(scene, dt_s, bits)
+    found = (flight.begins(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
+    return next((k for k, begun in enumerate(found, start=1) if begun), 0)
 
 
-def test_discs_that_part_are_in_free_flight() -> None:
-    """Two discs that move apart, with nothing else about, need no more steps."""
-    assert begins_after(pair(0.5, 1.0))
+def straight(scene: Scene, steps: int = 5) -> list[tuple[Array, Array]]:
+    """Return the states of discs that move straight on."""
+    start = scene.arrays
+    return [(start.position_m + start.velocity_m_s * (k * DT), start.velocity_m_s) for k in range(1, steps + 1)]
+
+
+PARTING = pair(0.5, 1.0)
+APART, SPEED = np.array([(0.0, 0.0), (1.5, 0.0)]), np.array([(0.0, 0.0), (1.0, 0.0)])
+
+
+def rounded() -> Iterator[tuple[Array, Array]]:
+    """Yield states of which each place is the last one, moved on, in 32 bits."""
+    place = APART.astype(np.float32)
+    for _ in range(20):
+        place = place + (SPEED * DT).astype(np.float32)
+        yield place.astype(np.float64), SPEED
 
 
 @pytest.mark.parametrize(
-    "scene",
-    [pair(5.0, -1.0), pair(5.0, -1.0, aside=1.5), pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),))],
+    ("scene", "states", "bits", "begins"),
+    [
+        pytest.param(PARTING, straight(PARTING), 64, True, id="they part"),
+        *(
+            pytest.param(scene, straight(scene), 64, False, id=why)
+            for why, scene in {
+                "they meet": pair(5.0, -1.0),
+                "they pass near": pair(5.0, -1.0, aside=1.5),
+                "one reaches a wall": pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
+            }.items()
+        ),
+        pytest.param(PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False, id="they overlap, and may be pushed apart"),
+        pytest.param(
+            PARTING,
+            [(APART + k * DT * SPEED, SPEED * (1 - 1e-12) ** k) for k in range(1, 50)],
+            64,
+            False,
+            id="the engine damps",
+        ),
+        *(
+            pytest.param(
+                PARTING,
+                [(APART + k * DT * SPEED + np.array([(0.0, off * k), (0.0, 0.0)]), SPEED) for k in range(1, 50)],
+                64,
+                False,
+                id=f"a place drifts by {off} m a step",
+            )
+            for off in (1e-12, 1e-3, 0.01)
+        ),
+        pytest.param(PARTING, [*rounded()], 32, True, id="places of 32 bits, declared"),
+        pytest.param(PARTING, [*rounded()], 64, False, id="places of 32 bits, where 64 are declared"),
+    ],
 )
-def test_what_meets_or_passes_near_before_the_end_is_not(scene: Scene) -> None:
-    """Bodies that will meet, or pass within a contact distance of each other, or reach a wall, are followed."""
-    assert not begins_after(scene)
+def test_free_flight_is_what_moves_straight_on_and_meets_nothing(
+    scene: Scene, states: Iterable[tuple[Array, Array]], bits: int, begins: bool
+) -> None:
+    """Who drifts from step to step by more than rounding, meets, passes near or overlaps is followed to the end."""
+    assert (begun_at(scene, states, bits=bits) > 0) is begins
 
 
 @given(st.tuples(*[st.integers(-1000, 1000)] * 4), st.integers(-120, 120), st.integers(-120, 120), st.floats(1e-6, 1.0))
@@ -63,69 +106,29 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
     assert float(near_after(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
 
 
-def test_a_distant_hit_is_not_rounded_away() -> None:
-    """A hit from a million million radii away, by half a radius aside, is still seen to come."""
-    far = near_after(np.array([[1e12, 0.5]]), np.array([[-1e3, 0.0]]), np.array([4.0]))
-    assert far[0] == pytest.approx(1e9, rel=1e-9)
-
-
-def test_what_floats_can_not_hold_may_happen_at_once() -> None:
-    """Where a distance or a speed is beyond the largest float, no time is given away."""
-    far, fast = np.array([[math.inf, 0.0]]), np.array([[-1.7e308, 1.7e308]])
-    assert near_after(far, np.array([[1.0, 0.0]]), np.array([1.0]))[0] == 0.0
-    assert near_after(np.array([[3.0, 0.0]]), fast, np.array([1.0]))[0] == 0.0
-
-
-def test_an_engine_that_damps_is_followed_to_the_end() -> None:
-    """Velocities that change from step to step, however little, are no free flight."""
-    scene = pair(0.5, 1.0)
-    flight = FreeFlight(scene, DT)
-    for k in range(1, 50):
-        velocity = np.array([(0.0, 0.0), (1.0 * (1 - 1e-12) ** k, 0.0)])
-        assert not flight.begins(k * DT, Observation(np.array([(0.0, 0.0), (1.5 + k * DT, 0.0)]), velocity))
-
-
-@pytest.mark.parametrize("off", [1e-12, 1e-3, 0.01])
-def test_an_engine_whose_discs_move_otherwise_than_their_velocities_is_followed_to_the_end(off: float) -> None:
-    """Positions that drift from step to step by more than rounding are no free flight, whatever the velocities are."""
-    scene = pair(0.5, 1.0)
-    flight, velocity = FreeFlight(scene, DT), np.array([(0.0, 0.0), (1.0, 0.0)])
-    for k in range(1, 50):
-        position = np.array([(0.0, off * k), (1.5 + k * DT, 0.0)])
-        assert not flight.begins(k * DT, Observation(position, velocity))
-
-
-def test_positions_are_held_to_the_floats_that_a_method_declares() -> None:
-    """What 32-bit floats round a position by is free flight to who declares them, and a drift to who declares 64."""
-    scene = pair(0.5, 1.0)
-    begun = {}
-    for bits in (32, 64):
-        flight, place = FreeFlight(scene, DT, bits), np.array([(0.0, 0.0), (1.5, 0.0)], np.float32)
-        velocity = np.array([(0.0, 0.0), (1.0, 0.0)])
-        begun[bits] = False
-        for k in range(1, 20):
-            place = place + (velocity * DT).astype(np.float32)
-            begun[bits] = begun[bits] or flight.begins(k * DT, Observation(place.astype(np.float64), velocity))
-    assert begun == {32: True, 64: False}
-
-
-def begun_at(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT) -> int:
-    """Return after which step, from 1, free flight is found; 0 for after none."""
-    flight = FreeFlight(scene, dt_s)
-    found = (flight.begins(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
-    return next((k for k, begun in enumerate(found, start=1) if begun), 0)
+@pytest.mark.parametrize(
+    ("place", "speed", "near_s"),
+    [
+        ((1e12, 0.5), (-1e3, 0.0), 1e9),  # from a million million radii away, by half a radius aside
+        ((math.inf, 0.0), (1.0, 0.0), 0.0),
+        ((3.0, 0.0), (-1.7e308, 1.7e308), 0.0),
+    ],
+)
+def test_a_distant_hit_is_not_rounded_away(place: Any, speed: Any, near_s: float) -> None:
+    """It is still seen to come; where a distance or a speed is beyond the largest float, no time is given away."""
+    found = near_after(np.array([place]), np.array([speed]), np.array([4.0]))
+    assert found[0] == pytest.approx(near_s, rel=1e-9)
 
 
 def test_two_steps_must_leave_every_velocity_as_it_was() -> None:
     """The first look has nothing to compare with, and two quiet steps follow; a kick at every other leaves no two."""
-    scene, apart, speed = pair(0.5, 1.0), np.array([(0.0, 0.0), (1.5, 0.0)]), np.array([(0.0, 0.0), (1.0, 0.0)])
-    assert begun_at(scene, [(apart + speed * (k * DT), speed) for k in range(1, 20)]) == 3
-    place, states = apart, []
+    assert begun_at(PARTING, straight(PARTING, 20)) == 3
+    place, states = APART, []
     for k in range(40):
-        kicked = speed * (1.0 + 1e-9 * (k // 2))
+        kicked = SPEED * (1.0 + 1e-9 * (k // 2))
         place = place + kicked * DT
         states.append((place, kicked))
-    assert begun_at(scene, states) == 0
+    assert begun_at(PARTING, states) == 0
 
 
 @pytest.mark.parametrize(("units", "begins"), [(0, True), (4, True), (5, False), (-5, False)])
@@ -144,17 +147,7 @@ def test_what_comes_near_within_two_steps_of_the_end_is_followed(steps_after_the
     near_s = 10.0 + steps_after_the_end * DT
     gap = near_s + 1.0  # at 1 m/s they are near when the centres are 2 m apart: twice the sum of the radii
     scene = pair(gap, -1.0)
-    start, speed = np.array([(0.0, 0.0), (1.0 + gap, 0.0)]), np.array([(0.0, 0.0), (-1.0, 0.0)])
-    states = [(start + speed * (k * DT), speed) for k in range(1, 600)]
-    assert (begun_at(scene, states) > 0) is begins
-
-
-def test_discs_that_overlap_are_followed() -> None:
-    """Overlapping discs that part may still be pushed apart by their engine."""
-    scene = pair(0.5, 1.0)
-    flight = FreeFlight(scene, DT)
-    state = Observation(np.array([(0.0, 0.0), (0.75, 0.0)]), np.array([(0.0, 0.0), (0.0, 0.0)]))
-    assert not any(flight.begins(k * DT, state) for k in range(1, 10))
+    assert (begun_at(scene, straight(scene, 600)) > 0) is begins
 
 
 @pytest.mark.parametrize(

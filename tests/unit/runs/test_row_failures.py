@@ -19,6 +19,7 @@ from carom import compare as score
 from carom.errors import AdapterError
 from carom.runs.job import Status
 from carom.runs.pool import InProcess
+from carom.runs.raised import raised
 from carom.runs.results import Results, Row
 from carom.studies.cross_check.document import reportable, write_report
 
@@ -166,3 +167,9 @@ def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act
     with pytest.raises(AdapterError, match=words) as caught:
         carom.run(scene, act, dt=0.1)
     assert "\x1b" not in str(caught.value)
+
+
+def test_the_name_of_an_exception_is_shown_as_harmlessly_as_its_words() -> None:
+    """An adapter's class may have any name, and its message any character; a terminal obeys neither."""
+    error = type("Odd\x1b[2JError", (Exception,), {})("with\x07 a bell")
+    assert raised(error) == "Odd\\u001b[2JError: with\\u0007 a bell"

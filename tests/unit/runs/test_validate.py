@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable
 from typing import Any
@@ -147,23 +148,18 @@ def test_a_wall_of_a_contact_neither_moves_nor_turns(place: int, value: float) -
     assert enter(WALL).contacts == (WALL,)
 
 
-@pytest.mark.parametrize("field", ["position_m", "velocity_m_s", "spin_rad_s"])
-def test_a_finite_number_of_a_state_has_a_square(field: str) -> None:
-    """A number too large to be scored is refused by field and value; the largest that scenes may have is not."""
-    for sign in (1.0, -1.0):
+def test_a_finite_number_has_a_square() -> None:
+    """One too large to be scored is refused by field and value, of a state and of a contact; the largest is not."""
+    for field, sign in itertools.product(("position_m", "velocity_m_s", "spin_rad_s"), (1.0, -1.0)):
         state: Any = np.zeros(2) if field == "spin_rad_s" else np.zeros((2, 2))
         state.flat[-1] = sign * LARGEST
         enter(**{field: state})
         state.flat[-1] = sign * BEYOND
         with pytest.raises(AdapterError, match=f"{field} of an Observation must be at most .*, got -?6.7039e"):
             enter(**{field: state})
-
-
-@pytest.mark.parametrize("field", [name for name in NUMBERS if name not in {"time_s", "normal"}])
-def test_a_finite_number_of_a_contact_has_a_square(field: str) -> None:
-    """So is one of a contact."""
-    with pytest.raises(AdapterError, match=f"{field} of a contact of bodies 0 and 1 must be at most"):
-        enter(filled(field, [BEYOND] * NUMBERS[field]))
+    for field in NUMBERS.keys() - {"time_s", "normal"}:
+        with pytest.raises(AdapterError, match=f"{field} of a contact of bodies 0 and 1 must be at most"):
+            enter(filled(field, [BEYOND] * NUMBERS[field]))
 
 
 @pytest.mark.parametrize("second", [1, -1])

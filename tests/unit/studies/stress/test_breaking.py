@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from carom import Scene, load_scene, solve_pic
+from carom import load_scene, solve_pic
 from carom.runs.job import Answer, Method, Status, Task
 from carom.runs.observe import Observe
 from carom.runs.pool import InProcess
@@ -46,28 +46,18 @@ def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path:
     assert spot.stands_at <= threshold < spot.value
     assert spot.value / spot.stands_at <= RESOLUTION
     assert spot.reason == "crashed: signal 11"
-
-
-def test_the_scene_that_shows_the_number_is_saved(attack: Attack, tmp_path: Path) -> None:
-    """The file beside a number holds the scene in which the method gave way."""
-    spot = breaking_point(attack, METHOD, Answering(1e6), scenes=tmp_path / "scenes", quick=True)
-    scene = load_scene(tmp_path / spot.scenes[0])
-    assert isinstance(scene, Scene)
+    scene = load_scene(tmp_path / spot.scenes[0])  # the file beside a number shows where the method gave way
     assert scene.discs[1].mass_kg == spot.value
 
 
-def test_a_method_that_stands_is_shown_at_the_absurd_end(attack: Attack, tmp_path: Path) -> None:
-    """Where nothing gives way, the number is the end of the axis, and the error there is shown."""
-    spot = breaking_point(attack, METHOD, Answering(math.inf), scenes=tmp_path / "scenes", quick=True)
-    assert (spot.ending, spot.value, spot.reason) == (SpotEnding.STANDS, attack.absurd, "")
-    assert spot.error is not None
-    assert spot.error < 1e-12
-
-
-def test_a_method_that_never_stood_says_so(attack: Attack, tmp_path: Path) -> None:
-    """Giving way at the harmless end is told apart from giving way later."""
-    spot = breaking_point(attack, METHOD, Answering(0.5), scenes=tmp_path / "scenes", quick=True)
-    assert (spot.ending, spot.value, spot.stands_at) == (SpotEnding.NEVER_STOOD, attack.harmless, None)
+@pytest.mark.parametrize(("threshold", "ending"), [(math.inf, SpotEnding.STANDS), (0.5, SpotEnding.NEVER_STOOD)])
+def test_an_end_of_the_axis_is_told_apart(attack: Attack, threshold: float, ending: SpotEnding, tmp_path: Path) -> None:
+    """A method that stands is shown at the absurd end, with its error there; one that never stood at the harmless."""
+    spot = breaking_point(attack, METHOD, Answering(threshold), scenes=tmp_path / "scenes", quick=True)
+    stands = ending is SpotEnding.STANDS
+    assert (spot.ending, spot.value) == (ending, attack.absurd if stands else attack.harmless)
+    assert spot.stands_at is None or stands
+    assert not stands or (spot.reason == "" and 0.0 <= (spot.error if spot.error is not None else 1.0) < 1e-12)
 
 
 @pytest.mark.usefixtures("hostile")
