@@ -21,7 +21,7 @@ PLAIN = {
     "NEGLIGIBLE": "carom.physics.pair_time.NEGLIGIBLE",
     "GRID": "carom.physics.pair_time._GRID",
     "DOUBTFUL_SUM": "carom.physics.pair_time._DOUBTFUL_SUM",
-    "DOUBTFUL_DISCRIMINANT": "carom.physics.pair_time._DOUBTFUL_DISCRIMINANT",
+    "DOUBTFUL_DISCRIMINANT": "carom.physics.pair_time.DOUBTFUL_DISCRIMINANT",
     "DOUBTFUL_GAP": "carom.physics.face_time._DOUBTFUL_GAP",
     "PAIR_ERROR": "carom.physics.arc_time._PAIR_ERROR",
     "PAIR_LEAST": "carom.physics.any_size._LEAST",

@@ -9,7 +9,7 @@ from cython cimport final
 from libc.stdlib cimport free, malloc
 
 cdef enum:
-    ROOM = 1 << 16  # for pairs, beyond one of each disc
+    CAPACITY = 1 << 16  # for pairs, beyond one of each disc
     LEAF = 8  # discs that are looked at one by one: fewer make the tree larger, more the walk longer
 
 cdef struct Item:  # 32 bytes: what is compared of a disc
@@ -35,7 +35,7 @@ cdef struct Pairs:  # what has been found, and for how many there is room
     Py_ssize_t* first
     Py_ssize_t* second
     Py_ssize_t count
-    Py_ssize_t room
+    Py_ssize_t capacity
 
 
 cdef inline bint is_near(double dx, double dy, double reach) noexcept nogil:
@@ -124,7 +124,7 @@ cdef bint find(const Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end,
     for i in range(begin, end):
         item = &tree.items[i]
         if item.number < disc.number and is_near(disc.x - item.x, disc.y - item.y, item.reach + disc.reach):
-            if pairs.count == pairs.room:
+            if pairs.count == pairs.capacity:
                 return False
             pairs.first[pairs.count] = item.number
             pairs.second[pairs.count] = disc.number
@@ -187,9 +187,9 @@ cdef class Search:
         """
         cdef Py_ssize_t i, done, n = self.position.shape[0]
         # Far more pairs than discs are near each other only where discs lie upon one another.
-        cdef Py_ssize_t room = max(1, min(n * (n - 1) // 2, n + ROOM))
-        cdef Py_ssize_t[::1] first = np.empty(room, np.intp), second = np.empty(room, np.intp)
-        cdef Pairs pairs = Pairs(&first[0], &second[0], 0, room)
+        cdef Py_ssize_t capacity = max(1, min(n * (n - 1) // 2, n + CAPACITY))
+        cdef Py_ssize_t[::1] first = np.empty(capacity, np.intp), second = np.empty(capacity, np.intp)
+        cdef Pairs pairs = Pairs(&first[0], &second[0], 0, capacity)
         cdef Item disc
         with nogil:
             if begin == 0 and self.find_all(&pairs):

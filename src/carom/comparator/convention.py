@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
-from carom.physics.contact_law import rub
+from carom.physics.contact_law import frictional_impulses
 from carom.physics.friction import ContactFriction, tangential_impulse
 from carom.scene import Scene, Wall
 from carom.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
@@ -302,7 +302,7 @@ def _rubbed(
     turned = rubbed = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
     if resists:  # of a wall: per unit of the disc's mass
         rim = before[row[first], 2]
-        by = rub(grip, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first])
+        by = frictional_impulses(grip, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first])
         rubbed, turned = by.friction / weights[first], (by.friction + by.rolling) / weights[first]
     for body, sign in sides:
         after[row[body], :2] += sign * rubbed * weights[body] * tangent

@@ -11,7 +11,7 @@ from fractions import Fraction
 
 from carom.physics.pair_time import pair_time
 
-#: Relative positions and velocities, and sums of radii, are of ordinary size if their exponents (those of `math.frexp`)
+#: Relative positions and velocities, and sums of radii, are of moderate size if their exponents (those of `math.frexp`)
 #: are this at most in magnitude. The compiled form has the same limits (`pair_times.pyx`).
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
@@ -25,14 +25,14 @@ def any_pair_time(
 ) -> float:
     """Return the seconds until two discs collide as `pair_time` does, infinity beyond the largest float."""
     row = (x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
-    if _are_ordinary(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2):
+    if _are_moderate(x2 - x1, y2 - y1, vx2 - vx1, vy2 - vy1, r1 + r2):
         return pair_time(*row)
     dx, dy, reach = Fraction(x2) - Fraction(x1), Fraction(y2) - Fraction(y1), Fraction(r1) + Fraction(r2)
     ux, uy = Fraction(vx2) - Fraction(vx1), Fraction(vy2) - Fraction(vy1)
     length = _EXPONENT - _exponent(max(abs(dx), abs(dy), reach))
     speed = _EXPONENT - _exponent(max(abs(ux), abs(uy)))
     scaled = _scaled(row, (length, length, speed, speed, length) * 2)
-    if scaled is None or not _are_ordinary(*(scaled[k + 5] - scaled[k] for k in range(4)), scaled[4] + scaled[9]):
+    if scaled is None or not _are_moderate(*(scaled[k + 5] - scaled[k] for k in range(4)), scaled[4] + scaled[9]):
         return _rational(dx, dy, ux, uy, reach)
     try:
         return math.ldexp(pair_time(*scaled), speed - length)
@@ -40,7 +40,7 @@ def any_pair_time(
         return math.inf
 
 
-def _are_ordinary(*numbers: float) -> bool:
+def _are_moderate(*numbers: float) -> bool:
     return all(_LEAST <= abs(number) < _MOST or number == 0.0 for number in numbers)
 
 

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from carom.physics.double_double import Pair, sum_of_products, two_diff, two_prod, two_sum
 from carom.physics.face_time import across, negative
 from carom.physics.pair_time import (
+    DOUBTFUL_DISCRIMINANT,
     ERROR,
     NEGLIGIBLE,
     Encounter,
@@ -38,8 +39,6 @@ from carom.physics.wall_time import quotient
 if TYPE_CHECKING:
     from carom.physics.features import Arc, Mover, Sector
 
-#: As in `carom.physics.pair_time`: below this part of its terms, D is made exact.
-_DOUBTFUL_DISCRIMINANT = 2.0**-90
 #: More than the roundings of an end's direction and of a place, which are pairs, make of their cross product.
 _PAIR_ERROR = 2.0**-100
 
@@ -158,7 +157,7 @@ def _later_root(x: Pair, y: Pair, disc: Mover, reach: Pair, a: Pair, b: Pair, c:
     else:
         d = discriminant_from_miss(x, y, disc.ux, disc.uy, reach, a)
         terms = largest
-    if c[0] > 0.0 and abs(d[0]) <= _DOUBTFUL_DISCRIMINANT * terms:
+    if c[0] > 0.0 and abs(d[0]) <= DOUBTFUL_DISCRIMINANT * terms:
         d = exact_discriminant(x, y, disc.ux, disc.uy, reach)
     if d[0] == 0.0:
         return quotient(b, a), True

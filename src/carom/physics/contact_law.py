@@ -115,7 +115,9 @@ def rates(press: Press, slip: float, rim: float = 0.0) -> Rates:
     return Rates(a - by.friction, turns, holds=False, rim_holds=by.rim)
 
 
-def rub(contact: ContactFriction, rolling_resistance: float, slip: float, rim: float, y: float, pressed: float) -> Held:
+def frictional_impulses(
+    contact: ContactFriction, rolling_resistance: float, slip: float, rim: float, y: float, pressed: float
+) -> Held:
     """Return the impulses of the two frictions in an impact on a wall whose normal one is `pressed`, a unit of mass.
 
     Args:

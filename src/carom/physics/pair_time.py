@@ -45,7 +45,7 @@ _GRID = 2.0**28
 #: b and c are right to some 2^-150 of their largest product: below this part of it, the sum is made exact.
 _DOUBTFUL_SUM = 2.0**-140
 #: D is right to some 2^-99 of its terms, so ``sqrt(D)``, where it is above this part of them, to 2^-55 of their root.
-_DOUBTFUL_DISCRIMINANT = 2.0**-90
+DOUBTFUL_DISCRIMINANT = 2.0**-90
 #: Every float is below two to this.
 _LARGEST_EXPONENT = 1024
 
@@ -195,7 +195,7 @@ def exact_pair_time(e: Encounter) -> float:
         d, terms = discriminant_from_gap(b, c, a), square
     else:
         d, terms = discriminant_from_miss(x, y, ux, uy, reach, a), largest
-    if abs(d[0]) <= _DOUBTFUL_DISCRIMINANT * terms:
+    if abs(d[0]) <= DOUBTFUL_DISCRIMINANT * terms:
         d = exact_discriminant(x, y, ux, uy, reach)
     if not d[0] > 0.0:
         return math.inf

@@ -2,7 +2,7 @@
 
 Pair by pair the result is that of `carom.physics.pair_time.pair_time`, to the bit: the compiled extension runs the same
 operations in a loop. See there for the method and its guarantee, and `carom.physics.any_size` for numbers of other than
-ordinary sizes.
+moderate sizes.
 
 Whether bodies approach decides everything; no time or distance is ever compared with a small number.
 """
@@ -69,7 +69,7 @@ def time_of_impact(
 
 
 def _plain_times(p1: Array, v1: Array, r1: Array, p2: Array, v2: Array, r2: Array) -> list[float]:
-    """Return the time of each pair: for one pair, for those of unusual sizes, and for all without the extension."""
+    """Return the time of each pair: of one pair, of those not of moderate sizes, and of all without the extension."""
     patience = Patience()
     times = []
     for row in np.column_stack((p1, v1, r1, p2, v2, r2)).tolist():

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from carom.solvers.units import Units
 
 ALWAYS = (-math.inf, math.inf)
+#: Impacts that no run has: no limit, for compiled loops.
+NO_LIMIT = 2**62
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ class Rows:
     """An array that grows; what it has given out stays as it was."""
 
     def __init__(self, dtype: DTypeLike) -> None:
-        self._room: NDArray[np.void] = np.empty(0, dtype)
+        self._rows: NDArray[np.void] = np.empty(0, dtype)
         self._count = 0
 
     def __len__(self) -> int:
@@ -31,17 +31,17 @@ class Rows:
         """Add rows: the first are taken as they are, without a copy."""
         begin, self._count = self._count, self._count + len(later)
         if begin == 0:
-            self._room = later
+            self._rows = later
             return
-        if self._count > len(self._room):  # doubled, so that each row is copied once or twice in all
-            room = np.empty(max(self._count, 2 * begin), self._room.dtype)
-            room[:begin] = self._room[:begin]
-            self._room = room
-        self._room[begin : self._count] = later
+        if self._count > len(self._rows):  # doubled, so that each row is copied once or twice in all
+            rows = np.empty(max(self._count, 2 * begin), self._rows.dtype)
+            rows[:begin] = self._rows[:begin]
+            self._rows = rows
+        self._rows[begin : self._count] = later
 
     def array(self) -> NDArray[np.void]:
         """Return all rows so far, read-only."""
-        rows = self._room[: self._count]
+        rows = self._rows[: self._count]
         rows.flags.writeable = False
         return rows
 

@@ -16,7 +16,7 @@ import numpy as np
 from carom.comparator.slowing import Slowing
 from carom.disc_arrays import HalfPlane
 from carom.driving import Course, Drive
-from carom.physics.contact_law import rub
+from carom.physics.contact_law import frictional_impulses
 from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Feature, Mover
@@ -402,7 +402,7 @@ class BodyStates:
             if contact.friction > 0.0 or law.rolling_resistance > 0.0:
                 rim, y = law.radius[i] * self.spin[i], law.inverse_inertia_ratio[i]
                 slip = before[0] * ny - before[1] * nx + rim + (0.0 if law.belts is None else law.belts[j - law.n])
-                by = rub(contact, law.rolling_resistance, slip, rim, y, pressed)
+                by = frictional_impulses(contact, law.rolling_resistance, slip, rim, y, pressed)
                 vx, vy = vx - by.friction * ny, vy + by.friction * nx
                 self.spin[i] -= (by.friction + by.rolling) * y / law.radius[i]
             self.velocity[i] = (vx, vy)

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, ctx
 
 from carom.scene import Scene
+from carom.solvers.certified.floats import SLACK
 from carom.solvers.certified.gliding import ContactStates
 from carom.solvers.certified.legs import ZERO, BallLeg, ball, legs_of
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
@@ -24,9 +25,6 @@ from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
     from carom.driving import Drive
-
-#: Far above what rounding makes of a speed.
-_SLACK = 2.0**-40
 
 #: Where a centre is and how it moves: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]
@@ -43,7 +41,7 @@ def fastest_drive(scene: Scene) -> float:
     arrays = scene.arrays
     drives = (*(arrays.wall_drives or ()), *arrays.disc_drives)
     speeds = [*(drive.fastest for drive in drives), *map(abs, arrays.belts_m_s or ())]
-    return max(speeds, default=0.0) * (1.0 + _SLACK)
+    return max(speeds, default=0.0) * (1.0 + SLACK)
 
 
 def _pull(scene: Scene, shape: Plane | Round) -> int:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.broad_phase import near_pairs, near_walls
+from carom.solvers.certified.floats import SLACK
 from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
 from carom.trace import wall_body, wall_index
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
 
     from carom.scene import Scene
     from carom.solvers.certified.ball_bodies import BallBodies
-
-#: Relative slack of the float64 search: far above its rounding, far below what would let many pairs through.
-_SLACK = 2.0**-40
 
 
 def contact_at_start(bodies: BallBodies, begun: Mapping[int, int]) -> Degeneracy | None:
@@ -138,9 +136,9 @@ def _near_bodies(bodies: BallBodies) -> list[tuple[int, int]]:
     start = bodies.scene.arrays
     numbers = [k for k, obstacle in enumerate(bodies.obstacles) if obstacle.kind is None]
     walls = np.array([start.walls[bodies.obstacles[k].wall] for k in numbers]).reshape(-1, 4)
-    reach = start.radius_m + _SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
+    reach = start.radius_m + SLACK * (np.abs(start.position_m).max(axis=1) + start.radius_m)
     pairs = [pair for block in near_pairs(start.position_m, reach, start.movable) for pair in zip(*block, strict=True)]
-    reach += _SLACK * np.abs(walls[:, :2]).max(initial=0.0)
+    reach += SLACK * np.abs(walls[:, :2]).max(initial=0.0)
     for block in near_walls(start.position_m, reach, start.movable, walls):
         pairs += [(disc, wall_body(numbers[wall])) for disc, wall in zip(*block, strict=True)]
     return sorted(((int(i), int(j)) for i, j in pairs), key=lambda pair: (pair[0], pair[1] < 0, abs(pair[1])))

@@ -70,7 +70,7 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
     polynomial = arb_poly(left)
     sign = 1 if left[0] > 0 else -1 if left[0] < 0 else 0
     pending: list[_Piece] = []
-    for piece, at_end in _pieces(polynomial, _reach(left, until)):
+    for piece, at_end in _pieces(polynomial, _horizon(left, until)):
         if piece is not None:
             pending.append(piece)
         if at_end == 0:
@@ -106,12 +106,12 @@ def _between(polynomial: arb_poly, sign: int, pending: list[_Piece], at_end: int
     return Fall(low.union(high), certain=False)
 
 
-def _pieces(polynomial: arb_poly, reach: arb) -> Iterator[tuple[_Piece | None, int]]:
-    """Yield pieces of the line up to a reach, in order, and the sign at the end of each, 0 where that is open.
+def _pieces(polynomial: arb_poly, horizon: arb) -> Iterator[tuple[_Piece | None, int]]:
+    """Yield pieces of the line up to a horizon, in order, and the sign at the end of each, 0 where that is open.
 
     None stands for a piece on which there is no zero.
     """
-    edges = [arb(0), *((reach * arb((1, k - _FIRST))).mid() for k in range(_FIRST)), reach]
+    edges = [arb(0), *((horizon * arb((1, k - _FIRST))).mid() for k in range(_FIRST)), horizon]
     most = int(ctx.prec) // 2 + _HALVINGS
     stack = [(edges[k], edges[k + 1], 0) for k in reversed(range(len(edges) - 1))]
     while stack:
@@ -148,7 +148,7 @@ def _sign(value: arb, spread: arb) -> int:
     return 1 if value > spread else -1 if arb(0) - value > spread else 0
 
 
-def _reach(powers: Sequence[arb], until: float | arb) -> arb:
+def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
     """Return a time after which a polynomial has no zero (Fujiwara), or `until`, if that is less."""
     degree, last = len(powers) - 1, powers[-1].abs_lower()
     end = arb(until)

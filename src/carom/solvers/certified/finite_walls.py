@@ -17,7 +17,7 @@ from flint import arb, ctx
 
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.falls import falls_of, squared_gap
-from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.floats import SLACK, float_above
 from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, contacts_ahead, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 #: Bits in which the start is asked for contact: far above what 53 bits of input make of a gap.
 _START_BITS = 2048
-#: As in `carom.solvers.certified.exact`: far above float64's rounding, far below what would let many walls through.
-_SLACK = 2.0**-40
 
 
 class On(Enum):
@@ -230,12 +228,12 @@ def finite_contact_at_start(scene: Scene, begun: Mapping[int, int]) -> Degenerac
     with ctx.workprec(_START_BITS):
         bodies = BallBodies(scene)
         for i, disc in enumerate(scene.discs):
-            size = _SLACK * (max(map(abs, disc.position_m)) + disc.radius_m)
+            size = SLACK * (max(map(abs, disc.position_m)) + disc.radius_m)
             near = {
                 k
                 for k, wall in enumerate(scene.arrays.walls if bodies.movable[i] else ())
                 if not isinstance(wall, tuple) and begun.get(i) != wall_body(k)
-                if wall.gap(*disc.position_m, disc.radius_m) <= size + _SLACK * _extent(wall)
+                if wall.gap(*disc.position_m, disc.radius_m) <= size + SLACK * _extent(wall)
             }
             for number, obstacle in enumerate(bodies.obstacles):
                 if obstacle.wall in near and (found := _start_contact(bodies, i, number)) is not None:

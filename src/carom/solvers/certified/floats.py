@@ -10,6 +10,8 @@ from flint import arb
 ROUNDING = 2.0**-53 * (1.0 + 2.0**-40)
 #: Accuracy from which a ball's radius is lost in that little.
 NEGLIGIBLE_RADIUS_BITS = 100
+#: Part of a length or a speed: far above float64's rounding, far below what would let many pairs through a search.
+SLACK = 2.0**-40
 #: Far above what is subnormal, or has subnormal roundings.
 SMALLEST = 2.0**-900
 

@@ -19,7 +19,7 @@ from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ball
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, less
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.trace import EdgeKind, wall_index
+from carom.trace import EdgeKind, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -113,7 +113,7 @@ def _path(pairs: set[tuple[int, int]], bodies: BallBodies) -> list[int] | None:
 def _is_alone(row: list[int], bodies: BallBodies) -> bool:
     """Whether nothing else can come near: nothing else moves, and one end is at rest, or there is nothing else."""
     scene = bodies.scene
-    others = [*(-1 - k for k in range(len(scene.walls))), *range(len(scene.discs))]
+    others = [*map(wall_body, range(len(scene.walls))), *range(len(scene.discs))]
     others = [body for body in others if body not in row]
     moves = any(bodies.legs(_key(body, bodies)) or (body >= 0 and bodies.movable[body]) for body in others)
     return not others or (not moves and not all(bodies.legs(_key(body, bodies)) for body in (row[0], row[-1])))
@@ -123,7 +123,7 @@ def _key(body: int, bodies: BallBodies) -> int:
     """Return a body as the balls number it: of a wall its first obstacle."""
     if body >= 0:
         return body
-    return -1 - next(k for k, obstacle in enumerate(bodies.obstacles) if obstacle.wall == wall_index(body))
+    return wall_body(next(k for k, one in enumerate(bodies.obstacles) if one.wall == wall_index(body)))
 
 
 def _loses_or_slips(row: list[int], bodies: BallBodies) -> bool:

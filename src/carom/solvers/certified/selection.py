@@ -94,8 +94,8 @@ class Selection:
                     return Choice(meeting, False)
                 continue
             limit, rivals = -math.inf, [(bound, disc, body)]
-            while (reach := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
-                limit, rivals = reach, bounds.up_to(reach)
+            while (latest := self._latest(rivals)) > limit:  # a rival's time may reach further than the first's
+                limit, rivals = latest, bounds.up_to(latest)
             unsolved = [rival for rival in rivals if rival[1:] not in meetings]
             if not unsolved:
                 return self._choose([meetings[rival[1:]] for rival in rivals])

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from carom.solvers.event_driven import kernel
     from carom.solvers.event_driven.obstacles import Obstacles
     from carom.solvers.plain.bodies import Bodies
-    from carom.solvers.plain.squeeze import Struck
+    from carom.solvers.plain.squeeze import LastMet
 
 
 def driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -114,9 +114,9 @@ class Crushes:
         self.note = crushing_note(disc, crush.between, time_s)
         return True
 
-    def _struck(self, body: int, obstacle: int) -> Struck | None:
-        from carom.solvers.plain.squeeze import Struck
+    def _struck(self, body: int, obstacle: int) -> LastMet | None:
+        from carom.solvers.plain.squeeze import LastMet
 
         if body == NO_BODY:
             return None
-        return Struck(body, None if self._obstacles is None else self._obstacles.feature(obstacle))
+        return LastMet(body, None if self._obstacles is None else self._obstacles.feature(obstacle))

@@ -30,7 +30,7 @@ from carom.solvers.event_driven.queue cimport earliest, lay_out_queue, runner_up
 from carom.solvers.event_driven.scan cimport predict_impact
 from carom.solvers.impact.ambiguity cimport forget
 from carom.solvers.impact.law cimport law_of, write_wall_laws
-from carom.solvers.impact.record cimport ambiguous_rows, free_record, has_room, is_recorded, taken_rows
+from carom.solvers.impact.record cimport ambiguous_rows, free_record, has_capacity, is_recorded, taken_rows
 
 import numpy as np
 
@@ -118,7 +118,7 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
             if s.counts.impacts >= impacts:
                 return LIMIT
             wanted = is_recorded(&s.record, reported)
-            if unlikely(wanted and not has_room(&s.record)):
+            if unlikely(wanted and not has_capacity(&s.record)):
                 return NO_MEMORY
             if event.kind == WALL_IMPACT:
                 if unlikely(s.is_special):
@@ -139,7 +139,7 @@ cdef Ending take_forward(State *s, double until, Index impacts, Index events) no
             if unlikely(s.counts.epoch_impacts >= EPOCH_IMPACTS * s.disc_count):
                 new_epoch(s)
                 continue
-            if unlikely(s.counts.beyond - s.grid.beyond > s.grid.patience):
+            if unlikely(s.counts.beyond - s.grid.beyond > s.grid.beyond_limit):
                 return OUTGROWN
             change = OF_PATH
         elif event.kind == CROSSING:
@@ -235,7 +235,7 @@ cdef class Kernel:
         s.visited = box_of(&position[0, 0], n)
         note_sizes(&s.grid, &radius[0], n, cell_factor)
         # To choose anew costs a prediction a disc, and a look or so a feature.
-        s.grid.patience = <Index>((n + s.feature_count) / (1.0 + s.feature_count / LOOKS_PER_PREDICTION))
+        s.grid.beyond_limit = <Index>((n + s.feature_count) / (1.0 + s.feature_count / LOOKS_PER_PREDICTION))
         choose_grid(&s.grid, &s.visited, n, <const Wall *>&walls[0, 0], walls.shape[0], rows, s.feature_count)
         # In one piece, for which a system takes large pages where it is large: far fewer to be looked up.
         self.memory = np.empty(lay_out(s, NULL, length) + 64, np.uint8)
@@ -319,7 +319,7 @@ cdef class Kernel:
         fill_all_cells(s)
         looks = <double>(s.counts.beyond - old.beyond) * s.feature_count / (s.counts.predictions - old.predictions + 1)
         s.grid.lists = NULL
-        s.grid.listed = s.grid.list_room = 0
+        s.grid.listed = s.grid.list_capacity = 0
         if 9.0 * (crowding(s) - crowded) < looks and find_obstacles(s):
             free(old.lists)
             self.cells_memory = cells
@@ -327,7 +327,7 @@ cdef class Kernel:
         else:
             free(s.grid.lists)
             s.grid = old
-        s.grid.patience = 2 * old.patience  # so that all choices cost no more than what they are made to save
+        s.grid.beyond_limit = 2 * old.beyond_limit  # so that all choices cost no more than what they are made to save
         s.grid.predictions, s.grid.beyond = s.counts.predictions, s.counts.beyond
         s.counts.predicted = 0
 
@@ -385,7 +385,7 @@ cdef class Kernel:
     def nbytes(self):
         """Bytes of the run's memory, recorded impacts left out."""
         chosen = 0 if self.cells_memory is None else self.cells_memory.nbytes
-        return self.memory.nbytes + chosen + self.s.grid.list_room * sizeof(int)
+        return self.memory.nbytes + chosen + self.s.grid.list_capacity * sizeof(int)
 
     cdef last_impacts(self):
         """Return the times of each disc's last impact, where the TC model asks for them, else nothing."""

@@ -154,7 +154,7 @@ cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     # it may meet, and 1 where it is at the rim: 0 for most, where nothing is looked at
     int *lists  # ascending, NO_OBSTACLE at the end of each: see obstacles.pxd
     Index listed  # numbers in `lists`
-    Index list_room
+    Index list_capacity
     Box area  # in which the lists hold
     double x0  # lower left corner of the first cell within the ring
     double y0
@@ -164,7 +164,7 @@ cdef struct Grid:  # of square cells, in a ring of cells that stay empty
     double factor  # on the width of a cell
     Index predictions  # of the run, when the cells were chosen
     Index beyond  # likewise, of those that looked beyond the area of the lists
-    Index patience  # how many more of these until the cells are chosen anew
+    Index beyond_limit  # how many more of these until the cells are chosen anew
     Index columns  # without the ring
     Index rows
     Index stride  # from a cell to the one above it

@@ -60,9 +60,9 @@ cdef inline Side side_of(const Grid *g, const Wall *wall, const Tiles *c) noexce
 
 cdef inline bint may_be_in_sector(const Feature *arc, double x, double y) noexcept nogil:
     """Return whether a place, as counted from the centre, is in an arc's sector, or so near that rounding leaves it open."""
-    room = 4.0 * ERROR * arc.size.high * (fabs(x) + fabs(y))
-    cdef bint begun = arc.ex.high * y - arc.ey.high * x >= -room
-    cdef bint not_ended = arc.fx.high * y - arc.fy.high * x <= room
+    left_open = 4.0 * ERROR * arc.size.high * (fabs(x) + fabs(y))
+    cdef bint begun = arc.ex.high * y - arc.ey.high * x >= -left_open
+    cdef bint not_ended = arc.fx.high * y - arc.fy.high * x <= left_open
     return arc.whole or ((begun or not_ended) if arc.reflex else (begun and not_ended))
 
 
@@ -118,13 +118,13 @@ cdef inline bint stays_in_area(const Grid *g, const Disc *a, double wait) noexce
 
 cdef inline bint add_list(Grid *g, const int *numbers, Index count) noexcept nogil:
     """Add a list to the row of lists; return whether there is memory."""
-    cdef Index room
-    if g.listed + count + 1 > g.list_room:
-        room = 2 * g.list_room + count + 64
-        lists = <int *>realloc(g.lists, room * sizeof(int))
+    cdef Index capacity
+    if g.listed + count + 1 > g.list_capacity:
+        capacity = 2 * g.list_capacity + count + 64
+        lists = <int *>realloc(g.lists, capacity * sizeof(int))
         if lists == NULL:
             return False
-        g.lists, g.list_room = lists, room
+        g.lists, g.list_capacity = lists, capacity
     memcpy(g.lists + g.listed, numbers, count * sizeof(int))
     g.lists[g.listed + count] = NO_OBSTACLE
     g.listed += count + 1

@@ -15,7 +15,7 @@ from carom.solvers.event_driven.driven import Crushes
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import gliding_note, standstill_impacts
-from carom.solvers.options import ALWAYS, RunOptions, require_compiled, require_goal
+from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_compiled, require_goal
 from carom.solvers.rows import RecordedImpacts
 from carom.trace import Outcome
 
@@ -36,7 +36,6 @@ _OUTCOMES = {
     _GLIDES: Outcome.GLIDES,
     _CRUSHED: Outcome.CRUSHED,
 }
-_NEVER = 2**62
 _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyond", "choices", "epochs")
 
 
@@ -131,7 +130,7 @@ class EventDrivenRun:
             return self._ended
         ended = _PAUSE
         while ended == _PAUSE:  # between calls Python hears of Ctrl-C
-            ended = self._kernel.run(time_s, _NEVER if max_impacts is None else max_impacts, _EVENTS)
+            ended = self._kernel.run(time_s, NO_LIMIT if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
         if self._crushes is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from carom.physics.contact_law import rub
+from carom.physics.contact_law import frictional_impulses
 from carom.physics.double_double import two_diff, two_sum
 from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
@@ -53,7 +53,7 @@ class FallingBodies(Bodies):
         # What of the wall that it is in contact with, or has left over an end, a disc does not meet on its path.
         self.never_met: list[tuple[Feature, ...]] = [()] * len(self)
         # Whether friction has taken all of the slip at the last bounce on a wall.
-        self.gripped = [False] * len(self)
+        self.sticks = [False] * len(self)
 
     def state_at(self, i: int, instant: Instant) -> tuple[float, float, float, float]:
         """Position and velocity of disc `i` at an instant, on its present parabola."""
@@ -277,7 +277,7 @@ class FallingBodies(Bodies):
             gap = gap_of(self.mover(i, k), self._expected[i, k][0].feature)
         self.x[i] -= gap * nx
         self.y[i] -= gap * ny
-        self.gripped[i] = False
+        self.sticks[i] = False
         if approach > 0.0:  # rounding can turn the weakest of grazes into a separation: an impact never pulls
             self.leave_wall(i, k, restitution * approach)
             if self.rubs_on(k):
@@ -296,8 +296,8 @@ class FallingBodies(Bodies):
         """
         (nx, ny), y = self.normal(i, k), self.inverse_inertia_ratio[i]
         rim, slip = self.radius[i] * self.spin[i], self.slip(i, k, before)
-        by = rub(self.contact_of_wall(k), self.rolling_resistance, slip, rim, y, pressed)
-        self.gripped[i] = by.slip
+        by = frictional_impulses(self.contact_of_wall(k), self.rolling_resistance, slip, rim, y, pressed)
+        self.sticks[i] = by.slip
         self.vx[i] -= by.friction * ny
         self.vy[i] += by.friction * nx
         self.spin[i] = 0.0 if by.rim else self.spin[i] - (by.friction + by.rolling) * y / self.radius[i]

@@ -64,14 +64,14 @@ class Contacts:
         bodies = self._bodies
         slip, rim, restitution = self._slip(i, ground), self._rim(i), bodies.restitution_of_wall(ground.wall)
         press = self._press(i, ground)
-        gripped = bodies.gripped[i] and bodies.last_partner[i] == wall_body(ground.wall)
+        sticks = bodies.sticks[i] and bodies.last_partner[i] == wall_body(ground.wall)
         # What the only impact has given back of a slip is left, and so is what impacts leave of it that keep its sign;
         # the last of infinitely many that turn it round gives back next to nothing.
         given_back = bodies.contact_of_wall(ground.wall).restitution
-        gripped = gripped and (given_back == 0.0 or (given_back > 0.0 and restitution > 0.0))
+        sticks = sticks and (given_back == 0.0 or (given_back > 0.0 and restitution > 0.0))
         if press.rolling_resistance and approach > 0.0 and restitution < 1.0:
-            slip, rim = _left_of_both(press, 0.0 if gripped else slip, rim, approach, restitution)
-        elif gripped:
+            slip, rim = _left_of_both(press, 0.0 if sticks else slip, rim, approach, restitution)
+        elif sticks:
             slip = 0.0
         elif approach > 0.0 and restitution < 1.0:
             slip = left_of_slip(press, slip, approach, restitution)

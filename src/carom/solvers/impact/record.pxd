@@ -38,33 +38,33 @@ cdef inline bint is_recorded(const Record *r, double time) noexcept nogil:
     return r.wanted and r.begin <= time and time <= r.end
 
 
-cdef inline bint has_room(Record *r) noexcept nogil:
+cdef inline bint has_capacity(Record *r) noexcept nogil:
     """Make room for one more impact; return whether there is any."""
-    cdef Index room
-    if unlikely(r.count == r.room):
-        room = 4 * r.room + 256 if r.room < 1 << 22 else r.room + r.room // 2
+    cdef Index capacity
+    if unlikely(r.count == r.capacity):
+        capacity = 4 * r.capacity + 256 if r.capacity < 1 << 22 else r.capacity + r.capacity // 2
         if r.turns:
-            spins = <Spins *>enlarged(r.spins, r.count * sizeof(Spins), room * sizeof(Spins))
+            spins = <Spins *>enlarged(r.spins, r.count * sizeof(Spins), capacity * sizeof(Spins))
             if spins == NULL:
                 return False
             r.spins = spins
         if r.locates:
-            contacts = <Contact *>enlarged(r.contacts, r.count * sizeof(Contact), room * sizeof(Contact))
+            contacts = <Contact *>enlarged(r.contacts, r.count * sizeof(Contact), capacity * sizeof(Contact))
             if contacts == NULL:
                 return False
             r.contacts = contacts
-        rows = <Impact *>enlarged(r.rows, r.count * sizeof(Impact), room * sizeof(Impact))
+        rows = <Impact *>enlarged(r.rows, r.count * sizeof(Impact), capacity * sizeof(Impact))
         if rows == NULL:
             return False
         r.rows = rows
-        r.room = room
-    if unlikely(r.ambiguous_count == r.ambiguous_room):
-        room = 2 * r.ambiguous_room + 64
-        ambiguous = <long long *>realloc(r.ambiguous, room * sizeof(long long))
+        r.capacity = capacity
+    if unlikely(r.ambiguous_count == r.ambiguous_capacity):
+        capacity = 2 * r.ambiguous_capacity + 64
+        ambiguous = <long long *>realloc(r.ambiguous, capacity * sizeof(long long))
         if ambiguous == NULL:
             return False
         r.ambiguous = ambiguous
-        r.ambiguous_room = room
+        r.ambiguous_capacity = capacity
     return True
 
 
@@ -121,7 +121,7 @@ cdef inline tuple taken_rows(Record *r):
     contacts = handed_out(r.contacts, r.count * sizeof(Contact)) if r.locates else None
     r.rows, r.spins, r.contacts = NULL, NULL, NULL
     r.taken += r.count
-    r.count = r.room = 0
+    r.count = r.capacity = 0
     return impacts, spins, contacts
 
 

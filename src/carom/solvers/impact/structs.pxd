@@ -100,10 +100,10 @@ cdef struct Record:
     bint locates  # whether there are
     Corners corners
     Index count
-    Index room
+    Index capacity
     long long *ambiguous  # numbers of rows, counted on from `taken`
     Index ambiguous_count
-    Index ambiguous_room
+    Index ambiguous_capacity
     Index taken  # rows handed out before those in `rows`
     Recent *recent  # one a disc
     bint wanted

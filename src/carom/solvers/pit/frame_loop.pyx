@@ -47,11 +47,11 @@ cdef Loop loop = run
 
 
 cdef void *memory(Index count, size_t size) except NULL:
-    """Return room for that many rows, all zero."""
-    room = calloc(max(count, 1), size)
-    if room == NULL:
+    """Return that many rows, all zero."""
+    rows = calloc(max(count, 1), size)
+    if rows == NULL:
         raise MemoryError("no memory for the discs of a PIT run")
-    return room
+    return rows
 
 
 cdef class FrameLoop:
@@ -61,13 +61,13 @@ cdef class FrameLoop:
         start: The discs and walls, `carom.disc_arrays.DiscArrays`.
         clock: When the frames are, `carom.solvers.pit.clock.FrameClock`.
         skips: Whether tests that can find nothing are left out.
-        patience: How many times the work of looking around all discs once may be wasted before plain looping takes over
+        most_waste: How many times the work of looking around all discs once may be wasted before plain looping takes over
             for a while; infinity for as often as it likes.
     """
 
     cdef State s
 
-    def __cinit__(self, start, clock, bint skips, double patience):
+    def __cinit__(self, start, clock, bint skips, double most_waste):
         s = &self.s
         cdef Index i
         cdef const double[:, :] position = start.position_m, velocity = start.velocity_m_s
@@ -79,7 +79,7 @@ cdef class FrameLoop:
         s.horizon = MOST_FRAMES * clock.frame_s
         s.law = law_of(start, 0.0)
         s.record.turns = start.turns
-        s.skips, s.patience = skips, patience
+        s.skips, s.most_waste = skips, most_waste
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
         s.walls = <Wall *>memory(s.wall_count, sizeof(Wall))
         s.due = <double *>memory(s.disc_count, sizeof(double))
@@ -158,7 +158,7 @@ cdef class FrameLoop:
         free(self.s.due)
         free(self.s.looking)
         free(self.s.grid.first)
-        free(self.s.turns.heap)
+        free(self.s.pending.heap)
         free(self.s.record.recent)
         free_record(&self.s.record)
 

@@ -6,7 +6,7 @@ from carom.constants cimport ROOT_ROOM
 from carom.physics.double_double cimport greater
 from carom.solvers.impact.law cimport collide_discs
 from carom.solvers.impact.law cimport collide_wall as collide_with_wall
-from carom.solvers.impact.record cimport has_room, record_impact
+from carom.solvers.impact.record cimport has_capacity, record_impact
 from carom.solvers.impact.structs cimport NO_FEATURE, Before, Body, Index, Spins, Wall
 from carom.solvers.pit.layout cimport ON_WALL, Disc, Normal, State
 from carom.solvers.pit.stretches cimport Finite, nearest
@@ -83,7 +83,7 @@ cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
 
     A frame is the instant of all its impacts, and of no others: it is known without an error.
     """
-    if not has_room(&s.record):
+    if not has_capacity(&s.record):
         s.no_memory = True
         return
     a = &s.discs[i]
@@ -105,7 +105,7 @@ cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
 
 cdef inline void collide_wall(State *s, Index i, Index k) noexcept nogil:
     """Give a disc that approaches a wall, and so moves, its velocity after the impact."""
-    if not has_room(&s.record):
+    if not has_capacity(&s.record):
         s.no_memory = True
         return
     a = &s.discs[i]

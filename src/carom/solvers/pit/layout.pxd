@@ -50,13 +50,13 @@ cdef struct Grid:
 
 # ---- the tests of one frame ----
 
-ctypedef unsigned long long Turn  # a pair's or a wall's place in the order of Algorithm 1, see turns.pxd
+ctypedef unsigned long long Test  # a pair's or a wall's place in the order of Algorithm 1, see pending.pxd
 
-cdef struct Turns:  # tests that are still to be made at this frame: a binary heap, the next one on top
-    Turn *heap
+cdef struct Pending:  # tests that are still to be made at this frame: a binary heap, the next one on top
+    Test *heap
     Index count
-    Index room
-    Turn last  # the last one that was made at this frame, or FIRST_TURN
+    Index capacity
+    Test last  # the last one that was made at this frame, or NO_TEST
 
 
 # ---- the run ----
@@ -88,7 +88,7 @@ cdef struct State:  # all that a run consists of
     Index row  # plain looping: the disc whose tests come next at this frame; 0 between frames
     double excess  # work of skipping beyond that of plain looping
     double first_look  # work of looking around all discs once
-    double patience  # how many times that much may be in excess
+    double most_waste  # how many times that much may be in excess
     bint pays_back  # loops plainly, since there was more
     double work  # that is left until a pause; all work is counted in tests of two discs by plain looping
     bint no_memory  # was found where it was needed
@@ -96,6 +96,6 @@ cdef struct State:  # all that a run consists of
     Clock clock
     Counts counts
     Grid grid
-    Turns turns
+    Pending pending
     Record record
     double steps[MOST_STEPS]  # lengths of the steps to the next frames

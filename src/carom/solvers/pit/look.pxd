@@ -16,7 +16,7 @@ from carom.solvers.pit.bounds cimport extent, finite_wait, pair_wait, wall_wait
 from carom.solvers.pit.grid cimport cell_number, chain_of, settle, time_in_leeway
 from carom.solvers.pit.impacts cimport collide_pair, collide_wall, discs_interfere, discs_part, is_due
 from carom.solvers.pit.layout cimport MOST_STEPS, ON_WALL, Clock, Disc, State
-from carom.solvers.pit.turns cimport FIRST_TURN, HALF, ask, next_turn, turn_of
+from carom.solvers.pit.pending cimport NO_TEST, HALF, ask, next_test, test_of
 
 # ---- whether skipping pays ----
 
@@ -33,7 +33,7 @@ cdef inline bint loops_plainly(State *s) noexcept nogil:
     """
     if not s.skips:
         return True
-    if s.excess > s.patience * s.first_look:
+    if s.excess > s.most_waste * s.first_look:
         s.pays_back = True
     elif s.excess <= 0.0:
         s.pays_back = False
@@ -152,7 +152,7 @@ cdef inline double ask_or_wait(State *s, Index i, Index j, double extent_i, doub
         return least
     wait = pair_wait(s, &s.discs[i], &s.discs[j], extent_i)
     if wait == IN_CONTACT:
-        ask(s, turn_of(i, j) if i < j else turn_of(j, i))
+        ask(s, test_of(i, j) if i < j else test_of(j, i))
         return 0.0
     return wait if wait < least else least
 
@@ -211,7 +211,7 @@ cdef inline void look_around(State *s, Index i) noexcept nogil:
         else:
             wait = wall_wait(a, &s.walls[k], extent_i)
         if wait == IN_CONTACT:
-            ask(s, turn_of(s.disc_count + i, k))
+            ask(s, test_of(s.disc_count + i, k))
             wait = 0.0
         least = wait if wait < least else least
     s.counts.pair_tests += s.wall_count
@@ -228,8 +228,8 @@ cdef inline void look_again(State *s, Index i) noexcept nogil:
 
 cdef inline void make_test(State *s) noexcept nogil:
     """Make the test whose turn it is."""
-    cdef Index first = <Index>(s.turns.last >> HALF)
-    cdef Index second = <Index>(s.turns.last & <unsigned long long>0xFFFFFFFF)
+    cdef Index first = <Index>(s.pending.last >> HALF)
+    cdef Index second = <Index>(s.pending.last & <unsigned long long>0xFFFFFFFF)
     if first >= s.disc_count:
         first -= s.disc_count
         if is_due(s, first, second):
@@ -265,10 +265,10 @@ cdef inline void look(State *s) noexcept nogil:
     count = find_due(s)
     if count > 0:
         s.counts.looked_at += 1
-        s.turns.last = FIRST_TURN
+        s.pending.last = NO_TEST
         for k in range(count):
             look_around(s, s.looking[k])
-        while next_turn(&s.turns):
+        while next_test(&s.pending):
             make_test(s)
         for k in range(count):
             s.next_look = min(s.next_look, s.due[s.looking[k]])

@@ -10,7 +10,7 @@ import numpy as np
 from carom.damping import UNDAMPED, Damping
 from carom.extension import Patience, extension_available, extension_notes
 from carom.scene import Scene, as_scene
-from carom.solvers.options import require_goal
+from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.plain.finite_walls import FiniteWall
@@ -33,10 +33,9 @@ if TYPE_CHECKING:
 
 #: How many times the work of looking around all discs once may be wasted before skipping counts as not paying. It is
 #: done at the start, and once more where bounds have run out: chosen, not tuned.
-PATIENCE = 2.0
+MOST_WASTE = 2.0
 #: Tests handed to the loop at a time: some hundredths of a second, for progress and Ctrl-C.
 _WORK = 2.0**23
-_NO_LIMIT = 2**62
 
 
 class FrameRun:
@@ -135,7 +134,7 @@ class FrameRun:
         while self.frames < until:
             if max_impacts is not None and len(self.log) >= max_impacts:
                 return Outcome.MAX_IMPACTS
-            self._loop.run(until, _NO_LIMIT if max_impacts is None else max_impacts, _WORK)
+            self._loop.run(until, NO_LIMIT if max_impacts is None else max_impacts, _WORK)
             if progress is not None:
                 progress(len(self.log), self._last_frame_s)
             if self.notes:  # of what would have been faster
@@ -175,7 +174,7 @@ def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
         from carom.solvers.pit import frame_loop
 
         edges_of = None if start.arrays.has_half_planes else partial(nearest_edges, start.arrays.walls)
-        return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, PATIENCE), clock, edges_of=edges_of)
+        return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, MOST_WASTE), clock, edges_of=edges_of)
     return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight and not driven else ())
 
 

@@ -41,7 +41,7 @@ class Crush(NamedTuple):
     time_s: float
 
 
-class Struck(NamedTuple):
+class LastMet(NamedTuple):
     """What a disc has met last.
 
     Attributes:
@@ -63,12 +63,12 @@ class ToAndFro(NamedTuple):
         row: How often.
     """
 
-    last: Struck | None = None
+    last: LastMet | None = None
     normal: Vector = (0.0, 0.0)
-    across: Struck | None = None
+    across: LastMet | None = None
     row: int = 0
 
-    def after(self, struck: Struck, normal: Vector) -> ToAndFro:
+    def after(self, struck: LastMet, normal: Vector) -> ToAndFro:
         """Return the same after another impact of the disc."""
         if self.last is not None:
             if self.last.body != struck.body and self.normal == (-normal[0], -normal[1]):
@@ -78,7 +78,7 @@ class ToAndFro(NamedTuple):
                 return self._replace(row=self.row + 1)
         return ToAndFro(struck, normal)
 
-    def beside(self, side: Vector) -> Struck | None:
+    def beside(self, side: Vector) -> LastMet | None:
         """Return what the disc struck last on a side, given by a unit vector from there; None for nothing."""
         if side == self.normal:
             return self.last
@@ -107,7 +107,7 @@ class Squeezes:
             normal: Unit vector from the body to the disc.
         """
         hit = self._bodies.last_hit[disc] if other < 0 else None
-        struck = Struck(other, None if hit is None else hit.feature)
+        struck = LastMet(other, None if hit is None else hit.feature)
         self.to_and_fro[disc] = self.to_and_fro[disc].after(struck, normal)
         return self.crush(disc) if self.to_and_fro[disc].row > self._most else None
 
@@ -164,10 +164,10 @@ class Squeezes:
         if bodies.belts is not None:
             one, two = one - bodies.belts[k], two + bodies.belts[other]
         steady, off = (one + two) / 2.0, bodies.radius[i] * bodies.spin[i] - (one - two) / 2.0
-        ease = bodies.inverse_inertia_ratio[i]
-        if off and not ease:
+        inverse_inertia_ratio = bodies.inverse_inertia_ratio[i]
+        if off and not inverse_inertia_ratio:
             return ()
-        turning = off * off / ease if off else 0.0
+        turning = off * off / inverse_inertia_ratio if off else 0.0
         most = math.sqrt((now - steady) * (now - steady) + turning)
         return (steady - most, -abs(pull)), (steady + most, abs(pull))
 
@@ -217,7 +217,7 @@ class Squeezes:
         runs = bodies.belts is not None and any(bodies.belts[k] for k in walls)
         return runs or any(bodies.spin[body] for body in row if body >= 0)
 
-    def _end(self, met: Struck, disc: int, normal: Vector, time_s: float) -> State | None:
+    def _end(self, met: LastMet, disc: int, normal: Vector, time_s: float) -> State | None:
         """Return where the surface of a row's last body is on the line, and its velocity, at a time.
 
         None for a wall that moves across the line, or of which what `disc` meets does not lie across it; the normal is
@@ -246,14 +246,14 @@ class Squeezes:
             fits = not _across((seen[0] - moved_x - x, seen[1] - moved_y - y), normal)
         return (x + moved_x + depth * nx, y + moved_y + depth * ny, *leg.velocity) if fits else None
 
-    def _in_a_row(self, i: int, normal: Vector) -> list[Struck] | None:
+    def _in_a_row(self, i: int, normal: Vector) -> list[LastMet] | None:
         """Return disc `i` and who strikes whom beside it, up to a body at each end that no impact moves.
 
         They are in the order of the normal, which is from one that disc `i` has struck to it.
         """
         bodies, ways = self._bodies, []
         for side in (normal, (-normal[0], -normal[1])):
-            way, struck = list[Struck](), self.to_and_fro[i].beside(side)
+            way, struck = list[LastMet](), self.to_and_fro[i].beside(side)
             while struck is not None and len(way) <= len(bodies):
                 way.append(struck)
                 if struck.body < 0 or not bodies.inverse_mass[struck.body]:
@@ -262,7 +262,7 @@ class Squeezes:
             else:
                 return None
             ways.append(way)
-        return [*reversed(ways[0]), Struck(i, None), *ways[1]]
+        return [*reversed(ways[0]), LastMet(i, None), *ways[1]]
 
     def _is_disturbed(self, i: int, among: Collection[int], way: float, seconds: float) -> bool:
         """Whether another body may come so soon to disc `i`, which gets this far beside its fall, as all move now."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
-from carom.solvers.pit.solve import PATIENCE, FrameRun, nearest_edges
+from carom.solvers.pit.solve import MOST_WASTE, FrameRun, nearest_edges
 
 Form = Callable[[Scene, FrameClock], FrameRun]
 
@@ -29,15 +29,15 @@ def compiled_forms() -> dict[str, Form]:
     """Return the compiled run as a user gets it, looping plainly, and skipping whatever that costs."""
     from carom.solvers.pit.frame_loop import FrameLoop
 
-    def form(*, skips: bool, patience: float) -> Form:
+    def form(*, skips: bool, most_waste: float) -> Form:
         return lambda scene, clock: FrameRun(
-            FrameLoop(scene.arrays, clock, skips, patience), clock, edges_of=edges_of(scene)
+            FrameLoop(scene.arrays, clock, skips, most_waste), clock, edges_of=edges_of(scene)
         )
 
     return {
-        "default": form(skips=True, patience=PATIENCE),
-        "plain": form(skips=False, patience=PATIENCE),
-        "always skipping": form(skips=True, patience=math.inf),
+        "default": form(skips=True, most_waste=MOST_WASTE),
+        "plain": form(skips=False, most_waste=MOST_WASTE),
+        "always skipping": form(skips=True, most_waste=math.inf),
     }
 
 

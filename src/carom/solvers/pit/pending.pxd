@@ -7,45 +7,45 @@ grows in it: i in the upper half and j in the lower, or discs + i and k.
 from libc.stdlib cimport realloc
 
 from carom.solvers.impact.structs cimport Index
-from carom.solvers.pit.layout cimport State, Turn, Turns
+from carom.solvers.pit.layout cimport Pending, State, Test
 
 cdef enum:
-    FIRST_TURN = 0  # no test has this number: a disc is not paired with itself
+    NO_TEST = 0  # no test has this number: a disc is not paired with itself
     HALF = 32  # bits
 
 
-cdef inline Turn turn_of(Index first, Index second) noexcept nogil:
-    return <Turn>first << HALF | <Turn>second
+cdef inline Test test_of(Index first, Index second) noexcept nogil:
+    return <Test>first << HALF | <Test>second
 
 
-cdef inline void ask(State *s, Turn turn) noexcept nogil:
+cdef inline void ask(State *s, Test test) noexcept nogil:
     """Ask for a test at this frame; not where its turn has passed, or is now."""
-    t = &s.turns
+    t = &s.pending
     cdef Index place, above
-    if turn <= t.last:
+    if test <= t.last:
         return
-    if t.count == t.room:
-        grown = <Turn *>realloc(t.heap, (2 * t.room + 64) * sizeof(Turn))
+    if t.count == t.capacity:
+        grown = <Test *>realloc(t.heap, (2 * t.capacity + 64) * sizeof(Test))
         if grown == NULL:
             s.no_memory = True
             return
-        t.heap, t.room = grown, 2 * t.room + 64
+        t.heap, t.capacity = grown, 2 * t.capacity + 64
     place = t.count
     t.count += 1
     while place > 0:
         above = (place - 1) // 2
-        if t.heap[above] <= turn:
+        if t.heap[above] <= test:
             break
         t.heap[place] = t.heap[above]
         place = above
-    t.heap[place] = turn
+    t.heap[place] = test
 
 
-cdef inline bint next_turn(Turns *t) noexcept nogil:
+cdef inline bint next_test(Pending *t) noexcept nogil:
     """Take the next test off, as `t.last`; return whether there is one. What was asked for twice comes once."""
     cdef Index place, below
     while t.count > 0:
-        turn = t.heap[0]
+        test = t.heap[0]
         t.count -= 1
         moved = t.heap[t.count]
         place, below = 0, 1
@@ -57,7 +57,7 @@ cdef inline bint next_turn(Turns *t) noexcept nogil:
             t.heap[place] = t.heap[below]
             place, below = below, 2 * below + 1
         t.heap[place] = moved
-        if turn > t.last:
-            t.last = turn
+        if test > t.last:
+            t.last = test
             return True
     return False
