@@ -71,16 +71,17 @@ def test_nothing_that_could_be_run_is_exit_code_3(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_brackets_in_names_are_no_markup(tmp_path: Path) -> None:
-    """A name or a folder with brackets is printed as it is, and the report lies where it says."""
+def test_names_are_no_markup_and_tell_a_terminal_nothing(tmp_path: Path) -> None:
+    """One with brackets is printed as it is, a control character by its escape; the report lies where it says."""
     path = tmp_path / "odd.toml"
     path.write_text(SCENE.replace('"mine"', '"[red]mine[/x]"'))
-    folder = tmp_path / "r[red]q[/x]"
+    folder = tmp_path / "r[red]q[/x]\x1b[31m"
     result = carom_command("run", path, "-e", "pic", "--dt", "0.1", "--no-timing", "--out", folder)
     assert result.exit_code == 0, result.output
     assert "[red]mine[/x]" in result.output
     assert (folder / "index.html").exists()
-    assert "r[red]q[/x]" in result.output.replace("\n", "")
+    assert "r[red]q[/x]\\u001b[31m" in result.output.replace("\n", "")
+    assert "\x1b" not in result.output
 
 
 @pytest.mark.long

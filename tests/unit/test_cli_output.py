@@ -8,9 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
-from carom.cli import app
+from tests.command import carom_command
 
 LIST = (sys.executable, "-m", "carom", "scenes")
 
@@ -56,25 +54,23 @@ def test_an_output_of_ascii_alone_gets_ascii() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "option"),
+    "command",
     [
-        (("run", "paper/missed", "-e", "pit", "--no-timing", "--out"), "--out"),
-        (("bench", "paper/missed", "-e", "pit", "--no-timing", "--out"), "--out"),
-        (("bench", "--grow", "-e", "pit", "--discs", "2", "--out"), "--out"),
-        (("stress", "small", "-e", "pit", "--quick", "--out"), "--out"),
-        (("certify", "paper/missed", "--out"), "--out"),
+        "run paper/missed -e pit --no-timing",
+        "bench paper/missed -e pit --no-timing",
+        "bench --grow -e pit --discs 2",
+        "stress small -e pit --quick",
+        "certify paper/missed",
     ],
 )
-def test_a_folder_of_somebody_elses_is_refused_before_the_run(
-    arguments: tuple[str, ...], option: str, tmp_path: Path
-) -> None:
+def test_a_folder_of_somebody_elses_is_refused_before_the_run(command: str, tmp_path: Path) -> None:
     """Every command that writes leaves a folder alone that holds what it did not write, and names its option."""
     (tmp_path / "index.html").write_text("mine")
     (tmp_path / "scenes").mkdir()
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [*arguments, str(tmp_path)])
+    result = carom_command(*command.split(), "--out", tmp_path)
     assert result.exit_code == 2
     assert "holds files that Carom did not write, such as index.html\n" in result.output
-    assert f"\nhint: name another folder by {option}\n" in result.output
+    assert "\nhint: name another folder by --out\n" in result.output
     assert sorted(path.name for path in tmp_path.iterdir()) == ["index.html", "scenes"]
     assert (tmp_path / "index.html").read_text() == "mine"
 
@@ -82,9 +78,9 @@ def test_a_folder_of_somebody_elses_is_refused_before_the_run(
 def test_a_scene_that_was_saved_and_edited_is_not_saved_over(tmp_path: Path) -> None:
     """A scene of the catalogue is its owner's once it is saved: saved a second time, it is refused."""
     arguments = ["scenes", "paper/missed", "--save", str(tmp_path)]
-    assert CliRunner().invoke(app, arguments).exit_code == 0
+    assert carom_command(*arguments).exit_code == 0
     (tmp_path / "paper.missed.toml").write_text("edited")
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, arguments)
+    result = carom_command(*arguments)
     assert result.exit_code == 2
     assert "exists already, and may have been edited: name another folder by --out" in result.output
     assert (tmp_path / "paper.missed.toml").read_text() == "edited"
@@ -92,23 +88,23 @@ def test_a_scene_that_was_saved_and_edited_is_not_saved_over(tmp_path: Path) -> 
 
 def test_a_scenes_own_file_is_not_certified_over(tmp_path: Path) -> None:
     """A scene named as its own file is certified into a folder of its own, not over itself."""
-    assert CliRunner().invoke(app, ["scenes", "paper/missed", "--save", str(tmp_path)]).exit_code == 0
+    assert carom_command("scenes", "paper/missed", "--save", str(tmp_path)).exit_code == 0
     scene = tmp_path / "paper.missed.toml"
     before = scene.read_bytes()
-    assert CliRunner().invoke(app, ["certify", str(scene), "--out", str(tmp_path)]).exit_code == 2
+    assert carom_command("certify", str(scene), "--out", str(tmp_path)).exit_code == 2
     assert scene.read_bytes() == before
 
 
 def test_two_scenes_whose_names_differ_little_have_two_files(tmp_path: Path) -> None:
     """Names that differ by a separator alone, or by capitals, are certified into files of their own."""
     saved = tmp_path / "mine"
-    assert CliRunner().invoke(app, ["scenes", "paper/missed", "--save", str(saved)]).exit_code == 0
+    assert carom_command("scenes", "paper/missed", "--save", str(saved)).exit_code == 0
     text = (saved / "paper.missed.toml").read_text()
     names = ("a/b", "a-b", "A-b", "a.b")
     for k, name in enumerate(names):
         (saved / f"{k}.toml").write_text(text.replace("paper/missed", name))
     files = [str(saved / f"{k}.toml") for k in range(len(names))]
-    assert CliRunner().invoke(app, ["certify", *files, "--out", str(tmp_path / "out")]).exit_code == 0
+    assert carom_command("certify", *files, "--out", str(tmp_path / "out")).exit_code == 0
     found = [path.name.lower() for path in (tmp_path / "out").glob("*.json")]
     assert len(set(found)) == len(names)
 
@@ -126,12 +122,3 @@ def test_little_address_space_is_a_sentence_and_exit_code_2(tmp_path: Path) -> N
     for words in (("--help",), ("--version",)):
         helped = subprocess.run(["sh", "-c", command, sys.executable, *words], capture_output=True, check=False)
         assert helped.returncode == 0
-
-
-@pytest.mark.long
-def test_the_name_of_a_folder_tells_a_terminal_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where a report was written is printed without control characters, whatever its folder is called."""
-    monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(app, ["run", "paper/late", "-e", "pit", "--no-timing", "--report", "\x1b[31m"])
-    assert "report: \\u001b[31m/index.html" in done.output
-    assert "\x1b" not in done.output

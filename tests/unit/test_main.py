@@ -65,11 +65,21 @@ def test_a_signal_that_is_not_to_be_heard_is_not(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="a shell closes them")
-@pytest.mark.parametrize(("closed", "code"), long_after(1, [("<&- >&- 2>&-", 0), (">&-", 0), ("2>&-", 2)]))
-def test_a_standard_stream_that_is_closed_leads_nowhere(closed: str, code: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("words", "closed", "code"),
+    long_after(
+        1,
+        [
+            ("--version", "<&- >&- 2>&-", 0),
+            ("stress --list --out out", "<&- >&- 2>&-", 0),
+            ("stress --list --out out", ">&-", 0),
+            ("stress nonesuch --out out", "2>&-", 2),
+        ],
+    ),
+)
+def test_a_standard_stream_that_is_closed_leads_nowhere(words: str, closed: str, code: int, tmp_path: Path) -> None:
     """What is printed is lost, and the exit code is right; no file that is opened later takes the stream's place."""
-    word = "nonesuch" if code else "--list"
-    command = f'exec "$0" -m carom stress {word} --out out {closed}'
+    command = f'exec "$0" -m carom {words} {closed}'
     done = subprocess.run(["sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (code, b"", b"")
 

@@ -10,11 +10,10 @@ import re
 from pathlib import Path
 
 import pytest
+from tests.command import carom_command
 from tests.unit.pages.test_terminal import printed
 from tests.unit.studies.examples import advice, bench, campaign_results, growth
-from typer.testing import CliRunner
 
-from carom.cli import app
 from carom.pages.document import Document
 from carom.studies.advise.document import advice_document
 from carom.studies.bench.document import bench_document
@@ -57,7 +56,7 @@ def assert_kept(name: str, text: str) -> None:
 def test_a_command_prints_what_is_kept(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """At 80 columns, to the letter but for run times; CAROM_SNAPSHOTS=write keeps what is printed now."""
     monkeypatch.chdir(ROOT)
-    result = CliRunner(env={"COLUMNS": str(COLUMNS), "TERM": "dumb"}).invoke(app, COMMANDS[name].split())
+    result = carom_command(*COMMANDS[name].split(), columns=COLUMNS)
     text = f"$ carom {COMMANDS[name]}\n{normal(result.output)}exit code {result.exit_code}\n"
     assert_kept(name, text)
     if "--explain" not in COMMANDS[name]:  # its lines are a list, whole where another program reads them

@@ -6,9 +6,8 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from tests.command import carom_command
 
-from carom.cli import app
 from carom.comparator.grades import Grade
 from carom.comparator.meaning import GRADED_WHEN, SAID_WHEN
 from carom.comparator.verdict import Verdict
@@ -16,10 +15,6 @@ from carom.pages.glossary import explained, glossary
 from carom.pages.grid import Mark
 
 PAGE = (Path(__file__).resolve().parents[3] / "docs" / "scoring.md").read_text(encoding="utf-8")
-
-
-def command(*words: str) -> Result:
-    return CliRunner(env={"COLUMNS": "300"}).invoke(app, ["explain", *words])
 
 
 def table(heading: str) -> list[tuple[str, str]]:
@@ -61,7 +56,7 @@ def test_a_verdict_is_found_by_its_sentence() -> None:
 )
 def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
     """An unknown word ends in a sentence and exit code 2, with what may have been meant, or where the words are."""
-    result = command(word)
+    result = carom_command("explain", word)
     assert result.exit_code == 2
     assert f"no report says {word!r}" in result.output
     assert (near or "`carom explain` lists the words") in result.output
@@ -75,8 +70,8 @@ def test_words_that_people_search_for_lead_to_carom_s(word: str, meant: str) -> 
 
 def test_the_command_explains_and_lists() -> None:
     """`carom explain missed` says what it means and when; without a word every word has a line."""
-    told = command("missed").output
+    told = carom_command("explain", "missed").output
     assert "missed (verdict): an impact is missed." in told
     assert "passed through each other" in told
-    assert command("wrong", "direction").output.startswith("wrong direction (verdict)")
-    assert len(command().output.splitlines()) == len(list(glossary()))
+    assert carom_command("explain", "wrong", "direction").output.startswith("wrong direction (verdict)")
+    assert len(carom_command("explain").output.splitlines()) == len(list(glossary()))

@@ -8,11 +8,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.command import carom_command, told
 from tests.unit.program.programs import manifest_of
-from typer.testing import CliRunner
 
 import carom
-from carom.cli import app
 from carom.errors import AdapterError
 from carom.registry import MANIFESTS, adapter_points, asked_as, engine_named, load_adapter
 from carom.runs.engines import described
@@ -80,9 +79,9 @@ def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
 def test_a_program_that_is_not_there_is_unavailable_to_the_command_line(tmp_path: Path) -> None:
     """The exit code is that of an engine that is missing, and no crash; what installs it is said."""
     path = manifest_of(tmp_path, command=["./gone"], install="make it")
-    result = CliRunner().invoke(app, ["run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60"])
+    result = carom_command("run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60")
     assert result.exit_code == 3, result.output
-    assert "make it" in " ".join(result.output.split())
+    assert "make it" in told(result)
 
 
 @pytest.mark.long
@@ -104,9 +103,9 @@ def test_the_command_line_takes_a_manifest(tmp_path: Path) -> None:
     """`carom run -e engine.toml` runs the program: here one that misses every impact. So does `carom.run`."""
     path = manifest_of(tmp_path)
     arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
-    result = CliRunner().invoke(app, ["run", "paper/missed", "-e", str(path), *arguments])
+    result = carom_command("run", "paper/missed", "-e", str(path), *arguments)
     assert "toy" in result.output
-    refused = CliRunner().invoke(app, ["run", "-e", str(tmp_path / "no.toml")])
+    refused = carom_command("run", "-e", str(tmp_path / "no.toml"))
     assert refused.exit_code == 2
     still = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
     assert carom.run(still, str(path), dt=0.5).method == "toy"

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.command import carom_command
 from tests.lengths import long_after
-from typer.testing import CliRunner
 
 import carom
 from carom import studies
-from carom.cli import app
 from carom.declared import DeclaredOptions, declared
 from carom.errors import InputError, UnknownNameError
 from carom.runs.options import Options
@@ -98,7 +97,7 @@ def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
 def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
     """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
     one = declared(study)[name]
-    result = CliRunner().invoke(app, [*STUDIES[study], one.flags[0], text])
+    result = carom_command(*STUDIES[study], one.flags[0], text)
     assert result.exit_code == 2, result.output
     assert f"carom: {one.flags[0]} must be {one.kind.said}, got {text!r}" in result.output
 
@@ -106,7 +105,7 @@ def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name:
 @pytest.mark.parametrize("study", [study for study, command in STUDIES.items() if command])
 def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
     """`--help` has each option that the shell has, with its words, its bounds and its default."""
-    result = CliRunner(env={"COLUMNS": "200"}).invoke(app, [STUDIES[study][0], "--help"])
+    result = carom_command(STUDIES[study][0], "--help")
     shown = "".join(result.output.split())
     for name, one in declared(study).items():
         if one.flags:

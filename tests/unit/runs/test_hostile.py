@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from tests.processes import ended
 
 from carom import Disc, Scene, save_scene
 from carom.runs.environment import resident_bytes
@@ -194,17 +195,7 @@ def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
     """Whether each process that was noted has ended, and each folder is gone."""
     pids = [int(file.name) for file in (tmp_path / "here").iterdir()]
     assert noted is None or len(pids) == noted
-    until = time.monotonic() + 60.0
-    while any(alive(pid) for pid in pids) and time.monotonic() < until:
-        time.sleep(0.05)
-    return not any(map(alive, pids)) and not any((tmp_path / "temp").iterdir())
-
-
-def alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
+    return ended(*pids) and not any((tmp_path / "temp").iterdir())
 
 
 #: What the row must say of each act; an empty reason is a run like any other.

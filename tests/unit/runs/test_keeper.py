@@ -11,11 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.processes import PATIENT_S, ended
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
 
-#: Long enough for processes to start and end on a machine that is busy.
-PATIENT_S = 60.0
 KEEPER = [sys.executable, "-m", "carom.runs.keeper", str(2**31)]
 
 
@@ -28,20 +27,6 @@ class Starts:
     def __reduce__(self) -> tuple[object, tuple[str]]:
         act = f"__import__('os').system('setsid sleep 3600 & echo $! > {self.note}')"
         return (eval, (f"[{act}] * 0",))
-
-
-def alive(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
-
-
-def ended(pid: int) -> bool:
-    until = time.monotonic() + PATIENT_S
-    while alive(pid) and time.monotonic() < until:
-        time.sleep(0.05)
-    return not alive(pid)
 
 
 def noted(note: Path) -> int:

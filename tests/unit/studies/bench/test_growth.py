@@ -10,10 +10,9 @@ from types import SimpleNamespace
 from typing import TypeVar
 
 import pytest
-from typer.testing import CliRunner
+from tests.command import carom_command, told
 
 from carom.adapter import Capabilities, Profile
-from carom.cli import app
 from carom.runs.job import Answer, Method, Status, Task, UnsupportedError
 from carom.runs.journal import Entry
 from carom.runs.pool import InProcess
@@ -97,7 +96,7 @@ def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tu
     """A folder with a growth bench in it is refused without --resume, and gone on with by it."""
     command = ["bench", "--grow", "-e", "pit", "--discs", "2", "--out", str(tmp_path / "out")]
     for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
-        result = CliRunner().invoke(app, [*command, *arguments])
+        result = carom_command(*command, *arguments)
         assert result.exit_code == exit_code, result.output
-        assert ("continue from them by --resume" in " ".join(result.output.split())) == (exit_code == 2)
+        assert ("continue from them by --resume" in told(result)) == (exit_code == 2)
     assert ran == [("pit", 2)]

@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
+from tests.command import carom_command
 from tests.stage import disc_at, staged
-from typer.testing import CliRunner
 
 from carom import Scene
-from carom.cli import app
 from carom.errors import InputError, UnknownNameError
 from carom.limits import MOST_DISCS
 from carom.runs.job import Answer, Method, Status
@@ -201,7 +200,7 @@ def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
         "--axes",
         "error-time",
     ]
-    result = CliRunner().invoke(app, [*arguments, "--rounds", "3", "--out", str(out), "-j", "1"])
+    result = carom_command(*arguments, "--rounds", "3", "--out", str(out), "-j", "1")
     assert result.exit_code == 0, result.output
     assert "an error of 0.001" in result.output
     page = (out / "index.html").read_text()
@@ -215,7 +214,7 @@ def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
     assert "<a " not in svg.read_text()  # what leads to a place of the page leads nowhere from a file
     content = json.loads((out / "bench.json").read_text())
     assert content["scenes"][0]["scene"] == "mine & yours"
-    again = CliRunner().invoke(app, [*arguments, "--out", str(out)])
+    again = carom_command(*arguments, "--out", str(out))
     assert again.exit_code == 2
     assert "--resume" in again.output
 

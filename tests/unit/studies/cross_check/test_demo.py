@@ -5,10 +5,9 @@ import webbrowser
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from tests.command import carom_command
 
 import carom
-from carom.cli import app
 from carom.studies.cross_check import demo as module
 
 
@@ -52,7 +51,7 @@ def test_without_a_display_the_page_is_written_and_named(
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", None)
-    result = CliRunner().invoke(app, ["demo"])
+    result = carom_command("demo")
     assert result.exit_code == 0, result.output
     (path,) = re.findall(r"Throw the discs yourself: (\S+)", result.output)
     assert Path(path).is_relative_to(tmp_path)

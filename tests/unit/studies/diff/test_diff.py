@@ -12,13 +12,12 @@ from typing import Any
 import jsonschema
 import numpy as np
 import pytest
+from tests.command import carom_command, told
 from tests.lengths import long_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
 from tests.unit.pages.test_terminal import printed
-from typer.testing import CliRunner
 
 from carom import solve_pic, solve_pit
-from carom.cli import app
 from carom.comparator import Grade, compare
 from carom.comparator.compare import Score
 from carom.errors import InputError
@@ -102,10 +101,10 @@ def test_a_regression_of_a_thousandth_in_one_engines_velocities_is_found_and_nam
     assert "time error" not in shown
     assert "direction error" not in shown  # 0.06 degrees
     assert any(cause.startswith("velocities after an impact are off (by up to 0.001 ") for cause in change.causes)
-    done = CliRunner().invoke(app, ["diff", str(old), str(new)])
+    done = carom_command("diff", str(old), str(new))
     assert done.exit_code == 1, done.output
     for words in ("1 worse; 1 cell without a change.", "Worst: row on mine tuned at 1/60 s, exact → ", "0.001"):
-        assert words in " ".join(done.output.split())
+        assert words in told(done)
 
 
 def test_the_same_regression_is_found_between_runs_that_had_errors_before(write: Write) -> None:
@@ -154,7 +153,7 @@ def test_a_change_is_of_a_kind(write: Write, old: Trace, new: Trace, kind: Kind 
     assert only(found).kind is kind
     assert number in "; ".join(str(measure) for measure in only(found).measures)
     if kind is Kind.BETTER:
-        done = CliRunner().invoke(app, ["diff", *map(str, paths), "--fail-on", "close"])
+        done = carom_command("diff", *map(str, paths), "--fail-on", "close")
         assert done.exit_code == 0, done.output
 
 
@@ -185,7 +184,7 @@ def test_a_run_against_itself_has_no_change(results: Results, tmp_path: Path) ->
     path.write_text(records(results), encoding="utf-8")
     found = diff(tmp_path, path)
     assert (found.changes, found.around) == ((), ())
-    done = CliRunner().invoke(app, ["diff", str(tmp_path), str(path)])
+    done = carom_command("diff", str(tmp_path), str(path))
     assert done.exit_code == 0
     assert done.output.startswith("No change: ")
     assert len(done.output.splitlines()) == 1
@@ -200,7 +199,7 @@ def test_an_error_that_falls_while_another_grows_is_mixed_and_violates(write: Wr
     assert change.kind is Kind.MIXED
     signs = {measure.growth > 0 for measure in change.measures if measure.growth}
     assert signs == {True, False}
-    assert CliRunner().invoke(app, ["diff", str(old), str(new)]).exit_code == 1
+    assert carom_command("diff", str(old), str(new)).exit_code == 1
 
 
 def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_for(write: Write) -> None:
@@ -208,11 +207,11 @@ def test_a_terminal_has_the_answer_in_25_lines_of_80_columns_and_more_is_asked_f
     right, worse = sideways(0.0, depth=1.0), [sideways(1e-3 * (1 + k), depth=2.0) for k in range(7)]
     old = write("old", {f"engine-{k}": right for k in range(40)})
     new = write("new", {f"engine-{k}": worse[k % 7] for k in range(40)})
-    lines = CliRunner().invoke(app, ["diff", str(old), str(new)], env={"COLUMNS": "80"}).output.splitlines()
+    lines = carom_command("diff", str(old), str(new), columns=80).output.splitlines()
     assert lines[0].startswith("40 worse")
     assert len(lines) <= 25
     assert sum("depth" in line for line in lines) == 1
-    full = CliRunner().invoke(app, ["diff", str(old), str(new), "-v"], env={"COLUMNS": "80"}).output
+    full = carom_command("diff", str(old), str(new), "-v", columns=80).output
     assert all(f"engine-{k} " in full for k in range(40))
 
 
@@ -250,7 +249,7 @@ def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:
     found = diff(old, new, [("a", "d"), ("b", "e")])
     assert only(found).method == "b tuned → e tuned"
     assert found.unchanged == 1
-    done = CliRunner().invoke(app, ["diff", str(old), str(new), "-e", "a=d", "-e", "b=e"])
+    done = carom_command("diff", str(old), str(new), "-e", "a=d", "-e", "b=e")
     assert (done.exit_code, "1 worse; 1 cell without a change." in done.output) == (1, True), done.output
 
 

@@ -6,11 +6,11 @@ import json
 import os
 import stat
 import tarfile
-import time
 import zipfile
 from pathlib import Path
 
 import pytest
+from tests.processes import ended
 
 from carom.errors import InputError
 from carom.studies.history import clients
@@ -37,19 +37,6 @@ def test_npm_runs_no_scripts_and_is_given_one_package(tmp_path: Path, monkeypatc
     assert json.loads((folder / "package.json").read_text())["dependencies"] == {"toy": "1.2.3"}
 
 
-def gone(process: int) -> bool:
-    """Whether a process ends, or is dead already: a kill is answered when the process next has its turn."""
-    status = Path(f"/proc/{process}/stat")
-    for _ in range(1000):
-        try:
-            if status.read_text().split()[2] == "Z":
-                return True
-        except FileNotFoundError:
-            return True
-        time.sleep(0.01)
-    return False
-
-
 def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -59,7 +46,7 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
     with pytest.raises(ClientError, match=r"npm has given no answer within 0\.4 s"):
         Npm().listed("toy")
     child = int((tmp_path / "child").read_text())
-    assert gone(child)
+    assert ended(child)
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,10 @@ from pathlib import Path
 
 import pytest
 from docs.figures.history import section
+from tests.command import carom_command, told
 from tests.distribution import forget
 from tests.unit.studies.history.toy import Toys, toys
-from typer.testing import CliRunner
 
-from carom.cli import app
 from carom.errors import InputError, UnknownNameError
 from carom.pages.render.markdown import markdown
 from carom.registry import adapter_points
@@ -157,21 +156,19 @@ def test_the_command_writes_its_report_and_its_code_says_whether_the_newest_is_w
     scene = tmp_path / "pair.json"
     scene.write_text(PAIR.model_dump_json())
     common = ["history", "toy", str(scene), "-p", "default", "-j", "1"]
-    worse = CliRunner().invoke(app, [*common, "--versions", "1.1,1.2", "--out", str(tmp_path / "out")])
+    worse = carom_command(*common, "--versions", "1.1,1.2", "--out", str(tmp_path / "out"))
     assert worse.exit_code == 1, worse.output
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
         *(".carom", "history.md", "history.svg", "journal.jsonl")
     ]
     assert "| 1.1 | 1.2 | pair | default | 1/20 s | worse |" in (tmp_path / "out" / "history.md").read_text()
-    better = CliRunner().invoke(app, [*common, "--versions", "1.2..1.4"])
+    better = carom_command(*common, "--versions", "1.2..1.4")
     assert better.exit_code == 0, better.output
-    listed = CliRunner().invoke(app, ["history", "toy", "--list"])
+    listed = carom_command("history", "toy", "--list")
     assert listed.output.splitlines()[0] == "2.0"
     assert listed.output.splitlines()[-1].split(maxsplit=1) == [
         "0.9",
         "older than 1.0, the oldest that the adapter drives",
     ]
-    found = CliRunner().invoke(app, ["history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20"])
-    assert "1.2 does otherwise than 1.1, which does as 1.0, the oldest (worse: error of velocities" in " ".join(
-        found.output.split()
-    )
+    found = carom_command("history", "toy", "--versions", "1.0..1.3", "--bisect", f"{scene}:default:1/20")
+    assert "1.2 does otherwise than 1.1, which does as 1.0, the oldest (worse: error of velocities" in told(found)
