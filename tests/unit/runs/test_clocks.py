@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.stage import disc_at, staged
+from tests.unit.runs.stubs import Makes, Still
 
 from carom import Scene
-from carom.adapter import AdapterError, Capabilities, Engine, Observation, Profile
+from carom.adapter import AdapterError, Engine, Observation
 from carom.registry import load_adapter
 from carom.runs.job import Method, UnsupportedError
 from carom.runs.pool import InProcess
@@ -24,7 +25,7 @@ from carom.studies.bench.timing_pass import TimeScene
 DT_S = 1 / 60
 
 
-class World:
+class World(Still):
     """A world whose own clock shows what it is told to, one value after each call."""
 
     settings: Mapping[str, Any] = {"dt_s": DT_S}
@@ -44,13 +45,9 @@ class World:
         count = len(self.scene.discs)
         return Observation(np.zeros((count, 2)), np.zeros((count, 2)))
 
-    def close(self) -> None:
-        pass
 
-
-class Adapter:
-    name, engine, capabilities = "clocked", Engine("Clocked"), Capabilities()
-    profiles: Mapping[str, Profile] = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+class Adapter(Makes):
+    name, engine = "clocked", Engine("Clocked")
 
     def __init__(self, *shown: Any) -> None:
         self.shown = shown

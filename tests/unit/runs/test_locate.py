@@ -4,9 +4,10 @@ import math
 from collections.abc import Mapping
 
 import pytest
+from tests.stage import disc_at, staged
+from tests.unit.runs.stubs import Makes, Still
 
-from carom import Disc, Scene
-from carom.adapter import Capabilities, Engine, Observation, Profile, Setting
+from carom.adapter import Observation, Setting
 from carom.errors import AdapterError
 from carom.runs import locate
 from carom.runs.locate import Cutter
@@ -84,34 +85,8 @@ def test_contacts_without_end_are_given_up(monkeypatch: pytest.MonkeyPatch) -> N
     assert cutter.stuck
 
 
-class UncutWorld:
-    settings: Mapping[str, Setting] = {}
-
-    def advance(self, steps: int) -> None:
-        raise AssertionError(steps)
-
-    def observe(self) -> Observation | None:
-        return None
-
-    def close(self) -> None:
-        pass
-
-
-class Uncut:
-    """An adapter that calls a profile located but whose world can't be cut."""
-
-    name = "uncut"
-    engine = Engine("Uncut")
-    capabilities = Capabilities()
-    profiles: Mapping[str, Profile] = {"located": Profile("Cut.", lambda dt_s: {"dt_s": dt_s}, located=True)}
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> UncutWorld:
-        del scene, settings
-        return UncutWorld()
-
-
 def test_a_world_that_can_t_be_cut_is_refused() -> None:
     """A located profile of a world without the methods for it is an error that names them."""
-    scene = Scene(name="one", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
+    scene = staged("one", disc_at(0, 0, r=1), duration_s=1)
     with pytest.raises(AdapterError, match="cut, touching, save and restore"):
-        observe_run(Uncut(), scene, "located", 0.1)  # type: ignore[arg-type] # that is the point
+        observe_run(Makes(Still()), scene, "located", 0.1)

@@ -9,31 +9,16 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.stage import disc_at, staged
+from tests.unit.runs.stubs import Makes, Still
 
 from carom import solve_pic
-from carom.adapter import Capabilities, Engine, Observation, Profile, Scene, Setting
+from carom.adapter import Setting
 from carom.errors import AdapterError
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.scenes import all_scenes
 
 DT = 0.25
-
-
-class Still:
-    """A world of one disc at rest."""
-
-    closed = False
-    settings: Mapping[str, Setting] = {"dt_s": DT}
-
-    def advance(self, steps: int) -> None:
-        pass
-
-    def observe(self) -> Observation:
-        return Observation(np.zeros((1, 2)), np.zeros((1, 2)))
-
-    def close(self) -> None:
-        self.closed = True
 
 
 class UnreadSettings(Still):
@@ -61,22 +46,6 @@ class Delegating(Still):
         if name == "counts":
             return {"solved": 3}
         raise AttributeError(name)
-
-
-class Makes:
-    """An adapter of one world."""
-
-    name = "makes"
-    engine = Engine("Makes")
-    capabilities = Capabilities()
-    profiles: Mapping[str, Profile] = {"default": Profile("As it comes.", lambda dt_s: {"dt_s": dt_s})}
-
-    def __init__(self, world: Any) -> None:
-        self.world = world
-
-    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> Any:
-        del scene, settings
-        return self.world
 
 
 def observed(world: Any) -> Mapping[str, int]:

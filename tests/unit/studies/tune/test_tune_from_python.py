@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.unit.studies.tune.by_hand import assert_as_good, merits
 
 import carom
 from carom.studies.tune.merit import Merit
@@ -50,3 +51,10 @@ def test_profiles_written_by_hand_stand_beside_what_is_found() -> None:
     better = " ".join(repr(replace(found, others={"tuned": best, "located": best})).split())
     assert "Better, written by hand: tuned." in better
     assert " tie." not in better
+
+
+@pytest.mark.long
+def test_pymunks_settings_are_found_as_good_as_by_hand() -> None:
+    """On `classics` at its own frame rates no more scenes are wrong, and no fewer exact or close, than with `tuned`."""
+    found, written = merits("pymunk", ["tuned"], 60)
+    assert_as_good(found, written)
