@@ -146,6 +146,15 @@ def _on_axis(across: float, spin: float, friction: float) -> DiscArrays:
     )
 
 
+def past(one: Body, other: Body, axes: tuple[tuple[Fraction, Fraction], ...]) -> list[Fraction]:
+    """Return the velocity of one surface past the other, along and across a normal."""
+    surfaces = [
+        (Fraction(x) - Fraction(w) * Fraction(ry), Fraction(y) + Fraction(w) * Fraction(rx))
+        for (x, y), w, _, _, (rx, ry) in (one, other)
+    ]
+    return [sum((a - b) * n for a, b, n in zip(*surfaces, axis, strict=True)) for axis in axes]
+
+
 def test_the_exact_law_keeps_what_physics_keeps() -> None:
     """In 500 exact impacts momentum and angular momentum about the contact are kept, and energy never grows.
 
@@ -168,6 +177,11 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
         law = Law(Fraction(rng.randint(0, 4), 4), friction, Fraction(rng.randint(-4, 4), 4))
         one, two, slides = after_impact(bodies[0], bodies[1], normal, law)
         assert momentum(one, two) == momentum(*bodies)
+        axes = ((nx, ny), (-ny, nx))
+        (approach, slip), (left, slips) = (past(*pair, axes) for pair in (bodies, (one, two)))
+        if approach > 0:
+            assert left == -law.e * approach
+            assert slips == -law.b * slip or slides
         lost = energy(*bodies) - energy(one, two)
         assert lost >= 0
         if law.e == 1 and (law.friction == 0 or (law.b in (1, -1) and not slides)):

@@ -37,22 +37,6 @@ def test_galperin_counts_the_digits_of_pi(k: int, count: int) -> None:
     assert abs(abs(run.velocities()[0, 0]) - light) <= 4 * math.sqrt(count) * 2.0**-53 * 10.0**k + 1e-14
 
 
-@pytest.mark.parametrize("n", [3, 10, 40])
-def test_discs_in_a_line_sort_their_velocities(n: int) -> None:
-    """N equal discs in a line, the fastest behind, make n(n-1)/2 impacts and leave with their velocities sorted."""
-    speed = np.linspace(float(n), 1.0, n) + np.random.default_rng(n).uniform(0, 0.3, n)
-    start = DiscArrays(
-        np.stack([np.arange(n) * 3.0, np.zeros(n)], axis=1),
-        np.stack([np.sort(speed)[::-1], np.zeros(n)], axis=1),
-        np.full(n, 0.5),
-        np.ones(n),
-    )
-    run = EventDrivenRun(start)
-    run.advance_to(1e6)
-    assert run.impacts == n * (n - 1) // 2
-    np.testing.assert_allclose(run.velocities()[:, 0], np.sort(speed), rtol=1e-12)
-
-
 def pressure(packing: float, discs: int, impacts_per_disc: int) -> float:
     """Return Z = p V / (N k T) from the virial of the disc-disc impacts, in the bulk volume of the centres."""
     start = hard_disc_gas(discs, packing)
