@@ -85,7 +85,9 @@ def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: floa
     with tempfile.NamedTemporaryFile("w", suffix=".json") as job:
         json.dump({"faults": wanted, "seconds": seconds, "results": str(state.resolve())}, job)
         job.flush()
-        tests = sorted({test for _, fault in wanted for test in ROOMS[fault.room].tests if (copy / test).exists()})
+        tests = sorted(
+            {test for _, fault in wanted for test in ROOMS[fault.room].tests if (copy / test.split("::")[0]).exists()}
+        )
         command = [
             sys.executable,
             "-m",

@@ -17,18 +17,13 @@ _PIC = (
     *(f"{_U}/event_driven", f"{_U}/plain", f"{_U}/test_pic.py", f"{_U}/test_resolution.py", f"{_U}/test_impact_log.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
     *(f"{_V}/test_equivalences.py::test_every_form_of_pic", f"{_V}/test_equivalences.py::test_all_pairs_give"),
-    *(
-        f"{_V}/test_equivalences.py::test_frames_change",
-        f"{_V}/test_pic_kernel_known_answers.py",
-        f"{_V}/test_friction_law.py",
-    ),
+    *(f"{_V}/test_equivalences.py::test_frames_change", f"{_V}/test_pic_kernel_known_answers.py"),
+    *(f"{_V}/test_friction_law.py", f"{_V}/test_driven.py"),
 )
 
 ROOMS = {
     "physics": Room(("src/carom/physics/*.p[yx]*",), ("tests/unit/physics",)),
-    "event-driven": Room(
-        (f"{_S}/event_driven/*.p[yx]*", f"{_S}/impact/*.p[yx]*", f"{_S}/resolution.p*", f"{_S}/two_discs.pyx"), _PIC
-    ),
+    "event-driven": Room((f"{_S}/event_driven/*.p[yx]*", f"{_S}/impact/*.p[yx]*", f"{_S}/two_discs.pyx"), _PIC),
     "plain": Room(
         (f"{_S}/*.py", f"{_S}/plain/*.py"),
         (*_PIC, "tests/unit/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
@@ -37,6 +32,7 @@ ROOMS = {
         (f"{_S}/falling/*.py",),
         (
             *(f"{_V}/test_equivalences.py", f"{_V}/test_gravity.py", f"{_V}/test_contact.py"),
+            *(f"{_V}/test_contact_extremes.py", f"{_V}/test_table_friction.py"),
             *(f"{_U}/test_falling.py", f"{_U}/test_contacts.py", f"{_U}/test_run.py"),
         ),
     ),
@@ -44,8 +40,9 @@ ROOMS = {
     "certified": Room(
         (f"{_S}/certified/*.p[yx]*",),
         (
-            *(f"{_U}/certified", f"{_V}/test_certified_known_answers.py", f"{_V}/test_certified_friction.py"),
-            f"{_V}/test_certified_tables.py",
+            f"{_U}/certified",
+            *(f"{_V}/test_certified_{name}.py" for name in ("known_answers", "friction", "tables", "driven")),
+            *(f"{_V}/test_certified_{name}.py" for name in ("contact", "gravity", "on_a_table", "damping")),
         ),
     ),
     "comparator": Room(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),

@@ -32,4 +32,4 @@ cdef inline size_t lay_out(State *s, char *memory, Index queue_length) noexcept 
     s.last_impact = <double *>reserve(&end, s.disc_count * sizeof(double) if s.law.contact_duration > 0.0 else 0)
     turning = <Turning *>reserve(&end, s.disc_count * sizeof(Turning) if s.record.turns else 0)
     s.turning = turning if s.record.turns else NULL
-    return end - memory
+    return <size_t>(end - memory)
