@@ -131,19 +131,6 @@ def test_two_discs_that_fall_together_are_located_to_rounding(engine: Adapter) -
     assert trace.impacts["time_s"].tolist() == pytest.approx([meeting_s], abs=width(engine, 1e-12))
 
 
-def test_two_discs_that_fall_side_by_side_collide_as_if_they_did_not(engine: Adapter) -> None:
-    """Gravity acts alike on two discs: they exchange velocities head-on, at the time at which they would without it."""
-    discs = [disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, r=0.25)]
-    scene = staged("pair", *discs, gravity_m_s2=(0, -9.81), duration_s=1.0)
-    dt_s = 1 / 240
-    trace = observe_run(engine, scene, "tuned", dt_s)
-    assert len(trace.impacts) == 1
-    assert trace.impacts["time_s"][0] == pytest.approx(0.75, abs=2 * dt_s)
-    np.testing.assert_allclose(
-        trace.final_velocity_m_s[:, 0], (-1, 1), rtol=0, atol=width(engine, 240 * float(np.spacing(1.0)))
-    )
-
-
 @each("profile", ["default", "tuned"])
 @pytest.mark.parametrize("starts", long_after(1, [2, 16]))
 def test_discs_that_fall_together_leave_their_impact_as_without_gravity(

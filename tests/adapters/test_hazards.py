@@ -84,6 +84,8 @@ def test_numbers_that_no_disc_has_are_refused_before_an_engine_sees_them(
         ("pymunk", {"dt_s": 1e-101}, "pymunk: dt_s must be at least 1e-100, got 1e-101"),
         *(("pybullet", {name: value}, name) for name, value in (("numSolverIterations", 0), ("contactSlop", NAN))),
         ("pybullet", {"dt_s": 1e-16}, "PyBullet: dt_s must be at least 1e-15, got 1e-16"),
+        # All worlds of a process would share it.
+        ("pybullet", {"contactBreakingThreshold": 0.1}, "no setting 'contactBreakingThreshold'"),
         ("pybullet", {"shape": "cube"}, "PyBullet: shape must be one of sphere, cylinder, got 'cube'"),
         *(("box2d", {name: value}, name) for name, value in (("velocityIterations", -1), ("velocity_scale", 0.0))),
         ("box2d", {"dt_s": 1e17}, "Box2D: dt_s must be at most 1e+12, got 1e+17"),
@@ -306,14 +308,6 @@ def test_pybullet_worlds_after_one_another_are_as_in_fresh_processes(named: Name
     assert fresh["default@60"] != fresh["tuned@25"]
     chain = ("default@60", "tuned@25", "default@60", "tuned@25")
     assert run(*chain) == [line for world in chain for line in fresh[world]]
-
-
-def test_what_belongs_to_pybullets_process_is_no_setting(named: Named) -> None:
-    """A contact-breaking threshold, which all worlds of a process would share, is refused by name."""
-    pybullet = named("pybullet")
-    settings = {**pybullet.profiles["tuned"].settings(1 / 60), "contactBreakingThreshold": 0.1}
-    with pytest.raises(AdapterError, match="no setting 'contactBreakingThreshold'"):
-        pybullet.prepare(_unchecked(), settings)
 
 
 #: Starts, spread evenly over a step of 1/240 s.

@@ -235,19 +235,6 @@ def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, dri
         assert seen[0].spin_rad_s is seen[1].spin_rad_s is None
 
 
-def test_pybullet_as_shipped_damps_spin_in_the_default_profile_unless_told_not_to(named: Named, finish: Finish) -> None:
-    """The default profile is undamped: 10 rad/s stay 10; with the damping that is shipped 6.9 are left of them."""
-    disc = disc_at(0, 0, spin_rad_s=10, inertia_factor=0.4)
-    scene, pybullet = staged("alone", disc, duration_s=1.0), named("pybullet")
-    kept, left = (
-        finish(pybullet, scene, 1 / 240, "default", **changes).spin_rad_s for changes in ({}, {"angularDamping": 0.04})
-    )
-    assert kept is not None
-    assert left is not None
-    assert kept.tolist() == [10.0]
-    assert left[0] == pytest.approx(6.9, abs=0.01)
-
-
 @pytest.mark.parametrize("name", ["pybullet", "box2d"])
 def test_a_disc_that_an_impact_spins_beyond_the_engines_limit_is_warned_of(named: Named, name: str) -> None:
     """Brought to PyBullet's clamp, or beyond a quarter turn a step of Box2D's, a spin is said to be wrong."""

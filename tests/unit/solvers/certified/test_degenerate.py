@@ -7,6 +7,7 @@ from decimal import Decimal
 from typing import Any
 
 import pytest
+from tests.lengths import each
 
 from carom import Disc, Outcome, Scene, Wall, certify
 from carom.solvers.certified.endless import _collapse
@@ -45,14 +46,6 @@ def test_a_disc_that_meets_two_at_one_instant_is_a_shared_instant() -> None:
     assert found.proven
     assert found.earliest_s <= 6.0 <= found.latest_s
     assert found.latest_s - found.earliest_s < 1e-14
-
-
-@pytest.mark.parametrize(("nudge", "first"), [(math.nextafter(-3.0, -4.0), 1), (math.nextafter(-3.0, 0.0), 0)])
-def test_the_same_tie_split_by_an_ulp_is_decided_both_ways(nudge: float, first: int) -> None:
-    """Moving one of the two in by one unit in the last place makes it the first, and out the other."""
-    certified = certify(scene(disc(nudge, 0), disc(3, 0), disc(0, 10, 0, -1)))
-    assert certified.ending is Ending.COMPLETED
-    assert certified.trace.impacts["first"][:2].tolist() == [first, 1 - first]
 
 
 def test_a_tie_of_disjoint_pairs_commutes() -> None:
@@ -121,14 +114,6 @@ def test_an_exact_graze_on_first_paths_is_no_impact(x: float, y: float, vx: floa
     assert len(certified) == 0
 
 
-@pytest.mark.parametrize(("y", "impacts"), [(math.nextafter(5.0, 0.0), 1), (math.nextafter(5.0, 9.0), 0)])
-def test_a_graze_moved_by_an_ulp_is_decided_both_ways(y: float, impacts: int) -> None:
-    """One unit in the last place nearer it is an impact, one further it is a miss."""
-    certified = certify(scene(disc(-20, y, 1), disc(0, 0)))
-    assert certified.ending is Ending.COMPLETED
-    assert len(certified) == impacts
-
-
 def test_a_graze_that_no_precision_decides_is_reported_with_what_came_before() -> None:
     """Struck by a disc of half its mass, a disc leaves at 2/3 m/s, no dyadic number, and grazes a third one exactly."""
     certified = certify(scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, 5)), tie_bits=1024)
@@ -143,26 +128,12 @@ def test_a_graze_that_no_precision_decides_is_reported_with_what_came_before() -
     assert found.latest_s == math.inf
 
 
-@pytest.mark.parametrize(("y", "impacts"), [(math.nextafter(5.0, 0.0), 2), (math.nextafter(5.0, 9.0), 1)])
-def test_the_same_graze_moved_by_an_ulp_is_decided_both_ways(y: float, impacts: int) -> None:
-    """One unit in the last place nearer the third disc is struck, one further it is not."""
-    certified = certify(scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, y)))
-    assert certified.ending is Ending.COMPLETED
-    assert len(certified) == impacts
-
-
 def test_a_touching_start_in_motion_is_named() -> None:
     """Two discs at exactly the contact distance that approach: the state has no past, so it is reported."""
     found = stopped_at(scene(disc(0, 0, 1), disc(3, 4)))
     assert (found.kind, found.bodies, found.earliest_s) == (Degenerate.TOUCHING_START, (0, 1), 0.0)
     wall = stopped_at(scene(disc(2.5, 5, -1), walls=AXIS_BOX))
     assert (wall.kind, wall.bodies) == (Degenerate.TOUCHING_START, (-1, 0))
-
-
-def test_a_touching_start_that_parts_is_certified() -> None:
-    """Two discs that touch and part, or rest, are as certain as any."""
-    assert certify(scene(disc(0, 0, -1), disc(3, 4))).ending is Ending.COMPLETED
-    assert certify(scene(disc(0, 0), disc(3, 4))).ending is Ending.COMPLETED
 
 
 def test_a_start_that_overlaps_by_rounding_is_named() -> None:
@@ -231,19 +202,6 @@ def test_a_collapse_is_twenty_impacts_for_each_pair_of_bodies_within_two_units_o
     assert collapse_of(three, *[two] * 39, *[last] * 40) is None
 
 
-def test_the_same_three_part_above_the_critical_restitution() -> None:
-    """Above 7 - 4 sqrt(3) they part after a few impacts, and the run is certified to its end."""
-    certified = certify(scene(disc(-12, 0, 1), disc(0, 0), disc(13, 0, -1), restitution=0.125))
-    assert certified.ending is Ending.COMPLETED
-
-
-def test_an_impact_at_the_very_end_is_told_to_belong_to_it() -> None:
-    """An impact at exactly the scene's duration belongs to the scene, as in PIC; one after it does not."""
-    discs = (disc(0, 0, 1), disc(7, 0))
-    assert len(certify(scene(*discs, duration_s=2.0))) == 1
-    assert len(certify(scene(*discs, duration_s=math.nextafter(2.0, 1.0)))) == 0
-
-
 def arriving_at_35_s(duration_s: float) -> Scene:
     """Struck after 5 s by a disc of half its mass, a disc covers 20 m at 2/3 m/s, no dyadic number."""
     return scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(25, 0), duration_s=duration_s)
@@ -259,24 +217,6 @@ def test_an_impact_that_no_precision_tells_from_the_end_is_reported() -> None:
     assert (found.kind, found.bodies, found.proven) == (Degenerate.AT_THE_END, (1, 2), False)
     assert found.bits >= 512
     assert found.earliest_s <= 35.0 <= found.latest_s
-
-
-@pytest.mark.parametrize(("duration_s", "impacts"), [(math.nextafter(35.0, 0.0), 1), (math.nextafter(35.0, 36.0), 2)])
-def test_the_same_end_moved_by_an_ulp_is_decided_both_ways(duration_s: float, impacts: int) -> None:
-    """One unit in the last place earlier the impact is left out, one later it belongs to the scene."""
-    certified = certify(arriving_at_35_s(duration_s))
-    assert certified.ending is Ending.COMPLETED
-    assert len(certified) == impacts
-
-
-def test_an_end_beside_an_irrational_instant_is_decided() -> None:
-    """A duration of the float64 just below or above an irrational time of impact is told apart from it."""
-    discs = (disc(0, 0, 1, 0), disc(7, 1))
-    instant = 7 - math.sqrt(24)
-    for duration, impacts in ((instant - 4e-16 * 8, 0), (instant + 4e-16 * 8, 1)):
-        certified = certify(scene(*discs, duration_s=duration))
-        assert certified.ending is Ending.COMPLETED
-        assert len(certified) == impacts
 
 
 def test_what_comes_to_rest_in_a_corner_is_reported_and_kept() -> None:
@@ -296,3 +236,47 @@ def test_no_size_is_too_small_or_too_large(scale: float) -> None:
     certified = certify(scene(*discs))
     assert certified.ending is Ending.COMPLETED
     assert certified.trace.impacts["time_s"].tolist() == [pytest.approx((10 - math.sqrt(3)) / 3, rel=1e-15)]
+
+
+IRRATIONAL = 7 - math.sqrt(24)
+#: Scenes that are beside what no precision decides, often by an ulp, and the first discs of their impacts.
+DECIDED: dict[str, tuple[Scene, list[int]]] = {
+    "the second of a tie is farther": (
+        scene(disc(math.nextafter(-3.0, -4.0), 0), disc(3, 0), disc(0, 10, 0, -1)),
+        [1, 0],
+    ),
+    "the second of a tie is nearer": (
+        scene(disc(math.nextafter(-3.0, 0.0), 0), disc(3, 0), disc(0, 10, 0, -1)),
+        [0, 1],
+    ),
+    "nearer than a graze": (scene(disc(-20, math.nextafter(5.0, 0.0), 1), disc(0, 0)), [0]),
+    "farther than a graze": (scene(disc(-20, math.nextafter(5.0, 9.0), 1), disc(0, 0)), []),
+    "struck, nearer than a graze": (
+        scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, math.nextafter(5.0, 0.0))),
+        [0, 1],
+    ),
+    "struck, farther than a graze": (
+        scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, math.nextafter(5.0, 9.0))),
+        [0],
+    ),
+    "touching and parting": (scene(disc(0, 0, -1), disc(3, 4)), []),
+    "touching at rest": (scene(disc(0, 0), disc(3, 4)), []),
+    "three above 7 - 4 sqrt(3)": (
+        scene(disc(-12, 0, 1), disc(0, 0), disc(13, 0, -1), restitution=0.125),
+        [0, 1, 0, 1, 0],
+    ),
+    "at the very end": (scene(disc(0, 0, 1), disc(7, 0), duration_s=2.0), [0]),
+    "after the end": (scene(disc(0, 0, 1), disc(7, 0), duration_s=math.nextafter(2.0, 1.0)), []),
+    "after an end that balls do not hold": (arriving_at_35_s(math.nextafter(35.0, 0.0)), [0]),
+    "before an end that balls do not hold": (arriving_at_35_s(math.nextafter(35.0, 36.0)), [0, 1]),
+    "after an irrational end": (scene(disc(0, 0, 1), disc(7, 1), duration_s=IRRATIONAL - 4e-16 * 8), []),
+    "before an irrational end": (scene(disc(0, 0, 1), disc(7, 1), duration_s=IRRATIONAL + 4e-16 * 8), [0]),
+}
+
+
+@each("case, expected", [(name, expected) for name, (_, expected) in DECIDED.items()])
+def test_beside_what_no_precision_decides_all_is_decided(case: str, expected: list[int]) -> None:
+    """A unit in the last place away on either side, or where discs part or rest, the run is certified to its end."""
+    certified = certify(DECIDED[case][0])
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.impacts["first"].tolist() == expected
