@@ -47,27 +47,18 @@ def test_a_violation_is_exit_code_1_and_the_line_can_be_moved(fail_on: str, code
 
 
 @pytest.mark.usefixtures("in_process")
-def test_an_unavailable_engine_that_was_asked_for_is_exit_code_3(
-    scene_file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An engine asked for by name but not installed is exit code 3, its reason in the output."""
+def test_nothing_that_could_be_run_is_exit_code_3(scene_file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that does not support the scene, and one that is not installed, are exit code 3, with the reason."""
     from carom.runs import engines
 
+    result = carom_command("run", scene_file, "-e", "pit", "--dt", "1e-10", "--no-timing")
+    assert result.exit_code == 3
+    assert "more steps than an engine can count" in told(result)
     monkeypatch.setattr(engines, "why_unavailable", lambda _adapter: "it is on strike")
     monkeypatch.setattr(engines, "_KNOWN", {})
     result = carom_command("run", scene_file, "-e", "pit", "--dt", "0.1", "--no-timing")
     assert result.exit_code == 3
     assert "it is on strike" in result.output
-
-
-@pytest.mark.long
-def test_nothing_that_could_be_run_is_exit_code_3(tmp_path: Path) -> None:
-    """A scene that no engine asked for supports conforms to nothing: exit code 3, with the reason."""
-    path = tmp_path / "mine.toml"
-    path.write_text(SCENE)
-    result = carom_command("run", path, "-e", "pit", "--dt", "1e-10", "--no-timing")
-    assert result.exit_code == 3
-    assert "more steps than an engine can count" in told(result)
 
 
 @pytest.mark.long

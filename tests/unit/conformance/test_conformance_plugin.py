@@ -103,24 +103,22 @@ def test_an_engine_of_a_manifest_is_summed_up_without_a_distribution(run_pytest:
 
 
 @pytest.mark.long
-def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(run_pytest: Pytest) -> None:
-    """An engine that is unknown, or asked for by name and missing, is a usage error that says what to do."""
-    for name, message in (
-        ("soud", "is named 'soud'; there are: "),
-        ("missing", "surely_not_installed is not installed; pip install surely-not-installed"),
-    ):
-        done = run_pytest("--carom-engine", name)
-        assert done.returncode == 4, done.stdout + done.stderr
-        assert message in done.stderr, done.stderr
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("option", "what"), [("time", "seconds"), ("memory", "megabytes")])
-def test_a_wrong_limit_is_refused_by_its_name(option: str, what: str, run_pytest: Pytest) -> None:
-    """Pytest's options of the limits are refused as `carom run` refuses its own, under the names that pytest has."""
-    done = run_pytest("--carom-engine", "pit", f"--carom-{option}-limit", "0")
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("soud",), "is named 'soud'; there are: "),
+        (("missing",), "surely_not_installed is not installed; pip install surely-not-installed"),
+        (("pit", "--carom-time-limit", "0"), "--carom-time-limit must be a positive number of seconds, "),
+        (("pit", "--carom-memory-limit", "0"), "--carom-memory-limit must be a positive number of megabytes, "),
+    ],
+)
+def test_a_slip_on_the_command_line_ends_the_run_before_it_begins(
+    options: tuple[str, ...], message: str, run_pytest: Pytest
+) -> None:
+    """An engine that is unknown, or missing, and a limit, under the name that pytest has, are errors of usage."""
+    done = run_pytest("--carom-engine", *options)
     assert done.returncode == 4, done.stdout + done.stderr
-    assert f"--carom-{option}-limit must be a positive number of {what}, " in done.stderr, done.stderr
+    assert message in done.stderr, done.stderr
 
 
 def test_a_wrong_file_makes_no_plan(tmp_path: Path) -> None:

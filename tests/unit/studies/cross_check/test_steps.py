@@ -55,6 +55,12 @@ def table(section: Section, medium: Medium) -> tuple[list[str], list[list[str]]]
     return [column.line for column in columns], [[cell.line for cell in row] for row in rows]
 
 
+def ranked(results: Results) -> list[str]:
+    """Return the engines in the order of the terminal's table."""
+    _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
+    return [row[0].split()[0] for row in shown]
+
+
 def texts(section: Section, medium: Medium) -> str:
     """Return all paragraphs of a section in a medium."""
     return "\n".join(block.text for block in section.shown(medium) if isinstance(block, Text))
@@ -85,17 +91,13 @@ def test_misses_then_inventions_then_early_then_error_then_energy_rank(plain: Re
         "misses": {"missed": 1, "ratio": (0.0, 0.0)},
     }
     rows = {name: {**base, **other} for name, other in reversed(worse.items())}
-    results = with_rows(plain, rows)
-    _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
-    assert [row[0].split()[0] for row in shown] == list(worse)
+    assert ranked(with_rows(plain, rows)) == list(worse)
 
 
 def test_rounding_ranks_nothing(plain: Results) -> None:
     """Errors of 1 to ten digits and energies of rounding are ties: the order of the methods stays."""
     rows = {"first": {"ratio": (0.2, 1.0 + 1e-11), "energy": 2e-15}, "second": {"ratio": (0.2, 1.0), "energy": 0.0}}
-    results = with_rows(plain, rows)
-    _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
-    assert [row[0].split()[0] for row in shown] == ["first", "second"]
+    assert ranked(with_rows(plain, rows)) == ["first", "second"]
 
 
 def test_a_run_that_ended_early_stands_last(plain: Results) -> None:
@@ -105,8 +107,7 @@ def test_a_run_that_ended_early_stands_last(plain: Results) -> None:
     assert short.score is not None
     cut = replace(short.score, findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
     results = replace(results, rows=(replace(short, score=cut), whole))
-    _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
-    assert [row[0].split()[0] for row in shown] == ["whole", "short"]
+    assert ranked(results) == ["whole", "short"]
 
 
 def test_both_counts_of_misses_stand_together(plain: Results) -> None:
@@ -157,8 +158,7 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
     results = carom.cross_check([ball], ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess())
     lines = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
     assert any("runs are compared up to 0.5 s of 2 s, where a disc comes to rest" in line for (line,) in lines)
-    _, shown = table(steps_section(results, build_grid(results)), Medium.TERMINAL)
-    assert {row[0].split()[0] for row in shown} == {"PIT"}
+    assert set(ranked(results)) == {"PIT"}
 
 
 def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
