@@ -226,42 +226,34 @@ def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
     assert raw_records(folder / "results.jsonl") == (head, found)
 
 
-def test_json_lines_of_another_format_are_refused_in_a_sentence(folder: Path, tmp_path: Path) -> None:
-    """Lines of an earlier Carom, of a later one, or cut off, are refused with what they are and what to do."""
-    lines = (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()
-    earlier = json.dumps({"format": 1, "scene": "paper/late", "environment": {}})
-    for text, what in (
-        (earlier, "is of format 1"),
-        ("\n".join(lines[:-1]), f"has {len(lines) - 2} of {len(lines) - 1} rows"),
-        ("", "is of format None"),
-    ):
-        path = tmp_path / "results.jsonl"
-        path.write_text(text, encoding="utf-8")
-        with pytest.raises(InputError, match=f"{what}; this Carom reads .* run the cross-check again"):
-            raw_records(path)
+#: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
+AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give a report's folder"
+NO_RESULTS = {
+    "empty": (b"", f"is of format None{AGAIN}"),
+    "earlier": (b'{"format": 1, "scene": "paper/late", "environment": {}}', f"is of format 1{AGAIN}"),
+    "cut": (b'{"format": 2, "rows": 3}\n{}\n', f"has 1 of 3 rows{AGAIN}"),
+    "no environment": (b'{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
+    "no JSON": (b"{}\n{\n", f"line 2: no JSON{ANOTHER}"),
+    "no object": (b"[]\n", f"line 1: no JSON object{ANOTHER}"),
+    "deep": (b"[" * 100_000, f"line 1: no JSON{ANOTHER}"),
+    "digits": (b'{"a":' + b"9" * 5000 + b"}", f"line 1: no JSON{ANOTHER}"),
+    "large": (b" " * (2**20 + 1), f"is larger than 1 MiB{ANOTHER}"),
+    "many": (b"[]," * 2**17, f"or 131,072 values, the limit for results{ANOTHER}"),
+    "bytes": (b"\xff", f"can't be read{ANOTHER}"),
+}
 
 
-@pytest.mark.parametrize(
-    ("data", "words"),
-    [
-        (b"[" * 100_000, "line 1: no JSON"),
-        (b'{"a":' + b"9" * 5000 + b"}", "line 1: no JSON"),
-        (b" " * (2**20 + 1), "is larger than 1 MiB"),
-        (b"[]," * 2**17, "or 131,072 values, the limit for results"),
-        (b"\xff", "can't be read"),
-    ],
-    ids=["deep", "digits", "large", "many", "bytes"],
-)
+@pytest.mark.parametrize("what", NO_RESULTS)
 def test_what_no_report_holds_is_refused_in_a_sentence(
-    data: bytes, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nesting, digits and sizes that would take all memory or end the reader are named, with what to give."""
+    """Another format, half a file, and what would take all memory or end the reader, are named with what to do."""
     monkeypatch.setitem(MOST_BYTES, ".jsonl", 2**20)
     monkeypatch.setitem(MOST_VALUES, ".jsonl", 2**17)
-    path = tmp_path / "results.jsonl"
+    path, (data, words) = tmp_path / "results.jsonl", NO_RESULTS[what]
     path.write_bytes(data)
-    with pytest.raises(InputError, match=f"{words}.*give a report's folder"):
-        raw_records(path)
+    with pytest.raises(InputError, match=rf"results\.jsonl.*{words}"):
+        read_records(path)
 
 
 def test_every_row_of_the_sample_is_read_and_can_be_written_back() -> None:
