@@ -38,23 +38,25 @@ class Press(NamedTuple):
     rolling_resistance: float = 0.0
 
 
-class Held(NamedTuple):
+class Frictions(NamedTuple):
     """What two frictions take, and what they hold at 0.
 
     Attributes:
         friction: f.
         rolling: h.
-        slip: Whether friction holds the slip at 0.
-        rim: Whether rolling resistance holds the rim at 0; never that of a disc that does not turn, nor without it.
+        sticks: Whether friction holds the slip at 0.
+        blocks: Whether rolling resistance holds the rim at 0; never that of a disc that does not turn, nor without it.
     """
 
     friction: float
     rolling: float
-    slip: bool
-    rim: bool
+    sticks: bool
+    blocks: bool
 
 
-def held(s1: float, q1: float, most: tuple[float, float], y: float, signs: tuple[float, float] = (0.0, 0.0)) -> Held:
+def take(
+    s1: float, q1: float, most: tuple[float, float], y: float, signs: tuple[float, float] = (0.0, 0.0)
+) -> Frictions:
     """Return f and h with ``s = s1 - f (1 + y) - h y`` and ``q = q1 - (f + h) y``, ``y = 1/k``.
 
     With ``most = (F, H)``, f is F where s is above 0, -F where it is below, and between them where it is 0; so is h of
@@ -70,19 +72,19 @@ def held(s1: float, q1: float, most: tuple[float, float], y: float, signs: tuple
     """
     (slip, rim), (f_most, h_most) = signs, most
     f = h = 0 * s1
-    rim_held = False
+    blocks = False
     if y and rim:
         h = h_most if rim > 0 else -h_most
     elif y and h_most:
         f = _cut(s1 - q1, f_most) if not slip else f_most if slip > 0 else -f_most
         h = _cut(q1 / y - f, h_most)
-        rim_held = abs(q1 / y - f) <= h_most
+        blocks = abs(q1 / y - f) <= h_most
     if slip:
-        return Held(f_most if slip > 0 else -f_most, h, slip=False, rim=rim_held)
+        return Frictions(f_most if slip > 0 else -f_most, h, sticks=False, blocks=blocks)
     left = s1 - h * y
     if abs(left) <= f_most * (1 + y):
-        return Held(left / (1 + y), h, slip=True, rim=rim_held)
-    return Held(f_most if left > 0 else -f_most, h, slip=False, rim=rim_held)
+        return Frictions(left / (1 + y), h, sticks=True, blocks=blocks)
+    return Frictions(f_most if left > 0 else -f_most, h, sticks=False, blocks=blocks)
 
 
 def _cut(x: float, most: float) -> float:
@@ -94,8 +96,8 @@ class Rates(NamedTuple):
 
     along: float
     rim: float
-    holds: bool
-    rim_holds: bool
+    sticks: bool
+    blocks: bool
 
 
 def rates(press: Press, slip: float, rim: float = 0.0) -> Rates:
@@ -108,16 +110,16 @@ def rates(press: Press, slip: float, rim: float = 0.0) -> Rates:
     """
     y, a = press.inverse_inertia_ratio, press.along_m_s2
     most = (press.friction * press.normal_m_s2, press.rolling_resistance * press.normal_m_s2)
-    by = held(a, 0.0, most, y, (slip, rim if most[1] else 0.0))
-    turns = 0.0 if by.rim else 0.0 - (by.friction + by.rolling) * y
-    if by.slip:
-        return Rates(0.0 - turns, turns, holds=True, rim_holds=by.rim)
-    return Rates(a - by.friction, turns, holds=False, rim_holds=by.rim)
+    by = take(a, 0.0, most, y, (slip, rim if most[1] else 0.0))
+    turns = 0.0 if by.blocks else 0.0 - (by.friction + by.rolling) * y
+    if by.sticks:
+        return Rates(0.0 - turns, turns, sticks=True, blocks=by.blocks)
+    return Rates(a - by.friction, turns, sticks=False, blocks=by.blocks)
 
 
 def frictional_impulses(
     contact: ContactFriction, rolling_resistance: float, slip: float, rim: float, y: float, pressed: float
-) -> Held:
+) -> Frictions:
     """Return the impulses of the two frictions in an impact on a wall whose normal one is `pressed`, a unit of mass.
 
     Args:
@@ -129,9 +131,9 @@ def frictional_impulses(
         pressed: J, 0 or more.
     """
     if rolling_resistance:
-        return held(slip, rim, (contact.friction * pressed, rolling_resistance * pressed), y)
+        return take(slip, rim, (contact.friction * pressed, rolling_resistance * pressed), y)
     sticks = abs((1.0 + contact.restitution) * slip / (1.0 + y)) <= contact.friction * pressed
-    return Held(tangential_impulse(contact, slip, 1.0 + y, pressed), 0.0, sticks, rim=False)
+    return Frictions(tangential_impulse(contact, slip, 1.0 + y, pressed), 0.0, sticks, blocks=False)
 
 
 def zero_after(value: float, rate: float) -> float:

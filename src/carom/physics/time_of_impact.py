@@ -1,8 +1,8 @@
 """Time of impact of arrays of discs, in straight uniform motion: the public form.
 
 Pair by pair the result is that of `carom.physics.pair_time.pair_time`, to the bit: the compiled extension runs the same
-operations in a loop. See there for the method and its guarantee, and `carom.physics.any_size` for numbers of other than
-moderate sizes.
+operations in a loop. See there for the method and its guarantee, and `carom.physics.pair_time_any_size` for numbers of
+other than moderate sizes.
 
 Whether bodies approach decides everything; no time or distance is ever compared with a small number.
 """
@@ -16,7 +16,7 @@ import numpy as np
 from carom.arguments import finite, vectors
 from carom.errors import InputError
 from carom.extension import Patience, extension_available
-from carom.physics.any_size import any_pair_time
+from carom.physics.pair_time_any_size import any_pair_time
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -13,7 +13,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.lengths import long_after
 
-from carom.physics.contact_law import Press, held, left_of_slip, rates, zero_after
+from carom.physics.contact_law import Press, left_of_slip, rates, take, zero_after
 
 
 def admitted(
@@ -55,14 +55,14 @@ def problems(count: int) -> Iterator[tuple[Fraction, Fraction, tuple[Fraction, F
 
 @pytest.mark.parametrize("count", long_after(1, [500, 20_000]))
 def test_exactly_one_branch_of_two_frictions_holds_and_is_the_one_that_is_given(count: int) -> None:
-    """Of problems in fractions each has one answer, and `held` gives it, exactly."""
+    """Of problems in fractions each has one answer, and `take` gives it, exactly."""
     for s1, q1, most, y, signs in problems(count):
         (expected,) = admitted(s1, q1, most, y, signs)
-        by: Any = held(s1, q1, most, y, signs)  # type: ignore[arg-type]
+        by: Any = take(s1, q1, most, y, signs)  # type: ignore[arg-type]
         s, q = s1 - by.friction * (1 + y) - by.rolling * y, q1 - (by.friction + by.rolling) * y
         assert (s, q) == expected, (s1, q1, most, y, signs)
-        assert not by.slip or s == 0
-        assert not by.rim or q == 0
+        assert not by.sticks or s == 0
+        assert not by.blocks or q == 0
 
 
 @pytest.mark.parametrize("count", long_after(1, [500, 20_000]))
@@ -73,8 +73,8 @@ def test_rates_are_those_of_the_law_of_two_frictions(count: int) -> None:
         press = Press(1.0, float(a), float(most[0]), float(y), float(most[1]))
         found = rates(press, float(signs[0]), float(signs[1]))
         assert (found.along + found.rim, found.rim) == pytest.approx((float(slip), float(rim)), rel=1e-14, abs=1e-14)
-        assert not found.holds or (signs[0] == 0 and slip == 0)
-        assert not found.rim_holds or (signs[1] == 0 and rim == 0)
+        assert not found.sticks or (signs[0] == 0 and slip == 0)
+        assert not found.blocks or (signs[1] == 0 and rim == 0)
 
 
 def test_a_disc_that_does_not_turn_is_held_up_to_friction() -> None:

@@ -24,7 +24,7 @@ from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
-from carom.solvers.certified.two_frictions import held, sign
+from carom.solvers.certified.two_frictions import sign, take
 from carom.solvers.impact.resolution import gap_resolution, size_of
 from carom.trace import Mode, wall_body, wall_index
 
@@ -193,22 +193,22 @@ class BallContacts:
             speed = ZERO if rim.is_zero() else speed
             rim = ZERO - speed
         signs = sign(slip), sign(rim) if resists else 0
-        by = None if None in signs else held(ground.along, ZERO, most, y, signs)  # type: ignore[arg-type]
-        if by is None or by.slip is None or by.rim is None:
+        by = None if None in signs else take(ground.along, ZERO, most, y, signs)  # type: ignore[arg-type]
+        if by is None or by.sticks is None or by.blocks is None:
             raise Undecided(self._trouble(Degenerate.MODE, i, ground, time))
-        turns = ZERO if by.rim else ZERO - (by.friction + by.rolling) * y
-        rate = ZERO - turns if by.slip else ground.along - by.friction
-        if by.slip:
+        turns = ZERO if by.blocks else ZERO - (by.friction + by.rolling) * y
+        rate = ZERO - turns if by.sticks else ground.along - by.friction
+        if by.sticks:
             slip = ZERO
             if y.is_zero():
                 speed = ZERO - rim
             else:
                 rim = ZERO - speed
-        mode = (Mode.BLOCK if by.rim else Mode.SLIDE) if not by.slip else Mode.ROLL
-        if by.slip and speed.is_zero() and rate.is_zero():
+        mode = (Mode.BLOCK if by.blocks else Mode.SLIDE) if not by.sticks else Mode.ROLL
+        if by.sticks and speed.is_zero() and rate.is_zero():
             mode = Mode.REST
-        taken = 0 if by.slip else sign(by.friction), 0 if by.rim else sign(by.rolling)
-        branch = (taken[0] or 0, taken[1] or 0, by.slip, by.rim)
+        taken = 0 if by.sticks else sign(by.friction), 0 if by.blocks else sign(by.rolling)
+        branch = (taken[0] or 0, taken[1] or 0, by.sticks, by.blocks)
         gliding = Gliding(time, ground, mode, GlideState(place, speed, slip, rim), rate, turns, branch)
         self._states.gliding[i] = gliding._replace(end=self._end_of(i, gliding, resists=resists))
         self._states.barred[i] = ground.never_met

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from flint import arb
 
 from carom.solvers.certified.legs import ZERO
-from carom.solvers.certified.two_frictions import BallHeld
+from carom.solvers.certified.two_frictions import BallFrictions
 from carom.trace import Mode
 
 
@@ -67,7 +67,7 @@ class Bounce(NamedTuple):
     time: arb
     body: int
     leaves: arb
-    held: BallHeld
+    taken: BallFrictions
 
 
 class BallMode(NamedTuple):

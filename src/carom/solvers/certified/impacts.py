@@ -18,7 +18,7 @@ from carom.solvers.certified.gliding import BallMode, Bounce
 from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, PairApproach, RoundApproach, Seam, WallApproach
 from carom.solvers.certified.slowing import slow, stop
-from carom.solvers.certified.two_frictions import BallHeld, held, stick
+from carom.solvers.certified.two_frictions import BallFrictions, stick, take
 from carom.trace import NO_EDGE, wall_index
 
 
@@ -269,14 +269,14 @@ def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal
 
 def _slide_on_wall(
     bodies: BallBodies, meeting: Meeting, velocity: tuple[arb, arb], normal: tuple[arb, arb, arb]
-) -> BallHeld:
+) -> BallFrictions:
     """Let the frictions of a wall act on a disc that came at a velocity, as seen from there; return what they took."""
     i, near = meeting.first, meeting.near
     wall = bodies.obstacles[wall_index(meeting.second)].wall
     material = bodies.materials[wall]
     rolling = bodies.scene.wall_rolling_resistance
     if not material.friction and not rolling:
-        return BallHeld(ZERO, ZERO, slip=False, rim=False)
+        return BallFrictions(ZERO, ZERO, sticks=False, blocks=False)
     nx, ny = ((ZERO - part) / normal[2] for part in normal[:2])
     vx, vy = velocity
     approach = near.root / normal[2] if isinstance(near, WallApproach | RoundApproach) else ZERO - vx * nx - vy * ny
@@ -284,11 +284,11 @@ def _slide_on_wall(
     pressed = (arb(material.restitution) + 1) * approach
     y, most = bodies.inverse_inertia_ratio[i], (arb(material.friction) * pressed, arb(rolling) * pressed)
     if rolling:
-        taken = held(slip, bodies.surface(i), most, y)
+        taken = take(slip, bodies.surface(i), most, y)
     else:
         taken = stick((arb(bodies.scene.wall_tangential_restitution) + 1) * slip / (1 + y), most[0])
     bodies.turn(i, taken.friction + taken.rolling)
-    if taken.rim:
+    if taken.blocks:
         bodies.spin[i] = ZERO
     tangential = taken.friction
     _change_velocity(bodies, i, ZERO - tangential * ny, tangential * nx, meeting.time - meeting.at)

@@ -13,7 +13,7 @@ from flint import arb
 from carom.solvers.certified.gliding import BallGround, Bounce, GlideState
 from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.obstacles import Round
-from carom.solvers.certified.two_frictions import held, sign
+from carom.solvers.certified.two_frictions import sign, take
 from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
@@ -32,11 +32,11 @@ def after_all(
     y, e, c = bodies.inverse_inertia_ratio[i], arb(material.restitution), bodies.scene.wall_rolling_resistance
     speed = ground.along_it(*bodies.velocity(i, bounce.time, bodies.time[i]))
     place, rim = ground.along_it(*bodies.place_at(i, bounce.time)), bodies.surface(i)
-    slip_held, rim_held = bounce.held.slip, bounce.held.rim
+    sticks, blocks = bounce.taken.sticks, bounce.taken.blocks
     gives_back = material.friction and bodies.scene.wall_tangential_restitution
-    if rim_held is None or (slip_held is None and not gives_back):
+    if blocks is None or (sticks is None and not gives_back):
         return None
-    slip, rim = ZERO if slip_held and not gives_back else speed + rim, ZERO if rim_held else rim
+    slip, rim = ZERO if sticks and not gives_back else speed + rim, ZERO if blocks else rim
     if bounce.leaves.is_zero():
         return GlideState(place, speed, slip, rim)
     if gives_back:
@@ -46,19 +46,19 @@ def after_all(
         return None
     pressed, gained = (1 + e) * bounce.leaves, ground.along * hop
     most = (arb(material.friction) * pressed, arb(c) * pressed)
-    by = held(slip + gained, rim, most, y) if material.friction or c else bounce.held
-    if (by.slip, by.rim) != (slip_held, rim_held):
+    by = take(slip + gained, rim, most, y) if material.friction or c else bounce.taken
+    if (by.sticks, by.blocks) != (sticks, blocks):
         return None
     turned = (by.friction + by.rolling) * y
     change, left = gained - by.friction, 1 - e
     slips, turns = change - turned, ZERO - turned
-    free_slip, free_rim = material.friction and not slip_held, c and not rim_held
+    free_slip, free_rim = material.friction and not sticks, c and not blocks
     for value, rate in (*([(slip, slips)] if free_slip else []), *([(rim, turns)] if free_rim else [])):
         if sign(value) is None or {sign(value + rate), sign(value + rate / left)} != {sign(value)}:
             return None
     way = hop * ((speed + change / left) / left - (change / left - gained / 2) / (1 - e * e))
-    slip = ZERO if slip_held else slip + slips / left
-    rim = ZERO if rim_held else rim + turns / left
+    slip = ZERO if sticks else slip + slips / left
+    rim = ZERO if blocks else rim + turns / left
     return GlideState(place + way, speed + change / left, slip, rim)
 
 

@@ -14,13 +14,13 @@ from flint import arb
 from carom.solvers.certified.legs import ZERO
 
 
-class BallHeld(NamedTuple):
-    """As `carom.physics.contact_law.Held`, of balls; None where it is not decided what is held."""
+class BallFrictions(NamedTuple):
+    """As `carom.physics.contact_law.Frictions`, of balls; None where it is not decided what is held."""
 
     friction: arb
     rolling: arb
-    slip: bool | None
-    rim: bool | None
+    sticks: bool | None
+    blocks: bool | None
 
 
 def sign(ball: arb) -> int | None:
@@ -33,25 +33,25 @@ def cut(x: arb, most: arb) -> arb:
     return x.min(most).max(ZERO - most)
 
 
-def stick(sticking: arb, most: arb) -> BallHeld:
+def stick(sticking: arb, most: arb) -> BallFrictions:
     """Return what friction alone takes, of which sticking is the most that serves, and `most` what the cone allows."""
-    return BallHeld(cut(sticking, most), ZERO, slip=_within(sticking, most), rim=False)
+    return BallFrictions(cut(sticking, most), ZERO, sticks=_within(sticking, most), blocks=False)
 
 
-def held(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallHeld:
-    """Do as `carom.physics.contact_law.held`."""
+def take(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallFrictions:
+    """Do as `carom.physics.contact_law.take`."""
     (slip, rim), (f_most, h_most) = signs, most
     f = h = ZERO
-    rim_held: bool | None = False
+    blocks: bool | None = False
     if not y.is_zero() and rim:
         h = h_most * rim
     elif not y.is_zero() and not h_most.is_zero():
         f = f_most * slip if slip else cut(s1 - q1, f_most)
-        h, rim_held = cut(q1 / y - f, h_most), _within(q1 / y - f, h_most)
+        h, blocks = cut(q1 / y - f, h_most), _within(q1 / y - f, h_most)
     if slip:
-        return BallHeld(f_most * slip, h, slip=False, rim=rim_held)
+        return BallFrictions(f_most * slip, h, sticks=False, blocks=blocks)
     left = (s1 - h * y) / (1 + y)
-    return BallHeld(cut(left, f_most), h, slip=_within(left, f_most), rim=rim_held)
+    return BallFrictions(cut(left, f_most), h, sticks=_within(left, f_most), blocks=blocks)
 
 
 def _within(x: arb, most: arb) -> bool | None:

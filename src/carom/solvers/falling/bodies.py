@@ -297,10 +297,10 @@ class FallingBodies(Bodies):
         (nx, ny), y = self.normal(i, k), self.inverse_inertia_ratio[i]
         rim, slip = self.radius[i] * self.spin[i], self.slip(i, k, before)
         by = frictional_impulses(self.contact_of_wall(k), self.rolling_resistance, slip, rim, y, pressed)
-        self.sticks[i] = by.slip
+        self.sticks[i] = by.sticks
         self.vx[i] -= by.friction * ny
         self.vy[i] += by.friction * nx
-        self.spin[i] = 0.0 if by.rim else self.spin[i] - (by.friction + by.rolling) * y / self.radius[i]
+        self.spin[i] = 0.0 if by.blocks else self.spin[i] - (by.friction + by.rolling) * y / self.radius[i]
 
     def touch_vertex(self, i: int, k: int, vertex: Arc) -> None:
         """Note that disc `i` leaves a vertex of wall `k`, along which its rim moves: the gap and its rate are 0."""

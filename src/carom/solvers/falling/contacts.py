@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.physics.contact_law import Press, held, left_of_slip, rates, zero_after
+from carom.physics.contact_law import Press, left_of_slip, rates, take, zero_after
 from carom.physics.wall_time import wall_speed
 from carom.solvers.falling.grounds import grounds_of
 from carom.solvers.plain.instants import NEVER, Instant, after
@@ -171,8 +171,8 @@ class Contacts:
         if resists and slip == 0.0:  # of two numbers that the law makes one
             speed = speed if rim else 0.0
             rim = 0.0 - speed
-        along, turns, holds, rim_holds = rates(press, slip, rim)
-        if holds:
+        along, turns, sticks, blocks = rates(press, slip, rim)
+        if sticks:
             speed = speed if press.inverse_inertia_ratio else 0.0
             bodies.spin[i] = 0.0 - speed / bodies.radius[i]
         elif resists and rim == 0.0:
@@ -182,10 +182,10 @@ class Contacts:
         bodies.spin_rate[i] = turns / bodies.radius[i]
         bodies.never_met[i] = ground.never_met
         self.grounds[i] = ground
-        self.modes[i] = _mode(speed, along, holds=holds, rim_holds=rim_holds)
+        self.modes[i] = _mode(speed, along, sticks=sticks, blocks=blocks)
         # Of one that rolls both pass 0 at once, and that changes nothing without rolling resistance.
         waits = (zero_after(slip, along + turns), zero_after(rim, turns) if resists else math.inf)
-        self._zero[i] = _Zero(*(wait == min(waits) or (holds and resists) for wait in waits))
+        self._zero[i] = _Zero(*(wait == min(waits) or (sticks and resists) for wait in waits))
         zero, self._over[i] = (
             after(bodies.instant[i], wait) for wait in (min(waits), ground.ends_after(bodies, i, speed, along))
         )
@@ -211,12 +211,12 @@ def _left_of_both(press: Press, slip: float, rim: float, approach: float, restit
     pressed, fallen = (1.0 + restitution) * left, 2.0 * restitution * left / press.normal_m_s2
     most = (press.friction * pressed, press.rolling_resistance * pressed)
     s1 = slip + press.along_m_s2 * fallen
-    by = held(s1, rim, most, y)
-    slip = 0.0 if by.slip else s1 - by.friction * (1.0 + y) - by.rolling * y
-    return slip, 0.0 if by.rim else rim - (by.friction + by.rolling) * y
+    by = take(s1, rim, most, y)
+    slip = 0.0 if by.sticks else s1 - by.friction * (1.0 + y) - by.rolling * y
+    return slip, 0.0 if by.blocks else rim - (by.friction + by.rolling) * y
 
 
-def _mode(speed: float, along: float, *, holds: bool, rim_holds: bool) -> Mode:
-    if holds:
+def _mode(speed: float, along: float, *, sticks: bool, blocks: bool) -> Mode:
+    if sticks:
         return Mode.ROLL if speed or along else Mode.REST
-    return Mode.BLOCK if rim_holds else Mode.SLIDE
+    return Mode.BLOCK if blocks else Mode.SLIDE

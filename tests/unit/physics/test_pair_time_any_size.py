@@ -15,7 +15,7 @@ from tests.lengths import each, long_after
 from tests.unit.physics.exact import exact_time, ulps
 
 from carom import time_of_impact
-from carom.physics import any_size
+from carom.physics import pair_time_any_size
 
 Array = NDArray[np.float64]
 
@@ -123,12 +123,12 @@ def test_what_is_solved_in_rational_numbers_is_rounded_once(monkeypatch: pytest.
         solved.append(rational(*numbers))
         return solved[-1]
 
-    rational = any_size._rational  # noqa: SLF001 - only here is it known which pairs come to it
-    monkeypatch.setattr(any_size, "_rational", counted)
+    rational = pair_time_any_size._rational  # noqa: SLF001 - only here is it known which pairs come to it
+    monkeypatch.setattr(pair_time_any_size, "_rational", counted)
     worst, tried = 0.0, 0
     for row in pairs_of_any_size(1500, 5, -150.0, 150.0).T:
         solved.clear()
-        found, exact = any_size.any_pair_time(*row.tolist()), exact_time(row, EXACT)
+        found, exact = pair_time_any_size.any_pair_time(*row.tolist()), exact_time(row, EXACT)
         if solved and 0.0 < found < math.inf and exact is not None:
             tried += 1
             worst = max(worst, ulps(found, exact))
