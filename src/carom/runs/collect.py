@@ -127,6 +127,9 @@ class ImpactCollector:
     def add(self, time_s: float, now: Observation) -> None:
         """Take in the state and contacts, as `carom.runs.validate` lets them in, of the step that ended at `time_s`."""
         before = self._last
+        if not (now.contacts or self._open):  # as after most steps
+            self._last, self._last_s = now, time_s
+            return
         active: dict[_Pair, Contact] = {}
         struck: set[int] = set()
         for contact in now.contacts:

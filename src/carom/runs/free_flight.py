@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +47,9 @@ class FreeFlight:
         self._dt_s = dt_s
         self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
         self._velocity = b""
+        #: The places before a step and after it, and the instant: of the last steps that changed no velocity.
+        self._steady: deque[tuple[Array, Array, float]] = deque(maxlen=_QUIET_STEPS)
         self._position = np.array([disc.position_m for disc in scene.discs])
-        self._quiet_steps = 0
         self._look_from_s = 0.0
         self._pause_s = dt_s
         n = len(scene.discs)
@@ -62,12 +64,16 @@ class FreeFlight:
         velocity = now.velocity_m_s.tobytes()
         if self._scene.arrays.turns and now.spin_rad_s is not None:
             velocity += now.spin_rad_s.tobytes()
-        quiet = not now.contacts and velocity == self._velocity and self._moved_straight_on(time_s, now)
-        self._quiet_steps = self._quiet_steps + 1 if quiet else 0
+        if now.contacts or velocity != self._velocity:
+            self._steady.clear()
+        else:
+            self._steady.append((self._position, now.position_m, time_s))
         self._velocity, self._position = velocity, now.position_m
         if now.contacts:
             self._look_from_s, self._pause_s = 0.0, self._dt_s
-        if self._quiet_steps < _QUIET_STEPS or time_s < self._look_from_s:
+        if len(self._steady) < _QUIET_STEPS or time_s < self._look_from_s:
+            return False
+        if not all(self._moved_straight_on(*step, now.velocity_m_s) for step in self._steady):
             return False
         earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
         # No pair comes near another before that; and where one is near now, ask ever less often.
@@ -75,10 +81,10 @@ class FreeFlight:
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
 
-    def _moved_straight_on(self, time_s: float, now: Observation) -> bool:
-        """Whether the last step moved every disc by its velocity, except for rounding of coordinates and instants."""
-        off = np.abs(now.position_m - self._position - now.velocity_m_s * self._dt_s)
-        largest = np.max(np.abs([self._position, now.position_m, now.velocity_m_s * time_s]))
+    def _moved_straight_on(self, before: Array, after: Array, time_s: float, velocity: Array) -> bool:
+        """Whether a step moved every disc by its velocity, except for rounding of coordinates and instants."""
+        off = np.abs(after - before - velocity * self._dt_s)
+        largest = np.max(np.abs([before, after, velocity * time_s]))
         return bool(np.all(off <= _ROUNDINGS * self._unit * largest))
 
     def _earliest(self, now: Observation, left_s: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -204,7 +205,7 @@ class _Run:
             for time_s in _pieces(world, cutter, step, self.dt_s):
                 now = self.validator.state(world.observe())
                 self.outcome, self.notes = _health(now)
-                if self.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
+                if self.outcome is not Outcome.COMPLETED and self.outcome is not Outcome.STANDSTILL:
                     return
                 if self.seen_s <= self.scene.duration_s:
                     self.earlier = (self.seen_s, self.state)
@@ -364,11 +365,12 @@ def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None
 
 
 def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:
-    if now.warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
-        return Outcome.STANDSTILL, ()
     if now.warning:
+        if now.warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
+            return Outcome.STANDSTILL, ()
         return Outcome.WARNED, (now.warning,)
-    told = [array for array in (now.position_m, now.velocity_m_s, now.spin_rad_s) if array is not None]
-    if not all(np.isfinite(array).all() for array in told):
-        return Outcome.NON_FINITE, ()
+    for array in (now.position_m, now.velocity_m_s, now.spin_rad_s):
+        # A finite sum of squares says enough, and is asked for after every step; they may as well be too large for it.
+        if array is not None and not (math.isfinite(np.vdot(array, array)) or np.isfinite(array).all()):
+            return Outcome.NON_FINITE, ()
     return Outcome.COMPLETED, ()

@@ -333,6 +333,8 @@ def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float
     if found.shape != shape:
         raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
     array = np.array(found, dtype=np.float64)
+    if np.vdot(array, array) <= LARGEST:  # so is each square: this is asked after every step
+        return array
     size = np.abs(array)
     if not size.max(initial=0.0) <= LARGEST and (far := (size > LARGEST) & np.isfinite(size)).any():
         raise adapter_error(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")

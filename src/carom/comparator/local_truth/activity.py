@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from heapq import heapify, heappop, heappush
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import MOST_IMPACTS, BodyStates, Pair
-from carom.comparator.local_truth.pairs import MARGIN_STEPS, NearPairs, disc_pairs, wall_pairs
+from carom.comparator.local_truth.pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
 from carom.comparator.local_truth.rest import RESTING_STEPS, Rest, rests
 from carom.comparator.local_truth.room import has_room
 
@@ -24,6 +24,9 @@ _AT_ONCE = 64
 
 #: Steps whose near pairs are looked for together: boxes round so much of a path are little larger than a disc.
 _TOGETHER = 16
+
+#: Where all pairs are so few that boxes spare nothing, steps are looked at together up to so many distances. Chosen.
+_DISTANCES = 2**12
 
 
 @dataclass
@@ -48,22 +51,29 @@ def activity_of(block: Block, rest: Rest) -> Activity:
     """Find the pairs that meet, push or rest in each step of a block, and enter how deep those that rest sink."""
     shape = block.turned.shape
     found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
-    for begin in range(0, len(block), _TOGETHER):
-        end = min(begin + _TOGETHER, len(block))
+    steps = _steps_together(block)
+    for begin in range(0, len(block), steps):
+        end = min(begin + steps, len(block))
         together = [*disc_pairs(block, begin, end), *wall_pairs(block, begin, end)]
         for relative in together:
             resting = rests(block, relative)
             _take(block, relative, resting, found)
             rest.add(block, relative, resting)
-        near = defaultdict[int, list[Pair]](list)
-        for relative in together:
-            for pair in relative.pairs:
-                for body in filter(block.law.movable, pair):
-                    near[body].append(pair)
-        _take_consequences(block, found, near, range(begin, end))
+        for step in range(begin, end):
+            if step in found.due:
+                _take_consequences(block, found, step, together)
     for step in list(found.due):
         _drop_bystanders(block, found, step)
     return found
+
+
+def _steps_together(block: Block) -> int:
+    """Return how many steps are looked at together; where some pairs are solved one by one, only near ones may be."""
+    law = block.law
+    bends = law.slowing.table_m_s2 > 0.0 or any(len(drive.legs) > 1 for drive in law.wall_drives)
+    if bends or not all(isinstance(wall, tuple) for wall in law.walls):
+        return _TOGETHER
+    return max(_TOGETHER, _DISTANCES // (law.n * (law.n + len(law.walls))))
 
 
 def _take(block: Block, relative: NearPairs, resting: Flags, found: Activity) -> None:
@@ -71,8 +81,7 @@ def _take(block: Block, relative: NearPairs, resting: Flags, found: Activity) ->
     begin, steps = relative.begin, len(relative.wait)
     h = block.step_s[begin : begin + steps, None]
     gap, wait, n = relative.gap, relative.wait, block.law.n
-    first = [i for i, _ in relative.pairs]
-    second = [j if j < n else i for i, j in relative.pairs]
+    first, second = relative.discs(n)
     meets = (wait <= h) & ~resting
     turned = block.turned[begin : begin + steps]
     pushed = turned[:, first] | turned[:, second]
@@ -86,24 +95,22 @@ def _take(block: Block, relative: NearPairs, resting: Flags, found: Activity) ->
         found.resting[begin + row, [body for body in relative.pairs[column] if body < n]] = True
 
 
-def _take_consequences(block: Block, found: Activity, near: dict[int, list[Pair]], steps: range) -> None:
-    """Enter what meets as a consequence of another meeting in the same step, among near pairs by disc."""
-    law = block.law
-    for step in steps:
-        active = found.due.get(step)
-        due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0] if active else []
-        if active is None or not due or _all_active(active, due, near):
-            continue
-        struck = (body for _, pair in due for body in pair if body in near)
-        if not has_room(block, step, {pair for body in struck for pair in near[body]}):
-            continue
-        slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
-        for time_s, pair, closing in _impacts_of(block, step, due, near, slow):
-            if pair not in active and closing > slow:
-                active[pair] = time_s
-                found.follows.add((step, pair))
-                if _all_active(active, due, near):
-                    break  # however often they strike each other yet
+def _take_consequences(block: Block, found: Activity, step: int, together: Sequence[NearPairs]) -> None:
+    """Enter what meets as a consequence of another meeting in the same step."""
+    law, active = block.law, found.due[step]
+    due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
+    if not due or _all_active(active, due, near := near_in(block, together, step)):
+        return
+    struck = (body for _, pair in due for body in pair if body in near)
+    if not has_room(block, step, {pair for body in struck for pair in near[body]}):
+        return
+    slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
+    for time_s, pair, closing in _impacts_of(block, step, due, near, slow):
+        if pair not in active and closing > slow:
+            active[pair] = time_s
+            found.follows.add((step, pair))
+            if _all_active(active, due, near):
+                break  # however often they strike each other yet
 
 
 def _all_active(active: Mapping[Pair, float], due: list[tuple[float, Pair]], near: Mapping[int, list[Pair]]) -> bool:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from carom.disc_arrays import STANDS, wall_lengths
 from carom.driving import Drive
 
 Array = NDArray[np.float64]
+Bodies = NDArray[np.intp]
 
 #: An engine may answer a meeting this many steps ahead (speculative margins), or still push after it (soft contacts).
 MARGIN_STEPS = 2.0
@@ -30,7 +32,8 @@ class NearPairs:
 
     Attributes:
         begin: Number of the first step.
-        pairs: The pairs.
+        first: Lower body of each pair, a disc.
+        second: Higher body of each pair, a disc or a wall.
         gap: Distance of the rims at each state.
         closing: Speed at which they close at each state.
         wait: Seconds from each step's start to the meeting, infinity for none.
@@ -40,13 +43,43 @@ class NearPairs:
     """
 
     begin: int
-    pairs: list[Pair]
+    first: Bodies
+    second: Bodies
     gap: Array
     closing: Array
     wait: Array
     pulled: Array
     touching: Array
     still: Array
+
+    @cached_property
+    def pairs(self) -> list[Pair]:
+        """The pairs."""
+        return list(zip(self.first.tolist(), self.second.tolist(), strict=True))
+
+    def discs(self, count: int) -> tuple[Bodies, Bodies]:
+        """Return the discs of each pair, in a scene of so many: before a wall both are the same."""
+        return self.first, np.where(self.second < count, self.second, self.first)
+
+
+def near_in(block: Block, together: Sequence[NearPairs], step: int) -> dict[int, list[Pair]]:
+    """Return, of each movable body, the pairs near enough at the start of a step to meet in it.
+
+    However one of them is struck: a third body may hand its speed on within the step.
+    """
+    law, h = block.law, float(block.step_s[step])
+    own = block.own_speed[step] + law.fastest_wall
+    ahead = h * (own + np.maximum((1.0 + MARGIN_STEPS) * own, np.max(own) + law.pull * h))
+    ahead += RESTING_GAP * block.scene.arrays.radius_m
+    near: dict[int, list[Pair]] = defaultdict(list)
+    for relative in together:
+        one, other = relative.discs(law.n)
+        reach = ahead[one] + np.where(one != other, ahead[other], 0.0)
+        for column in np.flatnonzero(relative.gap[step - relative.begin] <= reach).tolist():
+            pair = relative.pairs[column]
+            for body in filter(law.movable, pair):
+                near[body].append(pair)
+    return near
 
 
 def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
@@ -63,7 +96,6 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         gap = distance - contact
         with np.errstate(divide="ignore", invalid="ignore"):
             closing = np.where(distance > 0.0, -b / distance, 0.0)
-        pairs = list(zip(first.tolist(), second.tolist(), strict=True))
         pulled = np.where(arrays.movable[first] != arrays.movable[second], law.pull, 0.0)
         some = block.place_rounding[begin:end]
         touching = some[:, first] + some[:, second]
@@ -77,8 +109,9 @@ def disc_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
         wait = np.where((b[:-1] < 0.0) & (gap[:-1] <= touching), 0.0, wait)
         wait = np.where((gap[:-1] <= touching) & (closing[:-1] <= still), np.inf, np.maximum(wait, 0.0))
         bent = np.flatnonzero((pulled > 0.0) | (law.slowing.table_m_s2 > 0.0))
-        _meet_on_bent_paths(block, begin, pairs, bent.tolist(), gap, wait)
-        yield NearPairs(begin, pairs, gap, closing, wait, pulled, touching, still)
+        near = NearPairs(begin, first, second, gap, closing, wait, pulled, touching, still)
+        _meet_on_bent_paths(block, near, bent.tolist())
+        yield near
 
 
 def wall_pairs(block: Block, begin: int, end: int) -> Iterator[NearPairs]:
@@ -122,9 +155,8 @@ def _pairs_with_walls(block: Block, begin: int, end: int, drive: Drive, walls_of
             wait = np.where(pull == 0.0, straight, bent)
         wait = np.where((g <= touching) & (s < -still), 0.0, wait)
         wait = np.where((g <= touching) & (s >= -still) & (pull == 0.0), np.inf, np.maximum(wait, 0.0))
-        pairs = [(i, law.n + k) for i, k in zip(disc.tolist(), numbers[wall].tolist(), strict=True)]
-        pulled = np.full(len(pairs), law.pull)
-        yield NearPairs(begin, pairs, gap, -speed, wait, pulled, touching, still)
+        pulled = np.full(len(disc), law.pull)
+        yield NearPairs(begin, disc, law.n + numbers[wall], gap, -speed, wait, pulled, touching, still)
 
 
 def _found_one_by_one(
@@ -153,7 +185,7 @@ def _found_one_by_one(
             wait = np.where(touches & (closing[:-1] > still), 0.0, wait)
             wait = np.where(touches & (closing[:-1] <= still) & (wait == 0.0), np.inf, wait)
             pulled = np.full(1, law.pull)
-            yield NearPairs(begin, [pair], gap, closing, wait, pulled, touching, still)
+            yield NearPairs(begin, np.array([i]), np.array([law.n + k]), gap, closing, wait, pulled, touching, still)
 
 
 def _seen(block: Block, begin: int, end: int, drive: Drive) -> tuple[Array, Array]:
@@ -181,14 +213,13 @@ def _reach(block: Block, begin: int, end: int, drive: Drive = STANDS) -> tuple[A
     return 0.5 * (low + high), reach
 
 
-def _meet_on_bent_paths(
-    block: Block, begin: int, pairs: list[Pair], columns: list[int], gap: Array, wait: Array
-) -> None:
+def _meet_on_bent_paths(block: Block, near: NearPairs, columns: Sequence[int]) -> None:
     """Put in the waits of pairs that are near enough: of discs that fall onto immovable ones, and of all on a table."""
+    steps = slice(near.begin, near.begin + len(near.wait))
     for column in columns:
-        i, j = pairs[column]
-        fast = block.own_speed[begin : begin + len(wait), [i, j]].max(axis=1)
-        h = block.step_s[begin : begin + len(wait)]
-        wait[:, column] = np.inf
-        for row in np.flatnonzero(gap[:-1, column] < (1.0 + MARGIN_STEPS) * 2.0 * fast * h).tolist():
-            wait[row, column] = block.state(begin + row, (i, j)).wait((i, j))
+        i, j = near.pairs[column]
+        fast = block.own_speed[steps, [i, j]].max(axis=1)
+        near.wait[:, column] = np.inf
+        close = near.gap[:-1, column] < (1.0 + MARGIN_STEPS) * 2.0 * fast * block.step_s[steps]
+        for row in np.flatnonzero(close).tolist():
+            near.wait[row, column] = block.state(near.begin + row, (i, j)).wait((i, j))

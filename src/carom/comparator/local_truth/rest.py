@@ -67,8 +67,8 @@ class Rest:
             faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
             self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
             self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.law.reach(pair))
-            if faster_m > hop_m + relative.touching[row, column] and math.isnan(self.sinks_s):
-                self.sinks_s = begin_s
+            if faster_m > hop_m + relative.touching[row, column]:
+                self.sinks_s = float(np.fmin(self.sinks_s, begin_s))
 
 
 def rests(block: Block, relative: NearPairs) -> Flags:
