@@ -188,14 +188,12 @@ class MujocoWorld:
         position[self._movable] = self._data.qpos[self._at]
         velocity[self._movable] = self._data.qvel[self._moves]
         spin[self._turning] = self._data.qvel[self._about]
-        contacts = summed(self._contacts(), self._pieced)
+        contacts = summed(self._contacts(), self._pieced) if self._data.ncon else ()
         return Observation(position, velocity, contacts, self._warning(), spin if self._turns else None)
 
     def _contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
         found: list[Contact] = []
-        if not data.ncon:
-            return found
         # Read as arrays: MuJoCo's bindings take long to make an object of every contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
         for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
@@ -224,16 +222,18 @@ class MujocoWorld:
         return float(force[0]) / self._unit, rub * self._clock.dt_s / self._unit
 
     def _warning(self) -> str:
-        kind, number, told = self._mujoco.mjtWarning, self._data.warning.number, []
+        number, told = self._data.warning.number, []
         if len(self._free):
             height = np.abs(self._data.qpos[self._height_at])
-            for k in np.flatnonzero(height > self._radius)[:1]:
+            if np.count_nonzero(height > self._radius):
+                k = int(np.argmax(height > self._radius))
                 disc = self._movable[self._free[k]]
                 told.append(
                     f"MuJoCo let disc {disc} leave the plane: its centre is {height[k]:.3g} m off, more than a radius"
                 )
-        if not number.any():
+        if not np.count_nonzero(number):
             return "; ".join(told)
+        kind = self._mujoco.mjtWarning
         # Without the reset, MuJoCo only counts such a value and goes on with it, which does no harm.
         autoreset = not self._model.opt.disableflags & _bit(self._mujoco, "autoreset")
         bad = number[[int(kind.mjWARN_BADQPOS), int(kind.mjWARN_BADQVEL), int(kind.mjWARN_BADQACC)]]

@@ -132,9 +132,10 @@ class StepWatch:
         with np.errstate(over="ignore", under="ignore"):
             block = Block.of(self._scene, self._law, states, self._dt_s, *self._units)
             activity = activity_of(block, self._rest)
-            for step in range(self._taken - self._gone, len(block)):
-                self._chains.add(self._gone + step, activity.due.get(step, ()))
+            for step in sorted(step for step in activity.due if step >= self._taken - self._gone):
+                self._chains.add(self._gone + step, activity.due[step])
             self._taken = self._gone + len(block)
+            self._chains.pass_to(self._taken)
             finished = [chain.later(-self._gone) for chain in self._chains.take_settled(ends=ends)]
             # A disc that is slow after a window, by cancellation, is known to the rounding of the speeds in it.
             scale = np.tile(self._scale, (len(block), 1))

@@ -216,8 +216,10 @@ class BodyStates:
                 self._drive_on(disc, drive, seconds)
                 continue
             vx, vy = self.velocity[disc]
-            speed = math.hypot(vx, vy)
-            flown, kept = law.slowing.flown(seconds, speed), law.slowing.kept(seconds, speed)
+            flown, kept = seconds, 1.0
+            if law.slowing:
+                speed = math.hypot(vx, vy)
+                flown, kept = law.slowing.flown(seconds, speed), law.slowing.kept(seconds, speed)
             ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
             if resting is not None and resting[0] == disc and resting[1] >= law.n:
                 _, nx, ny = law.side_of(resting[1] - law.n, x, y, self.time_s)

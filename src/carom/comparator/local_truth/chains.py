@@ -95,12 +95,14 @@ class Chains:
         """Return the chains that may still grow, as they are."""
         return [chain.settled() for chain in self._held]
 
+    def pass_to(self, step: int) -> None:
+        """Pass over the steps up to one, which is not among them: in those that were not added no pair is active."""
+        self._next = step
+
     def add(self, step: int, active: Iterable[Pair]) -> None:
-        """Take in the active pairs of the next step."""
-        self._next = step + 1
+        """Take in the active pairs of a step after those before."""
+        self.pass_to(step + 1)
         pairs = list(active)
-        if not pairs:
-            return
         self._settled += [chain for chain in self._held if chain.end < self.settled_to]
         self._held = [chain for chain in self._held if chain.end >= self.settled_to]
         last = {pair: chain for chain in self._held if chain.end == step for pair in _active_in(chain, step - 1)}
