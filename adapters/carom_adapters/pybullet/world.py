@@ -350,11 +350,11 @@ class PybulletWorld:
         # Made so fast by an impact or by falling, it is too late to refuse. Bullet clamps x and y each on its own.
         if self._asked.get("useMaximalCoordinates", False):
             return ""
-        clamped = (self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)).any(axis=1)
-        if clamped.any():
+        clamped = self._below_clamp & (np.abs(velocity) >= SHIPPED_SPEED_CLAMP_M_S)
+        if np.count_nonzero(clamped):  # an `any` that takes a fifth of the time, after every step
             return (
                 f"PyBullet clamps each component of a multibody's velocity to {SHIPPED_SPEED_CLAMP_M_S:g} m/s, and "
-                f"disc {int(clamped.argmax())} has come to that"
+                f"disc {int(clamped.any(axis=1).argmax())} has come to that"
             )
         if spin is None:
             return ""
