@@ -18,6 +18,8 @@ from carom.live.packages import PACKAGES, package_script
 
 _IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
+#: Lines of comment, and what begins a line without being seen: a page does without.
+_UNSEEN = re.compile(r"^[ \t]*//.*\n|^[ \t]+", re.MULTILINE)
 _SHARED = "../serve.mjs"
 
 
@@ -72,7 +74,10 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
 
 
 def linked(name: str, *, package: str, package_name: str, shared: str, module: str) -> str:
-    """Return a script that runs an engine's module unchanged except its imports, and hands its class to the page."""
+    """Return a script that runs an engine's module, unchanged except for imports and comments, and hands on its class.
+
+    No string of these modules goes over a line, so that what begins a line is none of it.
+    """
 
     def bound(match: re.Match[str]) -> str:
         names, source = match["names"], match["source"]
@@ -82,11 +87,11 @@ def linked(name: str, *, package: str, package_name: str, shared: str, module: s
             return f"const {names} = {'caromPackage' if names[0] == '{' else 'caromPackage.default ?? caromPackage'};"
         raise InputError(f"the adapter of {name} imports {source}, which the page does not link")
 
-    own = _IMPORT.sub(bound, module)
+    own = _UNSEEN.sub("", _IMPORT.sub(bound, module))
     if re.search(r"^\s*import\b", own, re.MULTILINE):
         raise InputError(f"the adapter of {name} has an import that the page does not link")
     exported = ", ".join(_EXPORTED.findall(shared))
-    helpers = re.sub(r"^export ", "", _IMPORT.sub("", shared), flags=re.MULTILINE)
+    helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", shared), flags=re.MULTILINE))
     key = json.dumps(name)
     return f"""(async () => {{
 const caromModule = {{ exports: {{}} }};
