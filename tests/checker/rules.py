@@ -47,7 +47,7 @@ def check(
         found += broken_law(start, stretch, flights, contact_duration_s, report)
         rests = resting(start, stretch, flights)
         found += broken_end(stretch, rests)
-        found += _broken_state(stretch, flights, rests)
+        found += _broken_state(start, stretch, flights, rests)
         # Where the law is broken speeds have no bound: each disc may be near all others, and squares overflow.
         if all(one.rule != "law" for one in found):
             for overlap in (disc_overlaps(start, stretch, flights), wall_overlaps(start, flights)):
@@ -181,7 +181,7 @@ def _broken_impacts(start: DiscArrays, stretch: Stretch, flights: Flights, repor
     return found
 
 
-def _broken_state(stretch: Stretch, flights: Flights, rests: Rests | None) -> list[Violation]:
+def _broken_state(start: DiscArrays, stretch: Stretch, flights: Flights, rests: Rests | None) -> list[Violation]:
     found = []
     last = flights.last
     x, y, error, size = _at_end(flights, last.ravel())
@@ -192,12 +192,18 @@ def _broken_state(stretch: Stretch, flights: Flights, rests: Rests | None) -> li
     bound = error + UNIT * (16 * size + 4 * speed * end)
     every = last.ravel()
     velocity = np.stack(flights.velocity(every, flights.end_s[every] - flights.begin_s[every]), axis=-1)
-    known = flights.velocity_error(every)
+    known = rounding = flights.velocity_error(every)
     if rests is not None:
+        known = rounding.copy()
         known[-len(rests.speed_m_s) :] += rests.speed_m_s
     same = ~_differ(velocity, stretch.velocity_m_s[1:].reshape(-1, 2), known).reshape(last.shape)
     if stretch.spin_rad_s is not None:
-        same &= _spin_of_flights(stretch, flights)[last] == stretch.spin_rad_s[1:]
+        due = _spin_of_flights(stretch, flights)[last]
+        same &= due == stretch.spin_rad_s[1:]
+        if rests is not None:
+            n = len(start)
+            moved = velocity[-n:], stretch.velocity_m_s[-1]
+            same[-1] |= rests.landed(start, moved, (due[-1], stretch.spin_rad_s[-1]), rounding[-n:])
     for k in np.flatnonzero(~(off <= bound) | ~same.ravel()):
         body = (int(k % last.shape[1]),)
         found.append(Violation("state", -1, body, float(end[k]), float(off[k]), float(bound[k])))

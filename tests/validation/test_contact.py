@@ -124,6 +124,30 @@ def test_a_disc_that_does_not_bounce_slides_on_with_what_friction_gives_back(reg
         assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 / 3, 0.0], rel=1e-14)
 
 
+def held_in_its_landing(regain: float, friction: float) -> Scene:
+    """A disc that bounces, at 1 m/s and without spin, on a wall whose friction is enough for its slip in no time."""
+    return staged(
+        f"held in its landing {regain}",
+        disc_at(0.0, 0.6, 1.0),
+        wall_at(0.0, 0.0, 0.0, 1.0),
+        gravity_m_s2=(0.0, -G),
+        wall_friction=friction,
+        wall_restitution=0.5,
+        wall_tangential_restitution=regain,
+        duration_s=3.0,
+    )
+
+
+@each("regain", [-1.0, -0.5, 0.5, 1.0])
+def test_slip_that_friction_takes_in_a_landing_is_taken_from_the_disc_and_from_its_rim(regain: float) -> None:
+    """What is left of it after the bounces goes within 1e-15 s: the disc rolls on with two thirds of its speed."""
+    trace = solve_pic(held_in_its_landing(regain, 1e19))
+    assert trace.outcome is Outcome.COMPLETED
+    assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 / 3, 0.0], rel=1e-12)
+    assert trace.final_spin_rad_s is not None
+    assert trace.final_spin_rad_s[0] == pytest.approx(-2 / 3 / 0.5, rel=1e-12)
+
+
 def bounced(u: mpf, q: mpf, w: mpf, a: mpf, p: mpf, mu: mpf, e: mpf, k: mpf) -> tuple[mpf, mpf, mpf, mpf]:
     """Bounce at 60 digits until nothing is left: when, where along the wall, how fast, and with what slip."""
     time = way = mpf(0)

@@ -96,12 +96,27 @@ export class Contacts {
       gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall) && (back === 0 || (back > 0 && e > 0)),
       bounces = approach > 0 && e < 1;
     let slip = this.slip(i, ground),
-      rim = this.rim(i);
+      rim = this.rim(i),
+      taken = 0;
     if (press.resistance && bounces) [slip, rim] = leftOfBoth(press, gripped ? 0 : slip, rim, approach, e);
-    else if (gripped) slip = 0;
-    else if (bounces) slip = leftOfSlip(press, slip, approach, e);
+    else if (gripped) {
+      taken = back ? slip : 0; // where nothing is given back, what is left is rounding
+      slip = 0;
+    } else if (bounces) {
+      const before = slip;
+      slip = leftOfSlip(press, slip, approach, e);
+      taken = slip ? 0 : before;
+    }
+    // By friction, from the disc and from its rim.
+    if (taken) this.pushAlong(i, ground, taken / (1 + press.ease));
     b.lastPartner[i] = null;
     return this.settle(i, ground, slip, rim);
+  }
+  pushAlong(i, ground, by) {
+    const b = this.bodies,
+      [nx, ny] = ground.normal;
+    b.vx[i] -= by * ny;
+    b.vy[i] += by * nx;
   }
   // Null where a disc has come to the end of its face, and does not fly off.
   endMode(i) {

@@ -69,14 +69,24 @@ class Contacts:
         # the last of infinitely many that turn it round gives back next to nothing.
         given_back = bodies.contact_of_wall(ground.wall).restitution
         sticks = sticks and (given_back == 0.0 or (given_back > 0.0 and restitution > 0.0))
+        taken = 0.0
         if press.rolling_resistance and approach > 0.0 and restitution < 1.0:
             slip, rim = _left_of_both(press, 0.0 if sticks else slip, rim, approach, restitution)
-        elif sticks:
-            slip = 0.0
+        elif sticks:  # where nothing is given back, what is left of the slip is rounding
+            taken, slip = slip if given_back else 0.0, 0.0
         elif approach > 0.0 and restitution < 1.0:
-            slip = left_of_slip(press, slip, approach, restitution)
+            before, slip = slip, left_of_slip(press, slip, approach, restitution)
+            taken = 0.0 if slip else before
+        if taken:  # by friction, from the disc and from its rim
+            self._push_along(i, ground, taken / (1.0 + press.inverse_inertia_ratio))
         bodies.last_partner[i] = None
         return self._settle(i, ground, slip, rim)
+
+    def _push_along(self, i: int, ground: Ground, by: float) -> None:
+        """Take so much off the speed of disc `i` along its wall; what it has across is as it was."""
+        bodies, (nx, ny) = self._bodies, ground.normal
+        bodies.vx[i] -= by * ny
+        bodies.vy[i] += by * nx
 
     def end_mode(self, i: int) -> ModeRecord | None:
         """Let disc `i`, brought there, go on after the end of its mode: its slip, or its spin, is 0, or both are.
