@@ -34,6 +34,12 @@ def test_where_an_overlap_began_the_rim_touched(
     assert abs(gap_of(back, feature)) < 1e-15
 
 
+def test_inside_an_arc_without_room_for_the_disc_its_rim_is_beyond_by_all_that_is_missing() -> None:
+    """A disc of radius 1, 0.2 from the centre of an arc whose inner side has radius 0.4: its rim is 0.8 beyond that."""
+    feature = Arc.of_circle((0.0, 0.0), 0.5, 0.1, inside=True)
+    assert gap_of(Mover.at((0.2, 0.0), (0.0, 0.0), 1.0), feature) == pytest.approx(-0.8, rel=1e-15)
+
+
 @pytest.mark.parametrize("name", long_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
 def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
     """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""

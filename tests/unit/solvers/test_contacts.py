@@ -11,8 +11,10 @@ from tests.stage import disc_at, staged, wall_at
 
 from carom import Chain, Mode, Outcome, Scene, solve_pic
 from carom.pages.tracks import reference_tracks, turnings
+from carom.physics.contact_law import Press
 from carom.runs.wire import CarriedTrace, Codec
 from carom.solvers.falling.bodies import FallingBodies
+from carom.solvers.falling.contacts import _left_of_both
 from carom.trace import Trace, free_flights, spin_array
 
 FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
@@ -198,3 +200,14 @@ def test_a_slow_disc_on_a_hill_s_edge_turns_back_before_it() -> None:
     assert trace.outcome is Outcome.COMPLETED
     assert modes_of(trace) == [Mode.ROLL, Mode.REST]
     assert trace.final_position_m[0, 0] == pytest.approx(1.5 / (2 * 0.5 * 10.0))
+
+
+def test_what_bounces_leave_of_slip_and_spin_is_the_sum_of_what_each_takes() -> None:
+    """Sliding and turning one way, bounce n takes 0.1 * 1.5 * 2^-n by friction and a fifth of that by resistance."""
+    slip, rim = 5.0, 3.0
+    for n in range(60):
+        friction = 0.1 * 1.5 * 0.5**n
+        slip -= friction * (1.0 + 2.0) + friction / 5.0 * 2.0
+        rim -= (friction + friction / 5.0) * 2.0
+    press = Press(10.0, 0.0, 0.1, 2.0, 0.02)
+    assert _left_of_both(press, 5.0, 3.0, 1.0, 0.5) == pytest.approx((slip, rim), rel=1e-14)
