@@ -228,7 +228,7 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
         # A contact that lasts, and was cut: what it gives back was taken before the cut, so only the energy counts.
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
         judged.velocity, judged.spin, judged.place_m = velocity, spin, place
-        kept = law.pull == 0.0 and not law.driven
+        kept = law.pull == 0.0 and not law.driven and not law.slowing.table_m_s2
         judged.energy_j = window.now.energy() - window.free.energy() if kept else 0.0
     elif not held and window.meets_at_rest:
         judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
@@ -255,7 +255,7 @@ def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
     now = window.now.energy()
     if not entangled:
         return now - found.truth.energy()
-    if window.law.driven:
+    if window.law.driven or window.law.slowing.table_m_s2:  # a table takes other energy along another path
         return 0.0
     gained = now - window.free.energy()
     law = window.law
