@@ -413,6 +413,36 @@ def slowing(number: int) -> Scene:
     )
 
 
+def thrown(number: int, *, gives_back: bool = False) -> Scene:
+    """Return the scene of a number: a disc that is thrown on a slope, with spin; now and then it begins in contact.
+
+    Rolling resistance may brake it, or else, by `gives_back`, friction gives back of a slip, turned round or not.
+    """
+    rng = random.Random(f"thrown {number} {gives_back}")
+    angle = rng.choice([0.0, 1.0]) * rng.uniform(-0.6, 0.6)
+    nx, ny = math.sin(angle), math.cos(angle)
+    up, u, into = rng.choice([0.0, rng.uniform(0.1, 1.0)]), rng.uniform(-3.0, 3.0), rng.uniform(0.0, 2.0)
+    inertia = rng.choice([0.4, 0.5, 1.0, *[math.inf] * gives_back])
+    disc = Disc(
+        position_m=((0.5 + up) * nx, (0.5 + up) * ny),
+        velocity_m_s=(u * ny - into * nx, -u * nx - into * ny) if up else (u * ny, -u * nx),
+        radius_m=0.5,
+        spin_rad_s=rng.choice([0.0, rng.uniform(-6.0, 6.0)]) if math.isfinite(inertia) else 0.0,
+        inertia_factor=inertia,
+    )
+    return Scene(
+        name=f"thrown {number}",
+        discs=[disc],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(nx, ny))],
+        wall_restitution=rng.choice([0.0, 0.3, 0.6, rng.uniform(0.05, 0.85)]),
+        wall_friction=rng.choice([0.0, 0.06, 0.1, 0.3, 0.8, 2.0]),
+        wall_rolling_resistance=0.0 if gives_back else rng.choice([0.0, 0.0, 0.05, 0.4]),
+        wall_tangential_restitution=rng.choice([-1.0, -0.5, 0.2, 0.5, 0.9, 1.0]) if gives_back else 0.0,
+        gravity_m_s2=(0.0, -10.0),
+        duration_s=rng.uniform(2.0, 5.0),
+    )
+
+
 SURROUNDS: tuple[list[Wall | Chain | Ring], ...] = (
     [],
     [

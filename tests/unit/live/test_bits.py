@@ -13,10 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, TABLES, drawn
+from tests.drawn import KINDS, TABLES, drawn, thrown
 from tests.lengths import long_after
 from tests.stage import crushed_rows
-from tests.validation.test_certified_contact import drawn_giving_back
 from tests.validation.test_contact import held_in_its_landing
 
 import carom
@@ -284,7 +283,7 @@ def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
     """
     tables = _tables(range(2, 4))  # driven, and driven and falling
     assert len(tables) == 8
-    slips = [(drawn_giving_back(seed), "pic") for seed in range(8)]
+    slips = [(thrown(seed, gives_back=True), "pic") for seed in range(8)]
     slips += [(held_in_its_landing(regain, 1e19), "pic") for regain in (-1.0, 0.5)]
     assert _unlike([*_random(range(1)), *tables, *slips, (_drawn("far out", 37), "pic")]) == []
 
