@@ -31,6 +31,11 @@ def wall_at(x: float, y: float, nx: float, ny: float, **more: Any) -> Wall:
     return Wall(point_m=(x, y), normal=(nx, ny), **more)
 
 
+def on_legs(*legs: tuple[float, tuple[float, float]]) -> dict[str, Any]:
+    """Return the drive of a body that has a velocity from each of some instants on."""
+    return {"legs": [{"from_s": begin, "velocity_m_s": velocity} for begin, velocity in legs]}
+
+
 def staged(name: str, *bodies: Disc | AnyWall, **fields: Any) -> Scene:
     """Return the scene of some bodies; `fields` are the others of a scene."""
     discs = [body for body in bodies if isinstance(body, Disc)]

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from mpmath import mp
 from tests.lengths import long_after
-from tests.stage import crushed_rows, disc_at, staged, wall_at
+from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions
-from tests.validation.test_driven import among_mallets, on_legs
+from tests.validation.test_driven import among_mallets
 
 from carom import Chain, Disc, Scene, certify, solve_pic
 from carom.solvers.certified.result import Degenerate, Ending
@@ -84,19 +84,24 @@ def test_a_disc_falls_on_a_fixed_disc_as_on_a_ring(seeds: range) -> None:
 
 @pytest.mark.parametrize("falls", [False, True])
 def test_what_starts_at_a_touching_disc_strikes_it_at_that_instant(falls: bool) -> None:
-    """A wall, an edge and a mallet that start at 1 s at 2 m/s give 4 m/s at 1 s: proven, with no radius."""
+    """A wall, an edge and a mallet that start at 1 s at 2 m/s give 4 m/s at 1 s: PIC's, and proven, with no radius."""
     legs = on_legs((0.0, (0.0, 0.0)), (1.0, (2.0, 0.0)), (1.5, (0.0, 1.0)))
     edge = Chain(points_m=[(0.0, -9.0), (0.0, 9.0)], **legs)
     mallet = disc_at(-0.5, 0.0, m=math.inf, driven=True, **legs)
     puck, laws = disc_at(0.25, 0.0, r=0.25), {"gravity_m_s2": (0.0, -float(falls)), "duration_s": 2.0}
-    walls = (wall_at(0.0, 0.0, 1.0, 0.0, **legs), edge)
-    scenes = [staged("driven", puck, wall, **laws) for wall in walls]
-    for scene in scenes if falls else [*scenes, staged("driven", puck, mallet, **laws)]:
+    bodies = (wall_at(0.0, 0.0, 1.0, 0.0, **legs), edge, *(() if falls else (mallet,)))  # which the disc falls past
+    for body in bodies:
+        scene = staged("driven", puck, body, **laws)
         certified = certify(scene)
         assert certified.ending is Ending.COMPLETED
-        assert (certified.trace.impacts["time_s"].tolist(), certified.radii["time_s"].tolist()) == ([1.0], [0.0])
-        assert certified.trace.impacts["velocity_first_after"][0, 0] == 4.0
-        assert certified.trace.impacts["velocity_second_after"].tolist() == [[2.0, 0.0]]
+        assert certified.radii["time_s"].tolist() == [0.0]
+        for trace in (certified.trace, solve_pic(scene)):
+            assert trace.impacts["time_s"].tolist() == [1.0]
+            assert trace.impacts["velocity_first_after"][0, 0] == 4.0
+            assert trace.impacts["velocity_second_after"].tolist() == [[2.0, 0.0]]
+            if body is mallet:  # 1 m, and half a metre up
+                assert trace.final_position_m[1].tolist() == [0.5, 0.5]
+                assert trace.final_velocity_m_s[1].tolist() == [0.0, 1.0]
 
 
 def test_an_impact_when_a_wall_turns_that_balls_cannot_place_has_no_certain_answer() -> None:
@@ -146,19 +151,24 @@ def aslant_rows() -> list[tuple[Scene, float]]:
     return [(staged("aslant", *bodies, duration_s=5.0), crushed_s) for bodies, crushed_s in rows]
 
 
-@pytest.mark.parametrize(
-    ("scene", "crushed_s"),
-    long_after(
-        2, [*crushed_rows()[-2:-1], *aslant_rows()[:1], *crushed_rows()[:-2], *crushed_rows()[-1:], *aslant_rows()[1:]]
-    ),
-)
+#: To begin with, the first along an axis, one between finite walls, and one aslant.
+ROWS = [(*crushed_rows(), *aslant_rows())[k] for k in (0, -5, -3, *range(1, 9), 10, -2, -1)]
+
+
+@pytest.mark.parametrize(("scene", "crushed_s"), long_after(3, ROWS))
 def test_a_row_of_discs_that_is_left_no_room_ends_the_run_by_name(scene: Scene, crushed_s: float) -> None:
-    """Along an axis as PIC has it, and aslant, where floats leave the line: the room over the speed of closing."""
+    """It is crushed when what is free of its line is gone, PIC's too but aslant, where floats leave the line."""
     certified = certify(scene)
     assert certified.degeneracy is not None
     assert certified.degeneracy.kind is Degenerate.CRUSH
     assert certified.trace.outcome is Outcome.CRUSHED
     assert certified.degeneracy.earliest_s <= certified.degeneracy.latest_s == pytest.approx(crushed_s, rel=1e-15)
+    if scene.name != "aslant":
+        trace, shorter = (solve_pic(scene.model_copy(update={"duration_s": end})) for end in (8.0, crushed_s - 0.125))
+        assert trace.outcome is Outcome.CRUSHED
+        assert float(trace.notes[0].rpartition(" at ")[2].removesuffix(" s")) == pytest.approx(crushed_s, rel=1e-15)
+        assert trace.end_time_s <= crushed_s
+        assert shorter.outcome is Outcome.COMPLETED  # till then impacts have a number
 
 
 @pytest.mark.long
