@@ -12,8 +12,10 @@ import os
 import signal
 import socket
 import sys
+import tempfile
 from collections.abc import Callable, Generator, Iterator
 from functools import cache
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -30,6 +32,10 @@ settings.register_profile("carom", deadline=None, derandomize=True, max_examples
 settings.register_profile("more", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("search", deadline=None, max_examples=2000, print_blob=True)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "carom"))
+
+#: Where files lie in memory on Linux, and how much of it the tests may need at most, sparse files and all.
+MEMORY = Path("/dev/shm")  # noqa: S108 - each session has a folder of its own in it
+ROOM_BYTES = 2**30
 
 # Hundreds of commands are asked of one program: its options are read off its functions once.
 pytest.MonkeyPatch().setattr("typer.main.get_command", cache(get_command))
@@ -60,10 +66,15 @@ def _template() -> Template:
 def pytest_configure(config: pytest.Config) -> None:
     """Let workers be forked, as by the command, but in long tests and where lines are counted: there each is started.
 
+    Let short tests write in memory where it has room, unless told where: each line of a journal waits for a disk.
     Refuse to test an extension that was built from other sources than those beside it.
     """
-    short = str(config.getoption("markexpr")).startswith("not long")
-    if sys.platform == "linux" and short and not config.getoption("cov_source", None):
+    short = sys.platform == "linux" and str(config.getoption("markexpr")).startswith("not long")
+    if short and MEMORY.is_dir() and "TMPDIR" not in os.environ:
+        room = os.statvfs(MEMORY)
+        if room.f_bavail * room.f_frsize > ROOM_BYTES and not room.f_flag & os.ST_NOEXEC:
+            os.environ["TMPDIR"], tempfile.tempdir = str(MEMORY), None
+    if short and not config.getoption("cov_source", None):
         pytest.MonkeyPatch().setattr(Template, "forked", _template)
     try:
         from carom.built import DIGEST

@@ -88,12 +88,14 @@ class Fault(NamedTuple):
 
 def faults_in(root: Path) -> list[Fault]:
     """Return all faults that the sources of all rooms have room for, by path and line."""
-    found = list[Fault]()
-    for room, (patterns, _) in ROOMS.items():
-        for path in sorted({path for pattern in patterns for path in root.glob(pattern) if path.suffix != ".pyi"}):
-            if path.suffix in (".py", ".pyx", ".pxd"):
-                found += _faults_of(room, path.relative_to(root).as_posix(), path.read_text())
-    return list({fault.key: fault for fault in found}.values())
+    return list({fault.key: fault for room in ROOMS for fault in faults_of(root, room)}.values())
+
+
+def faults_of(root: Path, room: str) -> Iterator[Fault]:
+    """Yield the faults of one room, each as it is found."""
+    for path in sorted({path for pattern in ROOMS[room].sources for path in root.glob(pattern)}):
+        if path.suffix in (".py", ".pyx", ".pxd"):
+            yield from _faults_of(room, path.relative_to(root).as_posix(), path.read_text())
 
 
 def _faults_of(room: str, path: str, text: str) -> Iterator[Fault]:

@@ -66,7 +66,8 @@ def changed_lines(code: str, before: str) -> str:
 
 
 def _source(code: str, statement: ast.stmt) -> str:
-    return ast.get_source_segment(code, statement) or ""
+    *before, last = code.split("\n")[statement.lineno - 1 : statement.end_lineno]
+    return "\n".join([*before, last.encode()[: statement.end_col_offset].decode()])
 
 
 def _names(statement: ast.stmt, context: type[ast.expr_context]) -> Iterator[str]:
