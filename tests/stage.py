@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, TypeVar
 
 from carom import Chain, Disc, Ring, Scene, Trace, Wall
+from carom.adapter import Adapter, Observation
 from carom.walls import AnyWall
 
 T = TypeVar("T")
+
+#: What the fixtures `named`, `drive` and `finish` are.
+Named = Callable[[str], Adapter]
+Drive = Callable[..., list[Observation]]
+Finish = Callable[..., Observation]
 
 
 def sure(value: T | None) -> T:

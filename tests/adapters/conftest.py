@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
+from tests.stage import Named
 
 from carom.adapter import Adapter
 from carom.registry import load_adapter
@@ -14,12 +13,12 @@ ENGINES = [name for name in NAMES if load_adapter(name).engine.module]
 
 
 @pytest.fixture(params=NAMES)
-def adapter(request: pytest.FixtureRequest, named: Callable[[str], Adapter]) -> Adapter:
+def adapter(request: pytest.FixtureRequest, named: Named) -> Adapter:
     """Each of Carom's adapters in turn."""
     return named(request.param)
 
 
 @pytest.fixture(params=ENGINES)
-def engine(request: pytest.FixtureRequest, named: Callable[[str], Adapter]) -> Adapter:
+def engine(request: pytest.FixtureRequest, named: Named) -> Adapter:
     """Each adapter of an external engine in turn."""
     return named(request.param)

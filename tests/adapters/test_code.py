@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -15,15 +14,13 @@ from tests.adapters.pasted import State, adapters_end, programs_end
 from tests.adapters.staged import along_a_floor
 from tests.hazards.measures import ENGINES
 from tests.lengths import each, long_after
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import Named, disc_at, staged, wall_at
 
 from carom import Chain, Scene, Wall
-from carom.adapter import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
+from carom.adapter import AdapterError, CodedAdapter, Need, unsupported_reason
 from carom.registry import adapter_points, load_adapter
 from carom.runs.step_code import step_lines
 from carom.scenes import all_scenes
-
-Named = Callable[[str], Adapter]
 
 WRITING = ["pymunk", "pybullet", "mujoco", "box2d"]
 #: Their programs are run in tests/engines.

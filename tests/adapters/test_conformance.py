@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from tests.adapters.conftest import NAMES
 from tests.hazards.measures import ENGINES
 from tests.lengths import long_after
+from tests.stage import Named
 
-from carom.adapter import Adapter
 from carom.runs.plan import DEFAULT_PROFILES
 
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
@@ -39,9 +38,7 @@ PROFILES = {
         *(pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if name not in NAMES),
     ],
 )
-def test_adapter_conforms_but_for_its_known_failures(
-    name: str, named: Callable[[str], Adapter], tmp_path: Path
-) -> None:
+def test_adapter_conforms_but_for_its_known_failures(name: str, named: Named, tmp_path: Path) -> None:
     """`pytest --carom-engine` passes in a folder without tests: what fails is listed, with its reason."""
     named(name)
     known = KNOWN_FAILURES if name in NAMES else OF_ENGINES / f"{name}-known-failures.toml"

@@ -12,16 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage
+from tests.stage import Named
 
 import carom
 from carom import compare, solve_pic, solve_pit
-from carom.adapter import Adapter
 from carom.comparator.grades import Grade
 from carom.runs.observe import observe_run
 
 pytestmark = pytest.mark.long
 
-Named = Callable[[str], Adapter]
 
 DT_S, RADIUS_M, G = 1 / 240, 0.5, 10.0
 

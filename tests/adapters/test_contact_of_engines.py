@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, on_a_floor, speeds_at_rest, take_offs
+from tests.stage import Finish, Named
 
 from carom import Chain, Disc, Scene
-from carom.adapter import Adapter, Observation, Setting
+from carom.adapter import Adapter, Setting
 
 pytestmark = pytest.mark.long
 
-Named = Callable[[str], Adapter]
-Finish = Callable[..., Observation]
 
 RATE_HZ = 240.0
 

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from tests.adapters.widths import width
 from tests.lengths import each
+from tests.stage import Finish
 
 from carom import Disc, Scene, Wall
-from carom.adapter import Adapter, Observation
-
-Finish = Callable[..., Observation]
+from carom.adapter import Adapter
 
 DT_S, STEPS = 1 / 64, 64
 

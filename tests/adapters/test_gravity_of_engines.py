@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from tests.adapters.widths import width
 from tests.lengths import each, long_after
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import Finish, disc_at, staged, wall_at
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, Observation
+from carom.adapter import Adapter
 from carom.runs.job import Job, Method, UnsupportedError
 from carom.runs.observe import able_adapter, observe_run
-
-Finish = Callable[..., Observation]
 
 G = (0.5, -9.81)
 

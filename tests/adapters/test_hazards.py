@@ -8,14 +8,14 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.hazards.spread import starts_of
 from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.stage import Named, disc_at, staged
 
 import carom
 from carom import Scene
@@ -30,8 +30,6 @@ from carom.runs.results import Row
 from carom.scenes import all_scenes
 from carom.studies.cross_check.explain import explain
 from carom.trace import Outcome
-
-Named = Callable[[str], Adapter]
 
 #: Beyond what any engine simulates; each is refused by its adapter, or by the scene itself.
 NAN, INF = math.nan, math.inf

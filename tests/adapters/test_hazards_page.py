@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -10,11 +9,10 @@ from tests.hazards.measures import CHAOTIC, ENGINES, FINDINGS, Figure, measured
 from tests.hazards.page import SHOWN_TO, lines_of, ranges, with_engines
 from tests.hazards.spread import Spread
 from tests.lengths import long_after
+from tests.stage import Named
 
-from carom.adapter import Adapter
 from carom.pages.wording import percent
 
-Named = Callable[[str], Adapter]
 PAGE = Path(__file__).parents[2] / "docs" / "hazards.md"
 NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
 #: Those that are no part of `all`, run with `-m engines`.

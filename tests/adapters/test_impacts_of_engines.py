@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, staged
+from tests.stage import Named, disc_at, staged
 
 from carom import Scene
 from carom.adapter import Adapter
 from carom.runs.observe import observe_run
-
-Named = Callable[[str], Adapter]
 
 
 def _head_on() -> Scene:

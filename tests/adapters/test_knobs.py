@@ -11,14 +11,12 @@ import pytest
 from tests.adapters.staged import along_a_floor, break_, cradle, oblique
 from tests.adapters.widths import width
 from tests.lengths import each
+from tests.stage import Finish, Named
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, Observation, Setting
+from carom.adapter import Adapter, Setting
 from carom.adapter import Knob as SearchedKnob
 from carom.scenes import catalogue
-
-Finish = Callable[..., Observation]
-Named = Callable[[str], Adapter]
 
 
 def test_every_knob_is_taken_at_its_ends(engine: Adapter) -> None:

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from tests.adapters.widths import width
 from tests.lengths import long_after
-from tests.stage import disc_at, staged
+from tests.stage import Named, disc_at, staged
 
 from carom import compare, solve_pic
 from carom.adapter import Adapter, CuttableWorld
 from carom.runs.observe import observe_run
 from carom.scenes import catalogue
-
-Named = Callable[[str], Adapter]
 
 #: A time is a position over a speed: the bodies' coordinates (at most 4 m here) are rounded by half an ulp at each of
 #: 90 steps, and the slowest approach is 1 m/s. 64-bit floats: 4e-14. The instants of a path of many impacts add up.

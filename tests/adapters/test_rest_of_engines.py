@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
 from tests.lengths import long_after
+from tests.stage import Finish, Named
 
 from carom import Disc
 from carom.adapter import Adapter, AdapterError, Observation, Setting
-
-Named = Callable[[str], Adapter]
-Finish = Callable[..., Observation]
 
 RATES_HZ = [60.0, 240.0]
 

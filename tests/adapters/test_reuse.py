@@ -8,11 +8,10 @@ from collections.abc import Callable
 
 import pytest
 from tests.adapters.staged import break_, oblique
+from tests.stage import Named
 
 from carom import Scene
 from carom.adapter import Adapter
-
-Named = Callable[[str], Adapter]
 
 #: Each scene with each profile, once, in a process that has run nothing before: no two have a structure in common, so
 #: that nothing can have been used again.

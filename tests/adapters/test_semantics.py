@@ -14,15 +14,11 @@ import pytest
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
 from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.stage import Drive, Finish, Named, disc_at, staged
 
 from carom import Scene, solve_pit
 from carom.adapter import Adapter, AdapterError, Observation, Stamp, unsupported_reason
 from carom.runs.plan import capabilities_of
-
-Finish = Callable[..., Observation]
-Drive = Callable[..., list[Observation]]
-Named = Callable[[str], Adapter]
 
 
 def _head_on(closing_m_s: float, restitution: float = 1.0) -> Scene:

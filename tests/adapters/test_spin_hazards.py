@@ -16,11 +16,8 @@ import pytest
 from tests.adapters import bare
 from tests.adapters.bare import DT_S, LATE, RADIUS_M, Left, Thrown
 from tests.lengths import each, long_after
+from tests.stage import Named
 from tests.validation.exact_impact import Body, Law, after_impact
-
-from carom.adapter import Adapter
-
-Named = Callable[[str], Adapter]
 
 FLOOR = Body((0, 0), 0, math.inf, math.inf, (0, 0))
 

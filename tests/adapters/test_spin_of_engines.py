@@ -6,7 +6,6 @@ The law is that of `tests.validation.exact_impact`, in rational numbers.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,16 +13,12 @@ import pytest
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
 from tests.lengths import each, long_after
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import Drive, Finish, Named, disc_at, staged, wall_at
 from tests.validation.exact_impact import Body, Law, after_impact
 
 from carom import Disc, Scene, solve_pit
-from carom.adapter import Adapter, AdapterError, Observation
+from carom.adapter import Adapter, AdapterError
 from carom.runs.observe import observe_run
-
-Finish = Callable[..., Observation]
-Drive = Callable[..., list[Observation]]
-Named = Callable[[str], Adapter]
 
 #: When the bodies of a scene touch, seconds.
 TOUCH_S = 0.2

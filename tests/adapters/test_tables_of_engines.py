@@ -11,14 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import each
-from tests.stage import disc_at, staged
+from tests.stage import Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, AdapterError, Observation
+from carom.adapter import AdapterError
 from carom.runs.observe import observe_run
-
-Named = Callable[[str], Adapter]
-Finish = Callable[..., Observation]
 
 RATE_HZ, SLOWER = 240.0, 0.8
 

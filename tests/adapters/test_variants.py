@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 
 import numpy as np
 import pytest
 from tests.adapters.staged import bullet
 from tests.lengths import each, long_after
+from tests.stage import Named
 
 import carom
 from carom import Disc, Scene, compare, solve_pic
@@ -21,7 +21,6 @@ from carom.runs.plan import missing_profile_reason
 from carom.scenes import catalogue
 from carom.studies.cross_check.document import cross_check_document
 
-Named = Callable[[str], Adapter]
 SWEPT = ["pybullet", "mujoco", "box2d"]
 SOLID = ["pybullet", "mujoco"]
 BUILT_IN = ["pic", "pit", "pymunk", *SWEPT]

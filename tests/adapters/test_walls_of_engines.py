@@ -21,15 +21,13 @@ from tests.adapters.staged import (
     with_a_late_leg,
 )
 from tests.lengths import long_after
+from tests.stage import Finish, Named
 
 from carom import Chain, Disc, Ring, Scene, Wall, cross_check
-from carom.adapter import Adapter, AdapterError, Observation, unsupported_reason
+from carom.adapter import AdapterError, unsupported_reason
 from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
-
-Finish = Callable[..., Observation]
-Named = Callable[[str], Adapter]
 
 STARTS = 16
 

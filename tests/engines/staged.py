@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from tests.hazards.spread import starts_of
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, Observation
+from carom.adapter import Observation
 
 #: Starts of each test, spread evenly over a step.
 STARTS = 16
 PHASES = tuple(k / STARTS for k in range(STARTS))
-
-Named = Callable[[str], Adapter]
-Drive = Callable[..., list[Observation]]
-Finish = Callable[..., Observation]
 
 
 def head_on(speed_m_s: float, radius_m: float = 0.5, phase: float = 0.0, dt_s: float = 1 / 60) -> Scene:

@@ -1,23 +1,22 @@
-"""Settings to paste of the engines that `make engines` installs: each program gives the adapter's own digits."""
+"""Engines that `make engines` installs: what each ships, and settings to paste with the adapter's digits."""
 
 from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 from tests.adapters.pasted import adapters_end, programs_end
-from tests.stage import disc_at, staged, wall_at
+from tests.adapters.shipped import assert_default_is_shipped, worst_difference
+from tests.engines.shipped import OF_ENGINES
+from tests.stage import Named, disc_at, staged, wall_at
 
 import carom_adapters.npm
 from carom import Chain, Scene, Wall
-from carom.adapter import Adapter, CodedAdapter, Need, unsupported_reason
+from carom.adapter import CodedAdapter, Need, unsupported_reason
 from carom.scenes import all_scenes
-
-Named = Callable[[str], Adapter]
 
 #: Adapters of packages, and of programs of node.
 PYTHON, NODE = (
@@ -94,3 +93,18 @@ def test_what_is_pasted_gives_the_adapters_digits(named: Named, name: str, tmp_p
             np.testing.assert_array_equal(found, expected)
             compared += 1
         assert compared >= 3
+
+
+@pytest.mark.parametrize("name", OF_ENGINES)
+def test_default_uses_what_is_shipped(name: str, named: Named) -> None:
+    """Each value that `default` uses is the engine's own, read from it, but for what the profile lists as changed."""
+    adapter = named(name)
+    assert_default_is_shipped(adapter, OF_ENGINES[name]())
+
+
+@pytest.mark.parametrize("name", OF_ENGINES)
+def test_default_runs_as_the_bare_engine(name: str, named: Named) -> None:
+    """Discs end where the bare engine has them, of which only what is listed is changed, to the roundings of a turn."""
+    adapter = named(name)
+    shipped = OF_ENGINES[name]()
+    assert worst_difference(adapter, shipped) <= shipped.roundings

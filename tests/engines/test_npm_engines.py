@@ -9,17 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.engines.staged import (
-    PHASES,
-    STARTS,
-    Drive,
-    Finish,
-    Named,
-    after_oblique,
-    at_starts,
-    head_on,
-    oblique,
-)
+from tests.engines.staged import PHASES, STARTS, after_oblique, at_starts, head_on, oblique
+from tests.stage import Drive, Finish, Named
 
 from carom import Disc, Scene
 from carom.adapter import Adapter

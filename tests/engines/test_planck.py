@@ -1,26 +1,22 @@
-"""Planck: event-driven where it is asked to be; contacts below its threshold, walls, long moves where it is not."""
+"""Planck: event-driven where it is asked to be; slow contacts, walls, long moves, dumps, settings that are found."""
 
 from __future__ import annotations
 
+import json
 import math
 import statistics
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.engines.staged import (
-    PHASES,
-    STARTS,
-    Drive,
-    Finish,
-    Named,
-    after_oblique,
-    at_starts,
-    energy_part,
-    head_on,
-    oblique,
-)
+from tests.engines.staged import PHASES, STARTS, after_oblique, at_starts, energy_part, head_on, oblique
+from tests.stage import Drive, Finish, Named
+from tests.unit.studies.tune.by_hand import assert_as_good, merits
 
+import carom_adapters
 from carom import Disc, Scene, Wall
+from carom.runs.imported import import_scene
 from carom.scenes import all_scenes
 
 #: Rounding of a velocity after an impact at speeds of some metres a second.
@@ -139,3 +135,51 @@ def test_planck_as_shipped_turns_no_disc_more_than_a_quarter_turn_a_step(named: 
     assert end.spin_rad_s is not None
     assert end.spin_rad_s[0] == pytest.approx(-math.pi / 2 * 60, rel=1e-9)
     assert "rad a step" in end.warning
+
+
+DUMP = Path(__file__).parents[1] / "unit" / "runs" / "data" / "planck-1.5.0.json"
+NPM = Path(carom_adapters.__file__).parent / "npm"
+
+#: Prints place, velocity, spin, mass and inertia of each body with a circle alone, as Planck's own loader has it.
+LOADED = """
+import { Serializer } from "planck";
+import { readFileSync } from "node:fs";
+const world = Serializer.fromJson(JSON.parse(readFileSync(process.argv[1], "utf8")));
+const found = [];
+for (let body = world.getBodyList(); body; body = body.getNext()) {
+  if (body.getFixtureList().getType() !== "circle") continue;
+  const [p, v] = [body.getWorldCenter(), body.getLinearVelocity()];
+  const radius = body.getFixtureList().getShape().getRadius();
+  found.push([p.x, p.y, v.x, v.y, body.getAngularVelocity(), radius, body.getMass(), body.getInertia()]);
+}
+console.log(JSON.stringify(found));
+"""
+
+
+def test_what_is_imported_is_what_planck_loads() -> None:
+    """Place, velocity, spin, radius, mass and moment of inertia of each disc are those of Planck's own loader."""
+    if not (NPM / "node_modules" / "planck").is_dir():
+        pytest.skip("planck is not installed: make engines")
+    command = ["node", "--input-type=module", "-e", LOADED, str(DUMP)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=NPM)
+    loaded = sorted(json.loads(done.stdout))
+    discs = sorted(import_scene(DUMP).scene.discs, key=lambda disc: disc.position_m)
+    assert len(loaded) == len(discs) == 2
+    for (x, y, vx, vy, spin, radius, mass, inertia), disc in zip(loaded, discs, strict=True):
+        assert (disc.position_m, disc.velocity_m_s, disc.spin_rad_s) == ((x, y), (vx, vy), spin)
+        assert disc.radius_m == radius
+        if disc.immovable:
+            assert mass == 0.0  # how Planck spells it
+        else:  # a product of three, and one of two more
+            assert disc.mass_kg == pytest.approx(mass, rel=2**-50)
+            assert disc.inertia_factor * disc.mass_kg * radius**2 == pytest.approx(inertia, rel=2**-50)
+
+
+def test_plancks_settings_are_found_as_good_as_by_hand(named: Named) -> None:
+    """On `classics` no more scenes are wrong, and no fewer exact or close, than with any profile written by hand.
+
+    So it finds by itself that with bullets and a slop of next to nothing Planck is event-driven.
+    """
+    named("planck")
+    found, written = merits("planck", ["tuned", "swept", "event-driven"], 60)
+    assert_as_good(found, written)

@@ -8,8 +8,9 @@ import math
 import numpy as np
 import pytest
 from tests.planted.faults import DT, ROW, SPEED, faithful
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Trace, Wall, compare, solve_pic
+from carom import Scene, Trace, compare, solve_pic
 from carom.comparator import Grade, Verdict
 from carom.comparator.consistency import Consistency
 from carom.registry import load_adapter
@@ -67,7 +68,7 @@ def test_what_bodies_close_in_a_step_is_explained_and_still_said() -> None:
 
 def test_the_rounding_of_narrow_floats_is_no_drift() -> None:
     """Positions and velocities kept in 32 bits, a rounding a step, contradict nothing; what is more than that does."""
-    scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(0.1, 0.3), radius_m=0.5)], duration_s=100.0)
+    scene = staged("long", disc_at(0, 0, 0.1, 0.3), duration_s=100.0)
     reference, steps = solve_pic(scene), 60 * 100
     place, velocity = np.zeros(2, np.float32), np.array([0.1, 0.3], np.float32)
     for _ in range(steps):
@@ -94,12 +95,7 @@ def test_the_rounding_of_narrow_floats_is_no_drift() -> None:
 
 def falling(duration_s: float = 1.0) -> tuple[Scene, Trace, Trace]:
     """A thrown disc without impacts, its reference, and a run by semi-implicit Euler."""
-    scene = Scene(
-        name="thrown",
-        discs=[Disc(position_m=(0, 0), velocity_m_s=(3, 2), radius_m=0.5)],
-        gravity_m_s2=(0, -10),
-        duration_s=duration_s,
-    )
+    scene = staged("thrown", disc_at(0, 0, 3, 2), gravity_m_s2=(0, -10), duration_s=duration_s)
     reference, steps = solve_pic(scene), round(duration_s / DT)
     lower = np.array([[0.0, -10 * DT * duration_s / 2]])
     euler = dataclasses.replace(reference, final_position_m=reference.final_position_m + lower, dt_s=DT)
@@ -128,9 +124,9 @@ def test_turning_while_falling_is_seen_across_the_pull() -> None:
 
 def test_discs_that_rest_on_the_floor_do_not_turn() -> None:
     """What an engine does after its disc has come to rest, where gravity is answered step by step, is no turn."""
-    ball = Disc(position_m=(0, 2), radius_m=1)
-    floor = Wall(point_m=(0, 0), normal=(0, 1))
-    scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
+    ball = disc_at(0, 2, r=1)
+    floor = wall_at(0, 0, 0, 1)
+    scene = staged("rests", ball, floor, wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
     reference = solve_pic(scene)
     score = compare(reference, observe_run(load_adapter("pic"), scene, "tuned", DT), horizon=reference.end_time_s)
     assert score.verdicts == (Verdict.CONFORMS, Verdict.RESTED)

@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 import pytest
-from tests.stage import altered, disc_at
+from tests.stage import altered, disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall, compare, solve_pic
+from carom import Scene, compare, solve_pic
 from carom.comparator import Verdict
 from carom.comparator.convention import admissible_outcomes, first_group
 from carom.scenes import catalogue, find_scenes
@@ -18,10 +18,9 @@ from carom.walls import Leg
 
 def cradle(discs: int, restitution: float = 1.0) -> Scene:
     """One disc strikes a row of touching ones."""
-    return Scene(
-        name="cradle",
-        discs=[Disc(position_m=(-2, 0), velocity_m_s=(1, 0), radius_m=0.5)]
-        + [Disc(position_m=(k, 0), radius_m=0.5) for k in range(discs - 1)],
+    return staged(
+        "cradle",
+        *([disc_at(-2, 0, 1)] + [disc_at(k, 0) for k in range(discs - 1)]),
         restitution=restitution,
         duration_s=3,
     )
@@ -51,11 +50,8 @@ def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
     In turn, with equal masses: (0, -1/2) becomes (-1/2, 0), at a wall of 1/2 m/s (3/2, 0), (0, 3/2) and (1, 3/2).
     """
     legs = (Leg(from_s=0.0, velocity_m_s=(0.25, 0.0)), Leg(from_s=1.0, velocity_m_s=(0.5, 0.0)))
-    scene = Scene(
-        name="squeeze",
-        discs=[disc_at(0.75, 0.0), disc_at(2.75, 0.0, -0.5)],
-        walls=[Wall(point_m=(-0.5, 0.0), normal=(1.0, 0.0), legs=legs)],
-        duration_s=4.0,
+    scene = staged(
+        "squeeze", disc_at(0.75, 0.0), disc_at(2.75, 0.0, -0.5), wall_at(-0.5, 0.0, 1.0, 0.0, legs=legs), duration_s=4.0
     )
     group = first_group(solve_pic(scene))
     assert group is not None

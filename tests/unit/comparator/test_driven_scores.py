@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import each, long_after
+from tests.stage import disc_at, staged, wall_at
 
 import carom
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
@@ -24,11 +25,8 @@ from carom.walls import Leg
 
 def paddle() -> Scene:
     """A disc that comes at 2 m/s to a wall that comes at 1 m/s: they meet after 1 s."""
-    return Scene(
-        name="paddle",
-        discs=[Disc(position_m=(3.5, 0.0), velocity_m_s=(-2.0, 0.0), radius_m=0.5)],
-        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))],
-        duration_s=2.0,
+    return staged(
+        "paddle", disc_at(3.5, 0.0, -2.0), wall_at(0.0, 0.0, 1.0, 0.0, velocity_m_s=(1.0, 0.0)), duration_s=2.0
     )
 
 
@@ -92,13 +90,9 @@ def test_energy_is_measured_by_what_the_paddle_gives() -> None:
 def test_each_step_knows_on_which_leg_a_wall_is(begins: float, late: float, edge: bool) -> None:
     """A wall that starts at 1 s, within a step, strikes a disc that it touches: what turns it sooner is early."""
     legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 1.0, "velocity_m_s": (1.5, 0.0)})
-    wall = (
-        Chain(points_m=((0.0, -1.0), (0.0, 1.0)), legs=legs)
-        if edge
-        else Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
-    )
-    disc = Disc(position_m=(0.5, 0.0), radius_m=0.5)
-    scene = Scene(name="starts", discs=[disc], walls=[wall], duration_s=2.0)
+    wall = Chain(points_m=((0.0, -1.0), (0.0, 1.0)), legs=legs) if edge else wall_at(0.0, 0.0, 1.0, 0.0, legs=legs)
+    disc = disc_at(0.5, 0.0)
+    scene = staged("starts", disc, wall, duration_s=2.0)
     watch = StepWatch(scene, 0.3, 64)
     for step in range(1, 7):
         time_s = step * 0.3
@@ -134,10 +128,10 @@ def test_each_step_is_held_against_the_wall_where_it_is_then(
 
 def test_a_thin_paddle_that_passes_a_disc_has_missed_it() -> None:
     """A disc that a moving edge goes through, step by step as if nothing were there, is a missed impact."""
-    scene = Scene(
-        name="swatter",
-        discs=[Disc(position_m=(0.0, 0.0), radius_m=0.125)],
-        walls=[Chain(points_m=((-4.0, -1.0), (-4.0, 1.0)), velocity_m_s=(16.0, 0.0))],
+    scene = staged(
+        "swatter",
+        disc_at(0.0, 0.0, r=0.125),
+        Chain(points_m=((-4.0, -1.0), (-4.0, 1.0)), velocity_m_s=(16.0, 0.0)),
         duration_s=0.5,
     )
     watch = StepWatch(scene, 1 / 16, 64)
@@ -159,12 +153,7 @@ def test_a_trace_in_which_a_driven_wall_moves_otherwise_is_refused() -> None:
 
 def test_impacts_after_the_end_are_not_asked_for() -> None:
     """Where the last step reaches beyond the scene's end, an impact beyond it is none."""
-    scene = Scene(
-        name="late",
-        discs=[Disc(position_m=(1.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5)],
-        walls=[Wall(point_m=(3.505, 0.0), normal=(-1.0, 0.0))],
-        duration_s=2.004,
-    )
+    scene = staged("late", disc_at(1.0, 0.0, 1.0), wall_at(3.505, 0.0, -1.0, 0.0), duration_s=2.004)
     (row,) = carom.cross_check([scene], ["pit"], dts=[1 / 60], timing=False, pool=InProcess()).rows
     assert row.trace is not None
     assert len(row.trace.impacts) == 0
@@ -174,13 +163,11 @@ def test_impacts_after_the_end_are_not_asked_for() -> None:
 
 def crush() -> Scene:
     """A disc at rest between a wall and one that comes at 1 m/s, which leaves it no room from 2 s on."""
-    return Scene(
-        name="crush",
-        discs=[Disc(position_m=(1.0, 0.0), radius_m=0.25)],
-        walls=[
-            Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
-            Wall(point_m=(2.5, 0.0), normal=(-1.0, 0.0), velocity_m_s=(-1.0, 0.0)),
-        ],
+    return staged(
+        "crush",
+        disc_at(1.0, 0.0, r=0.25),
+        wall_at(0.0, 0.0, 1.0, 0.0),
+        wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0)),
         duration_s=3.0,
     )
 
@@ -199,9 +186,9 @@ def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_
 
 _SLANT = (0.6, 0.8)
 _PRESSES = {
-    "half-plane": Wall(point_m=(2.5, 0.0), normal=(-1.0, 0.0), velocity_m_s=(-1.0, 0.0)),
+    "half-plane": wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0)),
     "edge": Chain(points_m=((2.5, -1.1), (2.5, 1.2)), velocity_m_s=(-1.0, 0.0)),
-    "disc": Disc(position_m=(3.0, 0.0), velocity_m_s=(-1.0, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True),
+    "disc": disc_at(3.0, 0.0, -1.0, m=math.inf, driven=True),
 }
 
 
@@ -233,14 +220,14 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
     monkeypatch.setattr(judge, "exact_run", asked)
     monkeypatch.setattr(bodies, "MOST_IMPACTS", 50)  # of the window in which it is crushed
     things = [
-        placed(Disc(position_m=(1.25, 0.0), velocity_m_s=(-0.5, 0.0), radius_m=0.25)),
+        placed(disc_at(1.25, 0.0, -0.5, r=0.25)),
         placed(crush().walls[0]),
         placed(press),
     ]
-    scene = Scene(
-        name="crush",
-        discs=[thing for thing in things if isinstance(thing, Disc)],
-        walls=[thing for thing in things if not isinstance(thing, Disc)],
+    scene = staged(
+        "crush",
+        *[thing for thing in things if isinstance(thing, Disc)],
+        *[thing for thing in things if not isinstance(thing, Disc)],
         duration_s=3.0,
     )
     dt_s = 0.01
@@ -285,8 +272,8 @@ def test_normals_after_a_crush_are_not_asked_for() -> None:
 def test_an_impact_with_a_disc_on_a_broken_line_has_no_local_error(legs: tuple[float, ...], scored: int) -> None:
     """Where it was before the impact is not told by a straight path; on one leg it is."""
     path = [Leg(from_s=begin_s, velocity_m_s=(-0.5, 0.0)) for begin_s in legs]
-    mallet = Disc(position_m=(2.5, 0.0), radius_m=0.5, mass_kg=math.inf, driven=True, legs=path)
-    disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5)
-    truth = solve_pic(Scene(name="mallet", discs=[disc, mallet], duration_s=2.0))
+    mallet = disc_at(2.5, 0.0, m=math.inf, driven=True, legs=path)
+    disc = disc_at(0.0, 0.0, 1.0)
+    truth = solve_pic(staged("mallet", disc, mallet, duration_s=2.0))
     assert len(truth.impacts) == 1
     assert compare(truth, truth).local.scored == scored

@@ -8,9 +8,9 @@ import math
 import numpy as np
 import pytest
 from tests.lengths import each
-from tests.stage import disc_at, wall_at
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Trace, Wall, compare, solve_pic, solve_pit
+from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.convention import admissible_outcomes, first_group
 from carom.comparator.horizon import estimate_horizon
@@ -187,9 +187,9 @@ def test_a_method_that_knows_no_friction_is_called_inaccurate() -> None:
 
 def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
     """A disc that spins at a million rad/s and slides is held to the speed of discs in velocity, of rims in spin."""
-    disc = Disc(position_m=(0.0, 2.0), velocity_m_s=(3.0, -2.0), radius_m=1.0, spin_rad_s=1e6)
-    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
-    scene = Scene(name="top", discs=[disc], walls=[floor], wall_friction=0.1, duration_s=1.0)
+    disc = disc_at(0.0, 2.0, 3.0, -2.0, r=1.0, spin_rad_s=1e6)
+    floor = wall_at(0.0, 0.0, 0.0, 1.0)
+    scene = staged("top", disc, floor, wall_friction=0.1, duration_s=1.0)
     truth = solve_pic(scene)
     # f (1 + e) w_n = 0.4, and the floor drives a disc that spins counterclockwise backwards.
     np.testing.assert_allclose(truth.final_velocity_m_s[0], (2.6, 2.0), rtol=1e-15)
@@ -224,7 +224,7 @@ def test_the_corner_has_two_outcomes_with_friction() -> None:
 def test_spin_alone_costs_sampling_nothing() -> None:
     """Without friction a spin stays what it was: PIT is late, and its spins are right to the bit."""
     discs = [disc_at(0, 0, 4, 0, spin_rad_s=3.0), disc_at(3, 0.25, spin_rad_s=-1.0)]
-    scene = Scene(name="smooth", discs=discs, duration_s=2.0)
+    scene = staged("smooth", *discs, duration_s=2.0)
     truth, pit = solve_pic(scene), solve_pit(scene)
     result = compare(truth, pit, sampling=pit)
     assert result.total.spin == result.total.final_spin == 0.0
@@ -237,12 +237,7 @@ def test_horizons_end_where_spins_part() -> None:
     assert estimate_horizon(solve_pic(scene_named("slide"))) is None
     rng = np.random.default_rng(1)
     discs = [
-        Disc(
-            position_m=(2.0 * x, 2.0 * y),
-            velocity_m_s=tuple(rng.normal(size=2)),
-            radius_m=0.5,
-            spin_rad_s=float(rng.normal()),
-        )
+        disc_at(2.0 * x, 2.0 * y, velocity_m_s=tuple(rng.normal(size=2)), spin_rad_s=float(rng.normal()))
         for x in range(4)
         for y in range(4)
     ]

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import each
+from tests.stage import disc_at, wall_at
 
-from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
+from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
 from carom.runs.wire import CarriedTrace, Codec
 from carom.trace import EdgeKind, Trace
 
@@ -35,7 +36,7 @@ def test_a_wall_without_thickness_lets_nothing_through() -> None:
     """A disc of a millimetre at 1e6 m/s comes back from a line, from either side."""
     line = Chain(points_m=[(0, -1), (0, 1)])
     for side in (-1.0, 1.0):
-        disc = Disc(position_m=(side * 10, 0.1), velocity_m_s=(-side * 1e6, 0), radius_m=1e-3)
+        disc = disc_at(side * 10, 0.1, -side * 1e6, r=1e-3)
         trace = solve_pic(table(disc, line, duration_s=1.0))
         assert trace.impacts["time_s"].tolist() == [9.999e-6]
         assert trace.final_velocity_m_s.tolist() == [[side * 1e6, 0.0]]
@@ -46,13 +47,13 @@ def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
     """A floor in four pieces is one face; its impacts are on the piece below the disc, at a seam on the lower one."""
     floor = Chain(points_m=[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)])
     for x, edge in ((0.5, 0), (1.0, 0), (2.5, 2), (3.75, 3)):
-        trace = solve_pic(table(Disc(position_m=(x, 2), velocity_m_s=(0, -1), radius_m=0.5), floor))
+        trace = solve_pic(table(disc_at(x, 2, 0, -1), floor))
         assert (trace.impacts["time_s"].tolist(), edges(trace)) == ([1.5], [(edge, FACE)])
 
 
 def test_a_disc_that_left_a_wall_meets_its_other_edges() -> None:
     """In a stadium a disc goes from side to arc to side; an arc from inside is met again and again."""
-    trace = solve_pic(table(Disc(position_m=(0.5, 0.3), velocity_m_s=(0.7, 1), radius_m=0.5), STADIUM, duration_s=60.0))
+    trace = solve_pic(table(disc_at(0.5, 0.3, 0.7, 1), STADIUM, duration_s=60.0))
     assert set(edges(trace)) == {(0, FACE), (1, ARC), (2, FACE), (3, ARC)}
     speed = np.hypot(*trace.impacts["velocity_first_after"].T)
     assert np.max(np.abs(speed / math.hypot(0.7, 1.0) - 1.0)) < 1e-14
@@ -61,7 +62,7 @@ def test_a_disc_that_left_a_wall_meets_its_other_edges() -> None:
 def test_impacts_at_one_instant_come_in_the_order_of_walls_and_features() -> None:
     """Into a right-angled corner of one chain: the lower edge first."""
     corner = Chain(points_m=[(9, 0), (0, 0), (0, 9)])
-    trace = solve_pic(table(Disc(position_m=(2, 2), velocity_m_s=(-1, -1), radius_m=0.5), corner))
+    trace = solve_pic(table(disc_at(2, 2, -1, -1), corner))
     assert trace.impacts["time_s"].tolist() == [1.5, 1.5]
     assert edges(trace) == [(0, FACE), (1, FACE)]
     assert trace.final_velocity_m_s.tolist() == [[1.0, 1.0]]
@@ -86,7 +87,7 @@ def test_corners_are_ambiguous_but_for_those_whose_order_does_not_matter(
     way = complex(math.cos(middle), math.sin(middle))
     # To rounding both faces are met at one instant.
     start, velocity = (apex + 2) * way, -way
-    disc = Disc(position_m=(start.real, start.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=1.0)
+    disc = disc_at(start.real, start.imag, velocity.real, velocity.imag, r=1.0)
     trace = solve_pic(table(disc, Chain(points_m=corner), **fields))
     assert len(trace.impacts) >= 2
     assert bool(trace.ambiguous) is ambiguous
@@ -95,10 +96,8 @@ def test_corners_are_ambiguous_but_for_those_whose_order_does_not_matter(
 @pytest.mark.parametrize(
     ("disc", "wall", "time_s"),
     [
-        pytest.param(
-            Disc(position_m=(1, 0), velocity_m_s=(0, 1), radius_m=0.25), Ring(centre_m=(0, 0), radius_m=1.25), 0.0
-        ),
-        pytest.param(Disc(position_m=(0, -1.5), velocity_m_s=(1, 0), radius_m=0.5), STADIUM, 2.0),
+        pytest.param(disc_at(1, 0, 0, 1, r=0.25), Ring(centre_m=(0, 0), radius_m=1.25), 0.0),
+        pytest.param(disc_at(0, -1.5, 1), STADIUM, 2.0),
     ],
 )
 def test_a_disc_that_glides_along_an_arc_ends_the_run_by_name(disc: Disc, wall: Any, time_s: float) -> None:
@@ -113,8 +112,8 @@ def test_all_chords_of_a_circle_take_equally_long() -> None:
     """Also those that a disc is on when time begins to be counted anew, for all the impacts of another in its box."""
     around, box = Ring(centre_m=(0, 0), radius_m=5.0), [(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]
     discs = (
-        Disc(position_m=(0, 3), velocity_m_s=(3, 0.1), radius_m=0.25),
-        Disc(position_m=(0, 0), velocity_m_s=(0.9, 0.37), radius_m=0.1),
+        disc_at(0, 3, 3, 0.1, r=0.25),
+        disc_at(0, 0, 0.9, 0.37, r=0.1),
     )
     trace = solve_pic(table(*discs, around, Chain(points_m=box, closed=True), duration_s=1e3), max_impacts=300)
     assert trace.counts["epochs"] == 4
@@ -141,8 +140,8 @@ def pieces(n: int, seed: int) -> Scene:
     draw = random.Random(seed)
     room = [(0.0, 0.0), (8.0, 0.0), (8.0, 4.0), (4.0, 4.0), (4.0, 8.0), (0.0, 8.0)]
     return table(
-        Disc(position_m=(2, 2), velocity_m_s=(draw.gauss(0, 1), draw.gauss(0, 1)), radius_m=0.25),
-        Disc(position_m=(1, 1), velocity_m_s=(draw.gauss(0, 1), draw.gauss(0, 1)), radius_m=0.25, mass_kg=2),
+        disc_at(2, 2, draw.gauss(0, 1), draw.gauss(0, 1), r=0.25),
+        disc_at(1, 1, draw.gauss(0, 1), draw.gauss(0, 1), r=0.25, m=2),
         Chain(points_m=cut(room, n, closed=True), closed=True),
         Chain(points_m=cut([(1.0, 5.0), (3.0, 7.0)], n, closed=False), half_width_m=0.125),
         Chain(points_m=cut([(5.0, 1.0), (7.0, 1.0), (6.0, 2.5)], n, closed=True), closed=True, solid=True),
@@ -165,7 +164,7 @@ def test_a_wall_in_pieces_is_the_same_wall_to_the_bit(seed: int) -> None:
 
 def test_pieces_that_are_asked_of_engines_change_nothing() -> None:
     """PIC and PIT do not look at them."""
-    disc = Disc(position_m=(0.5, 0.3), velocity_m_s=(0.7, 1), radius_m=0.5)
+    disc = disc_at(0.5, 0.3, 0.7, 1)
     for solve in (solve_pic, solve_pit):
         one, many = (solve(table(disc, STADIUM.model_copy(update={"pieces": n}))) for n in (1, 9))
         assert one.impacts.tobytes() == many.impacts.tobytes()
@@ -173,23 +172,21 @@ def test_pieces_that_are_asked_of_engines_change_nothing() -> None:
 
 def test_each_wall_has_its_own_restitution_and_friction() -> None:
     """A disc comes back from each wall as that wall, and not the scene, has it."""
-    disc = Disc(position_m=(0, 0), velocity_m_s=(4, 0), radius_m=0.5)
+    disc = disc_at(0, 0, 4)
     walls = (
-        Wall(point_m=(2, 0), normal=(-1, 0), restitution=0.5),
+        wall_at(2, 0, -1, 0, restitution=0.5),
         Chain(points_m=[(-2, -1), (-2, 1)], restitution=0.25),
     )
     trace = solve_pic(table(disc, *walls, wall_restitution=0.9))
     assert trace.impacts["velocity_first_after"][:, 0].tolist()[:3] == [-2.0, 0.5, -0.25]
-    rough = table(
-        Disc(position_m=(0, 2), velocity_m_s=(1, -1), radius_m=0.5), Chain(points_m=[(-9, 0), (9, 0)], friction=0.1)
-    )
+    rough = table(disc_at(0, 2, 1, -1), Chain(points_m=[(-9, 0), (9, 0)], friction=0.1))
     # Coulomb: the tangential velocity loses friction times what the normal one changes by.
     assert solve_pic(rough).final_velocity_m_s.tolist()[0] == pytest.approx([1.0 - 0.1 * 2.0, 1.0], abs=1e-15)
 
 
 def test_pit_finds_a_wall_by_its_nearest_point() -> None:
     """At frames of 1/60 s, late by less than one, with the normal of the place where it is found."""
-    scene = table(Disc(position_m=(-3, 1.25), velocity_m_s=(1, 0), radius_m=0.5), Chain(points_m=[(0, -1), (0, 1)]))
+    scene = table(disc_at(-3, 1.25, 1), Chain(points_m=[(0, -1), (0, 1)]))
     exact, found = solve_pic(scene), solve_pit(scene)
     late = found.impacts["time_s"][0] - exact.impacts["time_s"][0]
     assert 0.0 <= late < 1 / 60
@@ -208,7 +205,7 @@ def test_pit_goes_through_a_thin_wall_as_often_as_a_step_leads_past_it() -> None
     for q in (1.5, 3.0):
         through = 0
         for phase in draws.tolist():
-            disc = Disc(position_m=(-0.1 * q * (3 + phase), 0), velocity_m_s=(6.0 * q, 0), radius_m=0.1)
+            disc = disc_at(-0.1 * q * (3 + phase), 0, 6.0 * q, r=0.1)
             trace = solve_pit(table(disc, Chain(points_m=[(0, -1), (0, 1)]), duration_s=0.2))
             through += trace.final_velocity_m_s[0, 0] > 0.0
         missed = 1 - 1 / q
@@ -217,7 +214,7 @@ def test_pit_goes_through_a_thin_wall_as_often_as_a_step_leads_past_it() -> None
 
 def test_a_trace_of_finite_walls_goes_over_the_wire() -> None:
     """What a worker answers has the edges of the impacts."""
-    trace = solve_pic(table(Disc(position_m=(0.5, 0.3), velocity_m_s=(0.7, 1), radius_m=0.5), STADIUM))
+    trace = solve_pic(table(disc_at(0.5, 0.3, 0.7, 1), STADIUM))
     codec: Codec[Trace] = Codec(CarriedTrace)
     assert codec.loads(codec.dumps(trace)) == trace
 
@@ -225,7 +222,7 @@ def test_a_trace_of_finite_walls_goes_over_the_wire() -> None:
 def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:
     """It comes back to the floor with the speed that it left with, and falls beyond the end for ever."""
     floor = Chain(points_m=[(-2, 0), (2, 0)])
-    disc = Disc(position_m=(0, 1.25), velocity_m_s=(1, 0), radius_m=0.25)
+    disc = disc_at(0, 1.25, 1, r=0.25)
     trace = solve_pic(table(disc, floor, gravity_m_s2=(0, -8), duration_s=9.0))
     # h = 1 m: falls at .5, 1.5 s; at 2.5 s the centre is .5 m beyond the end.
     assert trace.impacts["time_s"].tolist() == [0.5, 1.5]
@@ -236,9 +233,7 @@ def test_under_gravity_a_disc_hops_along_a_floor_and_over_its_end() -> None:
 def test_a_ball_comes_to_rest_at_the_bottom_of_a_bowl() -> None:
     """Its bounces have no end, as on a floor, and the run says so."""
     bowl = Ring(centre_m=(0, 0), radius_m=2.25)
-    scene = table(
-        Disc(position_m=(0, 1), radius_m=0.25), bowl, gravity_m_s2=(0, -8), wall_restitution=0.5, duration_s=60.0
-    )
+    scene = table(disc_at(0, 1, r=0.25), bowl, gravity_m_s2=(0, -8), wall_restitution=0.5, duration_s=60.0)
     trace = solve_pic(scene)
     assert trace.outcome is Outcome.AT_REST
     # The first fall of 3 m takes sqrt(6/8); each flight after it is half as long as the one before: 2 e/(1-e) of it.

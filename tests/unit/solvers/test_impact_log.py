@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
 
-from carom.scene import Disc, Scene, Wall
 from carom.solvers.impact_log import ImpactLog, standstill_impacts
 from carom.trace import ImpactRecord, Vector, wall_body
 
@@ -19,14 +19,11 @@ REST = (0.0, 0.0)
 def log(*, immovable: tuple[int, ...] = (), discs: int = 4) -> ImpactLog:
     """Return an empty log of a scene of so many discs and one wall."""
     return ImpactLog(
-        Scene(
-            name="log",
+        staged(
+            "log",
+            *[disc_at(3.0 * i, 0, r=1, m=math.inf if i in immovable else 1.0) for i in range(discs)],
+            wall_at(0, -5, 0, 1),
             duration_s=1,
-            discs=[
-                Disc(position_m=(3.0 * i, 0), radius_m=1, mass_kg=math.inf if i in immovable else 1.0)
-                for i in range(discs)
-            ],
-            walls=[Wall(point_m=(0, -5), normal=(0, 1))],
         )
     )
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from tests.drawn import table
 from tests.lengths import each, long_after
+from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.both_forms import assert_same, bits
 
 from carom import Chain, Disc, Outcome, Scene, Wall
@@ -35,7 +36,7 @@ def mallet(x: float, y: float, speed: float) -> Disc:
     return Disc(position_m=(x, y), velocity_m_s=(speed, 0.0), **_HELD)
 
 
-PUCK = Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.25)
+PUCK = disc_at(0.0, 0.0, 1.0, r=0.25)
 #: What meets a puck at one instant, to the bit; and how often it is struck in two seconds.
 AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
     "both edges of a corner": ([PUCK], [Chain(points_m=[(2, -2), (4, 0), (2, 2)], velocity_m_s=(-1.0, 0.0))], 2),
@@ -52,7 +53,7 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
     "a mallet that is disc 0": ([mallet(1.5, 0.0, -0.5), PUCK], [], 1),
     "two mallets": ([PUCK, mallet(1.0, 0.375, -1.0), mallet(1.0, -0.375, -1.0)], [], 2),
     "a disc and a mallet": (
-        [PUCK, Disc(position_m=(1.0, 0.375), velocity_m_s=(-1.0, 0.0), radius_m=0.25), mallet(1.0, -0.375, -1.0)],
+        [PUCK, disc_at(1.0, 0.375, -1.0, r=0.25), mallet(1.0, -0.375, -1.0)],
         [],
         2,
     ),
@@ -65,31 +66,23 @@ AT_ONCE: dict[str, tuple[list[Disc], list[Any], int]] = {
 def test_what_happens_at_one_instant_has_the_order_of_all_pairs(name: str) -> None:
     """Ties of features, walls, discs and mallets, and impacts at the very instant at which a leg begins."""
     discs, walls, impacts = AT_ONCE[name]
-    plain = assert_same(Scene(name="at once", discs=discs, walls=walls, duration_s=2.0))
+    plain = assert_same(staged("at once", *discs, *walls, duration_s=2.0))
     assert plain.impacts == impacts
 
 
 def row(discs: int, gap: float, speed: float) -> Scene:
     """Return discs in a row between a wall and one that comes, at the head of a mallet."""
     places = [gap + (1.0 + gap) * k for k in range(discs)]
-    free = [
-        Disc(position_m=(0.5 + x, 0.0), velocity_m_s=(0.25 * (-1) ** k, 0.0), radius_m=0.5)
-        for k, x in enumerate(places)
-    ]
-    return Scene(
-        name="row",
-        discs=[*free, mallet(places[-1] + 1.75 + gap, 0.0, -speed)],
-        walls=[Wall(point_m=(0, 0), normal=(1, 0))],
-        duration_s=20.0,
-    )
+    free = [disc_at(0.5 + x, 0.0, 0.25 * (-1) ** k) for k, x in enumerate(places)]
+    return staged("row", *free, mallet(places[-1] + 1.75 + gap, 0.0, -speed), wall_at(0, 0, 1, 0), duration_s=20.0)
 
 
 def pinched(half: float) -> Scene:
     """Return a disc that goes sideways between an edge and one that comes, each of this half length."""
     edge = Chain(points_m=[(-half, 0), (half, 0)])
     piston = Chain(points_m=[(-half, 2), (half, 2)], velocity_m_s=(0.0, -0.25))
-    disc = Disc(position_m=(0.0, 1.0), velocity_m_s=(0.125, 0.5), radius_m=0.25)
-    return Scene(name="pinched", discs=[disc], walls=[edge, piston], duration_s=20.0)
+    disc = disc_at(0.0, 1.0, 0.125, 0.5, r=0.25)
+    return staged("pinched", disc, edge, piston, duration_s=20.0)
 
 
 @pytest.mark.parametrize(("half", "outcome"), [(3.0, Outcome.CRUSHED), (0.5, Outcome.COMPLETED)])
@@ -138,9 +131,9 @@ def test_a_leg_that_has_ended_by_a_new_epoch_lets_a_disc_be_struck_again() -> No
     """An edge strikes a disc, turns to go after it, and strikes it again; other impacts begin an epoch between."""
     edge = Chain(points_m=[(-1, -1), (-1, 1)], legs=legs((0, 0.5), (2, 3)))
     busy = [Chain(points_m=[(9, y), (11, y)]) for y in (0.0, 1.0)]
-    slow = Disc(position_m=(0, 0), velocity_m_s=(-0.5, 0), radius_m=0.25)
-    quick = Disc(position_m=(10, 0.5), velocity_m_s=(0, 13.125), radius_m=0.25)
-    plain = assert_same(Scene(name="again", discs=[slow, quick], walls=[edge, *busy], duration_s=3.5))
+    slow = disc_at(0, 0, -0.5, r=0.25)
+    quick = disc_at(10, 0.5, 0, 13.125, r=0.25)
+    plain = assert_same(staged("again", slow, quick, edge, *busy, duration_s=3.5))
     struck = plain.log.array()
     times_s = struck["time_s"][struck["first"] == 0]
     assert times_s == pytest.approx([0.75, 2.0 + 5.0 / 6.0])
@@ -151,12 +144,12 @@ def test_legs_are_counted_from_each_epoch() -> None:
     """Two discs in a box of which one wall turns back every tenth of a second, over several epochs."""
     turns = legs(*((0.1 * k, 0.4 * (-1) ** k) for k in range(60)))
     walls = [
-        Wall(point_m=(0, 0), normal=(1, 0.01), legs=turns),
+        wall_at(0, 0, 1, 0.01, legs=turns),
         *(Wall(point_m=(1, 1), normal=normal) for normal in ((-1, 0), (0, -1))),
-        Wall(point_m=(0, 0), normal=(0, 1)),
+        wall_at(0, 0, 0, 1),
     ]
-    discs = [Disc(position_m=(x, x), velocity_m_s=(14.0 * x, 22.0 - 18.0 * x), radius_m=0.1) for x in (0.3, 0.7)]
-    plain = assert_same(Scene(name="shaken", discs=discs, walls=walls, duration_s=6.0), 300)
+    discs = [disc_at(x, x, 14.0 * x, 22.0 - 18.0 * x, r=0.1) for x in (0.3, 0.7)]
+    plain = assert_same(staged("shaken", *discs, *walls, duration_s=6.0), 300)
     assert plain.counts["epochs"] >= 4
     assert plain.time_s > 3.0
 

@@ -10,7 +10,7 @@ import pytest
 from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
 from tests.lengths import long_after
-from tests.stage import line
+from tests.stage import disc_at, line, staged, wall_at
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
 
 from carom.scene import Disc, Scene, Wall
@@ -48,12 +48,10 @@ def test_a_crowd_in_cells_is_the_definitions_to_the_bit() -> None:
 def test_one_large_disc_among_many_small_ones_is_the_definitions_to_the_bit() -> None:
     """So it is where a disc is larger than all cells of the small ones together."""
     small = [
-        Disc(position_m=(3.0 * k, 103.0 + 3.0 * row), velocity_m_s=((-1) ** k, -9.0), radius_m=1.0, mass_kg=0.1)
-        for k in range(-20, 20)
-        for row in range(3)
+        disc_at(3.0 * k, 103.0 + 3.0 * row, (-1) ** k, -9.0, r=1.0, m=0.1) for k in range(-20, 20) for row in range(3)
     ]
-    large = Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 2.0), radius_m=100.0, mass_kg=1e4)
-    scene = Scene(name="large and small", discs=[*small, large], duration_s=3.0)
+    large = disc_at(0.0, 0.0, 0.0, 2.0, r=100.0, m=1e4)
+    scene = staged("large and small", *small, large, duration_s=3.0)
     assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
 
@@ -79,7 +77,7 @@ def test_what_rounding_makes_of_a_parting_is_seen() -> None:
         Disc(position_m=place, velocity_m_s=velocity, radius_m=0.5 + 2.0**-24)
         for place, velocity in zip(places, velocities, strict=True)
     ]
-    scene = Scene(name="parting", discs=discs, duration_s=100.0)
+    scene = staged("parting", *discs, duration_s=100.0)
     run = assert_identical(scene, FrameClock(rate_hz=1.0))
     assert 0.0 < run.log.array()["time_s"][0] < 50.0
 
@@ -97,16 +95,12 @@ def test_bounds_are_found_anew_before_rounding_could_use_up_their_margin() -> No
 @pytest.mark.long
 def test_a_million_frames_are_the_definitions_to_the_bit() -> None:
     """So it is over a million frames, every one of which rounds every coordinate."""
-    scene = Scene(
-        name="long",
-        discs=[
-            Disc(position_m=(0.1, 0.2), velocity_m_s=(0.7, 0.3), radius_m=0.3),
-            Disc(position_m=(1.3, 0.9), velocity_m_s=(-0.2, 0.1), radius_m=0.4, mass_kg=3.0),
-            Disc(position_m=(2.0, 0.1), radius_m=0.2, mass_kg=math.inf),
-        ],
-        walls=[
-            Wall(point_m=(x, x / 2), normal=(nx, ny)) for x, nx, ny in ((-1, 1, 0), (-1, 0, 1), (3, -1, 0), (3, 0, -1))
-        ],
+    scene = staged(
+        "long",
+        disc_at(0.1, 0.2, 0.7, 0.3, r=0.3),
+        disc_at(1.3, 0.9, -0.2, 0.1, r=0.4, m=3.0),
+        disc_at(2.0, 0.1, r=0.2, m=math.inf),
+        *[wall_at(x, x / 2, nx, ny) for x, nx, ny in ((-1, 1, 0), (-1, 0, 1), (3, -1, 0), (3, 0, -1))],
         duration_s=1e6 / 97.0,
     )
     assert len(assert_identical(scene, FrameClock(rate_hz=97.0)).log) > 1000
@@ -147,9 +141,9 @@ def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
 
 def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
     """Discs that lie on one another without end, all due at every frame, are soon tested as the definition does."""
-    discs = [Disc(position_m=(k, 0.0), velocity_m_s=(50.0 * (-1) ** k, 0.0), radius_m=0.5) for k in range(12)]
-    walls = [Wall(point_m=(-0.5, 0), normal=(1, 0)), Wall(point_m=(11.5, 0), normal=(-1, 0))]
-    scene = Scene(name="crush", discs=discs, walls=walls, duration_s=40.0)
+    discs = [disc_at(k, 0.0, 50.0 * (-1) ** k) for k in range(12)]
+    walls = [wall_at(-0.5, 0, 1, 0), wall_at(11.5, 0, -1, 0)]
+    scene = staged("crush", *discs, *walls, duration_s=40.0)
     clock = FrameClock(rate_hz=20.0)
     run = finished(scene, clock, compiled_forms()["default"])
     tests = 800 * (12 * 11 // 2 + 12 * 2)
@@ -177,24 +171,21 @@ def test_the_record_is_handed_out_as_it_grows() -> None:
 @pytest.mark.parametrize("count", [1, 36, 37])
 def test_any_number_of_discs_runs(count: int) -> None:
     """One disc alone has only walls to meet; from some number on discs are kept in cells."""
-    discs = [
-        Disc(position_m=(2.0 * (k % 7), 2.0 * (k // 7)), velocity_m_s=(k % 5 - 2.5, k % 3 - 1.5), radius_m=0.75)
-        for k in range(count)
-    ]
+    discs = [disc_at(2.0 * (k % 7), 2.0 * (k // 7), k % 5 - 2.5, k % 3 - 1.5, r=0.75) for k in range(count)]
     walls = [Wall(point_m=(p, p), normal=normal) for p, normal in ((-1, (1, 0)), (-1, (0, 1)), (13, (-1, -1)))]
-    scene = Scene(name="some", discs=discs, walls=walls, duration_s=5.0)
+    scene = staged("some", *discs, *walls, duration_s=5.0)
     assert len(assert_identical(scene, FrameClock(rate_hz=24.0)).log) > 0
 
 
 def test_negative_zeros_are_the_definitions() -> None:
     """Signs of zeros come out as in the definition, of discs that stand, that are immovable, and that move."""
     discs = [
-        Disc(position_m=(-0.0, 0.0), velocity_m_s=(-0.0, 0.0), radius_m=0.5),
-        Disc(position_m=(-0.0, 3.0), velocity_m_s=(0.0, -1.0), radius_m=0.5),
-        Disc(position_m=(-0.0, -3.0), velocity_m_s=(-0.0, -0.0), radius_m=0.5, mass_kg=math.inf),
-        Disc(position_m=(9.0, -0.0), velocity_m_s=(-0.0, 1.0), radius_m=0.5),
+        disc_at(-0.0, 0.0, -0.0),
+        disc_at(-0.0, 3.0, 0.0, -1.0),
+        disc_at(-0.0, -3.0, -0.0, -0.0, m=math.inf),
+        disc_at(9.0, -0.0, -0.0, 1.0),
     ]
-    scene = Scene(name="zeros", discs=discs, duration_s=10.0)
+    scene = staged("zeros", *discs, duration_s=10.0)
     assert_identical(scene, FrameClock(rate_hz=3.0))
     start = [form(scene, FrameClock(rate_hz=3.0)) for form in compiled_forms().values()]
     assert {bits(run) for run in start} == {bits(finished(scene.model_copy(update={"duration_s": 0.0}), FrameClock()))}

@@ -12,12 +12,12 @@ from types import FrameType
 import pytest
 from tests.forms import needs_extension
 from tests.lengths import each
-from tests.stage import line
+from tests.stage import disc_at, line, staged
 from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, definition, finished
 
 from carom import extension
 from carom.errors import InputError
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Scene, Wall
 from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import gas_scene
 from carom.trace import Outcome
@@ -37,16 +37,12 @@ def form(request: pytest.FixtureRequest) -> Form:
 
 def billiard() -> Scene:
     """Three discs in a box; the impacts of one frame are several now and then."""
-    return Scene(
-        name="billiard",
-        discs=[
-            Disc(position_m=(1.0, 1.0), velocity_m_s=(9.0, 7.0), radius_m=0.5),
-            Disc(position_m=(3.0, 1.5), velocity_m_s=(-8.0, 1.0), radius_m=0.4, mass_kg=2.0),
-            Disc(position_m=(2.0, 3.0), velocity_m_s=(1.0, -9.0), radius_m=0.3),
-        ],
-        walls=[
-            Wall(point_m=(p, p), normal=normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (4, (-1, 0)), (4, (0, -1)))
-        ],
+    return staged(
+        "billiard",
+        disc_at(1.0, 1.0, 9.0, 7.0),
+        disc_at(3.0, 1.5, -8.0, 1.0, r=0.4, m=2.0),
+        disc_at(2.0, 3.0, 1.0, -9.0, r=0.3),
+        *[Wall(point_m=(p, p), normal=normal) for p, normal in ((0, (1, 0)), (0, (0, 1)), (4, (-1, 0)), (4, (0, -1)))],
         duration_s=10.0,
     )
 

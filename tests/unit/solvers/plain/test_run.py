@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 
 import numpy as np
 import pytest
@@ -11,10 +12,14 @@ from tests.forms import needs_extension, plain_form
 from tests.lengths import each
 from tests.stage import disc_at, line, staged, wall_at
 
-from carom import Disc, Scene, solve_pic
+from carom import Chain, Disc, Ring, Scene, solve_pic
 from carom.errors import CaromError, InputError
+from carom.physics.features import Mover
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import pic_run
+from carom.solvers.plain.compiled_walls import finite_wall
+from carom.solvers.plain.finite_walls import FiniteWall
+from carom.solvers.plain.framewise import solve_pic_framewise
 from carom.solvers.plain.run import AllPairsRun
 from carom.trace import Outcome, wall_body
 
@@ -107,3 +112,68 @@ def test_a_wall_so_far_off_in_time_that_floats_overflow_is_never_met() -> None:
     assert run.advance_to(1.0) is Outcome.COMPLETED
     assert run.advance_to(math.inf) is Outcome.COMPLETED
     assert run.impacts == 0
+
+
+SHAPES: dict[str, Chain | Ring] = {
+    "edges": Chain(points_m=[(-2, -1), (0, 1), (1, -1), (3, 0.5)], half_width_m=0.1),
+    "arcs": Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, -0.3, 2.5], closed=True),
+    "ring": Ring(centre_m=(0.3, 0.1), radius_m=2.0),
+}
+
+
+@needs_extension
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_next_feature_is_the_same(name: str) -> None:
+    """Instant, feature and gliding of discs drawn by lot, some just off a feature, before a wall that moves."""
+    rng = random.Random(name)
+    compiled = finite_wall(SHAPES[name].outline)
+    with plain_form():
+        plain = finite_wall(SHAPES[name].outline)
+    assert type(plain) is FiniteWall is not type(compiled)
+    plain.features = compiled.features  # the same objects, so that what was left is one of either's
+    met = 0
+    for _ in range(300):
+        velocity, drift = [(rng.uniform(-3, 3), rng.uniform(-3, 3)) for _ in range(2)]
+        disc = Mover.at((rng.uniform(-5, 5), rng.uniform(-5, 5)), velocity, rng.choice([0.01, 0.4]), drift)
+        last = rng.choice([None, rng.choice(plain.features).feature])
+        found = compiled.next_time(disc, last)
+        assert found == plain.next_time(disc, last)
+        met += math.isfinite(found[0])
+    assert met > 50
+
+
+def test_all_impacts_of_one_frame_are_carried_out() -> None:
+    """Three impacts in a single frame all happen, each at its own instant."""
+    scene = line(0.0, 2.0, 4.0, 6.0, velocities=(1.0, 0.0, 0.0, 0.0))
+    trace = solve_pic_framewise(scene, frame_rate_hz=0.1)
+    assert trace.counts["frames"] == 1
+    assert trace.impacts["time_s"].tolist() == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize("rate", [1.0, 0.5, 0.25])
+def test_an_impact_on_a_frame_instant_happens_once(rate: float) -> None:
+    """An impact exactly at a frame instant, be it the last one, is neither lost nor doubled."""
+    scene = line(0.0, 5.0, velocities=(1.0, 0.0), duration_s=4.0)
+    trace = solve_pic_framewise(scene, frame_rate_hz=rate)
+    assert trace.impacts["time_s"].tolist() == [4.0]
+
+
+def test_the_frame_rate_is_the_scenes_own_unless_given() -> None:
+    """Without a rate the scene's is taken, and the trace tells the frame length."""
+    scene = line(0.0, velocities=(1.0,), duration_s=2.0)
+    assert solve_pic_framewise(scene).dt_s == 1 / 60
+    assert solve_pic_framewise(scene).counts["frames"] == 120
+    assert solve_pic_framewise(scene, frame_rate_hz=8.0).dt_s == 0.125
+
+
+@each("rate", [0.0, -60.0, math.nan, math.inf])
+def test_a_rate_that_is_no_positive_number_is_refused(rate: float) -> None:
+    """A frame rate of zero, less, infinity or NaN is refused by name and value."""
+    with pytest.raises(InputError, match=f"frame_rate_hz must be a positive number, got {rate}"):
+        solve_pic_framewise(line(0.0, velocities=(1.0,)), frame_rate_hz=rate)
+
+
+def test_a_rate_too_low_to_have_a_frame_length_is_refused() -> None:
+    """A frame that would last longer than the largest float is refused, not raised as an overflow."""
+    with pytest.raises(InputError, match="frame_rate_hz must lie between 1.49e-154 and 6.7e153".replace("+", "[+]")):
+        solve_pic_framewise(line(0.0, velocities=(1.0,)), frame_rate_hz=1e-310)

@@ -9,28 +9,20 @@ import pytest
 from docs.figures.history import section
 from tests.command import carom_command, told
 from tests.distribution import forget
+from tests.stage import disc_at, staged
 from tests.unit.studies.history.toy import Toys, toys
 
 from carom.errors import InputError, UnknownNameError
 from carom.pages.render.markdown import markdown
 from carom.registry import adapter_points
 from carom.runs.job import UnavailableError
-from carom.scene import Disc, Scene
 from carom.studies.history.cells import Moved, history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.overlay import Kept
 from carom.studies.history.run import bisected, history
 
-PAIR = Scene(
-    name="pair",
-    discs=[
-        Disc(position_m=(-1, 0), velocity_m_s=(1, 0), radius_m=0.25),
-        Disc(position_m=(1, 0), velocity_m_s=(-1, 0.125), radius_m=0.25),
-    ],
-    duration_s=2.0,
-    frame_rate_hz=20.0,
-)
+PAIR = staged("pair", disc_at(-1, 0, 1, r=0.25), disc_at(1, 0, -1, 0.125, r=0.25), duration_s=2.0, frame_rate_hz=20.0)
 
 
 @pytest.fixture

@@ -1,14 +1,27 @@
+"""Attacks, at walls, in contact and with friction, too: PIC stands them, and a judge tells what is wrong."""
+
 from __future__ import annotations
 
+import cmath
+import dataclasses
 import itertools
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
+from mpmath import mp
 from tests.lengths import long_after
+from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
-from carom.studies.stress.attack import Attack
+from carom.scene import Chain, Scene
+from carom.studies.stress.attack import Attack, Trial
+from carom.studies.stress.finite_walls import wall_attacks
+from carom.studies.stress.in_contact import contact_attacks
+from carom.studies.stress.rough import rough_attacks
 from carom.studies.stress.run import attacks
+from carom.trace import Mode
 
 ATTACKS = attacks()
 each_attack = pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
@@ -70,3 +83,193 @@ def test_bisection_stops_when_two_values_are_near() -> None:
     assert crowd.between(2.0, 8.0, 1.1) == 4.0
     assert crowd.between(2.0, 3.0, 1.1) is None
     assert pair.between(1e-15, 0.0, 1.1) is None
+
+
+WALLS = {attack.name: attack for attack in wall_attacks()}
+
+
+def _velocity(scene: Scene) -> complex:
+    return complex(*scene.discs[0].velocity_m_s)
+
+
+@pytest.mark.parametrize("degrees", [90.0, 45.0, 30.0, 1.0])
+def test_a_corner_that_an_even_number_of_half_turns_fill_sends_a_disc_back(degrees: float) -> None:
+    """Of a corner of 180 degrees over an even number a disc comes out the way that it went in (kaleidoscope)."""
+    for trial in WALLS["corner"].trials(degrees):
+        trace = solve_pic(trial.scene)
+        assert len(trace.impacts) == round(180 / degrees)
+        assert complex(*trace.final_velocity_m_s[0]) == pytest.approx(-_velocity(trial.scene), rel=1e-11)
+        assert not trial.judge(trace).broken
+
+
+def test_an_end_struck_three_fifths_off_turns_a_disc_as_three_four_five_says() -> None:
+    """At b/R = 3/5 the velocity (1, 0) becomes (2 9/25 - 1, 2 12/25) = (-7, 24)/25."""
+    for trial in WALLS["wall-end"].trials(0.4):
+        after = complex(*solve_pic(trial.scene).final_velocity_m_s[0])
+        assert after / _velocity(trial.scene) == pytest.approx(complex(-7, 24) / 25, abs=1e-13)
+
+
+def test_looking_once_a_step_passes_a_thin_wall_as_often_as_the_closed_form_says() -> None:
+    """PIT sees an approach within the radius before the wall: of n phases at q radii a step about n / q find it."""
+    attack = WALLS["thin-wall"]
+    assert not any(trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(0.99))
+    assert any(trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(8.0))
+
+
+def test_a_driven_wall_passes_a_disc_at_rest_as_often_as_a_disc_passes_a_wall() -> None:
+    """PIT knows no frame: of n phases at q radii a step about n / q find the disc; PIC finds it at every speed."""
+    attack = WALLS["paddle"]
+    assert not any(trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(0.99))
+    assert any(trial.judge(solve_pit(trial.scene)).broken for trial in attack.trials(8.0))
+    for value in attack.ladder(quick=False):
+        for trial in attack.trials(value):
+            trace, (wall,) = solve_pic(trial.scene), trial.scene.walls
+            assert len(trace.impacts) == 1
+            assert trace.final_velocity_m_s[0, 0] == 2.0 * wall.velocity_m_s[0]
+
+
+@pytest.mark.parametrize("name", WALLS)
+def test_a_judge_tells_a_disc_that_flies_on(name: str) -> None:
+    """A trace in which the disc keeps its velocity is broken at the harmless end: no judge takes what it is given."""
+    for trial in WALLS[name].trials(WALLS[name].harmless):
+        unhit = trial.scene.model_copy(update={"walls": ()})
+        judgement = trial.judge(solve_pic(unhit))
+        assert "no impact is found" in judgement.broken
+
+
+def test_a_floor_of_pieces_is_struck_at_a_joint_of_two() -> None:
+    """The centre is straight above a joint at the impact, whatever the number of pieces."""
+    for pieces in WALLS["seam"].ladder(quick=False):
+        for trial in WALLS["seam"].trials(pieces):
+            (chain,), (impact,) = trial.scene.walls, solve_pic(trial.scene).impacts
+            assert isinstance(chain, Chain)
+            joints = np.linspace(chain.points_m[0][0], chain.points_m[1][0], int(pieces) + 1)[1:-1]
+            disc = trial.scene.discs[0]
+            struck = disc.position_m[0] + disc.velocity_m_s[0] * impact["time_s"]
+            assert np.abs(joints - struck).min() < 1e-12
+            assert math.isclose(cmath.phase(_velocity(trial.scene)), -math.atan(0.25))
+
+
+@pytest.mark.parametrize("legs", long_after(4, [1, 2, 7, 64, 1000]))
+def test_a_wall_of_any_number_of_legs_strikes_a_disc_once_on_its_last(legs: int) -> None:
+    """PIC finds one impact, at the trial's own instant to rounding, and the disc leaves at twice the last velocity."""
+    for trial in WALLS["legs"].trials(legs):
+        (wall,), trace = trial.scene.walls, solve_pic(trial.scene)
+        assert len(wall.legs) == legs
+        assert len(trace.impacts) == 1
+        assert wall.legs[-1].from_s < trace.impacts["time_s"][0]
+        assert trace.final_velocity_m_s[0, 0] == 2.0 * wall.legs[-1].velocity_m_s[0]
+        assert not trial.judge(trace).broken
+
+
+IN_CONTACT = {attack.name: attack for attack in contact_attacks()}
+
+
+def _by_hand(trial: Trial) -> tuple[list[float], float]:
+    with mp.workdps(contact_runs.DIGITS):
+        end = contact_runs.run(trial.scene)
+        return [float(part) for part in end.velocity], float(end.spin)
+
+
+@pytest.mark.parametrize(
+    ("name", "whole"), [(name, False) for name in IN_CONTACT] + long_after(0, [(n, True) for n in IN_CONTACT])
+)
+def test_the_truth_is_that_of_60_digits_and_pic_meets_it(name: str, whole: bool) -> None:
+    """Of scenes as they are stored, on both sides of each threshold and on it, to 1e-14; long, at all rungs."""
+    attack = IN_CONTACT[name]
+    for value in attack.ladder(quick=False) if whole else (attack.harmless,):
+        for trial in attack.trials(value):
+            trace = solve_pic(trial.scene)
+            velocity, spin = _by_hand(trial)
+            spins = None if trace.final_spin_rad_s is None else np.array([spin])
+            told = dataclasses.replace(trace, final_velocity_m_s=np.array([velocity]), final_spin_rad_s=spins)
+            for judged in (trial.judge(told), trial.judge(trace)):
+                assert judged.broken == ""
+                assert judged.error < 1e-14
+
+
+@pytest.mark.parametrize("name", IN_CONTACT)
+def test_a_disc_that_contact_does_nothing_to_is_broken(name: str) -> None:
+    """Where the wall is left out the disc falls past it: broken at every rung, by name."""
+    for trial in IN_CONTACT[name].trials(IN_CONTACT[name].harmless):
+        without = trial.scene.model_copy(
+            update={"walls": (), "wall_friction": 0.0, "wall_rolling_resistance": 0.0, "wall_restitution": 1.0}
+        )
+        broken = trial.judge(solve_pic(without)).broken
+        assert "a velocity wrong by" in broken or "no impact is found" in broken
+
+
+def test_a_rim_that_friction_has_not_turned_is_broken() -> None:
+    """With its velocity right and its spin as at the start, a disc that rolls by the law is broken, and why is said."""
+    for name in ("slipping-slope", "bouncing-slope", "slide-friction"):
+        trial = IN_CONTACT[name].trials(IN_CONTACT[name].harmless)[-1]
+        trace = solve_pic(trial.scene)
+        unturned = dataclasses.replace(trace, final_spin_rad_s=np.array([trial.scene.discs[0].spin_rad_s]))
+        assert "a rim's speed wrong by" in trial.judge(unturned).broken
+        assert trial.judge(unturned).broken.endswith("of what contact changes")
+
+
+def test_both_sides_of_a_threshold_are_tried_to_a_rounding() -> None:
+    """The last rungs are one rounding of 1 off on either side, and the threshold itself."""
+    for name in ("sliding-slope", "slipping-slope", "rolling-slope", "bouncing-slope"):
+        *_, least, none = IN_CONTACT[name].ladder(quick=False)
+        assert (least, none) == (2.0**-52, 0.0)
+        above, below = ((-gx / gy) for gx, gy in (trial.scene.gravity_m_s2 for trial in IN_CONTACT[name].trials(least)))
+        (at, _) = ((-gx / gy) for gx, gy in (trial.scene.gravity_m_s2 for trial in IN_CONTACT[name].trials(none)))
+        assert below <= at <= above
+        assert above - below <= 8.0 * 2.0**-52 * at
+
+
+@pytest.mark.parametrize("lost", long_after(1, [1e-9, 1e-6, 1e-3]))
+def test_a_lively_ball_bounces_three_times(lost: float) -> None:
+    """Its impacts are at t, t (1 + 2 e) and t (1 + 2 e + 2 e^2), whatever it loses."""
+    for trial in IN_CONTACT["lively"].trials(lost):
+        times, e = solve_pic(trial.scene).impacts["time_s"], 1.0 - lost
+        assert times / times[0] == pytest.approx([1.0, 1.0 + 2.0 * e, 1.0 + 2.0 * e + 2.0 * e * e], rel=1e-13)
+
+
+ROUGH = {attack.name: attack for attack in rough_attacks()}
+
+
+@pytest.mark.parametrize("name", [name for name in ROUGH if name != "rolling"])
+def test_pic_stands_every_rung(name: str) -> None:
+    """From the harmless to the absurd end PIC is the closed form's to rounding, chains of grips included."""
+    for value in ROUGH[name].ladder(quick=False):
+        for trial in ROUGH[name].trials(value):
+            judgement = trial.judge(solve_pic(trial.scene))
+            assert judgement.broken == ""
+            assert judgement.error < 1e-11, value
+
+
+@pytest.mark.parametrize("value", [0.9, 0.5, 0.1, 1e-3])
+def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
+    """Bounces without end, sliding at first: the disc rolls as angular momentum about the floor says."""
+    (trial,) = ROUGH["rolling"].trials(value)
+    trace = solve_pic(trial.scene)
+    assert trace.modes is not None
+    assert trace.modes["after"].tolist() == [Mode.ROLL]
+    assert trial.judge(trace).error < 1e-12
+    assert trial.judge(solve_pit(trial.scene)).broken == ""
+
+
+@pytest.mark.parametrize("name", ["friction", "spin", "inertia"])
+def test_pit_stands_what_turns_no_normal(name: str) -> None:
+    """Head-on and on walls checking once per step costs no velocity and no spin."""
+    for value in ROUGH[name].ladder(quick=True):
+        for trial in ROUGH[name].trials(value):
+            assert trial.judge(solve_pit(trial.scene)).error < 1e-11, value
+
+
+@pytest.mark.parametrize("name", list(ROUGH))
+def test_a_wrong_spin_breaks_every_attack(name: str) -> None:
+    """With its velocities right, and its spins left out or turned round, a run is broken by name."""
+    trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
+    trace = solve_pic(trial.scene)
+    assert trace.final_spin_rad_s is not None
+    assert trial.judge(trace).broken == ""
+    turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * trace.final_spin_rad_s)
+    assert "a rim's speed wrong by" in trial.judge(turned).broken
+    none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)
+    assert trial.judge(none).broken == "no spin is told"
+    no_number = dataclasses.replace(trace, final_spin_rad_s=np.full(len(trial.scene.discs), np.nan))
+    assert trial.judge(no_number).broken

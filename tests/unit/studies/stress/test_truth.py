@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from tests.stage import disc_at, staged
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.scenes import CatalogueScene, Tag, catalogue
 from carom.studies.stress.truth import UndecidedError, true_motion
 
@@ -40,12 +40,9 @@ def test_the_last_bit_decides_a_graze() -> None:
 
 def test_a_collapse_has_no_true_motion() -> None:
     """More impacts than allowed are refused with the number, not followed for ever."""
-    discs = [
-        Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.25)
-        for x, v in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))
-    ]
+    discs = [disc_at(x, 0.0, v, r=0.25) for x, v in ((-0.75, 1.0), (0.0, 0.0), (0.9, -1.0))]
     with pytest.raises(UndecidedError, match="more than 50 impacts"):
-        true_motion(Scene(name="collapse", discs=discs, restitution=0.05, duration_s=2.0), most_impacts=50)
+        true_motion(staged("collapse", *discs, restitution=0.05, duration_s=2.0), most_impacts=50)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +55,7 @@ def test_a_collapse_has_no_true_motion() -> None:
 )
 def test_what_is_not_worked_out_is_refused(named: str, field: dict[str, Any]) -> None:
     """The true motion under gravity or friction is not worked out, and that is said."""
-    discs = [Disc(position_m=(x, 1.0), radius_m=0.5) for x in (0.0, 2.0)]
+    discs = [disc_at(x, 1.0) for x in (0.0, 2.0)]
     scene = Scene(name="beyond", discs=discs, duration_s=1.0, **field)
     with pytest.raises(UndecidedError, match=named):
         true_motion(scene)
