@@ -21,7 +21,7 @@ from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.raised import raised
 from carom.runs.results import Results, Row
-from carom.studies.cross_check.document import reportable, write_report
+from carom.studies.cross_check.document import report_of
 
 SOURCE = """
 import numpy as np
@@ -133,11 +133,12 @@ def spoilt(results: Results, **fields: Any) -> Results:
 def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
     """A row whose record or replay can't be made is a failed row of the report; the report is written."""
     results = spoilt(checked(scene, "sound"), **fields)
-    rows = by_engine(reportable(results))
+    report = report_of(results)
+    rows = by_engine(report.results)
     assert rows["sound"].status is Status.FAILED
     assert "can't be reported: " in rows["sound"].reason
     assert rows["pit"] == by_engine(results)["pit"]
-    write_report(results, tmp_path / "report")
+    report.write(tmp_path / "report")
     lines = [json.loads(line) for line in (tmp_path / "report" / "results.jsonl").read_text().splitlines()]
     assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
 
@@ -145,7 +146,7 @@ def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: P
 def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
     """What can be reported is what was found."""
     results = checked(scene, "sound")
-    assert reportable(results).rows == results.rows
+    assert report_of(results).results.rows == results.rows
 
 
 @pytest.mark.parametrize(

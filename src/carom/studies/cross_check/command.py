@@ -93,7 +93,7 @@ def _carried_out(
     plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
 ) -> Results:
     """Carry out a plan, write its report where one is asked for, and print the table."""
-    from carom.studies.cross_check.document import cross_check_document, reportable, write_report
+    from carom.studies.cross_check.document import cross_check_document, report_of
     from carom.studies.cross_check.observed import observed_journal
     from carom.studies.cross_check.run import execute
 
@@ -109,12 +109,11 @@ def _carried_out(
         shared.progress_bar() as progress,
     ):
         found = execute(plan, pool, notes=journal, progress=progress, command=command_line())
-        results = reportable(found)
-        document = cross_check_document(results)
-        page = write_report(results, report, document, fail_on=fail_on)
+        made = report_of(found, fail_on)
+        page = made.write(report)
         journal.discard()  # the report holds it all
-    shared.print_document(document, full=verbose, report=page)
-    return results
+    shared.print_document(made.document, full=verbose, report=page)
+    return made.results
 
 
 def _say_settings(results: Results, scene: str) -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from carom.comparator import Grade, Horizon
 from carom.comparator.thresholds import THRESHOLDS
+from carom.errors import CaromError
 from carom.folders import write_files
 from carom.pages import wording
 from carom.pages.document import Document, Headline
@@ -69,66 +70,95 @@ def cross_check_document(results: Results) -> Document:
     )
 
 
-def reportable(results: Results) -> Results:
-    """Return results each of whose rows can be written down and played: one that can't is a failure of its own."""
-    rows = tuple(_reportable(results, row) for row in results.rows)
-    return replace(results, rows=rows)
+@dataclass(frozen=True)
+class Report:
+    """A report before it is written.
+
+    Attributes:
+        results: What it tells: a row that can't be written down, or played, is a failure of its own.
+        document: What its page shows.
+        files: Its files by their names in the folder.
+    """
+
+    results: Results
+    document: Document
+    files: Mapping[str, str]
+
+    def write(self, folder: Path) -> Path:
+        """Write all files, replacing older ones, and return the page: each is renamed into place when it is whole.
+
+        Raises:
+            InputError: The folder can't be written into, or holds files that are no report of Carom's.
+        """
+        return write_files(Path(folder), PURPOSE, self.files)
 
 
-def _reportable(results: Results, row: Row) -> Row:
-    from carom.pages.records import record
+def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Report:
+    """Return the report of a cross-check: everything is derived before the first file is touched.
 
+    Args:
+        results: What is reported.
+        fail_on: The best grade that fails a case of `junit.xml`; None for none.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
+    """
     try:
-        record(row)
-        if row.trace is not None and row.score is not None:
-            packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
-    except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us, they cost no other row
-        return Row(row.job, Status.FAILED, f"what it returned can't be reported: {raised(error)}")
-    return row
+        return _report(results, fail_on)
+    except CaromError:
+        raise
+    except Exception:  # noqa: BLE001 - a row whose numbers can't be told costs no other: which one is asked row by row
+        return _report(_reportable(results), fail_on)
 
 
-def write_report(
-    results: Results,
-    folder: Path,
-    document: Document | None = None,
-    *,
-    fail_on: Grade | None = Grade.INACCURATE,
-) -> Path:
-    """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, replacing older ones.
+def write_report(results: Results, folder: Path, *, fail_on: Grade | None = Grade.INACCURATE) -> Path:
+    """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, and return the page.
 
     Next to them `play.html` has the scenes whose discs can be thrown; replays of them lead to it.
-
-    Everything is derived before the first file is touched, and each file is renamed into place when it is whole.
 
     Args:
         results: What is reported.
         folder: Where to; it is made where it does not exist.
-        document: Its document, where that was made already, of `reportable` results.
         fail_on: The best grade that fails a case of `junit.xml`; None for none.
-
-    Returns:
-        The page.
 
     Raises:
         MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
         InputError: The folder can't be written into, or holds files that are no report of Carom's.
     """
+    return report_of(results, fail_on).write(folder)
+
+
+def _report(results: Results, fail_on: Grade | None) -> Report:
     from carom.pages.records import junit, records
     from carom.pages.render.html import html
     from carom.pages.render.markdown import markdown
 
-    if document is None:
-        results = reportable(results)
-        document = cross_check_document(results)
-    contents = {
+    document = cross_check_document(results)
+    files = {
         "index.html": html(document),
         "report.md": markdown(document),
         "results.jsonl": records(results),
         "junit.xml": junit(results, fail_on),
     }
     if page := thrown_page(reference.scene for reference in results.references.values()):
-        contents[THROWN] = page
-    return write_files(Path(folder), PURPOSE, contents)
+        files[THROWN] = page
+    return Report(results, document, files)
+
+
+def _reportable(results: Results) -> Results:
+    """Return results in which a row that can't be written down and played is a failure, with the reason."""
+    from carom.pages.records import record
+
+    def sound(row: Row) -> Row:
+        try:
+            record(row)
+            if row.trace is not None and row.score is not None:
+                packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
+        except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us
+            return Row(row.job, Status.FAILED, f"what it returned can't be reported: {raised(error)}")
+        return row
+
+    return replace(results, rows=tuple(map(sound, results.rows)))
 
 
 def _reference(results: Results) -> str:
