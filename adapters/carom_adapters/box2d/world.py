@@ -242,7 +242,8 @@ class Box2dWorld:
         self._solved.clear()
         spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) if self._turns else None
         seen = unscaled(Observation(position, velocity, contacts, spin_rad_s=spin), time=self._time)
-        return replace(seen, warning=self._warning(seen))
+        warning = self._warning(seen)
+        return replace(seen, warning=warning) if warning else seen
 
     def _listen(self) -> None:
         solved, normals, belts = self._solved, self._normals, self._belts

@@ -46,10 +46,9 @@ class FreeFlight:
         self._scene = scene
         self._dt_s = dt_s
         self._unit = 2.0 ** -MANTISSA_BITS[float_bits]
-        self._velocity = b""
-        #: The places before a step and after it, and the instant: of the last steps that changed no velocity.
-        self._steady: deque[tuple[Array, Array, float]] = deque(maxlen=_QUIET_STEPS)
-        self._position = np.array([disc.position_m for disc in scene.discs])
+        #: The last instants and what was seen at them: the quiet steps lie between.
+        self._seen: deque[tuple[float, Observation]] = deque(maxlen=_QUIET_STEPS + 1)
+        self._turns = scene.arrays.turns
         self._look_from_s = 0.0
         self._pause_s = dt_s
         n = len(scene.discs)
@@ -61,25 +60,31 @@ class FreeFlight:
 
     def begins(self, time_s: float, now: Observation) -> bool:
         """Whether the rest of the run is free flight; to be asked after every step."""
-        velocity = now.velocity_m_s.tobytes()
-        if self._scene.arrays.turns and now.spin_rad_s is not None:
-            velocity += now.spin_rad_s.tobytes()
-        if now.contacts or velocity != self._velocity:
-            self._steady.clear()
-        else:
-            self._steady.append((self._position, now.position_m, time_s))
-        self._velocity, self._position = velocity, now.position_m
+        self._seen.append((time_s, now))
         if now.contacts:
             self._look_from_s, self._pause_s = 0.0, self._dt_s
-        if len(self._steady) < _QUIET_STEPS or time_s < self._look_from_s:
-            return False
-        if not all(self._moved_straight_on(*step, now.velocity_m_s) for step in self._steady):
+        if time_s < self._look_from_s or len(self._seen) <= _QUIET_STEPS or not self._is_quiet():
             return False
         earliest_s = time_s + self._earliest(now, self._scene.duration_s - time_s)
         # No pair comes near another before that; and where one is near now, ask ever less often.
         self._pause_s *= 2.0
         self._look_from_s = max(earliest_s, time_s + self._pause_s)
         return earliest_s > self._scene.duration_s + _AHEAD_STEPS * self._dt_s
+
+    def _is_quiet(self) -> bool:
+        """Whether the last steps left every velocity and spin as it was, and moved every disc by its velocity."""
+        (_, first), *later = self._seen
+        motion = self._motion(first)
+        if any(now.contacts or self._motion(now) != motion for _, now in later):
+            return False
+        places = [now.position_m for _, now in self._seen]
+        steps = zip(places, places[1:], (time_s for time_s, _ in later), strict=False)
+        return all(self._moved_straight_on(*step, first.velocity_m_s) for step in steps)
+
+    def _motion(self, now: Observation) -> bytes:
+        """Return the bits of velocities, and of spins where discs turn."""
+        spins = now.spin_rad_s if self._turns else None
+        return now.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes())
 
     def _moved_straight_on(self, before: Array, after: Array, time_s: float, velocity: Array) -> bool:
         """Whether a step moved every disc by its velocity, except for rounding of coordinates and instants."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -203,8 +202,8 @@ class _Run:
         straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
         for step in range(1, self.steps + 1):
             for time_s in _pieces(world, cutter, step, self.dt_s):
-                now = self.validator.state(world.observe())
-                self.outcome, self.notes = _health(now)
+                now, is_finite = self.validator.state(world.observe())
+                self.outcome, self.notes = _health(now.warning, is_finite=is_finite)
                 if self.outcome is not Outcome.COMPLETED and self.outcome is not Outcome.STANDSTILL:
                     return
                 if self.seen_s <= self.scene.duration_s:
@@ -364,13 +363,9 @@ def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None
     return np.zeros(len(scene.discs)) if state.spin_rad_s is None else state.spin_rad_s
 
 
-def _health(now: Observation) -> tuple[Outcome, tuple[str, ...]]:
-    if now.warning:
-        if now.warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
-            return Outcome.STANDSTILL, ()
-        return Outcome.WARNED, (now.warning,)
-    for array in (now.position_m, now.velocity_m_s, now.spin_rad_s):
-        # A finite sum of squares says enough, and is asked for after every step; they may as well be too large for it.
-        if array is not None and not (math.isfinite(np.vdot(array, array)) or np.isfinite(array).all()):
-            return Outcome.NON_FINITE, ()
-    return Outcome.COMPLETED, ()
+def _health(warning: str, *, is_finite: bool) -> tuple[Outcome, tuple[str, ...]]:
+    if warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
+        return Outcome.STANDSTILL, ()
+    if warning:
+        return Outcome.WARNED, (warning,)
+    return (Outcome.COMPLETED if is_finite else Outcome.NON_FINITE), ()

@@ -224,30 +224,27 @@ class Validator:
         # Half of the digits that the method computes with: what is further off was never meant to be of length 1.
         self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
 
-    def state(self, found: object) -> Observation:
-        """Return an observation with its arrays checked and copied: the world may go on to write to its own.
+    def state(self, found: object) -> tuple[Observation, bool]:
+        """Return an observation with its arrays checked and copied, and whether each number is finite.
+
+        The world may go on to write to its own arrays.
 
         Raises:
             AdapterError: A field is not what it must be.
         """
         if not isinstance(found, Observation):
             raise adapter_error(f"observe() must return an Observation, got {_shown(found)}")
-        spins = (
-            None
-            if found.spin_rad_s is None
-            else _array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
-        )
-        if spins is None and self._needs_spins:
+        spins, turns = None, True
+        if found.spin_rad_s is not None:
+            spins, turns = _array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
+        elif self._needs_spins:
             raise adapter_error(
                 f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none"
             )
-        return Observation(
-            _array(found.position_m, "position_m of an Observation", (self._discs, 2)),
-            _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2)),
-            found.contacts,
-            plain_text(found.warning, "the warning of an observation"),
-            spins,
-        )
+        places, are_places = _array(found.position_m, "position_m of an Observation", (self._discs, 2))
+        speeds, are_speeds = _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
+        warning = plain_text(found.warning, "the warning of an observation")
+        return Observation(places, speeds, found.contacts, warning, spins), turns and are_places and are_speeds
 
     def contacts(self, state: Observation, begin_s: float, end_s: float) -> Observation:
         """Return an observation with its contacts checked: those of the step, or piece of one, between two times.
@@ -327,18 +324,20 @@ class Validator:
         return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
 
 
-def _array(found: object, name: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _array(found: object, name: str, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], bool]:
+    """Return a copy of an array, and whether each of its numbers is finite."""
     if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
         raise adapter_error(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
         raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
     array = np.array(found, dtype=np.float64)
-    if np.vdot(array, array) <= LARGEST:  # so is each square: this is asked after every step
-        return array
-    size = np.abs(array)
-    if not size.max(initial=0.0) <= LARGEST and (far := (size > LARGEST) & np.isfinite(size)).any():
+    # A sum of squares that is no larger says so of each number: this is asked after every step.
+    if np.vdot(array, array) <= LARGEST:
+        return array, True
+    finite = np.isfinite(array)
+    if (far := (np.abs(array) > LARGEST) & finite).any():
         raise adapter_error(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")
-    return array
+    return array, bool(finite.all())
 
 
 def _items(found: object, what: str, count: int) -> tuple[object, ...]:

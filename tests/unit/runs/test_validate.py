@@ -35,7 +35,7 @@ def enter(*contacts: object, float_bits: int = 64, friction: float = 0.0, **fiel
     """Let in what was observed in the second step."""
     validator = Validator(scene(friction), DT, float_bits)
     found: Any = {"position_m": STATE, "velocity_m_s": STATE, "contacts": contacts, **fields}
-    return validator.contacts(validator.state(Observation(**found)), DT, 2 * DT)
+    return validator.contacts(validator.state(Observation(**found))[0], DT, 2 * DT)
 
 
 def test_what_is_sound_comes_in_as_it_is() -> None:
