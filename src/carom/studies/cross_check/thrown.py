@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable
 from urllib.parse import quote
 
-from carom.live.page import beyond_page, page_html, with_gallery
 from carom.scene import Scene
 
 #: The page's file in the folder of a report.
@@ -14,10 +13,14 @@ THROWN = "play.html"
 
 def drag_link(scene: Scene) -> str:
     """Return where a scene's discs can be thrown, from a report in the same folder; empty where they can't."""
+    from carom.live.page import beyond_page
+
     return "" if beyond_page(scene) else f"{THROWN}#{quote(scene.name, safe='')}"
 
 
 def thrown_page(scenes: Iterable[Scene]) -> str:
     """Return the page with those scenes whose discs can be thrown; empty if there are none."""
+    from carom.live.page import page_html, with_gallery
+
     own = [scene for scene in scenes if drag_link(scene)]
     return page_html(with_gallery(*own)) if own else ""
