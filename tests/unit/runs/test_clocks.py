@@ -140,3 +140,8 @@ def test_a_world_s_own_clock_counts_from_the_first_step() -> None:
 def test_ends_that_differ_in_a_bit_are_counted() -> None:
     """A method that repeats has one end, and one whose runs differ by 1e-300 m/s as many as there were runs."""
     assert [time_run(TimedAdapter(drift), ONE, "tuned", 0.5).ends for drift in (0.0, 1e-300)] == [1, 3]
+
+
+def test_runs_that_agree_are_enough() -> None:
+    """Once two runs in a row took as long, but for less than a part, no other is made; where none is named, all are."""
+    assert [time_run(TimedAdapter(), ONE, "tuned", 0.5, agreed=part).runs for part in (0.0, 0.1)] == [3, 2]
