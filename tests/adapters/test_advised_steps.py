@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.adapters.bare_runs import ENGINES, Body, Stage, Vector
+from tests.stage import sure
 
 from carom import Scene
 from carom.runs.pool import LocalPool
@@ -141,15 +142,12 @@ def test_engines_that_sweep_need_few_steps_and_those_that_look_need_what_pit_nee
     found = {answer.method.engine: answer for answer in advice.answers}
     most = {("bullet", "box2d"): 60, ("bullet", "mujoco"): 60, ("bullet", "pybullet"): 15, ("puck", "pybullet"): 30}
     for engine, answer in found.items():
-        assert answer.demand.passes is not None
-        assert 1 / answer.demand.passes.dt_s <= most.get((name, engine), math.inf) * (1 + 1e-9)
+        assert 1 / sure(answer.demand.passes).dt_s <= most.get((name, engine), math.inf) * (1 + 1e-9)
     if "pymunk" not in found:
         pytest.skip("pymunk is not installed")
     looks, closed = found["pymunk"], advice.closed_form
-    assert closed is not None
     for passes, closed_s in (
-        (looks.never_misses.passes, closed.never_misses_s),
-        (looks.demand.passes, closed.demand_s),
+        (looks.never_misses.passes, sure(closed).never_misses_s),
+        (looks.demand.passes, sure(closed).demand_s),
     ):
-        assert passes is not None
-        assert closed_s / 1.5 < passes.dt_s <= closed_s
+        assert closed_s / 1.5 < sure(passes).dt_s <= closed_s

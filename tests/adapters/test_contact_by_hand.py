@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage
-from tests.stage import Named
+from tests.stage import Named, sure
 
 import carom
 from carom import compare, solve_pic, solve_pit
@@ -103,8 +103,7 @@ def test_the_engine_alone_is_off_by_as_much_as_the_report_says(named: Named, cas
     trace = observe_run(named(case.engine), scene, case.profile, DT_S)
     score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=240.0))
     assert score.contact is not None
-    assert trace.looks is not None
-    steps = {round(time_s / DT_S) for time_s in trace.looks.time_s.tolist()} - {0}
+    steps = {round(time_s / DT_S) for time_s in sure(trace.looks).time_s.tolist()} - {0}
     states = ENGINES[case.engine](case.start.stage(), case.profile, DT_S, max(steps))[:, 0]
     states = (states - (0.0, RADIUS_M, 0.0, 0.0, 0.0)) * (1.0, 1.0, 1.0, 1.0, RADIUS_M)
     off = np.array([states[k] - case.law(k * DT_S) for k in sorted(steps)])

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from tests.hazards.spread import starts_of
 from tests.lengths import each
-from tests.stage import Named, disc_at, staged
+from tests.stage import Named, disc_at, staged, sure
 
 import carom
 from carom import Scene
@@ -124,15 +124,13 @@ def test_a_reset_is_a_row_that_says_so_and_harms_no_other() -> None:
     found = {(row.job.scene.name, row.job.engine): row for row in results.rows}
     reset = found["leaving", "mujoco"]
     _require_ran(reset)
-    assert reset.trace is not None
-    assert reset.trace.outcome is Outcome.WARNED
-    assert reset.trace.end_time_s == pytest.approx(0.1, abs=0.02)
+    assert sure(reset.trace).outcome is Outcome.WARNED
+    assert sure(reset.trace).end_time_s == pytest.approx(0.1, abs=0.02)
     assert "MuJoCo reset the state" in reasons_of(reset)[0]
     assert found["far", "mujoco"].status is Status.UNSUPPORTED
     assert "2e+10 m" in found["far", "mujoco"].reason
     for key in (("near", "mujoco"), ("far", "pymunk"), ("leaving", "pymunk"), ("near", "pymunk")):
-        trace = found[key].trace
-        assert trace is not None
+        trace = sure(found[key].trace)
         assert trace.outcome is Outcome.COMPLETED
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.adapters.drops import RADIUS_M, STARTS, G, hops, on_a_floor, speeds_at_rest
 from tests.lengths import long_after
-from tests.stage import Finish, Named
+from tests.stage import Finish, Named, sure
 
 from carom import Disc
 from carom.adapter import Adapter, AdapterError, Observation, Setting
@@ -154,8 +154,7 @@ def test_the_slip_of_a_disc_that_rolls(named: Named, finish: Finish, name: str, 
     """Box2D rubs at 2.5 mm outside the rim as shipped, half its skin and half its slop: of .5 m, half a hundredth."""
     for speed in np.linspace(1.5, 3.0, STARTS).tolist():
         end = _rolls(finish, named(name), profile, speed, 2.0)
-        assert end.spin_rad_s is not None
-        found = (end.velocity_m_s[0, 0] + RADIUS_M * end.spin_rad_s[0]) / speed
+        found = (end.velocity_m_s[0, 0] + RADIUS_M * sure(end.spin_rad_s)[0]) / speed
         assert found == pytest.approx(slip, abs=1e-4)
 
 

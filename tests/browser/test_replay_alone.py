@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from tests.browser.conftest import Window, hostile_scenes
+from tests.stage import sure
 
 import carom
 from carom.scenes import find_scenes
@@ -106,11 +107,8 @@ def test_a_strip_says_how_a_disc_moves_in_contact(window: Window, tmp_path: Path
     spans = page.locator(".modes .strip span")
     assert spans.all_inner_texts() == ["slides", "rolls"]
     slides, rolls = (span.bounding_box() for span in spans.all())
-    assert slides is not None
-    assert rolls is not None
-    assert trace.modes is not None
-    part = trace.modes["time_s"][1] / scene.duration_s
-    assert slides["width"] / (slides["width"] + rolls["width"]) == pytest.approx(part, abs=0.02)
+    part = sure(trace.modes)["time_s"][1] / scene.duration_s
+    assert sure(slides)["width"] / (sure(slides)["width"] + sure(rolls)["width"]) == pytest.approx(part, abs=0.02)
 
 
 @pytest.mark.parametrize("name", ["paper/missed", "paper/late", "classics/inelastic-oblique", "classics/bullet"])

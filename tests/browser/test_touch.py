@@ -8,6 +8,7 @@ import pytest
 from playwright.sync_api import Locator, Page
 from tests.browser.conftest import Window
 from tests.browser.test_replay import LATE, clock, opened
+from tests.stage import sure
 
 pytestmark = pytest.mark.browser
 
@@ -26,8 +27,7 @@ def phone(window: Window, report: Path) -> Page:
 def drag(page: Page, thing: Locator, start: float, end: float) -> list[float]:
     """Draw a finger across a thing from one part of its width to another; return the times shown on the way."""
     thing.scroll_into_view_if_needed()
-    box = thing.bounding_box()
-    assert box is not None
+    box = sure(thing.bounding_box())
     session = page.context.new_cdp_session(page)
     times = []
 
@@ -48,8 +48,7 @@ def test_buttons_are_tapped(phone: Page) -> None:
     dialog = phone.locator("#replay")
     for name in ("One frame on", "One frame back", *2 * ("On to the next impact",), "Back to the impact before"):
         button, before = dialog.get_by_role("button", name=name), clock(phone)
-        box = button.bounding_box()
-        assert box is not None
+        box = sure(button.bounding_box())
         assert min(box["width"], box["height"]) >= TARGET, name
         button.tap()
         assert clock(phone) != before, name
@@ -68,8 +67,7 @@ def test_the_time_follows_a_finger(phone: Page, where: str) -> None:
     times = drag(phone, thing, 0.2, 0.8)
     assert times == sorted(times)
     assert len(set(times)) > 5
-    box = thing.bounding_box()
-    assert box is not None
+    box = sure(thing.bounding_box())
     assert times[-1] == pytest.approx(0.8 * end, abs=2 * end / box["width"])  # a finger is at whole pixels
 
 

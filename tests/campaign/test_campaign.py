@@ -18,6 +18,7 @@ from tests.campaign.gases import Kind, draw
 from tests.campaign.tally import Tally
 from tests.checker import RULES, Report, Violation
 from tests.lengths import each, long_after
+from tests.stage import sure
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -109,11 +110,9 @@ def test_ctrl_c_shows_what_has_been_done(tmp_path: Path) -> None:
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        assert process.stderr is not None
-        assert process.stdout is not None
-        assert "gas 0: 64 discs" in process.stderr.readline()
+        assert "gas 0: 64 discs" in sure(process.stderr).readline()
         process.send_signal(signal.SIGINT)
-        table = process.stdout.read()
+        table = sure(process.stdout).read()
         assert process.wait() == command.INTERRUPTED
     assert f"| {Tally.load(state).impacts:,} |" in table
 

@@ -10,6 +10,7 @@ from tests.checker.passes import Overlap, disc_overlaps, wall_overlaps
 from tests.checker.report import Report, Violation, beyond, violation, worst
 from tests.checker.rest import Rests, broken_end, resting
 from tests.checker.watch import Stretch
+from tests.stage import sure
 
 from carom import DiscArrays
 
@@ -82,13 +83,11 @@ def _broken_order(stretch: Stretch) -> list[Violation]:
 
 def _spin_of_flights(stretch: Stretch, flights: Flights) -> Floats:
     """Return the spin of the disc of each flight, as its impacts, or the look, left it."""
-    assert stretch.spins is not None
-    assert stretch.spin_rad_s is not None
     spin = np.zeros(len(flights.disc))
-    spin[flights.first] = stretch.spin_rad_s[:-1]
+    spin[flights.first] = sure(stretch.spin_rad_s)[:-1]
     for side, name in enumerate(("first_after", "second_after")):
         k = np.flatnonzero(flights.after[:, side] >= 0)
-        spin[flights.after[k, side]] = stretch.spins[name][k]
+        spin[flights.after[k, side]] = sure(stretch.spins)[name][k]
     return spin
 
 

@@ -18,6 +18,7 @@ from tests.checker.flights import flights_of, spans
 from tests.checker.passes import _closest, disc_overlaps
 from tests.drawn import box, jittered
 from tests.lengths import each
+from tests.stage import sure
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -335,8 +336,7 @@ def test_a_right_rough_record_breaks_no_rule() -> None:
     report = found(start, stretch)
     assert report.violations == []
     assert report.impacts == 300
-    assert stretch.spins is not None
-    assert len(np.unique(stretch.spins["first_after"])) > 100
+    assert len(np.unique(sure(stretch.spins)["first_after"])) > 100
 
 
 @each("kind", ["a unit in the last place", "a billionth", "turned round", "left out"])
@@ -344,8 +344,7 @@ def test_a_right_rough_record_breaks_no_rule() -> None:
 def test_a_wrong_spin_after_an_impact_breaks_the_law(kind: str, side: str) -> None:
     """A spin that the law does not give is found; what is within rounding of it breaks the history that follows."""
     start, stretch = rough()
-    assert stretch.spins is not None
-    spins = stretch.spins.copy()
+    spins = sure(stretch.spins).copy()
     turned = (stretch.impacts["second"] >= 0) & (spins[f"{side}_before"] != spins[f"{side}_after"])
     row = 50 + int(np.argmax(turned[50:]))
     now = spins[f"{side}_after"][row]
@@ -371,7 +370,6 @@ def test_sliding_where_friction_holds_breaks_the_law() -> None:
 def test_a_spin_of_the_run_that_its_impacts_do_not_lead_to_is_found() -> None:
     """The spins of the run's own state are held against its impacts to the last bit."""
     start, stretch = rough()
-    assert stretch.spin_rad_s is not None
-    spins = stretch.spin_rad_s.copy()
+    spins = sure(stretch.spin_rad_s).copy()
     spins[-1, int(np.argmax(start.movable))] += 1e-9
     assert broken(start, replace(stretch, spin_rad_s=spins)) == {"state"}

@@ -11,7 +11,7 @@ from tests.distribution import forget, lay
 from tests.lengths import each
 from tests.planted import carom_planted
 from tests.planted.faults import DT, LENGTH, ROW, SPEED
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 
 from carom import Results, Scene, cross_check
 from carom.comparator import Grade, Verdict
@@ -98,12 +98,11 @@ def test_a_faulty_method_is_named_and_graded(results: Results, fault: str) -> No
     grade, says = SAID[fault]
     row = row_of(results, ROW, fault)
     assert row.status is Status.RAN, row.reason
-    assert row.score is not None
-    found = {finding.verdict: finding.reason for finding in row.score.findings}
+    found = {finding.verdict: finding.reason for finding in sure(row.score).findings}
     assert row.grade is grade, found
     for verdict, words in says.items():
         assert words in found.get(verdict, "not said"), (verdict, found)
-    assert grade is Grade.EXACT or not row.score.equals_pit
+    assert grade is Grade.EXACT or not sure(row.score).equals_pit
 
 
 @each("fault", REFUSED)
@@ -118,19 +117,15 @@ def test_what_can_not_be_is_refused_by_name(results: Results, fault: str) -> Non
 def test_states_that_move_otherwise_than_their_velocities_are_followed_to_the_end(results: Results, fault: str) -> None:
     """Where positions do not move with velocities no step is left out, though nothing can meet, and the end is seen."""
     row = row_of(results, FREE, fault)
-    assert row.trace is not None
-    assert row.score is not None
-    assert row.trace.counts["steps_skipped"] == 0
-    assert row.score.total.final_position == pytest.approx(FREE_OFF[fault], rel=1e-9)
+    assert sure(row.trace).counts["steps_skipped"] == 0
+    assert sure(row.score).total.final_position == pytest.approx(FREE_OFF[fault], rel=1e-9)
     assert row.grade is Grade.INACCURATE
-    assert not row.score.equals_pit
-    assert {Verdict.MISPLACED, Verdict.DRIFTS} <= set(row.score.verdicts)
+    assert not sure(row.score).equals_pit
+    assert {Verdict.MISPLACED, Verdict.DRIFTS} <= set(sure(row.score).verdicts)
     sound = row_of(results, FREE, "none")
-    assert sound.trace is not None
-    assert sound.trace.counts["steps_skipped"] > 0
+    assert sure(sound.trace).counts["steps_skipped"] > 0
     assert sound.grade is Grade.UNGRADED  # there is no impact to be graded by
-    assert sound.score is not None
-    assert sound.score.verdicts == (Verdict.NO_IMPACT,)
+    assert sure(sound.score).verdicts == (Verdict.NO_IMPACT,)
 
 
 def test_every_fault_has_its_row() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 
 from carom import certify, solve_pic, solve_pit
 from carom.trace import Flight, Samples, Trace, free_flights
@@ -26,7 +26,6 @@ def test_two_traces_of_one_run_are_equal() -> None:
 
 def changed() -> list[Trace]:
     one = trace()
-    assert one.samples is not None
     moved, later = one.final_position_m.copy(), one.impacts.copy()
     moved[1, 0] = np.nextafter(moved[1, 0], np.inf)
     later["time_s"][0] = np.nextafter(later["time_s"][0], np.inf)
@@ -41,7 +40,7 @@ def changed() -> list[Trace]:
         replace(one, effective_time_s=None),
         replace(one, effective_time_s=np.array([2.0])),
         replace(one, samples=None),
-        replace(one, samples=Samples(one.samples.time_s, one.samples.position_m + 1.0)),
+        replace(one, samples=Samples(sure(one.samples).time_s, sure(one.samples).position_m + 1.0)),
         replace(one, counts={**one.counts, "impacts": 7}),
         replace(one, settings={"contact_duration_s": 1.0}),
         replace(one, scene=SCENE.model_copy(update={"name": "other"})),

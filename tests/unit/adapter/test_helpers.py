@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 
 from carom.adapter import (
     Capabilities,
@@ -36,8 +36,7 @@ def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair
     # What the second receives across the normal, in the scene's directions: exchanged, it receives the opposite.
     nx, ny = contact.normal
     received = (-0.5 * -0.8 * -1, -0.5 * 0.6) if pair[0] == a else (0.5 * -0.8 * -1, 0.5 * 0.6)
-    rub = contact.tangential_impulse_n_s
-    assert rub is not None
+    rub = sure(contact.tangential_impulse_n_s)
     assert (-ny * rub, nx * rub) == received
 
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from tests.planted.faults import DT, ROW, SPEED, faithful
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.comparator import Grade, Verdict
@@ -21,9 +21,7 @@ REFERENCE = solve_pic(ROW)
 
 
 def own(trace: Trace, reference: Trace = REFERENCE) -> Consistency:
-    found = compare(reference, trace).consistency
-    assert found is not None
-    return found
+    return sure(compare(reference, trace).consistency)
 
 
 @pytest.mark.parametrize("engine", ["pic", "pit"])
@@ -135,9 +133,7 @@ def test_discs_that_rest_on_the_floor_do_not_turn() -> None:
 def test_several_contacts_of_a_step_are_not_followed_and_counted() -> None:
     """An impact whose instant nobody knows ends one free flight and begins another that can't be followed."""
     trace = faithful(REFERENCE)
-    assert trace.state_before is not None
-    assert trace.effective_time_s is not None
-    states, effective = trace.state_before.copy(), trace.effective_time_s.copy()
+    states, effective = sure(trace.state_before).copy(), sure(trace.effective_time_s).copy()
     states["position_first"][1] = states["position_second"][1] = effective[1] = math.nan
     unknown = dataclasses.replace(trace, state_before=states, effective_time_s=effective)
     assert own(unknown).unchecked == 4  # of discs 1 and 2, before and after

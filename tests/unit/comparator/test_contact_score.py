@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.lengths import each, long_after
+from tests.stage import sure
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
@@ -46,18 +47,16 @@ def reference(name: str) -> Trace:
 def doctored(change: Callable[[States], States], name: str) -> Score:
     """Return the score of PIC with states that are not its own."""
     trace = run_of(name, "pic")
-    assert trace.looks is not None
-    return compare(reference(name), replace(trace, looks=change(trace.looks)))
+    return compare(reference(name), replace(trace, looks=change(sure(trace.looks))))
 
 
 @each("name", list(CONTACT))
 def test_pic_is_exact_in_contact(name: str) -> None:
     """What it is at each step is what the closed form is, to rounding."""
     score = doctored(lambda looks: looks, name)
-    assert score.contact is not None
-    assert score.contact.grade is Grade.EXACT
+    assert sure(score.contact).grade is Grade.EXACT
     assert score.grade is Grade.EXACT
-    assert score.contact.looks >= 30
+    assert sure(score.contact).looks >= 30
 
 
 @pytest.mark.parametrize("dt_s", long_after(1, [1 / 60, 1 / 240]))
@@ -66,8 +65,7 @@ def test_pit_is_no_worse_than_sampled_in_contact(name: str, dt_s: float) -> None
     """It knows no contact, and hops from frame to frame: that is what checking once per step costs."""
     sampling = solve_pit(CONTACT[name], frame_rate_hz=round(1 / dt_s))
     score = compare(reference(name), run_of(name, "pit", dt_s), sampling=sampling)
-    assert score.contact is not None
-    assert score.contact.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+    assert sure(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
     assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 
@@ -79,9 +77,8 @@ def test_what_hops_in_two_steps_is_not_looked_at_in_every_other() -> None:
     (entry,) = find_scenes(["issues/brax-151"])
     trace = observe_run(load_adapter("pit"), entry.scene, "tuned", 0.01)
     score = compare(solve_pic(entry.scene), trace, sampling=trace)
-    assert score.contact is not None
-    assert (score.contact.looks, score.grade) == (150, Grade.SAMPLED)
-    assert score.contact.own.velocity_m_s == pytest.approx(9.8 * 0.01)
+    assert (sure(score.contact).looks, score.grade) == (150, Grade.SAMPLED)
+    assert sure(score.contact).own.velocity_m_s == pytest.approx(9.8 * 0.01)
 
 
 @each("name", list(CONTACT))
@@ -102,9 +99,7 @@ def test_places_that_are_off_by_more_than_pit_s_are_inaccurate() -> None:
     """PIT, which takes a look to begin to rub, ends a sixth of a metre too far: a fifth is more."""
     aside = np.array([0.2, 0.0])
     score = doctored(lambda looks: replace(looks, position_m=looks.position_m + aside), "contact/slide-to-roll")
-    assert score.contact is not None
-    assert score.contact.pit is not None
-    assert score.contact.pit.place_m == pytest.approx(1 / 6, rel=0.01)
+    assert sure(sure(score.contact).pit).place_m == pytest.approx(1 / 6, rel=0.01)
     assert score.grade is Grade.INACCURATE
     assert Verdict.CONTACT in score.verdicts
 
@@ -116,8 +111,7 @@ def test_a_disc_that_stands_still_where_it_moves_is_wrong() -> None:
         return replace(looks, velocity_m_s=np.zeros_like(looks.velocity_m_s))
 
     score = doctored(frozen, "contact/slide-to-roll")
-    assert score.contact is not None
-    assert score.contact.frozen
+    assert sure(score.contact).frozen
     assert score.grade is Grade.WRONG
     assert any("stands still where it moves" in finding.reason for finding in score.findings)
 
@@ -139,12 +133,10 @@ def test_a_spin_that_damping_eats_shows_in_the_angular_momentum() -> None:
     """A rim that is slower by a tenth is off by half as much in ``u - k R w``, k = 1/2."""
 
     def slowed(looks: States) -> States:
-        assert looks.spin_rad_s is not None
-        return replace(looks, spin_rad_s=0.9 * looks.spin_rad_s)
+        return replace(looks, spin_rad_s=0.9 * sure(looks.spin_rad_s))
 
     score = doctored(slowed, "contact/incline-slips")
-    assert score.contact is not None
-    assert score.contact.momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
+    assert sure(score.contact).momentum_m_s == pytest.approx(0.5 * 0.1 * 3.2, rel=1e-9)
     assert any("angular momentum about the wall" in finding.reason for finding in score.findings)
 
 
@@ -172,13 +164,11 @@ def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade
         return replace(looks, velocity_m_s=looks.velocity_m_s + up[:, None, :])
 
     trace = run_of("contact/drop", "pic")
-    assert trace.looks is not None
-    changed = replace(trace, looks=hopping(trace.looks))
+    changed = replace(trace, looks=hopping(sure(trace.looks)))
     score = compare(solve_pic(trace.scene), changed, sampling=solve_pit(trace.scene, frame_rate_hz=60.0))
-    assert score.contact is not None
-    assert score.contact.grade is grade
-    assert score.contact.kept.hop_m_s == pytest.approx(steps / 6.0)
-    assert score.contact.kept.take_offs == pytest.approx(0.5, abs=0.05)
+    assert sure(score.contact).grade is grade
+    assert sure(score.contact).kept.hop_m_s == pytest.approx(steps / 6.0)
+    assert sure(score.contact).kept.take_offs == pytest.approx(0.5, abs=0.05)
     assert "hops at" in reasons(score)
 
 
@@ -188,9 +178,8 @@ def test_a_disc_that_hops_while_it_glides_on_is_wrong(steps: float, grade: Grade
 def test_a_disc_that_is_held_off_its_wall_is_said_to_be(off: float, said: str) -> None:
     """By a skin of 5 mm, or in an overlap as deep."""
     score = doctored(lambda looks: moved(looks, looks.time_s >= 0.0, place=off), "contact/slide-to-roll")
-    assert score.contact is not None
-    assert score.contact.kept.gap_m == pytest.approx(off)
-    assert score.contact.kept.overlap_m == pytest.approx(-off)
+    assert sure(score.contact).kept.gap_m == pytest.approx(off)
+    assert sure(score.contact).kept.overlap_m == pytest.approx(-off)
     assert said in reasons(score)
 
 
@@ -202,9 +191,8 @@ def test_bounces_that_end_early_are_told_beyond_what_sampling_loses(until_s: flo
         return moved(looks, (looks.time_s > until_s) & (looks.time_s < 1.342), speed=0.0)
 
     score = doctored(dead, "contact/drop")
-    assert score.contact is not None
-    assert score.contact.ends_in_time is in_time
-    assert (score.contact.grade is Grade.EXACT) is in_time
+    assert sure(score.contact).ends_in_time is in_time
+    assert (sure(score.contact).grade is Grade.EXACT) is in_time
     assert ("its bounces end" in reasons(score)) is not in_time
 
 
@@ -212,13 +200,11 @@ def test_a_slip_that_ends_late_is_told() -> None:
     """A disc that should roll from 1/2 s on still slips at 1 s."""
 
     def slipping(looks: States) -> States:
-        assert looks.spin_rad_s is not None
         late = (looks.time_s > 0.4) & (looks.time_s < 1.0)
-        return replace(looks, spin_rad_s=np.where(late[:, None], 0.0, looks.spin_rad_s))
+        return replace(looks, spin_rad_s=np.where(late[:, None], 0.0, sure(looks.spin_rad_s)))
 
     score = doctored(slipping, "contact/slide-to-roll")
-    assert score.contact is not None
-    assert score.contact.late.slips_s == pytest.approx(0.5, abs=0.1)
+    assert sure(score.contact).late.slips_s == pytest.approx(0.5, abs=0.1)
     assert "its slips end" in reasons(score)
 
 
@@ -230,10 +216,9 @@ def test_the_half_step_of_an_integrator_is_named_and_no_fault() -> None:
         return replace(looks, position_m=looks.position_m + 0.5 / 60.0 * slower)
 
     score = doctored(integrated, "contact/stops")
-    assert score.contact is not None
-    assert score.contact.own.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
-    assert score.contact.beyond_m < 1e-12
-    assert score.contact.grade is Grade.SAMPLED
+    assert sure(score.contact).own.place_m == pytest.approx(0.5 / 60.0 * 2.9, rel=1e-9)
+    assert sure(score.contact).beyond_m < 1e-12
+    assert sure(score.contact).grade is Grade.SAMPLED
     assert "half a step of an integrator's" in reasons(score)
 
 
@@ -256,8 +241,7 @@ def test_pit_of_a_ball_that_comes_to_rest_is_no_worse_than_sampled(restitution: 
         scene = scene.model_copy(update={"discs": (disc,), "wall_restitution": restitution, "duration_s": lasts})
         trace = observe_run(load_adapter("pit"), scene, "tuned", 1 / 60)
         score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=60.0))
-        assert score.contact is not None
-        assert score.contact.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
+        assert sure(score.contact).grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
         assert score.grade in {Grade.SAMPLED, Grade.CLOSE, Grade.EXACT}, score.findings
 
 

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.stage import altered, disc_at, staged, wall_at
+from tests.stage import altered, disc_at, staged, sure, wall_at
 
 from carom import Scene, compare, solve_pic
 from carom.comparator import Verdict
@@ -33,8 +33,7 @@ def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
     1 = w + 2 u cos 30, energy 1 = w^2 + 2 u^2, so u = 2 sqrt(3)/5 and w = -1/5.
     """
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
-    group = first_group(reference)
-    assert group is not None
+    group = sure(first_group(reference))
     assert group.discs == (0, 1, 2)
     assert len(group.contacts) == 3
     outcomes = admissible_outcomes(reference.scene, group, 1.0)
@@ -53,8 +52,7 @@ def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
     scene = staged(
         "squeeze", disc_at(0.75, 0.0), disc_at(2.75, 0.0, -0.5), wall_at(-0.5, 0.0, 1.0, 0.0, legs=legs), duration_s=4.0
     )
-    group = first_group(solve_pic(scene))
-    assert group is not None
+    group = sure(first_group(solve_pic(scene)))
     outcomes = admissible_outcomes(scene, group, 1.0)
     assert [outcome.velocity_m_s.tolist() for outcome in outcomes] == [[[1.0, 0.0], [1.5, 0.0]]]
 
@@ -67,25 +65,22 @@ def test_a_disc_that_is_pressed_onto_another_leaves_or_stays() -> None:
     """
     (entry,) = find_scenes(["contact/pressed"])
     reference = solve_pic(entry.scene)
-    group = first_group(reference)
-    assert group is not None
+    group = sure(first_group(reference))
     in_turn, at_once = admissible_outcomes(entry.scene, group, 2.0)
     np.testing.assert_allclose(in_turn.velocity_m_s, [[0, 0], [0, 0]], rtol=0, atol=4e-9)
     np.testing.assert_allclose(at_once.velocity_m_s, [[0, 0], [0, 1]], rtol=0, atol=1e-12)
     assert in_turn.how.startswith("0 on 1, then 0 on wall 0, then 0 on 1")
     assert in_turn.how.endswith(", and so on")
     score = compare(reference, reference)
-    assert score.convention is not None
-    assert score.convention.nearest == 0
-    assert score.convention.distance < 1e-7  # PIC ends by name after a dozen of them
+    assert sure(score.convention).nearest == 0
+    assert sure(score.convention).distance < 1e-7  # PIC ends by name after a dozen of them
 
 
 def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
     """PIC takes the lower body numbers first: outcome 1 of 3; the mirror image is outcome 2; neither is graded."""
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     score = compare(reference, reference)
-    assert score.convention is not None
-    assert (score.convention.nearest, score.convention.matches) == (0, True)
+    assert (sure(score.convention).nearest, sure(score.convention).matches) == (0, True)
     assert "matches admissible outcome 1 of 3" in score.findings[0].reason
     impacts = reference.impacts.copy()
     flip = np.array([1.0, -1.0])
@@ -95,16 +90,14 @@ def test_pic_takes_the_first_of_them_and_is_told_so() -> None:
     impacts["second"] = [2, 1]
     mirrored = dataclasses.replace(reference, impacts=impacts)
     other = compare(reference, mirrored)
-    assert other.convention is not None
-    assert (other.convention.nearest, other.convention.matches) == (1, True)
+    assert (sure(other.convention).nearest, sure(other.convention).matches) == (1, True)
 
 
 def test_what_no_order_gives_is_said_to_match_none() -> None:
     """Velocities that no order of impacts gives match none, and the distance from the nearest is told."""
     reference = solve_pic(catalogue()["classics/one-into-two"].scene)
     score = compare(reference, altered(reference, 1, velocity_first_after=(0.5, 0.5)))
-    assert score.convention is not None
-    assert not score.convention.matches
+    assert not sure(score.convention).matches
     assert score.verdicts[0] is Verdict.CONVENTION
     assert "matches none of 3 admissible outcomes" in score.findings[0].reason
 
@@ -113,8 +106,7 @@ def test_what_no_order_gives_is_said_to_match_none() -> None:
 def test_a_row_of_equal_touching_discs_has_the_cradles_answer(discs: int) -> None:
     """One pair at a time there is one answer for equal elastic discs: the last one leaves with all the speed."""
     reference = solve_pic(cradle(discs))
-    group = first_group(reference)
-    assert group is not None
+    group = sure(first_group(reference))
     assert group.discs == tuple(range(discs))
     first = admissible_outcomes(reference.scene, group, 1.0)[0]
     np.testing.assert_allclose(first.velocity_m_s[:, 0], [0.0] * (discs - 1) + [1.0], rtol=0, atol=1e-12)

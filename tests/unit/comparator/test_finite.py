@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from tests.lengths import each
 from tests.planted.faults import DT, ROW, faithful
-from tests.stage import altered
+from tests.stage import altered, sure
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
@@ -120,9 +120,7 @@ def test_the_reason_names_field_row_and_value() -> None:
 def test_not_known_is_not_broken() -> None:
     """NaN means "not known" for a whole state, and for the effective time of an impact whose state is not known."""
     trace = faithful(REFERENCE)
-    assert trace.state_before is not None
-    assert trace.effective_time_s is not None
-    states, effective = trace.state_before.copy(), trace.effective_time_s.copy()
+    states, effective = sure(trace.state_before).copy(), sure(trace.effective_time_s).copy()
     effective[1] = math.nan
     assert not_finite(dataclasses.replace(trace, effective_time_s=effective)) == "effective_time_s of impact 1 is nan"
     states["position_first"][1] = states["position_second"][1] = math.nan

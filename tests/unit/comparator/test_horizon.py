@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.lengths import each
 from tests.planted.faults import replayed
-from tests.stage import altered, disc_at, line, staged
+from tests.stage import altered, disc_at, line, staged, sure
 
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
@@ -207,8 +207,7 @@ def test_the_estimate_ends_before_the_run_does_in_a_chaotic_gas() -> None:
     """
     gas = catalogue()["classics/gas"].scene.model_copy(update={"duration_s": 20.0})
     reference = solve_pic(gas)
-    horizon = estimate_horizon(reference)
-    assert horizon is not None
+    horizon = sure(estimate_horizon(reference))
     believed = int(np.searchsorted(reference.impacts["time_s"], horizon, side="right"))
     assert 29 < believed < 327
 

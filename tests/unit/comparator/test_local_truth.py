@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.drawn import drawn, slowing
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene
 from carom.comparator import Grade, local_truth
@@ -86,9 +86,7 @@ def at_random() -> Iterator[Any]:
 
 
 def steps_of(scene: Scene, name: str) -> LocalTruth:
-    found = observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth
-    assert found is not None
-    return found
+    return sure(observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth)
 
 
 def states_of(scene: Scene, dt_s: float) -> States:

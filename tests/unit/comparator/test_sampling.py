@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.lengths import each, long_after
 from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster, replayed, tunnelling
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 
 from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade
@@ -215,8 +215,7 @@ def test_own_is_what_sampling_does_not_explain() -> None:
     pit = late_by(REFERENCE, 0.5 * DT)
     assert scored(pit, pit).own_velocity == 0.0
     fine = scored(late_by(REFERENCE, 1e-8), pit)
-    assert fine.against_pit is not None
-    assert fine.against_pit.velocity > 0.01
+    assert sure(fine.against_pit).velocity > 0.01
     assert fine.own_velocity == fine.total.velocity < 1e-6
     assert compare(REFERENCE, pit).own_velocity is None
 
@@ -230,8 +229,7 @@ def test_no_number_of_a_score_stands_in_it_twice() -> None:
     plain = [getattr(score, field.name) for field in dataclasses.fields(score)]
     numbers = [value for value in plain if isinstance(value, float) and math.isfinite(value)]
     for errors in (score.total, score.sampling, score.against_pit):
-        assert errors is not None
-        found = {name: v for name, v in dataclasses.asdict(errors).items() if math.isfinite(v) and v}
+        found = {name: v for name, v in dataclasses.asdict(sure(errors)).items() if math.isfinite(v) and v}
         assert not set(found.values()) & set(numbers)
 
 

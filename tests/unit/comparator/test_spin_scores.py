@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
@@ -27,8 +27,7 @@ def scene_named(name: str) -> Scene:
 def outcome_of_one_impact(name: str, velocity: tuple[float, float], spin: float, dt_s: float = DT) -> Trace:
     """The run of a disc that hits the floor once and leaves it like this, seen by a method with steps."""
     truth = solve_pic(scene_named(name))
-    assert truth.spins is not None
-    impacts, spins = truth.impacts.copy(), truth.spins.copy()
+    impacts, spins = truth.impacts.copy(), sure(truth.spins).copy()
     impacts["velocity_first_after"], spins["first_after"] = velocity, spin
     left = truth.end_time_s - float(truth.impacts["time_s"][0])
     return dataclasses.replace(
@@ -96,9 +95,8 @@ def test_a_spin_that_sampling_does_not_explain_is_not_sampled(part: float) -> No
     impacts["velocity_first_after"] += 0.5
     pit = dataclasses.replace(truth, impacts=impacts, final_velocity_m_s=truth.final_velocity_m_s + 0.5)
     result = compare(truth, observed, sampling=pit)
-    assert result.sampling is not None
-    assert result.total.velocity < result.sampling.velocity
-    assert result.total.spin > result.sampling.spin == 0.0
+    assert result.total.velocity < sure(result.sampling).velocity
+    assert result.total.spin > sure(result.sampling).spin == 0.0
     assert result.grade is Grade.INACCURATE
 
 
@@ -143,9 +141,8 @@ def test_an_arm_shortened_by_the_overlap_is_named_and_not_held_against_the_run()
     result = score("slide", run)
     assert "as if at 0.98 times its radius" in reason(result, Verdict.ANGULAR)
     assert "more than bodies close" not in reason(result, Verdict.ANGULAR)
-    assert result.consistency is not None
-    assert result.consistency.arm == pytest.approx(0.98, rel=1e-12)
-    assert result.consistency.angular_excess == 0.0
+    assert sure(result.consistency).arm == pytest.approx(0.98, rel=1e-12)
+    assert sure(result.consistency).angular_excess == 0.0
     assert result.grade is Grade.INACCURATE  # PIT, with full arms, has no such error on a wall
     shorter = outcome_of_one_impact("slide", (2.7, 1.0), -0.6 * 0.98, dt_s=1 / 600)
     assert "more than bodies close" in reason(score("slide", shorter), Verdict.ANGULAR)
@@ -156,8 +153,7 @@ def test_a_spin_that_fades_in_flight_is_named() -> None:
     run = outcome_of_one_impact("slide", (2.7, 1.0), -0.6)
     result = score("slide", dataclasses.replace(run, final_spin_rad_s=np.array([-0.5])))
     assert found(result) == {Verdict.SPINS, Verdict.WRONG_LAST_SPIN, Verdict.ENERGY_LOST}
-    assert result.consistency is not None
-    assert result.consistency.spin.size == pytest.approx(0.1 / math.hypot(3, 2), rel=1e-12)
+    assert sure(result.consistency).spin.size == pytest.approx(0.1 / math.hypot(3, 2), rel=1e-12)
     assert result.grade is Grade.INACCURATE
 
 
@@ -193,8 +189,7 @@ def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
     truth = solve_pic(scene)
     # f (1 + e) w_n = 0.4, and the floor drives a disc that spins counterclockwise backwards.
     np.testing.assert_allclose(truth.final_velocity_m_s[0], (2.6, 2.0), rtol=1e-15)
-    assert truth.final_spin_rad_s is not None
-    assert truth.final_spin_rad_s[0] == 1e6 - 0.8
+    assert sure(truth.final_spin_rad_s)[0] == 1e6 - 0.8
     impacts = truth.impacts.copy()
     impacts["velocity_first_after"][0, 0] += 1e-9
     result = compare(truth, dataclasses.replace(truth, impacts=impacts))
@@ -205,19 +200,15 @@ def test_a_fast_rim_does_not_flatter_a_velocity() -> None:
 def test_the_corner_has_two_outcomes_with_friction() -> None:
     """The two admissible answers of a right-angled corner, worked out by hand, and the one that PIC takes."""
     trace = solve_pic(scene_named("corner"))
-    group = first_group(trace)
-    assert group is not None
+    group = sure(first_group(trace))
     outcomes = admissible_outcomes(trace.scene, group, math.sqrt(13))
     motions = sorted(outcome.motion_m_s[0].tolist() for outcome in outcomes)
     np.testing.assert_allclose(motions, [(2.0, 2.0, 2.0), (22 / 9, 4 / 3, -22 / 9)], rtol=1e-15)
     result = compare(trace, trace)
-    assert result.convention is not None
-    assert result.convention.matches
-    assert trace.spins is not None
-    turned = trace.spins.copy()
+    assert sure(result.convention).matches
+    turned = sure(trace.spins).copy()
     turned["first_after"] *= -1.0
-    wrong = compare(trace, dataclasses.replace(trace, spins=turned)).convention
-    assert wrong is not None
+    wrong = sure(compare(trace, dataclasses.replace(trace, spins=turned)).convention)
     assert not wrong.matches
 
 
@@ -244,8 +235,7 @@ def test_horizons_end_where_spins_part() -> None:
     walls = [wall_at(-1, -1, 1, 0), wall_at(-1, -1, 0, 1), wall_at(7, 7, -1, 0), wall_at(7, 7, 0, -1)]
     rough = {"friction": 10.0, "wall_friction": 10.0, "tangential_restitution": 1.0, "wall_tangential_restitution": 1.0}
     gas = Scene(name="gas", discs=discs, walls=walls, duration_s=60.0, **rough)
-    horizon = estimate_horizon(solve_pic(gas))
-    assert horizon is not None
+    horizon = sure(estimate_horizon(solve_pic(gas)))
     assert 0.0 < horizon < 60.0
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import each
-from tests.stage import altered
+from tests.stage import altered, sure
 
 from carom.comparator import compare
 from carom.errors import InputError
@@ -28,8 +28,7 @@ def with_other(**fields: Any) -> Callable[[Trace], Trace]:
 
 
 def with_spin_of_the_wall(trace: Trace) -> Trace:
-    assert trace.spins is not None
-    spins = trace.spins.copy()
+    spins = sure(trace.spins).copy()
     spins["second_after"][0] = 2.5
     return replace(trace, spins=spins)
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import sure
 
 import carom
 from carom.pages.grid import build_grid
@@ -75,19 +76,18 @@ def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None
     score, trace, reference = row.score, row.trace, results.references["paper/missed"]
     assert score is not None
     assert trace is not None
-    assert trace.local_truth is not None
     unseen = dataclasses.replace(trace, local_truth=None)
     (found,) = impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
     assert (found["flag"], found["cause"]) == ("missed", "PIT finds it")
     (found,) = impact_rows(reference, unseen, score)
     assert found["cause"] == "PIT misses it, too"
-    meetings = trace.local_truth.meetings.copy()
+    meetings = sure(trace.local_truth).meetings.copy()
     for pit_missed, cause in ((True, "checking once per step"), (False, "the method's own: PIT finds it from there")):
         meetings["pit_missed"] = pit_missed
-        truth = dataclasses.replace(trace.local_truth, meetings=meetings)
+        truth = dataclasses.replace(sure(trace.local_truth), meetings=meetings)
         (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
         assert found["cause"] == cause
-    elsewhere = dataclasses.replace(trace.local_truth, meetings=meetings[:0])
+    elsewhere = dataclasses.replace(sure(trace.local_truth), meetings=meetings[:0])
     (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
     assert "errors before this impact led it elsewhere" in found["cause"]
 
@@ -107,12 +107,11 @@ def test_the_same_results_give_the_same_text(results: Results) -> None:
 def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> None:
     """Where an engine's numbers end in NaN, the replay ends with the last place that is known, as plain JSON."""
     row = next(row for row in results.rows if row.job.scene.name == "paper/late" and row.job.engine == "pit")
-    assert row.trace is not None
-    impacts = row.trace.impacts.copy()
+    impacts = sure(row.trace).impacts.copy()
     for name in ("velocity_first_after", "velocity_second_after", "time_s"):
         impacts[name] = math.nan
     broken = dataclasses.replace(
-        row.trace,
+        sure(row.trace),
         impacts=impacts,
         final_position_m=np.full((2, 2), math.nan),
         final_velocity_m_s=np.full((2, 2), math.inf),

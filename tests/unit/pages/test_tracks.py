@@ -58,13 +58,11 @@ def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
     """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
     scene = all_scenes()[name].scene
     results = carom.cross_check([scene], ["pit"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcess())
-    trace = results.rows[0].trace
-    assert trace is not None
-    assert trace.samples is not None
+    trace = sure(results.rows[0].trace)
     extent_m = extent_of(results.references[name])
-    times = trace.samples.time_s[trace.samples.time_s < trace.end_time_s]
+    times = sure(trace.samples).time_s[sure(trace.samples).time_s < trace.end_time_s]
     for disc, track in enumerate(observed_tracks(trace, extent_m)):
-        away = track.at(times) - trace.samples.position_m[: len(times), disc]
+        away = track.at(times) - sure(trace.samples).position_m[: len(times), disc]
         assert np.abs(away).max() <= SHARPNESS * extent_m
         assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
 
@@ -104,8 +102,7 @@ def test_nothing_turns_without_spins() -> None:
 def test_a_disc_whose_spin_is_no_number_turns_no_further() -> None:
     """An engine's NaN must not reach the page, which has no number for it."""
     trace = solve_pic(all_scenes()["spin/english-stick"].scene)
-    assert trace.spins is not None
-    spins = trace.spins.copy()
+    spins = sure(trace.spins).copy()
     spins["first_after"] = math.nan
     first, _ = turnings(dataclasses.replace(trace, spins=spins))
     assert first.angle_rad[0] == 0.0
@@ -115,8 +112,7 @@ def test_a_disc_whose_spin_is_no_number_turns_no_further() -> None:
 def test_the_replay_says_how_wrong_a_spin_is_and_why() -> None:
     """An impact whose velocities are right and whose spin is not has the error beside it, and the cause."""
     trace = solve_pic(all_scenes()["spin/grip"].scene)
-    assert trace.spins is not None
-    spins = trace.spins.copy()
+    spins = sure(trace.spins).copy()
     spins["first_after"] = -1.0
     wrong = dataclasses.replace(trace, spins=spins, dt_s=1 / 60)
     (row,) = replay_data(trace, [(wrong, compare(trace, wrong), {})])["runs"][0]["impacts"]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 from tests.unit.runs.stubs import Makes, Still
 
 from carom import Scene
@@ -87,8 +87,7 @@ def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPat
     found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
     monkeypatch.setattr(timing_pass, "load_adapter", found)
     asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
-    timing = TimeScene(SCENE, tuple(asked), rounds=3).answer(InProcess()).value
-    assert timing is not None
+    timing = sure(TimeScene(SCENE, tuple(asked), rounds=3).answer(InProcess()).value)
     timed = {method.engine for (method, _), _ in timing.timings}
     untimed = {method.engine: why for (method, _), why in timing.untimed}
     assert "pit" in timed

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from tests.lengths import long_after
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 import carom
 from carom import Scene, solve_pic
@@ -128,8 +128,7 @@ def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float,
     results = carom.cross_check(
         [scene], ["pit"], dts=[0.1], profiles=["tuned"], timing=False, phases=phases, pool=InProcess()
     )
-    spread = results.rows[0].spread
-    assert spread is not None
+    spread = sure(results.rows[0].spread)
     assert spread.phases == phases
     expected = max(0.0, 1.0 - math.sqrt(1 - offset**2) / advance)
     assert spread.pit_miss_probability == pytest.approx(expected, abs=1e-12)

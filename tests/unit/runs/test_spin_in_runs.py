@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from tests.lengths import long_after
+from tests.stage import sure
 
 from carom import Trace, compare, solve_pic, solve_pit
 from carom.adapter import Contact, Observation, Scene, Setting, World
@@ -65,16 +66,14 @@ def spins_times(factor: float) -> Callable[[Observation], Observation]:
     """Spoil every spin after an impact; what is before one is what was after the last, as an engine's states are."""
 
     def spoil(seen: Observation) -> Observation:
-        assert seen.spin_rad_s is not None
         contacts = tuple(spun(contact, factor) for contact in seen.contacts)
-        return replace(seen, spin_rad_s=factor * seen.spin_rad_s, contacts=contacts)
+        return replace(seen, spin_rad_s=factor * sure(seen.spin_rad_s), contacts=contacts)
 
     return spoil
 
 
 def spun(contact: Contact, factor: float) -> Contact:
-    assert contact.spins_rad_s is not None
-    a, b, c, d = (factor * spin for spin in contact.spins_rad_s)
+    a, b, c, d = (factor * spin for spin in sure(contact.spins_rad_s))
     return replace(contact, spins_rad_s=(a, b, c, d))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from tests.stage import sure
 
 from carom.scenes import CatalogueScene, catalogue
 from carom.scenes.closed_forms import after_impact, after_wall, dot, normal_of_offset, wedge_impacts
@@ -103,16 +104,14 @@ def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
         if impact is None:
             break
         i, j = impact.first, impact.second
-        assert impact.velocity_first_after is not None
-        after_first = complex(*impact.velocity_first_after)
+        after_first = complex(*sure(impact.velocity_first_after))
         if j < 0:
             wall = scene.half_planes()[-1 - j]
             normal = -complex(*wall.normal)
             gap = dot(complex(*wall.point_m) - position[i], normal) - radius[i]
             before, after, e = velocity[i], after_first, scene.wall_restitution
         else:
-            assert impact.velocity_second_after is not None
-            after_second = complex(*impact.velocity_second_after)
+            after_second = complex(*sure(impact.velocity_second_after))
             between = position[j] - position[i]
             normal = between / abs(between)
             gap = abs(between) - radius[i] - radius[j]
@@ -126,8 +125,7 @@ def test_known_impacts_are_a_history(entry: CatalogueScene) -> None:
         assert dot(before, normal) > 0
         assert dot(after, normal) == pytest.approx(-e * dot(before, normal), abs=rounding * abs(before))
         velocity[i] = after_first
-    assert known.final_position_m is not None
-    assert np.allclose(position, [complex(*p) for p in known.final_position_m], rtol=0, atol=rounding)
+    assert np.allclose(position, [complex(*p) for p in sure(known.final_position_m)], rtol=0, atol=rounding)
 
 
 def test_no_two_impacts_are_simultaneous_but_by_convention() -> None:

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Chain, Mode, Outcome, Scene, solve_pic
 from carom.pages.tracks import reference_tracks, turnings
@@ -23,8 +23,7 @@ DOWN = {"gravity_m_s2": (0.0, -10.0)}
 
 def modes_of(trace: Trace, disc: int = 0) -> list[Mode]:
     """Return how a disc moves, in order."""
-    assert trace.modes is not None
-    return [Mode(after) for after in trace.modes["after"][trace.modes["disc"] == disc].tolist()]
+    return [Mode(after) for after in sure(trace.modes)["after"][sure(trace.modes)["disc"] == disc].tolist()]
 
 
 def sliding(**fields: float) -> Scene:
@@ -35,8 +34,7 @@ def sliding(**fields: float) -> Scene:
 
 def test_a_trace_tells_each_mode_with_its_instant_and_its_motion() -> None:
     """Slide and roll: when, from what to what, on which wall, where, how fast, and how that changes."""
-    modes = solve_pic(sliding()).modes
-    assert modes is not None
+    modes = sure(solve_pic(sliding()).modes)
     slide, roll = modes
     assert (slide["time_s"], slide["before"], slide["after"]) == (0.0, Mode.FLIGHT, Mode.SLIDE)
     assert (roll["time_s"], roll["before"], roll["after"]) == (0.5, Mode.SLIDE, Mode.ROLL)
@@ -56,9 +54,8 @@ def test_flights_and_tracks_lead_through_contact() -> None:
     """What a trace's flights, and the tracks that are drawn of them, say of any time is where the run is then."""
     scene, times = sliding(), [0.1, 0.4, 0.5, 0.9, 1.7]
     trace = solve_pic(scene, sample_times_s=times)
-    assert trace.samples is not None
     (track,) = reference_tracks(trace)
-    assert track.at(np.array(times)) == pytest.approx(trace.samples.position_m[:, 0], abs=1e-15)
+    assert track.at(np.array(times)) == pytest.approx(sure(trace.samples).position_m[:, 0], abs=1e-15)
     assert track.under(np.array([0.0, -10.0]), 1e-4).at(np.array(times)) == pytest.approx(
         track.at(np.array(times)), abs=1e-4
     )
@@ -119,8 +116,7 @@ def test_what_rests_is_no_end_for_the_others() -> None:
 
 def test_a_window_keeps_the_modes_within_it() -> None:
     """As it does impacts."""
-    modes = solve_pic(sliding(), window_s=(0.25, 1.0)).modes
-    assert modes is not None
+    modes = sure(solve_pic(sliding(), window_s=(0.25, 1.0)).modes)
     assert modes["time_s"].tolist() == [0.5]
 
 
@@ -170,9 +166,7 @@ def test_an_edge_in_pieces_is_one() -> None:
     """A disc rolls over joints at which the wall goes straight on as if there were none."""
     whole, pieces = over_an_edge(3.0, (1.0, 0.0)), over_an_edge(3.0, (-2.0, 0.0), (0.25, 0.0), (1.0, 0.0))
     assert pieces.final_position_m.tobytes() == whole.final_position_m.tobytes()
-    assert pieces.modes is not None
-    assert whole.modes is not None
-    assert pieces.modes.tobytes() == whole.modes.tobytes()
+    assert sure(pieces.modes).tobytes() == sure(whole.modes).tobytes()
 
 
 def test_a_disc_in_contact_meets_what_rises_from_the_same_wall() -> None:

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.drawn import drawn
 from tests.lengths import each
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
 from carom.adapter import Capabilities, Need, unsupported_reason
@@ -79,8 +79,7 @@ def test_spins_fall_as_velocities_do() -> None:
         damping_per_s=0.7,
     )
     for trace in (solve_pic(scene), solve_pit(scene)):
-        assert trace.final_spin_rad_s is not None
-        assert trace.final_spin_rad_s[0] == pytest.approx(3 * math.exp(-1.4), rel=1e-15)
+        assert sure(trace.final_spin_rad_s)[0] == pytest.approx(3 * math.exp(-1.4), rel=1e-15)
         assert trace.final_velocity_m_s[0].tolist() == pytest.approx([2 * math.exp(-1.4), 0.0], rel=1e-15)
         assert trace.final_position_m[0].tolist() == pytest.approx([2 * (1 - math.exp(-1.4)) / 0.7, 0.0], rel=1e-15)
 
@@ -122,15 +121,13 @@ def test_samples_windows_and_numbers_of_impacts_are_those_of_the_clock() -> None
     scene = box(damping_per_s=0.4)
     whole = solve_pic(scene, sample_times_s=[0.5, 1.5])
     times = whole.impacts["time_s"].tolist()
-    assert whole.samples is not None
     for k, time_s in enumerate((0.5, 1.5)):
         until = solve_pic(scene, until_s=time_s)
         assert until.end_time_s == time_s
-        assert whole.samples.position_m[k].tobytes() == until.final_position_m.tobytes()
+        assert sure(whole.samples).position_m[k].tobytes() == until.final_position_m.tobytes()
     window = solve_pic(scene, window_s=(times[1], times[-2]))
     assert window.impacts.tobytes() == whole.impacts[1:-1].tobytes()
-    assert window.impacts_per_disc is not None
-    assert window.impacts_per_disc.tolist() == np.asarray(whole.impacts_per_disc).tolist()
+    assert sure(window.impacts_per_disc).tolist() == np.asarray(whole.impacts_per_disc).tolist()
     first = solve_pic(scene, max_impacts=2)
     assert first.outcome is Outcome.MAX_IMPACTS
     assert first.end_time_s == times[1]

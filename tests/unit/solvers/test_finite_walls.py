@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import each
-from tests.stage import disc_at, wall_at
+from tests.stage import disc_at, sure, wall_at
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
 from carom.runs.wire import CarriedTrace, Codec
@@ -28,8 +28,7 @@ def table(*bodies: Any, **fields: Any) -> Scene:
 
 def edges(trace: Trace) -> list[tuple[int, int]]:
     """Return the edges of a trace."""
-    assert trace.edges is not None
-    return [tuple(edge) for edge in trace.edges.tolist()]
+    return [tuple(edge) for edge in sure(trace.edges).tolist()]
 
 
 def test_a_wall_without_thickness_lets_nothing_through() -> None:

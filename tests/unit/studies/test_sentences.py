@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.studies.examples import METHODS, campaign_results, growth
 
 from carom import Results, Scene, cross_check, solve_pic
@@ -152,15 +152,12 @@ def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -
     """An impact that the reference has once: from its own state before the bodies meet, or that state is not known."""
     reference = solve_pic(LATE)
     row = next(row for row in checked(LATE).rows if row.job.engine == "pit")
-    trace = row.trace
-    assert trace is not None
-    assert trace.state_before is not None
-    assert trace.effective_time_s is not None
+    trace = sure(row.trace)
     again = [0, 0]
-    states = trace.state_before[again].copy()
+    states = sure(trace.state_before)[again].copy()
     if not known:
         states["position_first"] = states["position_second"] = float("nan")
-    effective_s = trace.effective_time_s[again]
+    effective_s = sure(trace.effective_time_s)[again]
     doubled = dataclasses.replace(
         trace, impacts=trace.impacts[again], state_before=states, effective_time_s=effective_s
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from tests.lengths import each
+from tests.stage import sure
 
 from carom import Disc, Outcome, Scene, Wall, certify
 from carom.solvers.certified.endless import _collapse
@@ -34,8 +35,7 @@ def stopped_at(found: Scene, **more: Any) -> Degeneracy:
         if certified.degeneracy and certified.degeneracy.kind is Degenerate.COLLAPSE
         else Outcome.STOPPED
     )
-    assert certified.degeneracy is not None
-    return certified.degeneracy
+    return sure(certified.degeneracy)
 
 
 def test_a_disc_that_meets_two_at_one_instant_is_a_shared_instant() -> None:
@@ -119,8 +119,7 @@ def test_a_graze_that_no_precision_decides_is_reported_with_what_came_before() -
     certified = certify(scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, 5)), tie_bits=1024)
     assert certified.trace.impacts["time_s"].tolist() == [5.0]
     assert certified.ending is Ending.DEGENERATE
-    found = certified.degeneracy
-    assert found is not None
+    found = sure(certified.degeneracy)
     assert (found.kind, found.bodies, found.proven) == (Degenerate.GRAZE, (1, 2), False)
     assert found.bits >= 1024
     # 20 m at 2/3 m/s after 5 s; it may not touch at all, so there is no latest.
@@ -149,10 +148,9 @@ def test_a_disc_driven_into_its_neighbour_is_resting_contact() -> None:
     """The first of two touching discs is struck: that pair's impact has no unique answer, and the first is kept."""
     certified = certify(scene(disc(-10, 0, 1), disc(0, 0), disc(5, 0)))
     assert certified.trace.impacts["time_s"].tolist() == [5.0]
-    assert certified.degeneracy is not None
-    assert certified.degeneracy.kind is Degenerate.RESTING_CONTACT
-    assert certified.degeneracy.bodies == (0, 1, 2)
-    assert certified.degeneracy.proven
+    assert sure(certified.degeneracy).kind is Degenerate.RESTING_CONTACT
+    assert sure(certified.degeneracy).bodies == (0, 1, 2)
+    assert sure(certified.degeneracy).proven
 
 
 def test_inelastic_collapse_is_named_and_does_not_hang() -> None:
@@ -189,8 +187,7 @@ def test_a_collapse_is_twenty_impacts_for_each_pair_of_bodies_within_two_units_o
     last = 1.5
     one, two, three = (last - k * math.ulp(last) for k in (1, 2, 3))
     for early in (one, two):
-        found = collapse_of(*[early] * 40, *[last] * 40)
-        assert found is not None
+        found = sure(collapse_of(*[early] * 40, *[last] * 40))
         assert (found.kind, found.bodies, found.earliest_s, found.latest_s) == (
             Degenerate.COLLAPSE,
             (0, 1),
@@ -212,8 +209,7 @@ def test_an_impact_that_no_precision_tells_from_the_end_is_reported() -> None:
     certified = certify(arriving_at_35_s(35.0))
     assert certified.trace.impacts["time_s"].tolist() == [5.0]
     assert certified.ending is Ending.DEGENERATE
-    found = certified.degeneracy
-    assert found is not None
+    found = sure(certified.degeneracy)
     assert (found.kind, found.bodies, found.proven) == (Degenerate.AT_THE_END, (1, 2), False)
     assert found.bits >= 512
     assert found.earliest_s <= 35.0 <= found.latest_s
@@ -225,8 +221,7 @@ def test_what_comes_to_rest_in_a_corner_is_reported_and_kept() -> None:
     certified = certify(scene(disc(0.2, 3, 0.3, -1, r=0.5), walls=walls, wall_restitution=0.0))
     assert len(certified) == 2
     assert certified.ending is Ending.DEGENERATE
-    assert certified.degeneracy is not None
-    assert certified.degeneracy.kind is Degenerate.RESTING_CONTACT
+    assert sure(certified.degeneracy).kind is Degenerate.RESTING_CONTACT
 
 
 @pytest.mark.parametrize("scale", [2.0**-500, 1.0, 2.0**500])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from tests.campaign.tables import draw
+from tests.stage import sure
 from tests.validation.table_runs import scene_of
 
 from carom import Chain, Disc, Ring, Scene, Wall
@@ -54,9 +55,7 @@ def test_sides_that_go_on_without_a_kink_name_each_other() -> None:
             assert all(isinstance(arc, Round) and arc.inside == (side == inner) for arc in arcs)
             for number in ring:
                 begin, end = found[number].neighbours
-                assert begin is not None
-                assert end is not None
-                assert {wall_index(begin), wall_index(end)} <= set(ring) - {number}
+                assert {wall_index(sure(begin)), wall_index(sure(end))} <= set(ring) - {number}
 
 
 def test_the_begin_of_a_sector_goes_on_where_the_arc_begins_counterclockwise() -> None:
@@ -64,11 +63,9 @@ def test_the_begin_of_a_sector_goes_on_where_the_arc_begins_counterclockwise() -
     for chain, floor, inner in ((STADIUM, 0, 0), (CLOCKWISE, 2, 1)):
         arc = obstacles(chain)[2 + inner]  # edge 1, of the side inside
         begin, _ = arc.neighbours
-        assert begin is not None
         assert isinstance(arc.shape, Round)
-        assert arc.shape.sector is not None
-        assert arc.shape.sector.begin == (Fraction(0), Fraction(-2))
-        assert wall_index(begin) == 2 * floor + inner
+        assert sure(arc.shape.sector).begin == (Fraction(0), Fraction(-2))
+        assert wall_index(sure(begin)) == 2 * floor + inner
 
 
 def test_ends_and_corners_go_on_in_a_vertex() -> None:

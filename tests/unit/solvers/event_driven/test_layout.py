@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.stage import sure
 
 from carom.solvers.rows import CONTACT_DTYPE
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
@@ -19,9 +20,7 @@ def test_what_is_recorded_is_a_row_of_a_trace(name: str, dtype: np.dtype[np.void
     struct = probe.layouts()[name]
     assert struct.itemsize == dtype.itemsize
     kinds = [(kind.base, kind.shape, place) for kind, place in (struct.fields[name] for name in struct.names)]
-    assert dtype.names is not None
-    assert dtype.fields is not None
-    expected = [dtype.fields[name][:2] for name in dtype.names]
+    expected = [sure(dtype.fields)[name][:2] for name in sure(dtype.names)]
     assert kinds == [(kind.base, kind.shape, place) for kind, place in expected]
 
 

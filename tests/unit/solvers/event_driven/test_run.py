@@ -11,6 +11,7 @@ import pytest
 from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
 from tests.lengths import each, long_after
+from tests.stage import sure
 
 from carom import Disc, Outcome, Scene, solve_pic
 from carom.disc_arrays import DiscArrays
@@ -124,8 +125,7 @@ def test_impacts_are_counted_disc_by_disc_whatever_is_kept(gravity: tuple[float,
     bodies = np.concatenate([kept.impacts["first"], kept.impacts["second"]])
     expected = np.bincount(bodies[bodies >= 0], minlength=discs)
     for trace in (kept, solve_pic(scene, record="none")):
-        assert trace.impacts_per_disc is not None
-        assert trace.impacts_per_disc.tolist() == expected.tolist()
+        assert sure(trace.impacts_per_disc).tolist() == expected.tolist()
 
 
 def test_progress_samples_and_stops() -> None:
@@ -133,14 +133,13 @@ def test_progress_samples_and_stops() -> None:
     scene = scene_of(jittered(np.random.default_rng(11), 40), 4.0)
     seen: list[tuple[int, float]] = []
     trace = solve_pic(scene, sample_times_s=[0.0, 1.0, 2.0], progress=lambda count, time: seen.append((count, time)))
-    assert trace.samples is not None
-    assert trace.samples.position_m.shape == (3, 40, 2)
+    assert sure(trace.samples).position_m.shape == (3, 40, 2)
     assert seen
     assert seen[-1][0] == len(trace.impacts)
     assert solve_pic(scene).samples is None
     short = solve_pic(scene, until_s=1.0)
     assert short.end_time_s == 1.0
-    assert short.final_position_m.tobytes() == trace.samples.position_m[1].tobytes()
+    assert short.final_position_m.tobytes() == sure(trace.samples).position_m[1].tobytes()
     stopped = solve_pic(scene, max_impacts=7)
     assert stopped.outcome is Outcome.MAX_IMPACTS
     assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()

@@ -65,13 +65,12 @@ def test_an_error_in_proportion_is_followed_for_two_octaves_and_another_for_thre
     for power, octaves in ((1.0, 2), (0.5, 3)):
         found, tried = searched(lambda dt, _, p=power: (dt > 0.1, DEGREE * (dt * 100) ** p))  # type: ignore[misc] # a default binds
         answer = found.demand
-        assert answer.passes is not None
-        assert answer.passes.dt_s == pytest.approx(1 / 120)
+        assert sure(answer.passes).dt_s == pytest.approx(1 / 120)
         assert sure(answer.fails).dt_s == pytest.approx(1 / 90)
-        assert answer.passes.even == CONFIRM
+        assert sure(answer.passes).even == CONFIRM
         assert answer.down_to_s == pytest.approx(1 / 120 / 2**octaves)
         assert answer.monotone
-        below = [dt for dt in grid_of(SCENE, math.inf) if answer.down_to_s <= dt <= answer.passes.dt_s]
+        below = [dt for dt in grid_of(SCENE, math.inf) if answer.down_to_s <= dt <= sure(answer.passes).dt_s]
         assert set(below) <= {dt for dt, _ in tried}
         assert sure(found.never_misses.passes).dt_s == max(dt for dt in grid_of(SCENE, math.inf) if dt <= 0.1)
         assert found.ending is SearchEnding.FOUND
@@ -101,23 +100,21 @@ def test_one_miss_at_64_starts_moves_the_answer_to_the_next_finer_step() -> None
     """What passes at 8 starts and fails at 64 is no answer but the first that fails; the next is run at 64 in turn."""
     found, tried = searched(lambda dt, even: (dt > 0.02 or (even == CONFIRM and dt > 0.012), 1e-3 * dt))
     answer = found.never_misses
-    assert answer.passes is not None
-    assert answer.passes.dt_s == pytest.approx(1 / 90)
+    assert sure(answer.passes).dt_s == pytest.approx(1 / 90)
     assert sure(answer.fails).dt_s == pytest.approx(1 / 60)
     assert sure(answer.fails).even == CONFIRM
-    assert (answer.passes.dt_s, CONFIRM) in tried
-    assert answer.down_to_s <= answer.passes.dt_s / 4 * (1 + 1e-9)
+    assert (sure(answer.passes).dt_s, CONFIRM) in tried
+    assert answer.down_to_s <= sure(answer.passes).dt_s / 4 * (1 + 1e-9)
 
 
 def test_the_answer_in_whole_steps_of_a_frame_is_run_at_64_starts_too() -> None:
     """Where 90 a second pass, and 60 do not, 120 are two a frame of 60 Hz; where they fail at 64 starts, no answer."""
     found, tried = searched(lambda dt, _: (dt > 1 / 80, 1e-3 * dt))
     for answer in (found.never_misses, found.demand):
-        assert answer.in_frame is not None
         assert sure(answer.passes).dt_s == pytest.approx(1 / 90)
-        assert answer.in_frame.dt_s == pytest.approx(1 / 120)
-        assert answer.in_frame.even == CONFIRM
-        assert (answer.in_frame.dt_s, CONFIRM) in tried
+        assert sure(answer.in_frame).dt_s == pytest.approx(1 / 120)
+        assert sure(answer.in_frame).even == CONFIRM
+        assert (sure(answer.in_frame).dt_s, CONFIRM) in tried
     found, _ = searched(lambda dt, even: (dt > 1 / 80 or (even == CONFIRM and 1 / 130 < dt < 1 / 110), 1e-3 * dt))
     assert found.never_misses.passes is not None
     assert found.never_misses.passes.dt_s == pytest.approx(1 / 180)

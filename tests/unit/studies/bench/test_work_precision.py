@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import tomli_w
 from tests.command import carom_command
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 
 from carom import Scene
 from carom.errors import InputError, UnknownNameError
@@ -113,8 +113,7 @@ def test_what_does_not_fit_into_the_budget_says_so(scene: Scene) -> None:
     coarse, fine = (Method("pit", "tuned"), 1 / 60), (Method("pit", "tuned"), 1e-5)
     with Lane() as lane:
         timing = TimeScene(scene, (coarse, fine), rounds=3, budget_s=0.5).answer(lane).value
-    assert timing is not None
-    assert "budget" in dict(timing.untimed)[fine]
+    assert "budget" in dict(sure(timing).untimed)[fine]
 
 
 @pytest.mark.long
@@ -124,9 +123,8 @@ def test_an_engine_that_aborts_is_not_timed_and_harms_nobody(scene: Scene) -> No
     aborts, pit = (Method("aborts", "tuned"), 0.1), (Method("pit", "tuned"), 0.1)
     with Lane() as lane:
         timing = TimeScene(scene, (aborts, pit), rounds=3).answer(lane).value
-    assert timing is not None
-    assert "SIGABRT" in dict(timing.untimed)[aborts]
-    assert dict(timing.timings)[pit].rounds == 3
+    assert "SIGABRT" in dict(sure(timing).untimed)[aborts]
+    assert dict(sure(timing).timings)[pit].rounds == 3
 
 
 def test_noise_is_measured_by_fixed_work() -> None:
@@ -231,8 +229,7 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
     with score_journal(tmp_path / "journal.jsonl") as journal:
         work_precision([scene], plan, InProcess(), notes=journal)
         ran = next(iter(journal.entries.values()))
-        assert ran.answer.value is not None
-        unmeasured = replace(ran.answer.value, total=replace(ran.answer.value.total, velocity=math.nan))
+        unmeasured = replace(sure(ran.answer.value), total=replace(sure(ran.answer.value).total, velocity=math.nan))
         journal.add(
             [
                 replace(ran, key=replace(ran.key, dt_s=0.5), answer=Answer(Status.RAN, value=unmeasured)),

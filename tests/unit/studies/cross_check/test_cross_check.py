@@ -172,8 +172,7 @@ def test_run_gives_the_trace_of_the_method_itself(scene: Scene, process: str, re
 def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
     """However small the step, a trace holds a few thousand states, evenly spaced, the first at time 0."""
     scene = Scene(name="long", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1)], duration_s=1)
-    samples = carom.run(scene, "pic", dt=1e-4).samples
-    assert samples is not None
+    samples = sure(carom.run(scene, "pic", dt=1e-4).samples)
     assert 2048 < len(samples.time_s) <= 4097
     assert np.allclose(samples.position_m[:, 0, 0], samples.time_s, rtol=0, atol=1e-12)
 
@@ -309,9 +308,7 @@ def test_a_run_that_was_ended_is_gone_on_with(scene: Scene, tmp_path: Path, monk
     assert before == 3
     assert len(ran) == 9 - before  # two methods and PIC's default, each at the scene's own phase and two more
     for one, other in zip(whole.rows, again.rows, strict=True):
-        assert one.trace is not None
-        assert other.trace is not None
-        assert contents(one.trace) == contents(other.trace)
+        assert contents(sure(one.trace)) == contents(sure(other.trace))
         assert repr(one.score) == repr(other.score)
         assert one.spread == other.spread
 

@@ -49,10 +49,9 @@ def with_toy(results: Results, change: dict[str, float]) -> Results:
 
 
 def rescored(results: Results, row: Row, factor: float) -> Row:
-    assert row.trace is not None
-    impacts = row.trace.impacts.copy()
+    impacts = sure(row.trace).impacts.copy()
     impacts["velocity_first_after"] *= factor
-    trace: Trace = replace(row.trace, impacts=impacts)
+    trace: Trace = replace(sure(row.trace), impacts=impacts)
     pit = next(
         other.trace
         for other in results.rows

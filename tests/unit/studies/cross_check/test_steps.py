@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, staged, sure, wall_at
 
 import carom
 from carom.comparator import Grade, Verdict
@@ -35,11 +35,9 @@ def plain() -> Results:
 def ran(results: Results, name: str, steps: Mapping[str, Any], score: Mapping[str, Any]) -> Row:
     """Return PIT's row under the name of an engine, with other numbers of its steps and of its score."""
     row = next(row for row in results.rows if row.job.engine == "pit")
-    assert row.score is not None
-    assert row.score.local_truth is not None
-    local = replace(row.score.local_truth, **steps)
+    local = replace(sure(sure(row.score).local_truth), **steps)
     job = Job(row.job.scene, Method(name, "tuned"), row.job.dt_s, row.job.refinement)
-    return replace(row, job=job, score=replace(row.score, local_truth=local, **score))
+    return replace(row, job=job, score=replace(sure(row.score), local_truth=local, **score))
 
 
 def with_rows(results: Results, rows: Mapping[str, Mapping[str, Any]], **score: Any) -> Results:
@@ -104,8 +102,7 @@ def test_a_run_that_ended_early_stands_last(plain: Results) -> None:
     """What was not simulated can't be missed: a short run is no better than one that misses something later."""
     results = with_rows(plain, {"short": {"missed": 0}, "whole": {"missed": 5}})
     short, whole = results.rows
-    assert short.score is not None
-    cut = replace(short.score, findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
+    cut = replace(sure(short.score), findings=(Finding(Verdict.CUT_SHORT, "at 0.1 s"),))
     results = replace(results, rows=(replace(short, score=cut), whole))
     assert ranked(results) == ["whole", "short"]
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 
 import carom
 from carom.adapter import Capabilities
@@ -65,8 +65,7 @@ def test_grid_holds_every_scene_and_engine(
     assert [column.engine for column in grid.columns.values()] == ["pic", "pit", "toy", *not_run]
     for row in grid.rows:
         for column, cell in zip(grid.columns.values(), row.cells, strict=True):
-            assert cell.row is not None
-            assert (cell.row.job.engine, cell.row.job.refinement) == (column.engine, 0)
+            assert (sure(cell.row).job.engine, sure(cell.row).job.refinement) == (column.engine, 0)
             assert cell.reasons
             assert all(cell.reasons)
 
@@ -158,9 +157,7 @@ def test_late_is_late_wherever_it_is_told() -> None:
     cell, score = cell_of(scene, replace(right, impacts=impacts, dt_s=1 / 60, float_bits=32), 1 / 60)
     assert Verdict.LATE in score.verdicts
     assert cell.figure == "0.015 steps late"
-    assert cell.row is not None
-    assert cell.row.trace is not None
-    (told,) = impact_rows(right, cell.row.trace, score)
+    (told,) = impact_rows(right, sure(sure(cell.row).trace), score)
     assert (told["flag"], told["became"]) == ("late", "0.015 steps late")
 
 
@@ -184,8 +181,9 @@ def test_an_impact_too_close_to_the_end_is_not_called_none() -> None:
 def test_a_scene_is_wrong_for_more_than_an_impact(results: Results) -> None:
     """A run that ends early is wrong though it misses nothing: no sentence calls it one that misses an impact."""
     row = next(row for row in results.rows if row.job.engine == "toy" and row.job.scene.name == "paper/late")
-    assert row.trace is not None
-    score = compare(results.references["paper/late"], replace(row.trace, outcome=Outcome.WARNED, notes=("careful",)))
+    score = compare(
+        results.references["paper/late"], replace(sure(row.trace), outcome=Outcome.WARNED, notes=("careful",))
+    )
     assert (score.grade, score.missed, score.spurious) == (Grade.WRONG, (), ())
     early = replace(results, rows=tuple(replace(r, score=score) if r is row else r for r in results.rows))
     told = next(s for s in cross_check_document(early).sections if s.heading == "Error against step")
@@ -263,9 +261,7 @@ def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: s
     series = {entry.column.engine: entry.points for entry in trend.series}
     assert [point.median for point in series["pic"]] == [0.0, 0.0]
     coarse, fine = (point.median for point in series["pit"])
-    assert coarse is not None
-    assert fine is not None
-    assert coarse > fine > 0.0
+    assert sure(coarse) > sure(fine) > 0.0
     assert series["gone"][0].median is None
     assert series["pit"][0].wrong == 1
 

@@ -15,6 +15,7 @@ import pytest
 from tests.command import carom_command, told
 from tests.lengths import long_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
+from tests.stage import sure
 from tests.unit.pages.test_terminal import printed
 
 from carom import solve_pic, solve_pit
@@ -163,11 +164,9 @@ def test_a_spin_that_is_worse_is_worse(write: Write, monkeypatch: pytest.MonkeyP
     right, pit = solve_pic(scene), solve_pit(scene, frame_rate_hz=1 / DT)
 
     def turned(by: float) -> Trace:
-        assert right.spins is not None
-        assert right.final_spin_rad_s is not None
-        spins = right.spins.copy()
+        spins = sure(right.spins).copy()
         spins["first_after"][-1] += by
-        return replace(right, spins=spins, final_spin_rad_s=right.final_spin_rad_s + by, dt_s=DT)
+        return replace(right, spins=spins, final_spin_rad_s=sure(right.final_spin_rad_s) + by, dt_s=DT)
 
     monkeypatch.setattr(f"{__name__}.REFERENCE", right)
     monkeypatch.setattr(f"{__name__}.PIT", pit)
@@ -238,8 +237,7 @@ def test_profiles_of_the_sample_compared_fit_25_lines_on_a_terminal(old: str, ne
     for change in found.changes:
         way = -1.0 if change.kind is Kind.BETTER else 1.0
         if any(way * one.growth > 0 for one in change.measures):
-            assert change.telling is not None
-            assert way * change.telling.growth > 0, str(change.telling)
+            assert way * sure(change.telling).growth > 0, str(sure(change.telling))
 
 
 def test_several_pairs_of_engines_are_compared_at_once(write: Write) -> None:

@@ -9,7 +9,7 @@ import pytest
 from docs.figures.history import section
 from tests.command import carom_command, told
 from tests.distribution import forget
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure
 from tests.unit.studies.history.toy import Toys, toys
 
 from carom.errors import InputError, UnknownNameError
@@ -114,8 +114,7 @@ def test_the_release_that_changed_a_cell_is_found(
     first: str,
 ) -> None:
     """It is the first that does not as the oldest does."""
-    found = bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked(*versions))
-    assert found is not None
+    found = sure(bisected("toy", PAIR, "default", 1 / 20, Kept(tmp_path / "kept"), asked(*versions)))
     assert (found.last, found.first) == (last, first)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 from tests.lengths import long_after
+from tests.stage import sure
 from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
@@ -246,8 +247,7 @@ def test_what_bounces_on_a_rough_floor_ends_rolling(value: float) -> None:
     """Bounces without end, sliding at first: the disc rolls as angular momentum about the floor says."""
     (trial,) = ROUGH["rolling"].trials(value)
     trace = solve_pic(trial.scene)
-    assert trace.modes is not None
-    assert trace.modes["after"].tolist() == [Mode.ROLL]
+    assert sure(trace.modes)["after"].tolist() == [Mode.ROLL]
     assert trial.judge(trace).error < 1e-12
     assert trial.judge(solve_pit(trial.scene)).broken == ""
 
@@ -265,9 +265,8 @@ def test_a_wrong_spin_breaks_every_attack(name: str) -> None:
     """With its velocities right, and its spins left out or turned round, a run is broken by name."""
     trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]
     trace = solve_pic(trial.scene)
-    assert trace.final_spin_rad_s is not None
     assert trial.judge(trace).broken == ""
-    turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * trace.final_spin_rad_s)
+    turned = dataclasses.replace(trace, final_spin_rad_s=-10.0 * sure(trace.final_spin_rad_s))
     assert "a rim's speed wrong by" in trial.judge(turned).broken
     none = dataclasses.replace(trace, final_spin_rad_s=None, spins=None)
     assert trial.judge(none).broken == "no spin is told"

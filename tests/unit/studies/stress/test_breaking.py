@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.stage import sure
 
 from carom import Trace, load_scene, solve_pic, solve_pit
 from carom.runs.job import Answer, Method, Status, Task
@@ -49,13 +50,11 @@ def test_the_breaking_point_is_found(attack: Attack, threshold: float, tmp_path:
     """Whatever the threshold of a method, it lies between the largest size that stood and the one that did not."""
     spot = breaking_point(attack, METHOD, Answering(threshold), scenes=tmp_path / "scenes", quick=False)
     assert spot.ending is SpotEnding.GIVES_WAY
-    assert spot.stands_at is not None
-    assert spot.value is not None
-    assert spot.stands_at <= threshold < spot.value
-    assert spot.value / spot.stands_at <= RESOLUTION
+    assert sure(spot.stands_at) <= threshold < sure(spot.value)
+    assert sure(spot.value) / sure(spot.stands_at) <= RESOLUTION
     assert spot.reason == "crashed: signal 11"
     scene = load_scene(tmp_path / spot.scenes[0])  # the file beside a number shows where the method gave way
-    assert scene.discs[1].mass_kg == spot.value
+    assert scene.discs[1].mass_kg == sure(spot.value)
 
 
 @pytest.mark.parametrize(("threshold", "ending"), [(math.inf, SpotEnding.STANDS), (0.5, SpotEnding.NEVER_STOOD)])

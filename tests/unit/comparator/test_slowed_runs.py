@@ -1,0 +1,197 @@
+"""Runs with damping and on tables are judged by their law: what is right is exact, and what is not is found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from tests.drawn import slowing
+from tests.lengths import each, long_after
+from tests.stage import disc_at, staged, sure
+
+from carom import Scene, Trace, compare, solve_pic
+from carom.adapter import Contact, Observation
+from carom.comparator import Grade, Verdict
+from carom.comparator.local_truth.score import local_score
+from carom.comparator.scales import scales_of
+from carom.comparator.shift import begun_earlier
+from carom.registry import load_adapter
+from carom.runs.observe import observe_run
+from carom.scenes import find_scenes
+from carom_adapters.pic import PicAdapter
+
+if TYPE_CHECKING:
+    from carom.adapter import Adapter, Setting, World
+    from carom.comparator.compare import Score
+
+#: Steps of damped scenes, and of those on tables.
+DT_S, TABLE_DT_S = 1 / 240, 1 / 60
+DAMPED = [entry.scene for entry in find_scenes(["contact/damped-*"]) if len(entry.known.impacts)]
+ON_TABLES = [entry.scene for entry in find_scenes(["contact/table-*"])]
+each_damped = pytest.mark.parametrize("scene", long_after(2, reversed(DAMPED)), ids=lambda scene: scene.name)
+#: Two discs that meet aside from the line of their centres, at no step's end.
+PAIR = staged(
+    "pair",
+    disc_at(0.0, 0.0, 2.0, 0.1, r=0.25),
+    disc_at(1.7, 0.2, 0.0, -0.1, r=0.25),
+    table_deceleration_m_s2=0.8,
+    duration_s=2.0,
+)
+
+
+class Otherwise(PicAdapter):
+    """PIC of a scene in which some fields are others, by these factors."""
+
+    def __init__(self, **factors: float) -> None:
+        self._factors = factors
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
+        """Run that scene."""
+        changed = {name: factor * getattr(scene, name) for name, factor in self._factors.items()}
+        return super().prepare(scene.model_copy(update=changed), settings)
+
+
+class Silent(PicAdapter):
+    """PIC seen as an engine: it tells its contacts to the step, and leaves velocities to be read off the states."""
+
+    def __init__(self, dt_s: float) -> None:
+        self._dt_s = dt_s
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
+        """Run the scene."""
+        world = super().prepare(scene, settings)
+        observe, dt_s = world.observe, self._dt_s
+
+        def seen() -> Observation:
+            now = observe()
+            told = (Contact(one.first, one.second, one.time_s // dt_s * dt_s, one.normal, 1.0) for one in now.contacts)
+            return replace(now, contacts=tuple(told))
+
+        world.observe = seen  # type: ignore[method-assign] # as an engine would be seen
+        return world
+
+
+@cache
+def own(scene: Scene, dt_s: float) -> tuple[Trace, Trace]:
+    """PIC's and PIT's traces."""
+    return solve_pic(scene), observe_run(load_adapter("pit"), scene, "tuned", dt_s)
+
+
+def judged(scene: Scene, adapter: Adapter) -> Score:
+    dt_s = DT_S if scene.damping_per_s else TABLE_DT_S
+    reference, sampling = own(scene, dt_s)
+    return compare(reference, observe_run(adapter, scene, "tuned", dt_s), sampling=sampling)
+
+
+def fastest_rim(scene: Scene) -> float:
+    """What steps are off by is told over a disc's speed, of its rim too where that is faster: how much faster."""
+    disc, trace = scene.discs[0], own(scene, DT_S)[0]
+    ratios = [abs(disc.spin_rad_s) * disc.radius_m / math.hypot(*disc.velocity_m_s)]
+    if trace.spins is not None:
+        after = trace.impacts["velocity_first_after"]
+        ratios += (np.abs(trace.spins["first_after"]) * disc.radius_m / np.hypot(*after.T)).tolist()
+    return max(1.0, *ratios)
+
+
+@each_damped
+def test_the_right_rate_is_exact(scene: Scene) -> None:
+    """PIC of the scene itself is exact, step by step and as a whole, and nothing is said against it."""
+    score = judged(scene, PicAdapter())
+    assert score.grade is Grade.EXACT
+    assert score.verdicts == (Verdict.CONFORMS,)
+
+
+@each_damped
+@pytest.mark.parametrize("factor", long_after(1, [1.01, 0.0, 0.99, 2.0]))
+def test_another_rate_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
+    """A run damped by another rate, or not at all, changes velocities where nothing is met, by that much a step."""
+    score = judged(scene, Otherwise(damping_per_s=factor))
+    assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
+    assert Verdict.TURNS in score.verdicts
+    # A step keeps exp(-factor c dt) of a velocity instead of exp(-c dt), of the larger of its two ends.
+    rate = scene.damping_per_s * DT_S
+    slipped = abs(math.exp(-factor * rate) - math.exp(-rate)) * fastest_rim(scene)
+    assert sure(score.local_truth).slipped == pytest.approx(slipped, rel=1e-6)
+
+
+@pytest.mark.parametrize("factor", long_after(1, [1.01, 0.0, 0.99, 2.0]))
+@pytest.mark.parametrize("scene", ON_TABLES, ids=lambda scene: scene.name)
+def test_another_deceleration_is_no_better_than_inaccurate(scene: Scene, factor: float) -> None:
+    """Whether or not anything is met: each step changes velocities by that part of the table's less or more."""
+    score = judged(scene, Otherwise(table_deceleration_m_s2=factor))
+    assert score.grade in {Grade.INACCURATE, Grade.WRONG, Grade.PARTED_INACCURATE}
+    # At full speed a dt / v is 1.7e-3, and near the stop half of the part; what changes by over 1 % turns by itself.
+    assert sure(score.local_truth).slipped > 1e-3 or sure(score.local_truth).invented > 0
+
+
+@each_damped
+def test_damping_of_the_first_order_is_inaccurate(scene: Scene) -> None:
+    """What keeps 1 - c dt of a velocity in each step, as engines do, is found: by (c dt)^2 / 2 a step."""
+    rate = scene.damping_per_s * DT_S
+    score = judged(scene, Otherwise(damping_per_s=-math.log1p(-rate) / rate))
+    assert score.grade is Grade.INACCURATE
+    assert sure(score.local_truth).slipped == pytest.approx(rate**2 / 2 * fastest_rim(scene), rel=rate)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(12))
+def test_pit_is_no_worse_than_sampled_on_a_table(seed: int) -> None:
+    """Of random tables none is inaccurate beside PIT at all phases of its step."""
+    assert judged(slowing(seed), load_adapter("pit")).grade not in {Grade.INACCURATE, Grade.PARTED_INACCURATE}
+
+
+@pytest.mark.parametrize("scene", [PAIR, *long_after(2, reversed(DAMPED))], ids=lambda scene: scene.name)
+def test_a_wrong_coefficient_is_found(scene: Scene) -> None:
+    """A run with nine tenths of the restitution is inaccurate, and off by that at each impact that stands alone."""
+    score = judged(scene, Otherwise(restitution=0.9, wall_restitution=0.9))
+    assert sure(score.local_truth).grade in {Grade.INACCURATE} | ({Grade.WRONG} if scene is not PAIR else set())
+    if scene.name != "contact/damped-slide":  # of rubbing impacts no restitution is worked out
+        e = scene.wall_restitution if scene.walls else scene.restitution
+        assert sure(score.local_truth).restitution[1] == pytest.approx(0.1 * e, rel=1e-9)
+
+
+@each_damped
+def test_a_late_run_of_a_damped_scene_is_late_by_as_much(scene: Scene) -> None:
+    """A run that finds every first impact half a step late, and is right in all else, is late by half a step."""
+    reference, found = own(scene, DT_S)
+    score = local_score(sure(found.local_truth), scales_of(scene, solve_pic(scene, max_impacts=2000)), 64)
+    first = reference.impacts["time_s"][0]
+    assert sure(found.local_truth).meetings[0]["due_s"] == pytest.approx(first, rel=1e-12)
+    assert sure(found.local_truth).windows["late_steps"][0] == pytest.approx(-first / DT_S % 1.0, abs=1e-7)
+    assert 0.0 <= score.late_steps[1] <= 1.0
+
+
+@each(
+    ("scene", "dt_s", "off"),
+    [(PAIR, TABLE_DT_S, 1e-14), *((scene, DT_S, 1e-12) for scene in DAMPED if scene.name == "contact/damped-pair")],
+)
+def test_effective_times_of_an_engine_are_those_of_its_paths(scene: Scene, dt_s: float, off: float) -> None:
+    """States alone, without what a method says of its impacts, give PIC's instants and velocities back."""
+    trace, truth = observe_run(Silent(dt_s), scene, "tuned", dt_s), own(scene, dt_s)[0]
+    assert trace.effective_time_s == pytest.approx(truth.impacts["time_s"], rel=off)
+    for name in ("velocity_first_before", "velocity_second_before", "velocity_first_after", "velocity_second_after"):
+        assert trace.impacts[name] == pytest.approx(truth.impacts[name], rel=10 * off, abs=1e-13)
+
+
+def test_a_step_beyond_the_end_leaves_out_what_stops_in_it() -> None:
+    """A disc that stops after the scene's end, and before the last look, moves at the end as fast as PIC has it."""
+    scene = staged("stops", disc_at(0, 0, 1, r=0.25), table_deceleration_m_s2=1.0, duration_s=0.995)
+    observed = observe_run(load_adapter("pic"), scene, "tuned", 0.3)
+    assert observed.end_time_s == pytest.approx(0.995, abs=1e-15)
+    assert observed.final_velocity_m_s[0, 0] == pytest.approx(0.005, abs=1e-15)
+    assert observed.final_position_m[0, 0] == pytest.approx(0.5 - 0.005**2 / 2, abs=1e-15)
+
+
+def test_a_scene_on_a_table_begins_earlier_or_later() -> None:
+    """Begun a tenth of a second earlier, the same impact comes a tenth later; not where discs meet on the way back."""
+    (first,) = solve_pic(PAIR).impacts["time_s"]
+    earlier = begun_earlier(PAIR, 0.1)
+    assert earlier.duration_s == pytest.approx(2.1)
+    assert solve_pic(earlier).impacts["time_s"][0] == pytest.approx(first + 0.1, abs=1e-14)
+    behind = PAIR.model_copy(update={"discs": (*PAIR.discs, disc_at(-0.55, 0.0, r=0.25))})
+    assert begun_earlier(Scene(**dict(behind)), 0.1).duration_s == pytest.approx(1.9)
