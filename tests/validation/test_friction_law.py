@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from tests.campaign.gases import draw
 from tests.checker import Report, check, watch
-from tests.drawn import impacts_of, small
+from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
 from tests.forms import needs_extension
 from tests.lengths import long_after
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
@@ -24,7 +24,7 @@ from carom.physics.impact_law import resolve_impact
 from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.bodies import Bodies
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Vector, impact_array, spin_array
+from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, impact_array, spin_array
 
 #: In units in the last place of the greatest speed (`worst_of_impact`): some twenty roundings of half a unit, of which
 #: the normal, as it is recorded, has four.
@@ -214,27 +214,19 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
             assert lost == 0
 
 
-#: How PIC's scenes are drawn and how many impacts of each are followed; and PIT, which finds its impacts late.
-WHOLE, FALLING, SAMPLED = (0.0, 0.0), (0.25, -1.0), None
-RUNS = [(WHOLE, range(20)), (FALLING, range(8)), (SAMPLED, range(8))]
-RUNS += [*((WHOLE, range(k, k + 20)) for k in range(20, 400, 20)), (FALLING, range(8, 30)), (SAMPLED, range(8, 30))]
-
-
-@pytest.mark.parametrize(("gravity", "numbers"), long_after(3, RUNS))
-def test_whole_runs_obey_the_exact_law_impact_by_impact(gravity: Vector | None, numbers: range) -> None:
+@pytest.mark.parametrize("numbers", long_after(1, [range(3), *(range(k, k + 12) for k in range(3, 99, 12))]))
+def test_whole_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
     """Each impact is what the exact law makes of the state before it, and that is what the last impact left.
 
-    So it is under gravity, immovable discs and oblique walls included; and of PIT, which finds its impacts overlapped
-    and turned: its friction acts at full radius along the line of centres.
+    So it is in scenes of every kind, of which every third falls; and of PIT, which finds its impacts overlapped and
+    turned: its friction acts at full radius along the line of centres.
     """
-    for number in numbers:
-        scene = small(number, rough=True, gravity=gravity or WHOLE)
+    for kind, number in product(KINDS, numbers):
+        scene = drawn(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 2 else (0.0, 0.0))
         if scene.arrays.turns:
-            most = 25 if gravity == FALLING else min(impacts_of(number), 60)
-            pit = gravity is SAMPLED
-            trace = solve_pit(scene, frame_rate_hz=20.0) if pit else solve_pic(scene, max_impacts=most)
-            if not pit or len(trace.impacts) < 500:
-                assert worst_law_error(trace) < ULPS, number
+            assert worst_law_error(solve_pic(scene, max_impacts=min(impacts_of(number), 60))) < ULPS, (kind, number)
+            if kind in SMALL and len((trace := solve_pit(scene, frame_rate_hz=20.0)).impacts) < 500:
+                assert worst_law_error(trace) < ULPS, (kind, number)
 
 
 def test_the_length_of_the_checker_is_a_length() -> None:
