@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from typing import Any
 
@@ -195,17 +196,12 @@ def test_a_disc_that_does_not_bounce_lies_on_the_floor_also_where_something_is_d
     assert certified.trace.final_position_m.tolist() == [[0.0, 0.5]]
 
 
-def test_contact_survives_as_data() -> None:
-    """Modes and their radii are written and read with the rest."""
-    (entry,) = find_scenes(["contact/lands-sliding"])
-    certified = certify(entry.scene)
-    again = from_enclosures(enclosures(certified))
-    assert again.trace.modes is not None
-    assert again.mode_radii is not None
-    assert certified.trace.modes is not None
-    assert certified.mode_radii is not None
-    assert again.trace.modes.tobytes() == certified.trace.modes.tobytes()
-    assert again.mode_radii.tobytes() == certified.mode_radii.tobytes()
+def test_contact_and_spins_survive_as_data() -> None:
+    """Modes, spins and their radii are written and read with the rest."""
+    for name, told in (("contact/lands-sliding", "modes mode_radii spins"), ("spin/slide", "spins spin_radii")):
+        document = json.loads(json.dumps(enclosures(certify(find_scenes([name])[0].scene))))
+        assert {*told.split(), "final_spin_rad_s"} <= document.keys()
+        assert enclosures(from_enclosures(document)) == document
 
 
 @pytest.mark.parametrize("seeds", long_after(1, [range(8), *(range(k, k + 20) for k in range(8, 408, 20))]))

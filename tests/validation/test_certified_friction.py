@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-import json
-import math
 from fractions import Fraction
-from itertools import pairwise
 
 import numpy as np
 import pytest
 from tests.drawn import small
 
-from carom import Disc, Scene, Wall, horizon, solve_pic
+from carom import Disc, Scene, Wall, solve_pic
 from carom.errors import InputError
 
 pytest.importorskip("flint")
-from tests.validation.enclosed import from_enclosures
 
-from carom.solvers.certified.as_data import enclosures
 from carom.solvers.certified.certify import certify
-from carom.solvers.certified.result import CertifiedTrace, Degenerate, Ending
+from carom.solvers.certified.result import CertifiedTrace, Ending
 
 FLOOR = Wall(point_m=(0, 0), normal=(0, 1))
 
@@ -85,56 +80,3 @@ def test_exactly_between_stick_and_slide_a_run_goes_on() -> None:
     assert found.spin_radii["first_after"].max() < 1e-15
     assert [len(row) for row in found.decimals] == [6]
     assert Fraction(found.decimals[0][-1]) == Fraction(-3, 2)
-
-
-def test_two_walls_at_one_instant_are_degenerate_with_friction() -> None:
-    """Into a corner, impacts on orthogonal walls commute without friction; with it the run says that they do not."""
-    walls = [Wall(point_m=(-1, 0), normal=(1, 0)), Wall(point_m=(0, -1), normal=(0, 1))]
-    disc = Disc(position_m=(3, 2), velocity_m_s=(-3, -2), radius_m=1)
-    smooth = Scene(name="corner", discs=[disc], walls=walls, duration_s=2.0)
-    assert certify(smooth).ending is Ending.COMPLETED
-    rough = certify(Scene(**{**smooth.model_dump(), "wall_friction": 0.25}))
-    assert rough.degeneracy is not None
-    assert rough.degeneracy.kind is Degenerate.SHARED_INSTANT
-
-
-def test_between_two_plates_the_speed_falls_to_a_third_for_ever() -> None:
-    """Grip between plates: the speed along them is times 2/3 at first, then (1 - k)/(1 + k) = 1/3 a bounce, proven."""
-    ceiling = Wall(point_m=(0, 4), normal=(0, -1))
-    scene = on_floor((3.0, -2.0), walls=[FLOOR, ceiling], wall_friction=100.0, duration_s=20.0)
-    found = certify(scene)
-    assert found.ending is Ending.COMPLETED
-    along = found.trace.impacts["velocity_first_after"][:, 0]
-    assert len(along) > 15
-    for k, (one, other) in enumerate(pairwise([4.5 * 2 / 3, *along.tolist()])):
-        assert other == pytest.approx(one * (2 / 3 if k == 0 else 1 / 3), rel=1e-13)
-    assert horizon(scene).covers_the_scene
-
-
-def test_a_certified_run_with_spins_is_read_back_from_data() -> None:
-    """Spins and their radii are part of the document, and come back as they were."""
-    found = certify(on_floor((2.0, -1.0), wall_friction=0.3))
-    document = json.loads(json.dumps(enclosures(found)))
-    again = from_enclosures(document)
-    assert again.trace.spins is not None
-    assert found.trace.spins is not None
-    assert again.trace.spins.tobytes() == found.trace.spins.tobytes()
-    assert enclosures(again)["spin_radii"] == enclosures(found)["spin_radii"]
-    assert enclosures(again)["final_spin_rad_s"] == enclosures(found)["final_spin_rad_s"]
-    assert "spins" not in enclosures(certify(on_floor((2.0, -1.0))))
-
-
-def test_a_bounce_under_gravity_ends_rolling() -> None:
-    """Thrown along a floor, a disc slides at each bounce until it rolls at 4/3 m/s: 13/8, 23/16, 43/32, then 4/3.
-
-    By the series of impact speeds 1, 1/2, 1/4, ... each of which takes f (1 + e) w_n = 3/8 w_n of the speed, as long as
-    the slip is more than three times that; the run's digits end before the infinitely many bounces do.
-    """
-    disc = Disc(position_m=(0, 1.5), velocity_m_s=(2, 0), radius_m=1)
-    fields = {"gravity_m_s2": (0.0, -1.0), "wall_friction": 0.25, "wall_restitution": 0.5, "discs": [disc]}
-    found = certify(on_floor((2.0, 0.0), **fields, duration_s=10.0), max_impacts=12)
-    along = found.trace.impacts["velocity_first_after"][:, 0]
-    np.testing.assert_allclose(along, [13 / 8, 23 / 16, 43 / 32, *[4 / 3] * 9], rtol=1e-15)
-    assert found.trace.spins is not None
-    np.testing.assert_allclose(found.trace.spins["first_after"][3:], -4 / 3, rtol=1e-15)
-    assert math.isfinite(found.bits_lost)
