@@ -17,7 +17,7 @@ from tests.stage import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
 import carom
-from carom import CertifiedTrace, Scene, Wall
+from carom import CertifiedTrace, Ring, Scene, Wall
 from carom.comparator.horizon import horizon_of
 from carom.scenes import CatalogueScene, deviation
 from carom.solvers.certified.result import Degenerate, Ending
@@ -194,13 +194,16 @@ def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) 
         assert found == pytest.approx(known, abs=3e-14 / math.sqrt(1 - offset**2))
 
 
-@pytest.mark.parametrize("free_path", [0.5, 2.0])
-def test_the_orbit_between_two_fixed_discs_grows_at_the_known_rate(free_path: float) -> None:
-    """An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) a bounce, for dozens of bounces."""
+@pytest.mark.parametrize(("free_path", "rings"), [(0.5, False), (2.0, False), (2.0, True)])
+def test_the_orbit_between_two_fixed_discs_grows_at_the_known_rate(free_path: float, rings: bool) -> None:
+    """An offset from the axis grows by (1 + L/R) + sqrt((1 + L/R)^2 - 1) a bounce, for dozens of bounces, or on posts.
+
+    It is the larger eigenvalue of a flight and an impact on a circle (Sinai 1970).
+    """
     half = free_path / 2 + 1.0
-    discs = [disc_at(x, 0.0, r=0.75, m=math.inf) for x in (-half, half)]
-    discs.append(disc_at(0.0, 2.0**-120, 1.0, r=0.25))
-    scene = staged("orbit", *discs, duration_s=40 * free_path)
+    ends = (-half, 0.0), (half, 0.0)
+    posts = [Ring(centre_m=end, radius_m=0.75) if rings else disc_at(*end, r=0.75, m=math.inf) for end in ends]
+    scene = staged("orbit", *posts, disc_at(0.0, 2.0**-120, 1.0, r=0.25), duration_s=40 * free_path)
     rate = 1 + free_path + math.sqrt((1 + free_path) ** 2 - 1)
     for trace, rounding in ((carom.certify(scene).trace, 1e-14), (carom.solve_pic(scene), 1e-13)):
         offsets = np.abs(trace.impacts["normal"][:, 1])
