@@ -67,10 +67,9 @@ def altered(trace: Trace, k: int, **fields: Any) -> Trace:
     return replace(trace, impacts=impacts)
 
 
-def from_end(scene: Scene, end: Trace, *, backwards: bool = False) -> Scene:
-    """Return the scene that starts where a trace of it ends, with its velocities or their opposites."""
-    velocity = (0.0 - end.final_velocity_m_s if backwards else end.final_velocity_m_s).tolist()
-    ends = zip(scene.discs, end.final_position_m.tolist(), velocity, strict=True)
+def from_end(scene: Scene, end: Trace) -> Scene:
+    """Return the scene that starts where a trace of it ends."""
+    ends = zip(scene.discs, end.final_position_m.tolist(), end.final_velocity_m_s.tolist(), strict=True)
     discs = [disc.model_copy(update={"position_m": tuple(p), "velocity_m_s": tuple(v)}) for disc, p, v in ends]
     return scene.model_copy(update={"discs": tuple(discs)})
 

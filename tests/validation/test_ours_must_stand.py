@@ -10,11 +10,13 @@ from tests.lengths import each
 from tests.validation import own
 
 from carom import Disc, Outcome, Scene, Trace, solve_pic, solve_pic_framewise
+from carom.disc_arrays import DiscArrays
 from carom.physics.pair_time import pair_time
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.runs.wire import CarriedTrace, Codec
 from carom.solvers.event_driven.run import EventDrivenRun
+from carom.studies.bench.gas import hard_disc_gas
 
 #: Millions of impacts, which plain Python takes hours for.
 pytestmark = needs_extension
@@ -23,19 +25,20 @@ IMPACTS = 100_000
 
 
 @pytest.mark.long
-def test_energy_and_momentum_over_a_million_impacts() -> None:
-    """Over a million impacts in a box of discs of masses 1 to 49 both stay to 1e-12.
+@pytest.mark.parametrize(
+    ("start", "impacts"), [(own.mixed_gas(), 1_000_000), (hard_disc_gas(500, 0.6), 10_000_000)], ids=["mixed", "500"]
+)
+def test_energy_momentum_and_distance_are_kept_over_millions_of_impacts(start: DiscArrays, impacts: int) -> None:
+    """Energy and momentum stay to 1e-12, and no overlap is deeper than rounding of the instant and of places explains.
 
-    A million roundings of 2^-53 add up as their square root to 1e-13.
+    Ten million roundings of 2^-53 add up as their square root to 4e-13.
     """
-    assert own.energy(own.mixed_gas(), 1_000_000) <= 1e-12
-    assert own.momentum(own.mixed_gas(), 1_000_000) <= 1e-12
-
-
-@pytest.mark.long
-def test_no_two_bodies_overlap_beyond_rounding() -> None:
-    """Over a hundred thousand impacts the deepest overlap is what rounding of the instant and of places explains."""
-    assert own.overlap(own.mixed_gas(), IMPACTS) <= 1.0
+    run = EventDrivenRun(start, record="none")
+    for until in range(impacts // 1000, impacts + 1, impacts // 1000):
+        run.advance_to(math.inf, until)
+        assert own.overlap(start, run) <= 1.0
+        assert own.energy(start, run.velocities()) <= 1e-12
+    assert own.momentum(start, impacts // 10) <= 1e-12
 
 
 def test_time_only_advances() -> None:

@@ -85,33 +85,6 @@ def test_reversing_all_velocities_retraces_the_run(impacts_per_disc: int) -> Non
     assert np.max(np.abs(speeds)) < (1e-12 if impacts_per_disc == 1 else 1e-10)
 
 
-@pytest.mark.long
-def test_ten_million_impacts_keep_energy_and_distance() -> None:
-    """Over 1e7 impacts the energy is never off by more than 1e-12, and no overlap is deeper than roundings explain.
-
-    A run stops within half a unit in the last place of the time since its start; there each disc is off by its speed
-    times that, and by the roundings of its coordinates.
-    """
-    start = hard_disc_gas(500, 0.6)
-    run = EventDrivenRun(start, record="none")
-    for millions in range(1, 11):
-        run.advance_to(math.inf, millions * 1_000_000)
-        energy = 0.5 * math.fsum((run.velocities() ** 2).ravel())
-        assert abs(energy / 500 - 1) <= 1e-12
-        off = np.hypot(*run.velocities().T) * math.ulp(run.time_s) + 4 * math.ulp(start.half_planes()[1][0])
-        discs, walls = overlaps(run, start)
-        assert np.all(discs <= off[:, None] + off)
-        assert np.all(walls <= off[:, None])
-
-
-def overlaps(run: EventDrivenRun, start: DiscArrays) -> tuple[np.ndarray, np.ndarray]:
-    """Return by how much each two discs overlap, and each disc and the sides of its box."""
-    position = run.positions()
-    apart = np.hypot(*(position[:, None] - position[None]).transpose(2, 0, 1))
-    np.fill_diagonal(apart, math.inf)
-    return 1.0 - apart, np.hstack([0.5 - position, position + 0.5 - start.half_planes()[1][0]])
-
-
 def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
     """A slow gas that has run for 1e9 seconds overlaps no deeper than one that has run for a few."""
     gas = hard_disc_gas(30, 0.5)
@@ -119,8 +92,10 @@ def test_a_run_far_from_its_start_is_as_exact_as_at_its_start() -> None:
     run = EventDrivenRun(start, record="none")
     run.advance_to(1e9)
     assert run.counts["epochs"] > 10
-    discs, walls = overlaps(run, start)
-    assert max(discs.max(), walls.max()) < 1e-13
+    place, (first, second) = run.positions(), np.triu_indices(30, 1)
+    assert np.hypot(*(place[first] - place[second]).T).min() > 1.0 - 1e-13
+    gaps = [(place - wall[:2]) @ wall[2:] for wall in map(np.array, start.half_planes())]
+    assert np.min(gaps) > 0.5 - 1e-13
 
 
 @pytest.mark.long
