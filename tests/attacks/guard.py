@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from carom.errors import InputError
+from carom.text import visible
+
 #: What takes longer counts as a hang.
 HANG_S = 10.0
 
@@ -31,6 +34,24 @@ def within(limit_s: float = HANG_S) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
+
+
+def tried(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float = HANG_S) -> str:
+    """Return what an act says is lost, or what it raises: all but a refusal in a sentence that has one of some names.
+
+    A sentence shows no control characters, and has fewer than so many characters.
+    """
+    try:
+        with within(limit_s):
+            return act()
+    except InputError as error:
+        text = str(error)
+        sentence = visible(text) == text and len(text) < most and any(name in text for name in names)
+        return "" if sentence else f"no sentence that names the file: {text[:300]!r}"
+    except HangError:
+        return f"no end after {limit_s:g} s"
+    except Exception as error:  # noqa: BLE001 - this is what is looked for
+        return f"{type(error).__name__}: {str(error)[:300]!r}"
 
 
 def shrunk(data: bytes, fails: Callable[[bytes], bool]) -> bytes:

@@ -8,10 +8,9 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from tests.attacks.guard import HangError, within
+from tests.attacks.guard import tried
 
 from carom import cross_check, solve_pit
-from carom.errors import InputError
 from carom.pages.records import records
 from carom.pages.render.markdown import markdown
 from carom.runs.job import Answer, Job, Method, Status
@@ -23,7 +22,6 @@ from carom.scenes import all_scenes
 from carom.studies.cross_check.observed import observed_journal
 from carom.studies.diff.document import diff_document
 from carom.studies.diff.run import diff
-from carom.text import visible
 
 #: What JSON can hold in the place of a value.
 PIECES: tuple[Any, ...] = (
@@ -77,11 +75,11 @@ def results(rng: Random, folder: Path) -> Iterator[str]:
             changed[k] = spoilt(rng, changed[k])
         path.write_text("".join(f"{json.dumps(line)}\n" for line in changed), encoding="utf-8")
 
-        def compared() -> None:
+        def compared() -> str:
             old, new = rng.sample([sound, path], 2)
-            markdown(diff_document(diff(old, new), str(old), str(new)))
+            return "" if markdown(diff_document(diff(old, new), str(old), str(new))) else "nothing is said"
 
-        yield _refused(compared, "results.jsonl")
+        yield tried(compared, "results.jsonl", "no cell was run")
 
 
 def journals(rng: Random, folder: Path) -> Iterator[str]:
@@ -103,24 +101,8 @@ def journals(rng: Random, folder: Path) -> Iterator[str]:
             second = {**entry, "answer": {**entry["answer"], "value": json.dumps(spoilt(rng, told))}}
         path.write_text(f"{json.dumps(first)}\n{json.dumps(second)}\n", encoding="utf-8")
 
-        def opened() -> None:
+        def opened() -> str:
             with observed_journal(path, Options().stamp, resume=True):
-                pass
+                return ""
 
-        yield _refused(opened, "journal.jsonl")
-
-
-def _refused(act: Any, name: str) -> str:
-    """Return what is wrong where an act neither works nor is refused in a sentence that names the file."""
-    try:
-        with within():
-            act()
-    except InputError as error:
-        text = str(error)
-        sentence = visible(text) == text and (name in text or "no cell was run" in text) and len(text) < 2000
-        return "" if sentence else f"no sentence that names the file: {text[:300]!r}"
-    except HangError:
-        return "it takes more than 10 s"
-    except Exception as error:  # noqa: BLE001 - this is what is looked for
-        return f"{type(error).__name__}: {str(error)[:300]!r}"
-    return ""
+        yield tried(opened, "journal.jsonl")

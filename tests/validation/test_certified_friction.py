@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tests.drawn import small
 
-from carom import Disc, Scene, Wall, solve_pic
+from carom import Disc, Scene, Wall
 from carom.errors import InputError
 
 pytest.importorskip("flint")
@@ -43,8 +43,8 @@ def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
     return found
 
 
-def test_runs_of_15_and_50_digits_enclose_the_same_truth_and_pic_is_within_it() -> None:
-    """Of small rough scenes, with gravity and without, no number contradicts the other run's, and PIC's is near."""
+def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
+    """Of small rough scenes, with gravity and without, no number contradicts the other run's."""
     impacts = 0
     for number in range(40):
         scene = small(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
@@ -55,13 +55,7 @@ def test_runs_of_15_and_50_digits_enclose_the_same_truth_and_pic_is_within_it() 
         except InputError:  # falling discs beside immovable ones
             continue
         assert apart(found, certify(scene, digits=50, max_impacts=10)) == [], number
-        trace, truth = solve_pic(scene, max_impacts=len(found)), found.trace
-        if trace.impacts[["first", "second"]].tolist() == truth.impacts[["first", "second"]].tolist():
-            assert trace.spins is not None
-            assert truth.spins is not None
-            impacts += len(trace.impacts)
-            for name in truth.spins.dtype.names or ():
-                np.testing.assert_allclose(trace.spins[name], truth.spins[name], rtol=1e-8, atol=1e-8)
+        impacts += len(found)
     assert impacts > 100
 
 

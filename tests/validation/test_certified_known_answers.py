@@ -17,7 +17,7 @@ from tests.stage import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
 import carom
-from carom import CertifiedTrace, Ring, Scene, Wall
+from carom import CertifiedTrace, Chain, Ring, Scene, Wall
 from carom.comparator.horizon import horizon_of
 from carom.scenes import CatalogueScene, deviation
 from carom.solvers.certified.result import Degenerate, Ending
@@ -143,7 +143,7 @@ def test_equal_masses_on_a_line_are_ghosts_that_walk_on(seed: int) -> None:
 
 
 def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
-    """Bounces come where the unfolded line crosses the lattice of mirror images, hundreds of them."""
+    """Bounces come where the unfolded line crosses the lattice of mirror images, hundreds of them; on edges, too."""
     walls = [
         wall_at(0.0, 0.0, 1.0, 0.0),
         wall_at(2.5, 0.0, -1.0, 0.0),
@@ -159,6 +159,9 @@ def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
     with mp.workdps(60):
         assert_told(certified, [mpf(t.numerator) / t.denominator for t in times])
     assert len(times) > 800
+    sides = Chain(points_m=[(0.0, 0.0), (2.5, 0.0), (2.5, 1.5), (0.0, 1.5)], closed=True)
+    on_edges = carom.solve_pic(staged("box", disc, sides, duration_s=200.0))
+    assert on_edges.impacts["time_s"] == pytest.approx([float(time) for time in times], rel=1e-12)
 
 
 @pytest.mark.parametrize("e", [0.5, 0.75, 0.875])

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-import pytest
 from mpmath import mp, mpf
-from tests.drawn import slowing
-from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
-from carom import Outcome, certify, solve_pic
-from carom.comparator.horizon import horizon_of
-from carom.solvers.certified.result import Degenerate, Ending
+from carom import certify
+from carom.solvers.certified.result import Degenerate
 
 
 def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() -> None:
@@ -34,20 +29,6 @@ def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() ->
         name = "velocity_first_after"
         assert outside(certified.trace.impacts[name], certified.radii[name], after) == []
     assert certified.trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
-
-
-@pytest.mark.parametrize("first", long_after(1, range(0, 300, 20)))
-def test_pic_is_right_on_drawn_tables(first: int) -> None:
-    """With walls of every kind and immovable discs: all impacts and ends of 20 tables are proven, and are PIC's."""
-    for seed in range(first, first + 20):
-        scene = slowing(seed)
-        trace = solve_pic(scene)
-        if trace.outcome is Outcome.GLIDES:  # it ends after infinitely many hops along a ring
-            continue
-        certified = certify(scene)
-        assert certified.ending is Ending.COMPLETED, seed
-        assert horizon_of(certified, trace).covers_the_scene, seed
-        assert np.abs(certified.trace.final_position_m - trace.final_position_m).max() < 1e-11, seed
 
 
 def test_a_disc_that_stops_where_it_would_touch_is_named() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from tests.lengths import each
 from carom import Disc, Outcome, Scene, Wall, solve_pic
 
 G, RADIUS_M = 10.0, 0.5
-POWERS = [-300, -12, -6, -2, -1, 0, 2, 6]
+SIZES = [10.0**power for power in (-300, -12, -6, -2, -1, 0, 2, 6)]
 
 
 def on_a_slope(friction: float, resists: float = 0.0, *, tangent: float = 0.0, along: float = 0.0) -> Scene:
@@ -29,29 +30,19 @@ def on_a_slope(friction: float, resists: float = 0.0, *, tangent: float = 0.0, a
     )
 
 
-@each("power", POWERS)
-def test_a_slide_ends_by_the_closed_form_whatever_the_friction(power: int) -> None:
-    """From 3 m/s a disc rolls at 2 m/s from v/(f g (1 + 1/k)) on, or slides on where that is later than a second."""
-    friction = 10.0**power
-    ends = solve_pic(on_a_slope(friction, along=3.0))
-    slid = min(1.0, 1.0 / (friction * G))
-    way = 3.0 * slid - 0.5 * friction * G * slid**2 + (1.0 - slid) * 2.0
-    assert ends.outcome is Outcome.COMPLETED
-    assert ends.final_position_m[0, 0] == pytest.approx(way, rel=1e-12)
-    assert ends.final_velocity_m_s[0, 0] == pytest.approx(3.0 - friction * G * slid, rel=1e-12)
+@each(("friction", "resists"), [*product(SIZES, [0.0]), *product([1e-6, 0.3, 1e6], SIZES)])
+def test_a_slide_ends_by_the_closed_form_whatever_the_frictions(friction: float, resists: float) -> None:
+    """From 3 m/s a disc is slowed by friction alone until its rim keeps up, or for ever where resistance is more.
 
-
-@each("power", POWERS)
-@each("friction", [1e-6, 0.3, 1e6])
-def test_rolling_resistance_of_any_size_has_one_answer(power: int, friction: float) -> None:
-    """A disc that slides is slowed by friction alone until its rim keeps up, or for ever where resistance is more."""
-    resists, k = 10.0**power, 0.5
+    Without resistance it rolls at 2 m/s from v/(f g (1 + 1/k)) on, or slides on where that is later than a second.
+    """
+    k = 0.5
     ends = solve_pic(on_a_slope(friction, resists, along=3.0))
     turned = max(0.0, friction - resists) * G / k  # of the rim, a second
     slid = min(1.0, 3.0 / (friction * G + turned))
     u, left = 3.0 - friction * G * slid, 1.0 - slid
     slower = resists * G / (1.0 + k) if resists < friction else friction * G
-    rolled = min(left, u / slower)
+    rolled = min(left, u / slower) if slower else left
     way = 3.0 * slid - 0.5 * friction * G * slid**2 + u * rolled - 0.5 * slower * rolled**2
     assert ends.outcome is Outcome.COMPLETED
     assert ends.final_position_m[0, 0] == pytest.approx(way, rel=1e-12)

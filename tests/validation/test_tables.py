@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import cmath
 import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -81,25 +80,6 @@ def test_a_corner_of_half_a_turn_over_n_is_left_alike_whichever_side_comes_first
 
 def _pair(z: complex) -> tuple[float, float]:
     return z.real, z.imag
-
-
-def test_a_box_is_unfolded_to_its_366th_impact() -> None:
-    """After 1,000 s in a box of 5 x 3 m, place and number of impacts are those of rational numbers."""
-    draw = np.random.default_rng(2410)
-    for _ in range(2):
-        place = (int(draw.integers(64, 256)) / 64, int(draw.integers(64, 128)) / 64)
-        velocity = (int(draw.integers(1, 200)) / 64, int(draw.integers(1, 200)) / 128)
-        disc = Disc(position_m=place, velocity_m_s=velocity, radius_m=0.25)
-        walls = [Chain(points_m=[(0, 0), (5, 0), (5, 3), (0, 3)], closed=True)]
-        trace = solve_pic(Scene(name="box", discs=[disc], walls=walls, duration_s=1000.0))
-        crossed = 0
-        for axis, room in ((0, Fraction(9, 2)), (1, Fraction(5, 2))):
-            line = Fraction(place[axis]) - Fraction(1, 4) + 1000 * Fraction(velocity[axis])
-            images, rest = divmod(line, room)
-            crossed += int(images)
-            end = Fraction(1, 4) + (rest if images % 2 == 0 else room - rest)
-            assert abs(trace.final_position_m[0, axis] - float(end)) < 1e-11
-        assert len(trace.impacts) == crossed
 
 
 @each("angle", [math.tau * 2 / 5, math.tau * 31 / 97, 2e-5, 2e-9, 2e-12])
