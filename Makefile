@@ -33,6 +33,8 @@ BASELINE ?=
 
 # Tests start hundreds of processes; without compiled modules on disk each of them translates all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
+# What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
+export PIP_NO_COMPILE := 1
 
 .PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm bench weight check changelog coverage coverage-compiled clean
 
@@ -224,6 +226,7 @@ $(INSTALLED): pyproject.toml setup.py
 $(FOR_TESTS): pyproject.toml setup.py
 	$(call install,test,$(FOR_TESTS) $(FOR_REPORTS))
 
+$(FOR_REPORTS): export CAROM_WITHOUT_PROBE := 1
 $(FOR_REPORTS): pyproject.toml setup.py
 	$(call install,all,$(FOR_REPORTS))
 

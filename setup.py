@@ -38,7 +38,9 @@ DIGEST = runpy.run_path("src/carom/extension.py")["sources_digest"]()
 #: What Cython would add to each module that takes arrays, once for all of them.
 SHARED = "carom._cython"
 
+#: What tests alone need; what installs for a report says that it does without.
 PROBE = "tests.probe"
+PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("probe.pyx")
 
 #: For `make coverage-compiled`: lines and branches of the sources are counted, and nothing is optimised away.
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"
@@ -47,6 +49,9 @@ if COVERAGE:
 
 #: Where Cython writes C: a module that has not changed is not translated again.
 TRANSLATED = "build/coverage/cython" if COVERAGE else "build/cython"
+
+#: Processes that translate; elsewhere a new one would run this file again.
+TRANSLATORS = (os.cpu_count() or 0) if sys.platform == "linux" else 0
 
 #: For continuous integration: a build without the extension is an error there.
 REQUIRED = os.environ.get("CAROM_REQUIRE_EXTENSION") == "1"
@@ -103,8 +108,7 @@ def _directives_may_differ() -> bool:
 
 
 sources = sorted(
-    path.as_posix()
-    for path in [*Path("src").rglob("*.p[yx][xd]"), *Path("src").rglob("*.h"), *Path("tests").glob("probe.pyx")]
+    path.as_posix() for path in [*Path("src").rglob("*.p[yx][xd]"), *Path("src").rglob("*.h"), *PROBE_SOURCES]
 )
 extensions = [
     _extension(path.removeprefix("src/").removesuffix(".pyx").replace("/", "."), path, sources)
@@ -115,6 +119,7 @@ setup(
     ext_modules=cythonize(
         [_extension(SHARED, "carom/_cython.c", []), *extensions],
         compiler_directives=DIRECTIVES,
+        nthreads=TRANSLATORS,
         include_path=["src"],
         build_dir=TRANSLATED,
         force=_directives_may_differ() or None,
