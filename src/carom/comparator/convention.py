@@ -283,13 +283,13 @@ def _rubbed(
     """Return what friction makes of the bodies of a contact besides, in place, given how hard they are pressed."""
     first, second, (nx, ny), wall_m_s = contact
     wall, start = second < 0, scene.arrays
-    grip = (
+    law = (
         ContactFriction(start.materials[wall_index(second)].friction, start.wall_tangential_restitution)
         if wall
         else ContactFriction(start.friction, start.tangential_restitution)
     )
     resists = scene.wall_rolling_resistance if wall else 0.0
-    if not (grip.friction or resists):
+    if not (law.friction or resists):
         return after
     tangent = np.array([-ny, nx])
     sides = [(first, -1.0)] if wall else [(first, -1.0), (second, 1.0)]
@@ -299,10 +299,10 @@ def _rubbed(
         slip -= float(np.array(wall_m_s) @ tangent)
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
-    turned = rubbed = tangential_impulse(grip, slip, inverse_effective_mass, pressed)
+    turned = rubbed = tangential_impulse(law, slip, inverse_effective_mass, pressed)
     if resists:  # of a wall: per unit of the disc's mass
         rim = before[row[first], 2]
-        by = frictional_impulses(grip, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first])
+        by = frictional_impulses(law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first])
         rubbed, turned = by.friction / weights[first], (by.friction + by.rolling) / weights[first]
     for body, sign in sides:
         after[row[body], :2] += sign * rubbed * weights[body] * tangent

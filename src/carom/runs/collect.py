@@ -59,7 +59,7 @@ class _OpenContact:
         end: The state there.
         alone: Whether neither body had another contact in any of its steps.
         steps: How many steps it lasts so far.
-        push: Sum over the steps of the impulses, or of the changes of velocity where those are not told.
+        impulse: Sum over the steps of the impulses, or of the changes of velocity where those are not told.
         along: The same of these times their normals.
         length: The same of these times the lengths of their normals.
         rested: The contact as it was at the first of the boundaries, up to now, at which the pair rests; None where it
@@ -76,7 +76,7 @@ class _OpenContact:
     end: Observation
     alone: bool = True
     steps: int = 0
-    push: float = 0.0
+    impulse: float = 0.0
     along: Vector = (0.0, 0.0)
     length: float = 0.0
     rested: _OpenContact | None = None
@@ -85,19 +85,19 @@ class _OpenContact:
         """Return the contact up to the end of its impact: what follows a whole step at rest only holds the pair."""
         return self if self.rested is None or self.rested.steps == self.steps else self.rested
 
-    def add(self, push: float, normal: Vector) -> None:
+    def add(self, impulse: float, normal: Vector) -> None:
         """Add what a step pushes."""
         self.steps += 1
-        self.push += push
-        self.along = (self.along[0] + push * normal[0], self.along[1] + push * normal[1])
-        self.length += push * math.hypot(*normal)
+        self.impulse += impulse
+        self.along = (self.along[0] + impulse * normal[0], self.along[1] + impulse * normal[1])
+        self.length += impulse * math.hypot(*normal)
 
     def normal(self) -> Vector:
         """Return the normal along which the steps pushed together, as long as they are on average; else the first."""
         size = math.hypot(*self.along)
-        if self.steps == 1 or not (size > 0.0 and self.push > 0.0):
+        if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
             return self.reported.normal
-        length = self.length / self.push
+        length = self.length / self.impulse
         return (length * self.along[0] / size, length * self.along[1] / size)
 
 
@@ -255,12 +255,16 @@ class ImpactCollector:
     def _pushed(self, motion: _Motion, contact: Contact, body: int, sign: float) -> _Motion:
         """Return what a contact makes of a body by its impulses: so several contacts in one step are told apart."""
         (vx, vy, spin), (nx, ny) = motion, contact.normal
-        push = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
-        rub = contact.tangential_impulse_n_s
-        if not rub:  # and so what was computed of scenes without friction is computed in the same way
-            return (vx + push * nx, vy + push * ny, spin)
-        along = sign * rub * self._inverse_mass[body]
-        return (vx + push * nx - along * ny, vy + push * ny + along * nx, spin - rub * self._turned_by[body])
+        by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
+        tangential = contact.tangential_impulse_n_s
+        if not tangential:  # and so what was computed of scenes without friction is computed in the same way
+            return (vx + by_normal * nx, vy + by_normal * ny, spin)
+        by_friction = sign * tangential * self._inverse_mass[body]
+        return (
+            vx + by_normal * nx - by_friction * ny,
+            vy + by_normal * ny + by_friction * nx,
+            spin - tangential * self._turned_by[body],
+        )
 
     def _close(self, pair: _Pair) -> None:
         whole = self._open.pop(pair)

@@ -412,20 +412,20 @@ class BodyStates:
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         ux, uy = self.velocity[j]
         w_j = law.inverse_mass[j]
-        push = normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
+        impulse = normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
         turn = 0.0
-        if law.disc_contact.friction > 0.0 and push < 0.0:
+        if law.disc_contact.friction > 0.0 and impulse < 0.0:
             distance = math.hypot(dx, dy)
             surface = distance * (law.radius[i] * self.spin[i] + law.radius[j] * self.spin[j])
             inverse_effective_mass = w_i * (1.0 + law.inverse_inertia_ratio[i]) + w_j * (
                 1.0 + law.inverse_inertia_ratio[j]
             )
             turn = pair_tangential_impulse(
-                law.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, push
+                law.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, impulse
             )
             self.spin[i] -= turn * distance * w_i * law.inverse_inertia_ratio[i] / law.radius[i]
             self.spin[j] -= turn * distance * w_j * law.inverse_inertia_ratio[j] / law.radius[j]
-        px, py = push * dx + turn * dy, push * dy - turn * dx
+        px, py = impulse * dx + turn * dy, impulse * dy - turn * dx
         self.velocity[i] = (vx + w_i * px, vy + w_i * py)
         self.velocity[j] = (ux - w_j * px, uy - w_j * py)
 

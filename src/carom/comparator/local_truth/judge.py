@@ -340,7 +340,7 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
         judged.late_steps = (_turn_s(window, first.pair) - first.time_s) / dt_s
     if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
         return
-    grip = law.contact_of(first.pair)
+    contact = law.contact_of(first.pair)
     was, now = _relative(window.free, first.pair), _relative(window.now, first.pair)
     if law.slowing.table_m_s2:  # which leaves no part of all velocities: they are those at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
@@ -350,7 +350,7 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
         was, now = _relative(before, first.pair), _relative(after, first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
-    if grip.friction == 0.0 and size > window.still:
+    if contact.friction == 0.0 and size > window.still:
         normal = (change[0] / size, change[1] / size)  # the run's own
         closed = was[0] * normal[0] + was[1] * normal[1]
         if closed != 0.0:  # as it is of a disc that turned for nothing, before a driven wall came to it

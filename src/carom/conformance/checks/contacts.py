@@ -92,10 +92,10 @@ def contacts_account_for_velocities(subject: Subject, profile: str) -> None:
             continue
         told = np.zeros_like(change)
         for contact in acting:
-            push = (contact.impulse_n_s or 0.0) * np.array(contact.normal)
+            impulse = (contact.impulse_n_s or 0.0) * np.array(contact.normal)
             for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
                 if body >= 0:
-                    told[body] += sign * push / mass[body]
+                    told[body] += sign * impulse / mass[body]
         for body, (wanted, found) in enumerate(zip(change.tolist(), told.tolist(), strict=True)):
             what = f"the impulses of step {step} are not what changes the velocity of disc {body}"
             expected, worth = f"{numbers(wanted)} m/s to {number(allowed)}", f"impulses worth {numbers(found)} m/s"

@@ -143,13 +143,13 @@ def _after(
     approach, slip = (ux - vx) * nx + (uy - vy) * ny, (ux - vx) * tx + (uy - vy) * ty + rims
     pushed = [1.0 / disc.mass_kg for disc in (first, other)]
     turned = [1.0 / (disc.inertia_factor * disc.mass_kg) for disc in (first, other)]
-    push = (1.0 + restitution) * approach / sum(pushed)
-    grip = slip / (sum(pushed) + sum(turned))
-    rub = math.copysign(min(abs(grip), friction * push), grip)
-    x, y = push * nx + rub * tx, push * ny + rub * ty
+    normal_impulse = (1.0 + restitution) * approach / sum(pushed)
+    sticking = slip / (sum(pushed) + sum(turned))
+    tangential_impulse = math.copysign(min(abs(sticking), friction * normal_impulse), sticking)
+    x, y = normal_impulse * nx + tangential_impulse * tx, normal_impulse * ny + tangential_impulse * ty
     return (
-        ((ux - x * pushed[0], uy - y * pushed[0]), first.spin_rad_s - rub * turned[0] / first.radius_m),
-        ((vx + x * pushed[1], vy + y * pushed[1]), other.spin_rad_s - rub * turned[1] / other.radius_m),
+        ((ux - x * pushed[0], uy - y * pushed[0]), first.spin_rad_s - tangential_impulse * turned[0] / first.radius_m),
+        ((vx + x * pushed[1], vy + y * pushed[1]), other.spin_rad_s - tangential_impulse * turned[1] / other.radius_m),
     )
 
 
@@ -157,10 +157,10 @@ def _require_cone(setup: Setup, acting: list[Contact], friction: float, allowed:
     for contact in acting:
         if contact.impulse_n_s is None or contact.tangential_impulse_n_s is None:
             continue
-        rub, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
+        tangential, most = abs(contact.tangential_impulse_n_s), friction * contact.impulse_n_s
         what = f"friction of bodies {contact.first} and {contact.second} in step {step} is more than there can be"
-        held = rub <= most * (1 + allowed) + allowed
-        require(held, what, f"{friction:g} of the push, {number(most, 6)} N s", f"{number(rub, 6)} N s", setup)
+        within = tangential <= most * (1 + allowed) + allowed
+        require(within, what, f"{friction:g} of the push, {number(most, 6)} N s", f"{number(tangential, 6)} N s", setup)
 
 
 def _require_cause(
@@ -182,15 +182,15 @@ def _require_whole_change(
     told = np.zeros((len(discs), 2))
     turned, arm_short = np.zeros(len(discs)), np.full(len(discs), allowed)
     for contact in acting:
-        push, rub = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
+        along, across = contact.impulse_n_s or 0.0, contact.tangential_impulse_n_s or 0.0
         nx, ny = contact.normal
-        impulse = np.array((push * nx - rub * ny, push * ny + rub * nx))
+        impulse = np.array((along * nx - across * ny, along * ny + across * nx))
         overlap = max(_overlap(setup.scene, contact, state) for state in (before, after))
         for body, sign in ((contact.first, -1.0), (contact.second, 1.0)):
             if body < 0 or not mass[body]:
                 continue
             told[body] += sign * impulse / mass[body]
-            by = rub / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
+            by = across / (discs[body].inertia_factor * mass[body] * discs[body].radius_m)
             turned[body] -= by
             arm_short[body] += abs(by) * overlap / discs[body].radius_m
     change = after.velocity_m_s - before.velocity_m_s
