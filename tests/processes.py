@@ -1,9 +1,12 @@
-"""Whether a process that a test started, or that was started by one, is still there."""
+"""Commands that tests run, and whether a process that a test started, or that was started by one, is still there."""
 
 from __future__ import annotations
 
+import subprocess
 import time
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 #: Long enough for a process to end on a machine that is busy.
 PATIENT_S = 60.0
@@ -23,3 +26,8 @@ def ended(*pids: int) -> bool:
     while any(map(alive, pids)) and time.monotonic() < until:
         time.sleep(0.01)
     return not any(map(alive, pids))
+
+
+def ran(command: Sequence[str | Path], *, check: bool = True, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Return what a command has printed, and its exit code, which must be 0 unless told otherwise."""
+    return subprocess.run(command, capture_output=True, text=True, check=check, **options)

@@ -6,7 +6,6 @@ import ctypes
 import math
 import os
 import re
-import subprocess
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 from tests.hazards.spread import starts_of
 from tests.lengths import each
+from tests.processes import ran
 from tests.stage import Named, disc_at, staged, sure
 
 import carom
@@ -199,13 +199,7 @@ def test_a_thousand_worlds_leave_nothing_behind(engine: Adapter) -> None:
     """
     if not hasattr(ctypes.CDLL(None), "mallinfo2"):
         pytest.skip("what malloc has handed out is asked of glibc 2.33 or later, which is not here")
-    done = subprocess.run(
-        [sys.executable, "-c", LEAK, engine.name],
-        capture_output=True,
-        text=True,
-        check=True,
-        env={**os.environ, "PYTHONMALLOC": "malloc"},
-    )
+    done = ran([sys.executable, "-c", LEAK, engine.name], env={**os.environ, "PYTHONMALLOC": "malloc"})
     assert int(done.stdout.split()[-1]) < 1000 * sys.getsizeof(np.empty(0))
 
 
@@ -237,7 +231,7 @@ def test_box2d_survives_warnings_that_are_errors() -> None:
         "w = a.prepare(Scene(name='x', discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1),"
         " a.profiles['tuned'].settings(1 / 60)); w.advance(1); print(w.observe().position_m.tolist()); w.close()"
     )
-    done = subprocess.run([sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False)
+    done = ran([sys.executable, "-W", "error", "-c", program], check=False)
     if "No module named 'Box2D'" in done.stderr:
         pytest.skip("Box2D is not installed")
     assert done.stdout == "[[0.0, 0.0]]\n"
@@ -298,7 +292,7 @@ def test_pybullet_worlds_after_one_another_are_as_in_fresh_processes(named: Name
 
     def run(*worlds: str) -> list[str]:
         command = [sys.executable, "-c", FRESH, *worlds]
-        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()[-len(worlds) :]
+        return ran(command).stdout.splitlines()[-len(worlds) :]
 
     fresh = {world: run(world) for world in ("default@60", "tuned@25")}
     assert fresh["default@60"] != fresh["tuned@25"]
@@ -417,7 +411,7 @@ def test_mujoco_out_of_memory_is_a_clear_error(named: Named) -> None:
     named("mujoco")
     if not Path("/proc/self/statm").exists():
         pytest.skip("the memory of a process is read from /proc, which is not here")
-    done = subprocess.run([sys.executable, "-c", SHORT_OF_MEMORY], capture_output=True, text=True, check=True)
+    done = ran([sys.executable, "-c", SHORT_OF_MEMORY])
     assert done.stdout.startswith("MuJoCo refuses the scene of 500 discs: ")
     assert "Could not allocate memory" in done.stdout
 

@@ -18,12 +18,12 @@ import numpy as np
 import pytest
 from tests.adapters.bare_runs import ENGINES, Body, Stage, States
 from tests.adapters.by_hand import Truth, turned_at, turns
+from tests.stage import cross_checked
 
-from carom import Scene, cross_check
+from carom import Scene
 from carom.comparator import Verdict
 from carom.pages.records import records
 from carom.registry import load_adapter
-from carom.runs.pool import InProcess
 from carom.scenes import all_scenes, find_scenes
 
 pytestmark = pytest.mark.long  # it runs two groups of scenes in each engine, twice
@@ -156,10 +156,7 @@ OVERLAPPING = {("gravity/box", "mujoco", "default")}
 def _sentences(engine: str) -> Iterator[tuple[str, str, Verdict, str]]:
     """Yield scene, profile, verdict and sentence of every run of the two groups."""
     scenes = [scene for scene in find_scenes(["engines", "gravity"]) if scene.name != CHAOTIC]
-    found = cross_check(
-        scenes, ["pic", "pit", engine], dts=[DT_S], profiles=["default", "tuned"], timing=False, certified=False,
-        pool=InProcess(),
-    )  # fmt: skip
+    found = cross_checked(scenes, ["pic", "pit", engine], dts=[DT_S], profiles=["default", "tuned"], certified=False)
     named = {verdict.name.lower(): verdict for verdict in Verdict}
     for row in map(json.loads, records(found).splitlines()[1:]):
         if row["engine"] == engine and row["status"] == "ran":

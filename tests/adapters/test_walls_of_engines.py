@@ -21,12 +21,11 @@ from tests.adapters.staged import (
     with_a_late_leg,
 )
 from tests.lengths import long_after
-from tests.stage import Finish, Named
+from tests.stage import Finish, Named, cross_checked
 
-from carom import Chain, Disc, Ring, Scene, Wall, cross_check
+from carom import Chain, Disc, Ring, Scene, Wall
 from carom.adapter import AdapterError, unsupported_reason
 from carom.runs.job import Status
-from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
 
 STARTS = 16
@@ -189,7 +188,7 @@ def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(named: N
     for scene in (Scene(name="belt", walls=[wall], **laws) for wall in (edge, circle)):
         said = "the scene has edges or circles whose surface runs, which this method does not support"
         assert unsupported_reason(scene, adapter.capabilities, 1 / 64) == said
-        result = cross_check([scene], ["pymunk"], dts=[1 / 64], profiles=["tuned"], timing=False, pool=InProcess())
+        result = cross_checked([scene], ["pymunk"], dts=[1 / 64], profiles=["tuned"])
         assert [(row.status, row.reason) for row in result.rows] == [(Status.UNSUPPORTED, said)]
         with pytest.raises(AdapterError, match=said):
             adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 64))

@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 from docs.figures import atlas
+from tests.stage import cross_checked
 
-from carom import cross_check
 from carom.pages.records import raw_records, records
-from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
 pytestmark = pytest.mark.long  # it runs a cross-check
@@ -37,7 +36,7 @@ HAZARDS: list[dict[str, Any]] = [
 @pytest.fixture(scope="module")
 def found(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Head and rows of PIC and PIT on a few scenes, as the file has them."""
-    results = cross_check(find_scenes(NAMES), ["pic", "pit"], timing=False, certified=False, pool=InProcess())
+    results = cross_checked(find_scenes(NAMES), ["pic", "pit"], certified=False)
     path = tmp_path_factory.mktemp("atlas") / "results.jsonl"
     path.write_text(records(results), encoding="utf-8")
     return raw_records(path)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import logging
-import subprocess
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tests.adapters.shipped import DT_S, NOT_TOLD, PHASES, SPEEDS, STEPS, End, Shipped, meeting
+from tests.processes import ran
 
 from carom import Disc
 from carom_adapters import npm
@@ -238,14 +238,7 @@ def _of_npm(engine: str, roundings: int) -> Shipped:
     scenes = [meeting(speed, phase).discs for speed in SPEEDS for phase in PHASES]
     asked = {"engine": engine, "dt": DT_S, "steps": STEPS, "scenes": [list(map(_said, discs)) for discs in scenes]}
     program = Path(__file__).with_name("shipped.mjs").read_text(encoding="utf-8")
-    done = subprocess.run(
-        ["node", "--input-type=module", "-e", program],
-        input=json.dumps(asked),
-        cwd=Path(npm.__file__).parent,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = ran(["node", "--input-type=module", "-e", program], input=json.dumps(asked), cwd=Path(npm.__file__).parent)
     told = json.loads(done.stdout)
     ends = {discs: np.array(end) for discs, end in zip(scenes, told["ends"], strict=True)}
     return Shipped(told["values"], lambda discs: ends[tuple(discs)], roundings)

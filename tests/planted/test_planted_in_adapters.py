@@ -11,12 +11,11 @@ from tests.distribution import forget, lay
 from tests.lengths import each
 from tests.planted import carom_planted
 from tests.planted.faults import DT, LENGTH, ROW, SPEED
-from tests.stage import disc_at, staged, sure
+from tests.stage import cross_checked, disc_at, staged, sure
 
-from carom import Results, Scene, cross_check
+from carom import Results, Scene
 from carom.comparator import Grade, Verdict
 from carom.runs.job import Status
-from carom.runs.pool import InProcess
 from carom.runs.results import Row
 
 #: Discs that meet nobody: without looking at positions, free flight would begin after the third step.
@@ -82,9 +81,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 @pytest.fixture(scope="module")
 def results(installed: str) -> Results:
     """Every fault, in both scenes."""
-    return cross_check(
-        [ROW, FREE], [installed], dts=[DT], profiles=["all"], timing=False, certified=False, pool=InProcess()
-    )
+    return cross_checked([ROW, FREE], [installed], dts=[DT], profiles=["all"], certified=False)
 
 
 def row_of(results: Results, scene: Scene, fault: str) -> Row:

@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from tests.stage import cross_checked
 
 import carom
 from carom.errors import UnknownNameError
-from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
 
 NAME = "paper/missed"
@@ -42,9 +42,7 @@ def test_a_run_takes_a_name_and_the_scenes_frame() -> None:
 
 def test_a_cross_check_takes_names_and_groups() -> None:
     """A name stands for its scene with its known answer, and a group for all of its scenes."""
-    results = carom.cross_check(
-        [NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], dts=[1 / 24], timing=False, pool=InProcess()
-    )
+    results = cross_checked([NAME, SCENE.model_copy(update={"name": "mine"})], ["pit"], dts=[1 / 24])
     assert {row.job.scene.name for row in results.rows} == {NAME, "mine"}
     assert NAME in results.known
 

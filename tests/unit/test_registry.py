@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Callable
 from importlib import metadata
@@ -13,6 +12,7 @@ from typing import Any
 
 import pytest
 from tests.distribution import lay
+from tests.processes import ran
 
 from carom.adapter import Adapter, Engine
 from carom.errors import UnknownNameError
@@ -39,9 +39,7 @@ def python(program: str, *extra_path: Path) -> str:
     """Run a program in a fresh interpreter, with directories ahead on its path, and return what it prints."""
     path = os.pathsep.join([*map(str, extra_path), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
     environment = {**os.environ, "PYTHONPATH": path}
-    result = subprocess.run(
-        [sys.executable, "-W", "error", "-c", program], capture_output=True, text=True, check=False, env=environment
-    )
+    result = ran([sys.executable, "-W", "error", "-c", program], check=False, env=environment)
     assert result.returncode == 0, result.stderr
     return result.stdout
 
@@ -255,10 +253,8 @@ def test_spoilt_metadata_costs_its_own_line_alone(tmp_path: Path) -> None:
         if name == "unnamed":
             (info / "METADATA").write_bytes(b"\xff")
     path = os.pathsep.join(str(folder) for folder in tmp_path.iterdir())
-    done = subprocess.run(
+    done = ran(
         [sys.executable, "-m", "carom", "engines"],
-        capture_output=True,
-        text=True,
         check=False,
         env={**os.environ, "PYTHONPATH": path, "COLUMNS": "500"},
     )

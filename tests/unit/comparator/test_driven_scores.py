@@ -9,16 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import each, long_after
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
-import carom
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.comparator.grades import Grade
 from carom.comparator.local_truth import StepWatch, bodies, judge
 from carom.comparator.local_truth.bodies import BodyStates
 from carom.comparator.verdict import Verdict
 from carom.errors import InputError
-from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 from carom.walls import Leg
 
@@ -34,10 +32,7 @@ def paddle() -> Scene:
 def test_pit_is_graded_as_it_is_on_what_stands() -> None:
     """PIT samples driven scenes, too, and is found to do no worse than itself; what it goes through, it has missed."""
     scenes = [entry.scene for entry in find_scenes(["driven"])]
-    grades = {
-        row.job.scene.name: row.grade
-        for row in carom.cross_check(scenes, ["pit"], dts=[1 / 60], timing=False, pool=InProcess()).rows
-    }
+    grades = {row.job.scene.name: row.grade for row in cross_checked(scenes, ["pit"], dts=[1 / 60]).rows}
     assert grades.pop("driven/swatter") is Grade.WRONG
     assert grades.pop("driven/fast-cup") is Grade.WRONG
     assert grades.pop("driven/piston") is Grade.PARTED
@@ -51,7 +46,7 @@ def test_pit_is_graded_as_it_is_on_what_stands() -> None:
 def test_pic_is_exact_where_its_last_step_reaches_beyond_the_end(dt_s: float) -> None:
     """Impacts on either side of the scene's end in one step: the state at the end is that after the earlier ones."""
     scenes = [entry.scene for entry in find_scenes(["driven/piston", "driven/paddle-to-and-fro"])]
-    rows = carom.cross_check(scenes, ["pic"], dts=[dt_s], profiles=["tuned"], timing=False, pool=InProcess())
+    rows = cross_checked(scenes, ["pic"], dts=[dt_s], profiles=["tuned"])
     assert {row.grade for row in rows.rows} == {Grade.EXACT}
 
 
@@ -154,7 +149,7 @@ def test_a_trace_in_which_a_driven_wall_moves_otherwise_is_refused() -> None:
 def test_impacts_after_the_end_are_not_asked_for() -> None:
     """Where the last step reaches beyond the scene's end, an impact beyond it is none."""
     scene = staged("late", disc_at(1.0, 0.0, 1.0), wall_at(3.505, 0.0, -1.0, 0.0), duration_s=2.004)
-    (row,) = carom.cross_check([scene], ["pit"], dts=[1 / 60], timing=False, pool=InProcess()).rows
+    (row,) = cross_checked([scene], ["pit"], dts=[1 / 60]).rows
     assert len(sure(row.trace).impacts) == 0
     assert np.allclose(sure(row.trace).final_position_m, [(3.004, 0.0)], rtol=0.0, atol=1e-12)
     assert sure(row.trace).final_velocity_m_s.tolist() == [[1.0, 0.0]]
@@ -174,9 +169,7 @@ def crush() -> Scene:
 @pytest.mark.parametrize(("steps_per_s", "expected"), long_after(1, [(60.0, 4), (55.5, 4), (7.0, 1)]))
 def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_per_s: float, expected: int) -> None:
     """PIC is exact and PIT sampled up to there, also at steps that end at the crush; beyond it nothing is compared."""
-    results = carom.cross_check(
-        [crush()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"], timing=False, pool=InProcess()
-    )
+    results = cross_checked([crush()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"])
     assert [row.grade for row in results.rows] == [Grade.EXACT, Grade.SAMPLED]
     scores = [row.score for row in results.rows if row.score is not None]
     assert {score.expected for score in scores} == {expected}  # of impacts at 1.25, 1.625, 1.75, 1.8125, 1.85, ... s

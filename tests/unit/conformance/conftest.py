@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from tests.distribution import lay
+from tests.processes import ran
 
 TOYS = """
 import time
@@ -51,10 +52,8 @@ def run_pytest(project: Path) -> Pytest:
 
     def run(*arguments: str, before: str = "") -> subprocess.CompletedProcess[str]:
         code = f"import sys\n{before}\nimport pytest\nsys.exit(pytest.main(sys.argv[1:]))"
-        return subprocess.run(
+        return ran(
             [sys.executable, "-c", code, *arguments],
-            capture_output=True,
-            text=True,
             cwd=project,
             check=False,
             env={**os.environ, "PYTHONPATH": str(project.parent / "site"), "COLUMNS": "200"},

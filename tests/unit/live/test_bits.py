@@ -6,7 +6,6 @@ import json
 import math
 import random
 import shutil
-import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 from tests.drawn import KINDS, TABLES, drawn, thrown
 from tests.lengths import long_after
+from tests.processes import ran
 from tests.stage import crushed_rows
 from tests.validation.test_contact import held_in_its_landing
 
@@ -86,9 +86,7 @@ def _of_javascript(jobs: Sequence[Job], folder: Path = SOURCES) -> list[dict[str
         json.dumps({"scene": json.loads(scene.model_dump_json()), "method": method, "most": MOST})
         for scene, method in jobs
     ]
-    done = subprocess.run(
-        [_node(), HERE / "bits.mjs", folder], input="\n".join(lines), capture_output=True, text=True, check=False
-    )
+    done = ran([_node(), HERE / "bits.mjs", folder], input="\n".join(lines), check=False)
     assert done.returncode == 0, done.stderr
     return [json.loads(line) for line in done.stdout.splitlines()]
 
@@ -142,9 +140,7 @@ def test_a_scene_that_is_not_ported_is_refused_by_name() -> None:
     """What the JavaScript can't do, and a field that it doesn't know, it says by name; it never runs without them."""
     scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0}
     lines = "\n".join(json.dumps({"scene": {**scene, **change}, "method": "pic"}) for change, _ in REFUSALS)
-    done = subprocess.run(
-        [_node(), HERE / "bits.mjs", SOURCES], input=lines, capture_output=True, text=True, check=True
-    )
+    done = ran([_node(), HERE / "bits.mjs", SOURCES], input=lines)
     assert [json.loads(line) for line in done.stdout.splitlines()] == [{"refused": [name]} for _, name in REFUSALS]
 
 

@@ -6,13 +6,13 @@ import sys
 
 import numpy as np
 import pytest
+from tests.stage import cross_checked
 
 import carom
 from carom import Disc, Scene, Wall
 from carom.errors import MissingExtraError
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
-from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
 
@@ -54,9 +54,7 @@ def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
 def test_results_are_a_row_a_run() -> None:
     """Each run with its grade, counts and errors; what was not run or has no error is NaN, never 0."""
     pytest.importorskip("pandas")
-    results = carom.cross_check(
-        find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess()
-    )
+    results = cross_checked(find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], dts=[1 / 24])
     frame = results.to_pandas()
     assert len(frame) == len(results.rows)
     for (_, said), row in zip(frame.iterrows(), results.rows, strict=True):

@@ -11,13 +11,12 @@ import pytest
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 from matplotlib.quiver import Quiver
-from tests.stage import altered
+from tests.stage import altered, cross_checked
 
 import carom
 from carom import Disc, Scene, Wall
 from carom.errors import InputError
 from carom.pages.grid import mark_of
-from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 
 HOSTILE = "<script>alert('x')</script>&$\\frac$"
@@ -59,7 +58,7 @@ def circles(axes: object) -> list[Circle]:
 def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: Scene) -> None:
     """Everything that has a picture shows it beside its lines; a name with tags and dollars is read as it is."""
     reference, observed = carom.solve_pic(scene), carom.solve_pit(scene)
-    results = carom.cross_check([scene], ["pic", "pit"], dts=[1 / 8], timing=False, pool=InProcess())
+    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8])
     for thing in (scene, reference, observed, results, carom.certify(scene)):
         page = thing._repr_html_()
         assert page
@@ -148,7 +147,7 @@ def test_motion_along_a_line_is_drawn_against_time() -> None:
 
 def test_results_are_drawn_as_counts_of_marks(scene: Scene) -> None:
     """The bars of each mark are as long as there are runs that it came of, end to end."""
-    results = carom.cross_check([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16], timing=False, pool=InProcess())
+    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16])
     axes = results.plot(Figure().add_subplot())
     methods = [label.get_text() for label in axes.get_yticklabels()]
     drawn: Counter[tuple[str, str]] = Counter()

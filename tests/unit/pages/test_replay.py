@@ -12,12 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.stage import sure
+from tests.stage import cross_checked, sure
 
 import carom
 from carom.pages.grid import build_grid
 from carom.pages.replay import first_fault, impact_rows, replay_data, scene_replays
-from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
 
@@ -25,7 +24,7 @@ from carom.scenes import find_scenes
 @pytest.fixture(scope="module")
 def results() -> Results:
     scenes = find_scenes(("paper/missed", "paper/late", "classics/miss", "gravity/ladder"))
-    return carom.cross_check(scenes, ["pic", "pit"], dts=[1 / 24], profiles=["tuned"], timing=False, pool=InProcess())
+    return cross_checked(scenes, ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
 
 
 @pytest.fixture(scope="module")

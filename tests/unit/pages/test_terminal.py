@@ -9,14 +9,13 @@ from dataclasses import replace
 
 import pytest
 from rich.console import Console
-from tests.stage import disc_at, staged
+from tests.stage import cross_checked, disc_at, staged
 
 import carom
 from carom import Disc, Scene, Wall
 from carom.pages.document import Document
 from carom.pages.render.terminal import terminal
 from carom.pages.summary import MOST_LINES, WIDTH, printable
-from carom.runs.pool import InProcess
 from carom.scenes import find_scenes
 from carom.shell.ascii_signs import ERRORS
 from carom.studies.cross_check.document import cross_check_document
@@ -27,7 +26,7 @@ def document() -> Document:
     """Scenes of three groups, one of a long name, by PIC, PIT and pymunk."""
     classics = [f"classics/{name}" for name in ("perfectly-inelastic", "three-in-line")]
     scenes = find_scenes(["paper/late", "paper/missed", "gravity/falling-pair", *classics])
-    results = carom.cross_check(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60], timing=False, pool=InProcess())
+    results = cross_checked(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60])
     return cross_check_document(results)
 
 
@@ -78,7 +77,7 @@ def scene(discs: int = 2, name: str = "head-on") -> Scene:
 
 def every_kind(of: Scene) -> list[object]:
     reference, observed = carom.solve_pic(of), carom.solve_pit(of)
-    results = carom.cross_check([of], ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess())
+    results = cross_checked([of], ["pic", "pit"], dts=[1 / 24])
     return [of, reference, carom.compare(reference, observed), results, carom.certify(of)]
 
 
@@ -140,9 +139,7 @@ def test_a_score_says_the_grade_the_counts_and_why() -> None:
 
 def test_results_count_what_became_of_each_method() -> None:
     """Every row is counted, by its method and its grade; what an engine can't do is told in its own word."""
-    results = carom.cross_check(
-        find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess()
-    )
+    results = cross_checked(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
     lines = repr(results).splitlines()
     assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
     for engine, profile in (("pic", "default"), ("pic", "tuned"), ("pit", "tuned")):
@@ -172,7 +169,7 @@ def test_exact_says_to_the_rounding_of_which_floats() -> None:
     """What declares 32-bit floats is exact in 32 bits wherever a word stands for its grade."""
     reference = carom.solve_pic(scene())
     score = carom.compare(reference, replace(reference, float_bits=32))
-    results = carom.cross_check([scene()], ["pic"], profiles=["tuned"], dts=[1 / 24], timing=False, pool=InProcess())
+    results = cross_checked([scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])
     narrow = replace(results, rows=tuple(replace(row, score=score) for row in results.rows))
     shown = (repr(score), repr(narrow), score._repr_html_(), narrow._repr_html_())
     assert all("exact (float32)" in (text or "") for text in shown)

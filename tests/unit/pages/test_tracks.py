@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import long_after
-from tests.stage import sure
+from tests.stage import cross_checked, sure
 
 import carom
 from carom import Scene, Wall, compare, solve_pic
 from carom.pages.paths import exact_paths, extent_of, observed_paths
 from carom.pages.replay import replay_data
 from carom.pages.tracks import SHARPNESS, observed_tracks, reference_tracks, turnings
-from carom.runs.pool import InProcess
 from carom.runs.reference import reference_trace
 from carom.scenes import all_scenes
 from carom.trace import Trace, wall_index
@@ -57,7 +56,7 @@ def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
 def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
     """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
     scene = all_scenes()[name].scene
-    results = carom.cross_check([scene], ["pit"], profiles=["tuned"], dts=[1 / 60], timing=False, pool=InProcess())
+    results = cross_checked([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
     trace = sure(results.rows[0].trace)
     extent_m = extent_of(results.references[name])
     times = sure(trace.samples).time_s[sure(trace.samples).time_s < trace.end_time_s]

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from tests.distribution import lay
 from tests.lengths import long_after
+from tests.processes import ran
 
 from carom.adapter import Adapter
 from carom.program.adapter import ProgramAdapter, program_adapter
@@ -158,11 +159,9 @@ def talkative(site: Path, version: str, *asked: str) -> subprocess.CompletedProc
     lay(site, "talkative", {"talkative": "talkative:adapter"}, version=version)
     (site / "talkative.py").write_text(TALKATIVE)
     requests = [{"do": "hello"}, {"do": "prepare", "scene": scene().model_dump(mode="json"), "settings": {"dt_s": 1}}]
-    return subprocess.run(
+    return ran(
         [sys.executable, "-m", "carom", "serve", "talkative", *asked],
         input="".join(json.dumps(one) + "\n" for one in requests),
-        capture_output=True,
-        text=True,
         check=False,
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(site), *sys.path])},
     )
@@ -187,11 +186,8 @@ def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_pa
     assert done.returncode == 2
     reason = "Talkative 1.5 is older than 2.0, the oldest release that its adapter drives"
     assert f"talkative: {reason}" in done.stderr
-    shown = subprocess.run(
+    shown = ran(
         [sys.executable, "-m", "carom", "serve", "talkative", "--manifest", "talkative-1.5"],
-        capture_output=True,
-        text=True,
-        check=True,
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "site"), *sys.path])},
     )
     path = tmp_path / "engine.toml"

@@ -7,14 +7,13 @@ import math
 import numpy as np
 import pytest
 from tests.lengths import long_after
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
 from carom import Scene, solve_pic
 from carom.comparator.shift import begun_earlier, even_phases, shifted_references
 from carom.errors import InputError
 from carom.runs.phases import phase_values, pit_miss_probability
-from carom.runs.pool import InProcess
 from carom.scenes import catalogue
 from carom.walls import Leg
 
@@ -125,9 +124,7 @@ def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float,
     Points at multiples of the golden ratio have a discrepancy below (2 + log N)/N.
     """
     scene = missing(offset, advance)
-    results = carom.cross_check(
-        [scene], ["pit"], dts=[0.1], profiles=["tuned"], timing=False, phases=phases, pool=InProcess()
-    )
+    results = cross_checked([scene], ["pit"], dts=[0.1], profiles=["tuned"], phases=phases)
     spread = sure(results.rows[0].spread)
     assert spread.phases == phases
     expected = max(0.0, 1.0 - math.sqrt(1 - offset**2) / advance)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.lengths import long_after
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
 from carom import Disc, Scene, Wall
@@ -43,7 +43,7 @@ def statuses(results: carom.Results) -> dict[str, Status]:
 
 def tried(scenes: list[Scene], *engines: str) -> carom.Results:
     """Each engine's tuned profile in steps of 0.1 s, in this process and untimed."""
-    return carom.cross_check(scenes, engines, dts=[0.1], profiles=["tuned"], timing=False, pool=InProcess())
+    return cross_checked(scenes, engines, dts=[0.1], profiles=["tuned"])
 
 
 class HangsWhenTimed(InProcess):
@@ -123,7 +123,7 @@ def test_what_is_unavailable_or_unsupported_says_why(scene: Scene) -> None:
 def test_free_fall_is_exact_between_steps_and_beyond_the_last() -> None:
     """PIC and PIT fall along a parabola, also where the last step ends beyond the scene and is taken back."""
     falling = Scene(name="falling", discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -8), duration_s=1)
-    results = carom.cross_check([falling], ["pic", "pit"], dts=[0.3], timing=False, pool=InProcess())
+    results = cross_checked([falling], ["pic", "pit"], dts=[0.3])
     for row in results.rows:
         assert sure(row.trace).final_position_m == pytest.approx(np.array([[0, -4]]), rel=1e-14)
         assert sure(row.trace).final_velocity_m_s == pytest.approx(np.array([[0, -8]]), rel=1e-14)
@@ -135,7 +135,7 @@ def test_what_comes_after_rest_is_not_scored() -> None:
     ball = Disc(position_m=(0, 2), radius_m=1)
     floor = Wall(point_m=(0, 0), normal=(0, 1))
     scene = Scene(name="rests", discs=[ball], walls=[floor], wall_restitution=0.25, gravity_m_s2=(0, -8), duration_s=2)
-    results = carom.cross_check([scene], ["pic", "pit"], timing=False, dts=[1 / 60], pool=InProcess())
+    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 60])
     # It closes at 4, 1 and 1/4 m/s. The second comes at t0 + 2 e v0 / g, with t0 = v0 / g = 1/2, and is seen a frame
     # later; of the third, at less than 2.5 g / 60, a step can't tell rest, and PIT at this step has no such bounce.
     second_s = 0.5 * (1 + 2 * 0.25)
@@ -203,13 +203,13 @@ def test_what_makes_no_sense_is_refused_by_name_and_value(scene: Scene, given: d
 def test_each_scene_has_its_own_steps_unless_told_otherwise(scene: Scene) -> None:
     """By default a scene is run at its own frame, a quarter and a sixteenth of it."""
     assert default_dts(scene) == (1 / 60, 1 / 240, 1 / 960)
-    results = carom.cross_check([scene], ["pit"], timing=False, pool=InProcess())
+    results = cross_checked([scene], ["pit"])
     assert [(row.job.dt_s, row.job.refinement) for row in results.rows] == [(1 / 60, 0), (1 / 240, 1), (1 / 960, 2)]
 
 
 def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
     """PIT has nothing to tune, so only one of its two profiles is run; PIC's two differ, and both are."""
-    results = carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, pool=InProcess())
+    results = cross_checked([scene], ["pic", "pit"], dts=[0.1])
     assert [(row.job.engine, row.job.profile) for row in results.rows] == [
         ("pic", "default"),
         ("pic", "tuned"),
@@ -253,16 +253,14 @@ def test_a_reference_without_end_is_a_reason_and_not_a_hang(monkeypatch: pytest.
     endless = staged(
         "endless", disc_at(0, 0, 1000, 0, r=0.25), wall_at(-0.5, 0, 1, 0), wall_at(0.5, 0, -1, 0), duration_s=1e9
     )
-    row = carom.cross_check([endless], ["pit"], timing=False, pool=InProcess()).rows[0]
+    row = cross_checked([endless], ["pit"]).rows[0]
     assert row.status is Status.UNSUPPORTED
     assert "100 impacts come before" in row.reason
 
 
 def test_a_profile_that_fails_is_a_row(scene: Scene) -> None:
     """An adapter whose settings fail, or hold what is no setting, is a row with the reason, beside sound rows."""
-    results = carom.cross_check(
-        [scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"], timing=False, pool=InProcess()
-    )
+    results = cross_checked([scene], ["pit", "bad-profile"], dts=[0.1], profiles=["default", "tuned"])
     failed = {row.job.profile: row.reason for row in results.rows if row.job.engine == "bad-profile"}
     assert "KeyError: 'no such'" in failed["default"]
     assert "setting 'list' of profile 'tuned'" in failed["tuned"]

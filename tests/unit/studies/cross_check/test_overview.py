@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from tests.stage import cross_checked
 
-import carom
 from carom.comparator import Grade
 from carom.pages.document import Cell, Medium, Table
 from carom.pages.grid import Mark, build_grid
 from carom.runs.job import Status
-from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import find_scenes
 from carom.studies.cross_check.overview import overview
@@ -25,14 +24,7 @@ def results() -> Results:
     """The paper's four cases, and two scenes of no group of which one's name begins with the other's."""
     scene = find_scenes(["paper/late"])[0].scene
     own = [scene.model_copy(update={"name": name}) for name in ("mine", "mine-too")]
-    return carom.cross_check(
-        [*find_scenes(["paper"]), *own],
-        ["pic", "pit"],
-        dts=[1 / 24],
-        profiles=["tuned"],
-        timing=False,
-        pool=InProcess(),
-    )
+    return cross_checked([*find_scenes(["paper"]), *own], ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
 
 
 def tables(results: Results, medium: Medium) -> list[tuple[list[str], list[list[Cell]]]]:
@@ -81,9 +73,7 @@ def test_a_terminal_counts_the_scenes_of_each_grade(results: Results) -> None:
 
 def test_one_scene_is_told_in_physical_units() -> None:
     """PIT finds paper/late .9 of a step of 1/24 s late, which is 37.5 ms, and .6 of one of 1/96 s, 6.25 ms."""
-    found = carom.cross_check(
-        find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96], timing=False, pool=InProcess()
-    )
+    found = cross_checked(find_scenes(["paper/late"]), ["pit"], dts=[1 / 24, 1 / 96])
     coarse, fine, *_ = tables(found, Medium.TERMINAL)
     (heads, ((*cells,),)) = coarse
     shown = dict(zip(heads, (cell.text for cell in cells), strict=True))
@@ -100,9 +90,7 @@ def test_one_scene_is_told_in_physical_units() -> None:
 @pytest.fixture(scope="module")
 def several() -> Results:
     """The paper's four cases by PIT and by three profiles of an engine, of which one steps up to the contact."""
-    return carom.cross_check(
-        find_scenes(["paper"]), ["pic", "pit", "pymunk"], dts=[1 / 24], timing=False, pool=InProcess()
-    )
+    return cross_checked(find_scenes(["paper"]), ["pic", "pit", "pymunk"], dts=[1 / 24])
 
 
 def test_terminal_and_report_have_one_order(several: Results) -> None:

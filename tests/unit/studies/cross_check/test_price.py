@@ -12,9 +12,8 @@ from pathlib import Path
 
 import pytest
 from rich.console import Console
-from tests.stage import sure
+from tests.stage import cross_checked, sure
 
-from carom import cross_check
 from carom.comparator import Errors, compare
 from carom.pages.document import Column, Document, Headline, Medium, Section, Table
 from carom.pages.grid import build_grid
@@ -26,7 +25,6 @@ from carom.pages.render.terminal import terminal
 from carom.pages.wording import number
 from carom.runs.job import Method
 from carom.runs.phases import PhaseSpread
-from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
 from carom.scenes import find_scenes
 from carom.studies.cross_check import price
@@ -199,7 +197,7 @@ def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
 def test_the_price_is_one_number_wherever_it_stands() -> None:
     """The overview's median, the table of prices and the JSON lines leave out the same: scenes without one answer."""
     scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
-    found = cross_check(scenes, ["pic", "pit"], profiles=["tuned"], timing=False, pool=InProcess())
+    found = cross_checked(scenes, ["pic", "pit"], profiles=["tuned"])
     toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]
     rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
     of_all = replace(found, rows=rows)

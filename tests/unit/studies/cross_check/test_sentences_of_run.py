@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 from tests.lengths import long_after
-from tests.stage import disc_at, staged
+from tests.stage import cross_checked, disc_at, staged
 
-from carom import Results, Scene, cross_check
-from carom.runs.pool import InProcess
+from carom import Results, Scene
 from carom.scenes import CatalogueScene, find_scenes
 from carom.studies.cross_check import sentences
 from carom.studies.cross_check.document import cross_check_document
@@ -29,7 +28,7 @@ AT_A_FRAME = staged("at-a-frame", disc_at(0, 0, 4, 0), disc_at(3, 0), duration_s
 
 
 def found(scenes: Sequence[Scene | CatalogueScene], *engines: str, profile: str = "tuned") -> Results:
-    return cross_check(scenes, ["pic", *engines], profiles=[profile], dts=[1 / 24], timing=False, pool=InProcess())
+    return cross_checked(scenes, ["pic", *engines], profiles=[profile], dts=[1 / 24])
 
 
 def pattern(sentence: Sentence) -> str:

@@ -8,15 +8,13 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
-import carom
 from carom.comparator import Grade, Verdict
 from carom.comparator.verdict import Finding
 from carom.pages.document import Lines, Medium, Section, Table, Text
 from carom.pages.grid import build_grid
 from carom.runs.job import Job, Method
-from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
 from carom.scenes import all_scenes
 from carom.studies.cross_check.reference import reference_section
@@ -29,7 +27,7 @@ GRAZE = staged("mine/graze", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0
 @pytest.fixture(scope="module")
 def plain() -> Results:
     """PIC and PIT on one scene without a horizon, a rest or a trajectory that parted."""
-    return carom.cross_check([GRAZE], ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess())
+    return cross_checked([GRAZE], ["pic", "pit"], dts=[1 / 24])
 
 
 def ran(results: Results, name: str, steps: Mapping[str, Any], score: Mapping[str, Any]) -> Row:
@@ -152,7 +150,7 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
         wall_restitution=0.0,
         duration_s=2.0,
     )
-    results = carom.cross_check([ball], ["pic", "pit"], dts=[1 / 24], timing=False, pool=InProcess())
+    results = cross_checked([ball], ["pic", "pit"], dts=[1 / 24])
     lines = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
     assert any("runs are compared up to 0.5 s of 2 s, where a disc comes to rest" in line for (line,) in lines)
     assert set(ranked(results)) == {"PIT"}
@@ -161,6 +159,6 @@ def test_the_end_of_a_reference_that_comes_to_rest_is_told() -> None:
 def test_an_impact_after_contact_begins_is_not_called_unreliable() -> None:
     """Discs that roll from the start, of which one strikes the other: no word says that the reference is in doubt."""
     scene = all_scenes()["contact/struck"].scene
-    results = carom.cross_check([scene], ["pit"], dts=[1 / 24], timing=False, pool=InProcess())
+    results = cross_checked([scene], ["pit"], dts=[1 / 24])
     told = [b.items for b in reference_section(results).shown(Medium.TERMINAL) if isinstance(b, Lines)]
     assert told == [("contact/struck: runs are compared up to 0 s of 3 s, where a disc rolls along a wall.",)]

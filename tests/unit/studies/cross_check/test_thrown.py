@@ -5,13 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.stage import disc_at, staged
+from tests.stage import cross_checked, disc_at, staged
 
-import carom
 from carom import Scene
 from carom.pages.grid import build_grid
 from carom.pages.replay import scene_replays
-from carom.runs.pool import InProcess
 from carom.scenes import all_scenes
 from carom.studies.cross_check.document import write_report
 from carom.studies.cross_check.thrown import THROWN, drag_link, thrown_page
@@ -52,7 +50,7 @@ def test_the_page_has_the_scenes_of_the_report_first() -> None:
 @pytest.mark.parametrize(("scene", "linked"), [(PAIR, True), (MANY, False)])
 def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """Beside `index.html`, and the replay's data has the link; elsewhere neither."""
-    results = carom.cross_check([scene], ["pit"], dts=[1 / 24], timing=False, pool=InProcess())
+    results = cross_checked([scene], ["pit"], dts=[1 / 24])
     write_report(results, tmp_path)
     assert (tmp_path / THROWN).exists() == linked
     (replay,) = scene_replays(results, build_grid(results), lambda _: "there")

@@ -11,9 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
-from tests.stage import disc_at, staged, sure
+from tests.stage import cross_checked, disc_at, staged, sure
 
-import carom
 from carom.adapter import Capabilities
 from carom.comparator import Grade, Score, Verdict, compare
 from carom.pages import wording
@@ -28,7 +27,6 @@ from carom.pages.replay import impact_rows
 from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Method, Status
-from carom.runs.pool import InProcess
 from carom.runs.results import Results, Row
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
@@ -268,13 +266,8 @@ def test_trend_compares_the_same_scenes_at_every_step(results: Results, nasty: s
 
 def test_the_trend_has_pic_once() -> None:
     """PIC has nothing to set, so all its profiles are one line; an engine's profiles are each one."""
-    results = carom.cross_check(
-        ["paper/late"],
-        ["pic", "pit", "pymunk"],
-        profiles=["default", "tuned"],
-        dts=[1 / 24, 1 / 96],
-        timing=False,
-        pool=InProcess(),
+    results = cross_checked(
+        ["paper/late"], ["pic", "pit", "pymunk"], profiles=["default", "tuned"], dts=[1 / 24, 1 / 96]
     )
     assert [series.name for series in build_trend(results, build_grid(results)).series] == [
         *("PIC", "PIT tuned", "pymunk default", "pymunk tuned")
