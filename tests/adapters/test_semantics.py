@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.adapters.shipped import OF_ALL, assert_default_is_shipped, worst_difference
 from tests.adapters.staged import oblique
 from tests.adapters.widths import width
 from tests.lengths import each
@@ -238,3 +239,14 @@ def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adap
     radius = {32: 1.0, 64: 1e-8}[engine.capabilities.float_bits]
     far = staged("far", disc_at(1e8, 0, r=radius), duration_s=1)
     assert "bit floats round by more" in unsupported_reason(far, replace(engine.capabilities, min_radius_m=0.0), 1 / 60)
+
+
+def test_default_uses_what_is_shipped(engine: Adapter) -> None:
+    """Each value that `default` uses is the engine's own, read from it, but for what the profile lists as changed."""
+    assert_default_is_shipped(engine, OF_ALL[engine.name]())
+
+
+def test_default_runs_as_the_bare_engine(engine: Adapter) -> None:
+    """Discs end where the bare engine has them, with only what is listed changed: to the bit, if free to turn."""
+    shipped = OF_ALL[engine.name]()
+    assert worst_difference(engine, shipped) <= shipped.roundings

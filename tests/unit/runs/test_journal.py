@@ -1,9 +1,15 @@
+"""A journal holds what was answered, to the bit, whatever cut it off, and a sweep that was killed goes on from it."""
+
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
 import signal
+import subprocess
+import sys
+import time
 import tracemalloc
 from collections.abc import Sequence
 from dataclasses import fields, replace
@@ -14,7 +20,7 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.stage import sure
+from tests.stage import disc_at, staged, sure
 
 from carom import compare, solve_pit
 from carom.comparator import Errors
@@ -24,7 +30,8 @@ from carom.runs.job import Answer, Job, Method, Status
 from carom.runs.journal import JOURNAL_FORMAT, Entry, canonical
 from carom.runs.keys import JobKey, job_key
 from carom.runs.options import Options
-from carom.runs.scoring import Measures, score_journal
+from carom.runs.pool import LocalPool
+from carom.runs.scoring import Measures, score_journal, sweep
 from carom.scenes import all_scenes
 from carom.studies.cross_check.observed import observed_journal
 from carom.studies.stress.run import stress_journal
@@ -340,3 +347,48 @@ def test_who_comes_second_is_told_that_another_writes(tmp_path: Path) -> None:
                     score_journal(path, resume=resume)
     with pytest.raises(InputError, match="holds results already"):
         score_journal(path)
+
+
+#: Steps of a run: few, since it is the journal that is tried.
+STEPS = 20
+
+
+def cheap_jobs(count: int) -> list[Job]:
+    scene = staged("campaign", disc_at(0.0, 0.0, 1.0, 0.0), disc_at(3.0, 0.3, -1.0, 0.0), duration_s=2.0)
+    kinds = itertools.product(range(count), ("pit", "pic"), ("default", "tuned"), (0.0, 0.25, 0.5, 0.75))
+    return [
+        Job(scene, Method(engine, profile), scene.duration_s / (STEPS + 0.01 * k), 0, phase)
+        for k, engine, profile, phase in itertools.islice(kinds, count)
+    ]
+
+
+def sitting(count: int, path: Path) -> None:
+    with LocalPool(2) as pool, score_journal(path, resume=True) as journal:
+        sweep(cheap_jobs(count), pool, journal)
+
+
+def results_in(path: Path) -> int:
+    return max(0, path.read_bytes().count(b"\n") - 1) if path.exists() else 0
+
+
+@pytest.mark.long
+def test_a_sweep_killed_three_times_ends_as_one_left_alone(tmp_path: Path) -> None:
+    """Killed outright three times and gone on with, a sweep ends with the journal of one that was left alone."""
+    jobs, kills, path = 96, 3, tmp_path / "killed.jsonl"
+    at = []
+    for k in range(kills):
+        with subprocess.Popen([sys.executable, __file__, str(jobs), str(path)]) as process:
+            while process.poll() is None and results_in(path) < jobs * (k + 1) // (4 * kills):
+                time.sleep(0.002)  # of so many the rest takes longer than this process may be kept waiting
+            process.send_signal(signal.SIGKILL)
+        at.append(results_in(path))
+    sitting(jobs, path)
+    sitting(jobs, tmp_path / "alone.jsonl")
+    assert canonical(path) == canonical(tmp_path / "alone.jsonl")
+    assert len(canonical(path)) == jobs + 1  # and the line that says what it is of: nothing was run twice
+    assert all(0 < number < jobs for number in at)
+    assert at == sorted(at)
+
+
+if __name__ == "__main__":
+    sitting(int(sys.argv[1]), Path(sys.argv[2]))

@@ -1,7 +1,11 @@
+"""Scenes of reported bugs, and those that have a name, with their known answers."""
+
 from __future__ import annotations
 
 import cmath
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +13,9 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.stage import sure
 
-from carom.scenes import CatalogueScene, catalogue
+from carom import load_scene, save_scene, solve_pic
+from carom.errors import UnknownNameError
+from carom.scenes import CatalogueScene, Complaint, all_scenes, catalogue, deviation, find_scenes
 from carom.scenes.closed_forms import after_impact, after_wall, dot, normal_of_offset, wedge_impacts
 
 EVERY_IMPACT_KNOWN = [entry for entry in catalogue().values() if entry.known.count is not None]
@@ -133,3 +139,37 @@ def test_no_two_impacts_are_simultaneous_but_by_convention() -> None:
     for entry in EVERY_IMPACT_KNOWN:
         gaps = np.diff([impact.time_s for impact in entry.known.impacts])
         assert np.all(gaps == 0 if entry.known.convention else gaps > 1e-3), entry.name
+
+
+COMPLAINTS = [entry for entry in all_scenes().values() if isinstance(entry, Complaint)]
+
+
+def test_there_are_twenty_and_more_each_with_its_thread() -> None:
+    """At least twenty complaints, each with the address of its thread and with what was reported, ours and theirs."""
+    assert len(COMPLAINTS) >= 20
+    for entry in COMPLAINTS:
+        assert re.fullmatch(r"https://github\.com/[\w.-]+/[\w.-]+/(issues|pull)/\d+", entry.thread)
+        number = entry.thread.rpartition("/")[2]
+        assert number in entry.name
+        assert entry.reported.endswith(".")
+        assert entry.made.endswith(".")
+        assert entry.about
+
+
+def test_pic_reproduces_the_known_answer_of_a_complaint_that_survives_its_file(tmp_path: Path) -> None:
+    """Saved and loaded again each scene is the same to the bit, and PIC meets its known answer."""
+    for entry in COMPLAINTS:
+        save_scene(entry.scene, tmp_path / "scene.toml")
+        scene = load_scene(tmp_path / "scene.toml")
+        assert scene == entry.scene
+        assert deviation(solve_pic(scene), entry.known, scene) <= 1e-12, entry.name
+
+
+def test_complaints_run_only_when_they_are_named() -> None:
+    """The suite is without them; a name or a pattern that begins with their group finds them, and nothing else does."""
+    assert not any(name.startswith("issues/") for name in catalogue())
+    assert len(find_scenes(["issues"])) == len(COMPLAINTS) == len(find_scenes(["issues/*"]))
+    assert [entry.name for entry in find_scenes(["issues/jolt-1403"])] == ["issues/jolt-1403"]
+    assert not any(entry.name.startswith("issues/") for entry in find_scenes(["*", "tag:walls"]))
+    with pytest.raises(UnknownNameError, match="issues/jolt-1403"):
+        find_scenes(["issues/jolt-1404"])
