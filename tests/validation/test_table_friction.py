@@ -12,7 +12,7 @@ from tests.drawn import slowing
 from tests.lengths import each
 from tests.stage import disc_at, staged
 
-from carom import Disc, Outcome, Scene, SceneError, solve_pic, solve_pit
+from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, solve_pic, solve_pit
 from carom.trace import free_flights, kinetic_energy
 
 A = 2.0
@@ -57,6 +57,20 @@ def test_two_discs_meet_when_bisection_says() -> None:
             assert times[0] == pytest.approx(high, abs=4e-15)
             met += 1
     assert met > 5
+
+
+def test_what_a_wall_leaves_of_a_speed_the_table_stops() -> None:
+    """Along a wall at any angle that gives nothing back a disc slides on for u^2 / 2a, and lies there."""
+    rng = random.Random(5)
+    for number in range(40):
+        turn, u, radius = rng.uniform(0, 2 * math.pi), rng.uniform(0.1, 2), rng.uniform(0.1, 0.5)
+        along, off = np.array((math.cos(turn), math.sin(turn))), np.array((-math.sin(turn), math.cos(turn)))
+        onto = Wall(point_m=(0, 0), normal=off) if number % 2 else Chain(points_m=[tuple(-9 * along), tuple(9 * along)])
+        disc = Disc(position_m=radius * off, velocity_m_s=u * along - rng.uniform(0, 2) * off, radius_m=radius)
+        trace = solve_pic(staged("along", disc, onto, wall_restitution=0, table_deceleration_m_s2=A, duration_s=3))
+        assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 1)
+        assert trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
+        np.testing.assert_allclose(trace.final_position_m[0], radius * off + u * u / (2 * A) * along, atol=1e-14)
 
 
 def test_a_table_takes_m_a_per_metre_and_all_comes_to_rest() -> None:

@@ -89,7 +89,46 @@ function arcFalling(disc, arc, gravity, leaving) {
   let gap = gapFrom(disc, arc.centre, reach, gravity, leaving);
   if (arc.inside) gap = gap.map((power, k) => (k === 1 && leaving !== null ? power : F.neg(power)));
   if (gap[0][0] <= 0n && isBeforeArc(disc, arc)) gap = closed(gap);
-  return soonestOf(closings(gap), (time) => isInSectorAt(time, disc, arc, gravity));
+  const inSector = (time) => isInSectorAt(time, disc, arc, gravity),
+    found = soonestOf(closings(gap), inSector);
+  if (!arc.inside || arc.sector === null || gap[0][0] > 0n) return found;
+  return Math.min(found, fallingIn(disc, arc, gravity, gap, inSector));
+}
+// When a disc touches an arc into whose sector it comes where it touches or overlaps it by then: there the gap is 0.
+function fallingIn(disc, { centre, radius, sector }, gravity, gap, inSector) {
+  const paths = [disc.x, disc.y].map((x, k) => {
+    const [a, e] = frac(gravity[k]);
+    return [F.add(whole(x), F.neg(whole(centre[k]))), whole([disc.ux, disc.uy][k]), [a, e + 1]];
+  });
+  const within = F.mul(whole(radius), whole(radius));
+  let first = INF;
+  for (const [end, isFirst] of [
+    [sector.first, true],
+    [sector.last, false],
+  ]) {
+    const [fx, fy] = end.map(whole),
+      side = paths[0].map((x, k) => F.add(F.mul(fy, x), F.neg(F.mul(fx, paths[1][k]))));
+    for (const time of closings(isFirst ? side : side.map(F.neg))) {
+      const [[x], [y], [overlap, ...rest]] = [...paths, gap].map((powers) => powersFrom(time, powers));
+      const isAhead = sum(F.mul(fx, x), F.mul(fy, y))[0] > 0n,
+        isBefore = sum(F.mul(x, x), F.mul(y, y), F.neg(within))[0] < 0n;
+      if (!(overlap[0] <= 0n && isAhead && isBefore)) continue;
+      for (const wait of closings([NOTHING, ...rest]))
+        if (inSector(time + wait)) {
+          first = Math.min(first, time + wait);
+          break;
+        }
+    }
+  }
+  return first;
+}
+// A polynomial in time as one in the time from an instant on.
+function powersFrom(time, powers) {
+  const found = [...powers],
+    t = frac(time);
+  for (let lowest = 0; lowest < found.length; lowest++)
+    for (let k = found.length - 2; k >= lowest; k--) found[k] = F.add(found[k], F.mul(t, found[k + 1]));
+  return found;
 }
 function isInSectorAt(time, disc, { sector, centre }, gravity) {
   if (sector === null) return true;

@@ -132,14 +132,34 @@ function innerArcTime(disc, arc, justLeft) {
     y = fromPair(disc.y, arc.centre[1]),
     b = innerProduct(x, y, disc.ux, disc.uy),
     c = justLeft ? [0, 0] : excess(x, y, reach);
-  if (c[0] >= 0 && b[0] >= 0) {
-    if (!justLeft && !isBeforeArc(disc, arc)) return never;
-    const glides = justLeft || b[0] === 0;
-    return !glides || touches(arc.sector, x, y, disc, 0, true) ? { time: 0, glides } : never;
+  let { time, glides } = never;
+  if (c[0] === 0 && b[0] < 0) time = quotient([2 * b[0], 2 * b[1]], a);
+  else if (c[0] < 0 || b[0] < 0) [time, glides] = laterRoot(x, y, disc, reach, a, b, c);
+  if (time < INF && touches(arc.sector, x, y, disc, time, glides)) return { time, glides };
+  const staysOut = b[0] < 0 && time === INF;
+  if (c[0] >= 0 && (staysOut || b[0] >= 0) && (justLeft || isBeforeArc(disc, arc))) {
+    glides = staysOut || justLeft || b[0] === 0;
+    if (!glides || touches(arc.sector, x, y, disc, 0, true)) return { time: 0, glides };
   }
-  const [time, glides] =
-    c[0] === 0 ? [quotient([2 * b[0], 2 * b[1]], a), false] : laterRoot(x, y, disc, reach, a, b, c);
-  return time < INF && touches(arc.sector, x, y, disc, time, glides) ? { time, glides } : never;
+  return staysOut && arc.sector !== null ? comingIn(arc, x, y, disc, reach) : never;
+}
+// When a disc that stays out of the circle comes into the sector where it overlaps the arc.
+function comingIn({ sector, radius }, x, y, { ux, uy }, reach) {
+  let first = INF;
+  for (const [[fx, fy], sense] of [
+    [sector.first, 1],
+    [sector.last, -1],
+  ]) {
+    const turn = across(fx, fy, x, y),
+      rate = across(fx, fy, ux, uy);
+    if (!(sense * turn[0] < 0 && 0 < sense * rate[0])) continue;
+    const time = quotient(turn, rate),
+      [px] = wayOf(x, ux, time),
+      [py] = wayOf(y, uy, time),
+      isAhead = fx[0] * px[0] + fy[0] * py[0] > 0;
+    if (time < first && isAhead && excess(px, py, reach)[0] > 0 && 0 > excess(px, py, radius)[0]) first = time;
+  }
+  return { time: first, glides: first < INF };
 }
 // The later root, and whether it is the earlier one, too.
 function laterRoot(x, y, disc, reach, a, b, c) {

@@ -133,9 +133,36 @@ cdef inline Touch later_root(
     return Touch(-quotient(DoubleDouble(total.high, total.low + (root_rest - b.low)), a), False)
 
 
+cdef inline Touch coming_in(
+    const Feature *arc, DoubleDouble x, DoubleDouble y, const Mover *disc, DoubleDouble reach
+) noexcept nogil:
+    """Return when a disc that stays out of the circle comes into the sector where it overlaps the arc."""
+    cdef int k
+    cdef bint is_ahead
+    cdef DoubleDouble fx = arc.ex
+    cdef DoubleDouble fy = arc.ey
+    first = INF
+    sense = 1.0
+    for k in range(2):
+        if k == 1:
+            fx, fy, sense = arc.fx, arc.fy, -1.0
+        turn = across(fx, fy, x, y)
+        rate = across(fx, fy, disc.ux, disc.uy)
+        if not sense * turn.high < 0.0 < sense * rate.high:
+            continue
+        time = quotient(turn, rate)
+        px = after(x, disc.ux, time).place
+        py = after(y, disc.uy, time).place
+        is_ahead = fx.high * px.high + fy.high * py.high > 0.0
+        if time < first and is_ahead and excess(px, py, reach).high > 0.0 > excess(px, py, arc.size).high:
+            first = time
+    return Touch(first, first < INF)
+
+
 cdef inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bint just_left) noexcept nogil:
     """Return when a disc touches an arc from inside, at once where it touches or overlaps and does not come away."""
-    cdef Touch found = Touch(INF, False)
+    cdef bint stays_out
+    cdef Touch touch = Touch(INF, False)
     cdef Touch never = Touch(INF, False)
     reach = reach_of(disc, arc)
     a = rounded(add_square(add_square(no_terms(), disc.ux, 1.0), disc.uy, 1.0))
@@ -145,13 +172,15 @@ cdef inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bint jus
     y = from_pair(disc.y, arc.y)
     b = inner_product(x, y, disc.ux, disc.uy)
     c = DoubleDouble(0.0, 0.0) if just_left else excess(x, y, reach)
-    if c.high >= 0.0 and b.high >= 0.0:
-        if not just_left and not is_before_arc(disc, arc):
-            return never
-        found = Touch(0.0, just_left or b.high == 0.0)
-        return found if not found.glides or touches(arc, x, y, disc, 0.0, True) else never
-    if c.high == 0.0:
-        found = Touch(quotient(DoubleDouble(2.0 * b.high, 2.0 * b.low), a), False)
-    else:
-        found = later_root(x, y, disc, reach, a, b, c)
-    return found if found.time < INF and touches(arc, x, y, disc, found.time, found.glides) else never
+    if c.high == 0.0 > b.high:
+        touch = Touch(quotient(DoubleDouble(2.0 * b.high, 2.0 * b.low), a), False)
+    elif c.high < 0.0 or b.high < 0.0:
+        touch = later_root(x, y, disc, reach, a, b, c)
+    if touch.time < INF and touches(arc, x, y, disc, touch.time, touch.glides):
+        return touch
+    stays_out = b.high < 0.0 and touch.time == INF
+    if c.high >= 0.0 and (stays_out or b.high >= 0.0) and (just_left or is_before_arc(disc, arc)):
+        touch = Touch(0.0, stays_out or just_left or b.high == 0.0)
+        if not touch.glides or touches(arc, x, y, disc, 0.0, True):
+            return touch
+    return coming_in(arc, x, y, disc, reach) if stays_out and not arc.whole else never

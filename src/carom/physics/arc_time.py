@@ -11,6 +11,10 @@ has made of it: its next impact is a chord away, ``t = -2 b / a``. To the last d
 
 An arc is met if the contact is in its sector. Where rounding leaves this open, it is: at such a point the arc and what
 it goes over into, or its end, are touched alike.
+
+Floats leave a disc that touches an arc from inside an ulp too far out, and one that slides along a straight edge, too,
+until the edge goes over into an arc. A path that from there never comes back into the circle is the arc's tangent, as
+far as floats tell: ``D < 0``, and the disc glides. It is lost otherwise, as only what comes from inside meets the arc.
 """
 
 from __future__ import annotations
@@ -134,21 +138,37 @@ def inner_arc_time(disc: Mover, arc: Arc, *, just_left: bool = False) -> Touch:
     x, y = from_pair(disc.x, arc.centre[0]), from_pair(disc.y, arc.centre[1])
     b = inner_product(x, y, disc.ux, disc.uy)
     c = (0.0, 0.0) if just_left else excess(x, y, reach)
-    if c[0] >= 0.0 and b[0] >= 0.0:
-        if not just_left and not is_before_arc(disc, arc):
-            return _NEVER
-        glides = just_left or b[0] == 0.0
-        return Touch(0.0, glides) if not glides or _touches(arc.sector, x, y, disc, 0.0, glides=True) else _NEVER
-    if c[0] == 0.0:
-        time, tangent = quotient((2.0 * b[0], 2.0 * b[1]), a), False
-    else:
-        time, tangent = _later_root(x, y, disc, reach, a, b, c)
-    return (
-        Touch(time, tangent) if time < math.inf and _touches(arc.sector, x, y, disc, time, glides=tangent) else _NEVER
-    )
+    touch = _NEVER
+    if c[0] == 0.0 > b[0]:
+        touch = Touch(quotient((2.0 * b[0], 2.0 * b[1]), a))
+    elif c[0] < 0.0 or b[0] < 0.0:
+        touch = _later_root(x, y, disc, reach, a, b, c)
+    if touch.time < math.inf and _touches(arc.sector, x, y, disc, touch.time, glides=touch.glides):
+        return touch
+    stays_out = b[0] < 0.0 and touch.time == math.inf
+    if c[0] >= 0.0 and (stays_out or b[0] >= 0.0) and (just_left or is_before_arc(disc, arc)):
+        touch = Touch(0.0, stays_out or just_left or b[0] == 0.0)
+        if not touch.glides or _touches(arc.sector, x, y, disc, 0.0, glides=True):
+            return touch
+    return _coming_in(arc, arc.sector, x, y, disc, reach) if stays_out and arc.sector is not None else _NEVER
 
 
-def _later_root(x: Pair, y: Pair, disc: Mover, reach: Pair, a: Pair, b: Pair, c: Pair) -> tuple[float, bool]:
+def _coming_in(arc: Arc, sector: Sector, x: Pair, y: Pair, disc: Mover, reach: Pair) -> Touch:
+    """Return when a disc that stays out of the circle comes into the sector where it overlaps the arc."""
+    first = math.inf
+    for (fx, fy), sense in ((sector.first, 1.0), (sector.last, -1.0)):
+        turn, rate = across(fx, fy, x, y), across(fx, fy, disc.ux, disc.uy)
+        if not sense * turn[0] < 0.0 < sense * rate[0]:
+            continue
+        time = quotient(turn, rate)
+        (px, _), (py, _) = _moved(x, disc.ux, time), _moved(y, disc.uy, time)
+        is_ahead = fx[0] * px[0] + fy[0] * py[0] > 0.0
+        if time < first and is_ahead and excess(px, py, reach)[0] > 0.0 > excess(px, py, arc.radius)[0]:
+            first = time
+    return Touch(first, glides=True) if first < math.inf else _NEVER
+
+
+def _later_root(x: Pair, y: Pair, disc: Mover, reach: Pair, a: Pair, b: Pair, c: Pair) -> Touch:
     """Return the later root, infinity where there is none after now, and whether it is the earlier one, too."""
     square, largest = b[0] * b[0], a[0] * (reach[0] * reach[0])
     if c[0] < 0.0 or square < largest:
@@ -160,16 +180,16 @@ def _later_root(x: Pair, y: Pair, disc: Mover, reach: Pair, a: Pair, b: Pair, c:
     if c[0] > 0.0 and abs(d[0]) <= DOUBTFUL_DISCRIMINANT * terms:
         d = exact_discriminant(x, y, disc.ux, disc.uy, reach)
     if d[0] == 0.0:
-        return quotient(b, a), True
+        return Touch(quotient(b, a), glides=True)
     if d[0] < 0.0:
-        return math.inf, False
+        return _NEVER
     root = math.sqrt(d[0])
     if b[0] > 0.0:
-        return exact_root(negative(b), negative(c), d, root), False
+        return Touch(exact_root(negative(b), negative(c), d, root))
     product, product_rest = two_prod(root, root)
     root_rest = (((d[0] - product) - product_rest) + d[1]) / (2.0 * root)
     high, low = two_sum(root, -b[0])
-    return -quotient((high, low + (root_rest - b[1])), a), False
+    return Touch(-quotient((high, low + (root_rest - b[1])), a))
 
 
 def _touches(sector: Sector | None, x: Pair, y: Pair, disc: Mover, time: float, *, glides: bool = False) -> bool:

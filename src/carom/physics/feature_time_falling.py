@@ -23,8 +23,10 @@ from carom.physics.wall_time_falling import descent_time, return_time
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from carom.physics.features import Arc, Feature, Mover, Point
+    from carom.physics.features import Arc, Feature, Mover, Point, Sector
     from carom.physics.wall_features import WallFeature
+
+    _Powers = list[Fraction]  # lowest first
 
 
 def feature_time_falling(disc: Mover, feature: Feature, gravity: Point, leaving: float | None = None) -> float:
@@ -109,7 +111,36 @@ def arc_time_falling(disc: Mover, arc: Arc, gravity: Point, leaving: float | Non
         gap = [-gap[0], opening, *(-power for power in gap[2:])]
     if gap[0] <= 0 and is_before_arc(disc, arc):
         gap[0] = Fraction(0)
-    return next((time for time in touches(gap) if _is_in_sector_at(time, disc, arc, gravity)), math.inf)
+    found = next((time for time in touches(gap) if _is_in_sector_at(time, disc, arc, gravity)), math.inf)
+    if not arc.inside or arc.sector is None or gap[0] > 0:
+        return found
+    xs, ys = ([p, u, a / 2] for p, u, a in zip(place, velocity, pull, strict=True))
+    return min(found, _coming_in(arc, arc.sector, disc, gravity, xs, ys, gap))
+
+
+def _coming_in(arc: Arc, sector: Sector, disc: Mover, gravity: Point, xs: _Powers, ys: _Powers, gap: _Powers) -> float:
+    """Return when a falling disc touches an arc into whose sector it comes where it touches or overlaps it by then.
+
+    `carom.physics.arc_time` says why; the gap is 0 there. Place and gap are polynomials in time.
+    """
+    first = math.inf
+    for end, sense in ((sector.first, 1), (sector.last, -1)):
+        fx, fy = map(_exact, end)
+        for time in touches([sense * (fy * x - fx * y) for x, y in zip(xs, ys, strict=True)]):
+            (x, *_), (y, *_), (overlap, *rest) = (_from(time, powers) for powers in (xs, ys, gap))
+            if overlap <= 0 and fx * x + fy * y > 0 and x * x + y * y < _exact(arc.radius) ** 2:
+                later = (time + wait for wait in touches([Fraction(0), *rest]))
+                first = min(first, next((t for t in later if _is_in_sector_at(t, disc, arc, gravity)), math.inf))
+    return first
+
+
+def _from(time: float, powers: _Powers) -> _Powers:
+    """Return a polynomial in time as one in the time from an instant on."""
+    found, t = list(powers), Fraction(time)
+    for lowest in range(len(found)):
+        for k in reversed(range(lowest, len(found) - 1)):
+            found[k] += t * found[k + 1]
+    return found
 
 
 def _exact(pair: Pair) -> Fraction:

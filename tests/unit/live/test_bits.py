@@ -19,6 +19,7 @@ from tests.drawn import KINDS, TABLES, drawn, thrown
 from tests.lengths import long_after
 from tests.processes import ran
 from tests.stage import crushed_rows
+from tests.unit.solvers.test_finite_walls import pushed, slid
 from tests.validation.test_contact import held_in_its_landing
 
 import carom
@@ -274,7 +275,7 @@ def _random(seeds: range) -> list[Job]:
 
 
 def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
-    """No bit differs of scenes of every kind that is drawn, of tables, of what lands, of what is met too late.
+    """No bit differs of scenes of every kind that is drawn, of tables, of what lands, glides, and is met too late.
 
     The scenes have friction and spin, gravity, and both. Tables are edges, arcs, circles and their joints, with
     materials of their own, driven and falling. What lands where friction gives back keeps none of its slip, or all of
@@ -285,7 +286,18 @@ def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
     assert len(tables) == 8
     slips = [(thrown(seed, gives_back=True), "pic") for seed in range(8)]
     slips += [(held_in_its_landing(regain, 1e19), "pic") for regain in (-1.0, 0.5)]
-    assert _unlike([*_random(range(1)), *tables, *slips, (_drawn("far out", 37), "pic")]) == []
+    assert _unlike([*_random(range(1)), *tables, *slips, *_gliding(), (_drawn("far out", 37), "pic")]) == []
+
+
+def _gliding() -> list[Job]:
+    """Discs that come to glide along an arc, from beyond its circle by a rounding or not; some that fall."""
+    pulls = ((0.0, 0.0), (1e-9, 0.0))
+    drawn = [(form(random.Random(n)), form.__name__, n, g) for n in range(2) for form in (pushed, slid) for g in pulls]
+    return [
+        (scene.model_copy(update={"name": f"{name} {n} {g}", "gravity_m_s2": g}), "pic")
+        for (scene, _), name, n, g in drawn
+        if name == "slid" or g == pulls[0]
+    ]
 
 
 @pytest.mark.long

@@ -9,17 +9,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from carom.physics.features import Face
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.contacts import Contacts
 from carom.solvers.falling.run import BallisticRun
 from carom.solvers.impact_log import gliding_note
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.instants import NEVER, Instant, after, between
-from carom.trace import Outcome, wall_index
+from carom.trace import Outcome, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from carom.driving import Course
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord, ModeRecord
 
@@ -62,6 +64,20 @@ class TableBodies(FallingBodies):
         super().bring_to(i, instant)
         if has_stopped:
             self._slow(i)
+
+    def contact_with_wall(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
+        """As of discs that fall; nothing pulls a disc back to what is flat, whatever rounding says of it."""
+        approach, pull, gap_m = super().contact_with_wall(i, k, again)
+        part = self.expected(i, k)
+        return approach, 0.0 if part is None or isinstance(part.feature, Face) else pull, gap_m
+
+    def _wait_for_wall(self, i: int, k: int, leg: Course, begin_s: float, *, just_left: bool) -> float:
+        """As of discs that fall; a straight path does not come back to what is flat."""
+        last = self.last_feature(i, k)
+        self.never_met[i] = (last,) if isinstance(last, Face) else ()
+        if self.finite[k] is None and self.last_partner[i] == wall_body(k):
+            return math.inf
+        return super()._wait_for_wall(i, k, leg, begin_s, just_left=just_left)
 
     def are_parting(self, first: int, second: int) -> bool:
         """As without a table of a disc and a wall; two discs, slowed down in other directions, may meet again."""
