@@ -1,6 +1,6 @@
 """A first try of the page of `carom play`, by one who never heard of PIT: docs/play.md has what was done and seen.
 
-`make pictures` drives Chromium through it and writes text and pictures anew; tests/browser/test_walkthrough.py drives
+`make pictures` drives Chromium through it and writes text and pictures anew; tests/browser/test_play.py drives
 it again, and asserts that the text is still what is seen.
 """
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from docs.figures import walkthrough
 from playwright.sync_api import Browser, Page
 from tests.browser.conftest import Window
 from tests.stage import sure
@@ -457,3 +458,10 @@ def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened:
         assert _state(page, "seen.tracks.length") == len(_state(page)["discs"])
     small = page_html([all_scenes()[name].scene for name in GALLERY], page_engines(("matter", "planck"), required=True))
     assert len(small.encode()) < 200_000
+
+
+def test_a_first_try_is_as_it_is_told(browser: Browser) -> None:
+    """Every figure and sentence of the steps is what the page says when they are done again; its pictures are there."""
+    text = walkthrough.DOCUMENT.read_text(encoding="utf-8")
+    assert walkthrough.told(browser) == text.partition(walkthrough.BEGIN)[2].partition(walkthrough.END)[0]
+    assert all(walkthrough.picture(name).is_file() for name in ("missed", "found"))
