@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.align import Alignment, Reach, align, by_pair
-from carom.comparator.local_truth.bodies import Law
+from carom.comparator.local_truth.law import Law
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.trace import Outcome, Trace, free_flights, wall_index
 

@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.local_truth.block import Block
-from carom.comparator.local_truth.bodies import MOST_IMPACTS, BodyStates, Pair
+from carom.comparator.local_truth.bodies import BodyStates
+from carom.comparator.local_truth.law import Pair
 from carom.comparator.local_truth.pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
 from carom.comparator.local_truth.rest import RESTING_STEPS, Rest, rests
 from carom.comparator.local_truth.room import has_room
+from carom.comparator.local_truth.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
 

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.local_truth.activity import Activity, activity_of
 from carom.comparator.local_truth.block import Block
-from carom.comparator.local_truth.bodies import Law, Pair
 from carom.comparator.local_truth.chains import LONGEST, Chains, StepChain
 from carom.comparator.local_truth.judge import PASSED, Comparison, judge, pairs_missed_by_pit
+from carom.comparator.local_truth.law import Law, Pair
 from carom.comparator.local_truth.rest import Rest
 from carom.comparator.thresholds import THRESHOLDS
 from carom.scene import Scene

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.comparator.local_truth.bodies import BodyStates, Law
+from carom.comparator.local_truth.bodies import BodyStates
+from carom.comparator.local_truth.law import Law
 from carom.scene import Scene
 from carom.windows import States
 

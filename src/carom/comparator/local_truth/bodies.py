@@ -1,4 +1,4 @@
-"""A few bodies on plain floats, set going from any state: PIC and PIT within a window of a run.
+"""The states of a few bodies on plain floats, set going from anywhere in a run.
 
 The solvers begin with discs that are apart. A window begins wherever the run is, in overlap too, where what overlaps
 and closes meets at once. The times of impact and the law are those of `carom.physics`.
@@ -7,150 +7,22 @@ and closes meets at once. The times of impact and the law are those of `carom.ph
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
-import numpy as np
-
-from carom.comparator.slowing import Slowing
+from carom.comparator.local_truth.law import TOUCH, Law, Pair
 from carom.disc_arrays import HalfPlane
-from carom.driving import Course, Drive
+from carom.driving import Drive
 from carom.physics.contact_law import frictional_impulses
 from carom.physics.feature_time import normal_at
 from carom.physics.feature_time_falling import first_feature_falling
 from carom.physics.features import Feature, Mover
-from carom.physics.friction import ContactFriction, pair_tangential_impulse
+from carom.physics.friction import pair_tangential_impulse
 from carom.physics.impact_law import normal_impulse
 from carom.physics.pair_time import pair_time
 from carom.physics.pair_time_falling import encounter_time
 from carom.physics.wall_time import wall_gap, wall_speed, wall_time
 from carom.physics.wall_time_falling import descent_time
-from carom.scene import Scene
-from carom.solvers.plain.compiled_walls import finite_wall
 from carom.solvers.plain.finite_walls import FiniteWall
-
-#: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
-Pair = tuple[int, int]
-
-#: Impacts without end within a window, which an inelastic collapse is, are followed so far.
-MOST_IMPACTS = 2000
-
-
-#: A contact found at its very instant is one, though its gap has the rounding of the places.
-_TOUCH = 1.0 + 2.0**-40
-
-
-class Law:
-    """What a scene says of its bodies, as plain floats."""
-
-    def __init__(self, scene: Scene) -> None:
-        arrays = scene.arrays
-        self.n = len(scene.discs)
-        self.radius: list[float] = arrays.radius_m.tolist()
-        self.mass: list[float] = arrays.mass_kg.tolist()
-        self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
-        self.inverse_inertia_ratio: list[float] = (1.0 / arrays.inertia).tolist()
-        self.walls: list[HalfPlane | FiniteWall] = [
-            tuple(map(float, wall)) if isinstance(wall, tuple) else finite_wall(wall)  # type: ignore[misc] # four floats
-            for wall in arrays.walls
-        ]
-        self.wall_drives = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
-        self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
-        self.belts = arrays.belts_m_s
-        self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
-        #: Whether something gives discs energy: then no gain of it is wrong by itself.
-        self.driven = arrays.driven
-        self.gravity: tuple[float, float] = scene.gravity_m_s2
-        self.pull = math.hypot(*scene.gravity_m_s2)
-        self.slowing = Slowing.of(scene)
-        #: What speeds on a table round to besides their own, metres a second: what is slow there was fast before.
-        self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
-        self.rolling_resistance = scene.wall_rolling_resistance
-        self.disc_restitution = scene.restitution
-        self.wall_restitutions = [material.restitution for material in arrays.materials]
-        self.disc_contact = ContactFriction(scene.friction, scene.tangential_restitution)
-        self.wall_contacts = [
-            ContactFriction(material.friction, scene.wall_tangential_restitution) for material in arrays.materials
-        ]
-        self.turns = bool(arrays.turns)
-
-    def movable(self, body: int) -> bool:
-        """Whether a body is a disc that an impact moves."""
-        return body < self.n and self.inverse_mass[body] > 0.0
-
-    def is_driven(self, body: int) -> bool:
-        """Whether a body moves as the scene says, whatever meets it."""
-        return body in self.disc_drives if body < self.n else not self.wall_drives[body - self.n].stands
-
-    def falls(self, body: int) -> bool:
-        """Whether gravity acts on a body."""
-        return self.pull > 0.0 and self.movable(body)
-
-    def slowed(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
-        """Return the acceleration of a disc of some velocity on a table; that of one at rest is 0."""
-        speed = math.hypot(*velocity)
-        if not (speed and self.movable(body)):
-            return 0.0, 0.0
-        a = -self.slowing.table_m_s2
-        return a * (velocity[0] / speed), a * (velocity[1] / speed)
-
-    def restitution(self, pair: Pair) -> float:
-        """Return the coefficient of restitution of two bodies."""
-        return self.wall_restitutions[pair[1] - self.n] if pair[1] >= self.n else self.disc_restitution
-
-    def contact_of(self, pair: Pair) -> ContactFriction:
-        """Return the friction between two bodies."""
-        return self.wall_contacts[pair[1] - self.n] if pair[1] >= self.n else self.disc_contact
-
-    def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
-        """Return how far a point is from a wall, by its number among walls, and the unit normal from there to it.
-
-        Of a point on the line of a finite wall there is no normal: (0, 0) is returned, along which nothing closes, as
-        PIT has it. A driven wall is where it is at a time since the run's start.
-        """
-        shape = self.walls[wall]
-        x, y = self.seen_from(wall, x, y, time_s)
-        if isinstance(shape, tuple):
-            qx, qy, nx, ny = shape
-            return (x - qx) * nx + (y - qy) * ny, nx, ny
-        foot = shape.outline.nearest(x, y)
-        dx, dy = x - foot.x, y - foot.y
-        distance = math.sqrt(dx * dx + dy * dy)
-        nx, ny = (dx / distance, dy / distance) if distance > 0.0 else (0.0, 0.0)
-        return distance - shape.outline.half_width, nx, ny
-
-    def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
-        """Return a point as seen from a wall, which stands where it began."""
-        if (drive := self.wall_drives[wall]).stands:
-            return x, y
-        wx, wy = drive.leg_at(time_s * _TOUCH).moved_at(time_s)
-        return x - wx, y - wy
-
-    def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
-        """Return the velocity of a wall at a time since the run's start; one that comes to rounding has come."""
-        return self.wall_drives[wall].velocity_at(time_s * _TOUCH)
-
-    def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
-        """Return the legs that a driven body of a pair has yet to begin, where its velocity changes."""
-        drives = [self.disc_drives.get(body) for body in pair if body < self.n]
-        drives += [self.wall_drives[body - self.n] for body in pair if body >= self.n]
-        drive = next((drive for drive in drives if drive is not None and len(drive.legs) > 1), None)
-        return () if drive is None else drive.legs_from(time_s * _TOUCH)[1:]
-
-    def reach(self, pair: Pair) -> float:
-        """Return the distance of contact: of a wall from the centre, of a disc from the other centre."""
-        return self.radius[pair[0]] + (self.radius[pair[1]] if pair[1] < self.n else 0.0)
-
-    def pairs_of(self, bodies: Sequence[int]) -> list[Pair]:
-        """Return all pairs of some discs, and of these and the walls, of which one moves."""
-        walls = range(self.n, self.n + len(self.walls))
-        return [
-            (i, j)
-            for k, i in enumerate(bodies)
-            for j in (*bodies[k + 1 :], *walls)
-            if self.movable(i) or self.movable(j)
-        ]
 
 
 class Separation(NamedTuple):
@@ -198,7 +70,7 @@ class BodyStates:
         if body < self.law.n:
             return self.xy[body], self.velocity[body]
         wall, time_s = body - self.law.n, self.time_s
-        leg = self.law.wall_drives[wall].leg_at(time_s * _TOUCH)
+        leg = self.law.wall_drives[wall].leg_at(time_s * TOUCH)
         return leg.moved_at(time_s), leg.velocity
 
     def _mover(self, disc: int, body: int) -> Mover:
@@ -233,8 +105,8 @@ class BodyStates:
 
     def _drive_on(self, disc: int, drive: Drive, seconds: float) -> None:
         begin_s, end_s = self.time_s, self.time_s + seconds
-        leg = drive.leg_at(end_s * _TOUCH)
-        was, now = drive.leg_at(begin_s * _TOUCH).moved_at(begin_s), leg.moved_at(end_s)
+        leg = drive.leg_at(end_s * TOUCH)
+        was, now = drive.leg_at(begin_s * TOUCH).moved_at(begin_s), leg.moved_at(end_s)
         x, y = self.xy[disc]
         self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
 
@@ -263,13 +135,13 @@ class BodyStates:
         """Whether the bodies of a pair overlap, or touch: found at the very instant, rounding may leave a gap."""
         (i, j), law = pair, self.law
         x, y = self.xy[i]
-        reach = law.radius[i] * _TOUCH
+        reach = law.radius[i] * TOUCH
         if j >= law.n:
             wall = law.walls[j - law.n]
-            wide = 0.0 if isinstance(wall, tuple) else (_TOUCH - 1.0) * wall.outline.half_width
+            wide = 0.0 if isinstance(wall, tuple) else (TOUCH - 1.0) * wall.outline.half_width
             return law.side_of(j - law.n, x, y, self.time_s)[0] <= reach + wide
         ox, oy = self.xy[j]
-        reach += law.radius[j] * _TOUCH
+        reach += law.radius[j] * TOUCH
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
     def wait(self, pair: Pair, last: Feature | None = None) -> float:
@@ -447,63 +319,3 @@ class BodyStates:
         """Return the greatest speed of a disc, and the greatest of a disc or of a rim, metres a second."""
         speed = max(math.hypot(*velocity) for velocity in self.velocity.values())
         return speed, max(speed, *(abs(self.law.radius[disc] * spin) for disc, spin in self.spin.items()))
-
-
-@dataclass(frozen=True, slots=True)
-class Met:
-    """One impact of a run within a window: seconds since its start, the pair, how they met, the state just after."""
-
-    time_s: float
-    pair: Pair
-    contact: Separation
-    after: BodyStates
-
-
-def exact_run(
-    start: BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
-) -> tuple[list[Met], Pair | None]:
-    """Return PIC's impacts from a state, and the pair that came to rest (None where none did).
-
-    Two that have just met do not meet again before a third turns one of them, unless gravity brings one back to what
-    can't move, or the wall bends round. What closes on what can't move no faster than `resting_speed`, metres a second,
-    where gravity brings it back, rests there, which ends the run.
-    """
-    state, now_s, met = start.copy(), 0.0, list[Met]()
-    waits = {pair: state.wait(pair) for pair in pairs}
-    while waits and len(met) < MOST_IMPACTS:
-        pair = min(waits, key=waits.__getitem__)
-        at_s = waits[pair]
-        if not at_s <= seconds:
-            break
-        state.fly(max(at_s - now_s, 0.0))
-        now_s = max(at_s, now_s)
-        feature, law = state.met.get(pair), state.law
-        contact = state.contact(pair, feature)
-        falls_back = law.falls(pair[0]) != law.falls(pair[1])
-        if falls_back and contact.closing <= resting_speed:
-            return met, pair
-        state.strike(pair, feature)
-        met.append(Met(now_s, pair, contact, state.copy()))
-        struck = {body for body in pair if law.movable(body)}
-        bends = pair[1] >= law.n and not isinstance(law.walls[pair[1] - law.n], tuple)
-        for other in waits:
-            if other == pair and bends:
-                waits[other] = now_s + state.wait(other, state.met[pair])
-            elif struck.intersection(other):
-                again = other == pair and not falls_back
-                waits[other] = now_s + (state.wait_again(other) if again else state.wait(other))
-    return met, None
-
-
-def sampled_run(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
-    """Return PIT's impacts from a state, with looks `first_s` after it and every step from there."""
-    state, now_s, met = start.copy(), 0.0, list[Met]()
-    looks = math.floor((seconds - first_s) / dt_s * (1.0 + 2.0**-40)) + 1 if first_s <= seconds else 0
-    for look in range(looks):
-        state.fly(first_s + look * dt_s - now_s)
-        now_s = first_s + look * dt_s
-        for pair in pairs:
-            if state.overlaps(pair) and (contact := state.contact(pair)).closing > 0.0:
-                state.strike(pair)
-                met.append(Met(now_s, pair, contact, state.copy()))
-    return met

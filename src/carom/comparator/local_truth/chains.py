@@ -12,7 +12,7 @@ from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from carom.comparator.local_truth.bodies import Law, Pair
+from carom.comparator.local_truth.law import Law, Pair
 
 #: Steps after which a chain is cut at a boundary: what comes after is judged from the run's own state there. A contact
 #: of more steps is answered later than any sampling is; in crowds soft contacts chain up without end.

@@ -15,11 +15,13 @@ from numpy.typing import NDArray
 
 from carom.comparator.local_truth.activity import Activity
 from carom.comparator.local_truth.block import Block
-from carom.comparator.local_truth.bodies import BodyStates, Law, Met, Pair, exact_run, sampled_run
+from carom.comparator.local_truth.bodies import BodyStates
 from carom.comparator.local_truth.chains import StepChain
+from carom.comparator.local_truth.law import Law, Pair
 from carom.comparator.local_truth.pairs import MARGIN_STEPS
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.local_truth.room import has_room
+from carom.comparator.local_truth.window_runs import Met, exact_run, sampled_run
 from carom.comparator.slowing import nearest_s
 from carom.comparator.thresholds import THRESHOLDS
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from carom.broad_phase import near_pairs, near_walls
 from carom.comparator.local_truth.block import Block
-from carom.comparator.local_truth.bodies import Pair
+from carom.comparator.local_truth.law import Pair
 from carom.disc_arrays import STANDS, wall_lengths
 from carom.driving import Drive
 

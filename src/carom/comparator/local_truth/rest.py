@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.local_truth.block import Block
-from carom.comparator.local_truth.bodies import Pair
+from carom.comparator.local_truth.law import Pair
 from carom.comparator.local_truth.pairs import RESTING_GAP, NearPairs
 
 Flags = NDArray[np.bool_]

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from itertools import combinations
 
 from carom.comparator.local_truth.block import Block
-from carom.comparator.local_truth.bodies import Pair
+from carom.comparator.local_truth.law import Pair
 
 
 def has_room(block: Block, step: int, pairs: Collection[Pair]) -> bool:
