@@ -191,8 +191,10 @@ def judge(
         and found.impacts == len(window.truth)
     )
     missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
+    if ends := ends and chain.end == len(block):
+        missed = [pair for pair in missed if not _awaits_its_look(window, pair)]
     judged.missed = len(missed)
-    if chain.end == len(block) and ends and not missed and _still_open(window):
+    if ends and not missed and _still_open(window):
         judged.open = True
     if not judged.open:
         _time(window, judged, found, agrees=agrees)
@@ -288,9 +290,10 @@ def _is_missed(window: _Window, pair: Pair, speed_before: float) -> bool:
         return False  # that slow it may as well rest
     if before.closing <= PASSED * speed_before:
         return False  # what an answer leaves is an error of velocity
-    unchanged = math.dist(was, now) <= PASSED * max(before.closing, 1e-3 * size)
+    closed = before.closing * law.slowing.damping.kept(float(times[last + 1] - times[own[0]]))
+    unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
     past = after.gap > window.touching or after.closing <= 0.0
-    repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * before.closing
+    repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
     if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
         unchanged = _is_idle(window, pair, size)
     # What a soft contact still turns is no further through a wall than its push lets it.
@@ -320,12 +323,23 @@ def _relative(state: BodyStates, pair: Pair) -> tuple[float, float]:
     return (vx - ux, vy - uy)
 
 
+def _awaits_its_look(window: _Window, pair: Pair) -> bool:
+    """Whether a pair was due in the run's last step, after the last look, and would be found by one more."""
+    own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
+    return own == [window.chain.end - 1] and _closes(window, pair)
+
+
 def _still_open(window: _Window) -> bool:
     """Whether the run ended in the middle of a contact."""
     if window.chain.end - window.chain.begin > 3:
         return False
-    contacts = [window.now.contact(met.pair) for met in window.truth]
-    return any(contact.gap <= 0.0 and contact.closing > window.still for contact in contacts)
+    return any(_closes(window, met.pair) for met in window.truth)
+
+
+def _closes(window: _Window, pair: Pair) -> bool:
+    """Whether the bodies of a pair overlap at the window's end, and close still."""
+    contact = window.now.contact(pair)
+    return contact.gap <= 0.0 and contact.closing > window.still
 
 
 def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bool) -> None:
