@@ -97,18 +97,21 @@ export class Contacts {
       bounces = approach > 0 && e < 1;
     let slip = this.slip(i, ground),
       rim = this.rim(i),
-      taken = 0;
-    if (press.resistance && bounces) [slip, rim] = leftOfBoth(press, gripped ? 0 : slip, rim, approach, e);
-    else if (gripped) {
-      taken = back ? slip : 0; // where nothing is given back, what is left is rounding
+      by = 0;
+    if (press.resistance && bounces) {
+      const speed = slip - rim,
+        [left, leftOfRim] = leftOfBoth(press, gripped ? 0 : slip, rim, approach, e);
+      if (left === 0) [by, slip, rim] = [speed + leftOfRim, 0, leftOfRim];
+      else if (leftOfRim === 0) [slip, rim] = [speed, 0];
+    } else if (gripped) {
+      by = back ? slip / (1 + press.ease) : 0; // where nothing is given back, what is left is rounding
       slip = 0;
-    } else if (bounces) {
-      const before = slip;
-      slip = leftOfSlip(press, slip, approach, e);
-      taken = slip ? 0 : before;
+    } else if (bounces && leftOfSlip(press, slip, approach, e) === 0) {
+      by = slip / (1 + press.ease);
+      slip = 0;
     }
     // By friction, from the disc and from its rim.
-    if (taken) this.pushAlong(i, ground, taken / (1 + press.ease));
+    if (by) this.pushAlong(i, ground, by);
     b.lastPartner[i] = null;
     return this.settle(i, ground, slip, rim);
   }

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
 
 import numpy as np
 import pytest
 from tests.stage import disc_at, staged, sure, wall_at
 
-from carom import Chain, Mode, Outcome, Scene, solve_pic
+from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
 from carom.pages.tracks import reference_tracks, turnings
 from carom.physics.contact_law import Press
 from carom.runs.wire import CarriedTrace, Codec
@@ -194,6 +195,23 @@ def test_a_slow_disc_on_a_hill_s_edge_turns_back_before_it() -> None:
     assert trace.outcome is Outcome.COMPLETED
     assert modes_of(trace) == [Mode.ROLL, Mode.REST]
     assert trace.final_position_m[0, 0] == pytest.approx(1.5 / (2 * 0.5 * 10.0))
+
+
+def test_a_landing_keeps_the_angular_momentum_about_the_floor() -> None:
+    """What friction takes of a slip it takes from the disc and from its rim, in a landing as in each bounce of it.
+
+    So v - k R w stays, up to what resistance takes, from a first touch at 1e-9 to 2e-8 m/s to rolling: the slip is left
+    by the bounces, or taken by them.
+    """
+    for resistance, ratio, w, e, spin in itertools.product(
+        (0.0, 1e-15), (0.5, 1.0), (1e-9, 2e-8), (0.1, 0.5, 0.999999), (0.5, -1.0 + 1e-10, -1.0 + 1e-7, -3.0)
+    ):
+        disc = Disc(position_m=(0, 1), velocity_m_s=(1, -w), radius_m=1, spin_rad_s=spin, inertia_factor=ratio)
+        fields = {"wall_restitution": e, "wall_friction": 0.5, "wall_rolling_resistance": resistance, "duration_s": 1.0}
+        trace = solve_pic(staged("lands", disc, FLOOR, **DOWN, **fields))
+        assert modes_of(trace)[-1] is Mode.ROLL
+        found = trace.final_velocity_m_s[0, 0] - ratio * sure(trace.final_spin_rad_s)[0]
+        assert found == pytest.approx(1.0 - ratio * spin, abs=4e-14)
 
 
 def test_what_bounces_leave_of_slip_and_spin_is_the_sum_of_what_each_takes() -> None:

@@ -69,16 +69,21 @@ class Contacts:
         # the last of infinitely many that turn it round gives back next to nothing.
         given_back = bodies.contact_of_wall(ground.wall).restitution
         sticks = sticks and (given_back == 0.0 or (given_back > 0.0 and restitution > 0.0))
-        taken = 0.0
+        # What the bounces left take of a slip that they do not end, contact takes in the time that they would last.
+        by = 0.0
         if press.rolling_resistance and approach > 0.0 and restitution < 1.0:
-            slip, rim = _left_of_both(press, 0.0 if sticks else slip, rim, approach, restitution)
+            speed = slip - rim
+            left, left_of_rim = _left_of_both(press, 0.0 if sticks else slip, rim, approach, restitution)
+            if left == 0.0:
+                by, slip, rim = speed + left_of_rim, 0.0, left_of_rim
+            elif left_of_rim == 0.0:
+                slip, rim = speed, 0.0
         elif sticks:  # where nothing is given back, what is left of the slip is rounding
-            taken, slip = slip if given_back else 0.0, 0.0
-        elif approach > 0.0 and restitution < 1.0:
-            before, slip = slip, left_of_slip(press, slip, approach, restitution)
-            taken = 0.0 if slip else before
-        if taken:  # by friction, from the disc and from its rim
-            self._push_along(i, ground, taken / (1.0 + press.inverse_inertia_ratio))
+            by, slip = slip / (1.0 + press.inverse_inertia_ratio) if given_back else 0.0, 0.0
+        elif approach > 0.0 and restitution < 1.0 and left_of_slip(press, slip, approach, restitution) == 0.0:
+            by, slip = slip / (1.0 + press.inverse_inertia_ratio), 0.0
+        if by:  # by friction, from the disc and from its rim
+            self._push_along(i, ground, by)
         bodies.last_partner[i] = None
         return self._settle(i, ground, slip, rim)
 
