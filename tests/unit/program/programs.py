@@ -3,8 +3,22 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 from pathlib import Path
+from typing import Any
+
+from tests.stage import disc_at, staged, wall_at
+
+from carom import Scene
+
+
+def crowd(fall_m_s2: float, **fields: Any) -> Scene:
+    """Return a scene of discs of unequal mass, one of them immovable, above a wall."""
+    discs = disc_at(-2, 2, 1.5, 0.25, m=2), disc_at(1, 2.125, -1, r=0.75), disc_at(3.5, 0.5, m=math.inf)
+    law = {"restitution": 0.75, "wall_restitution": 1.0, "gravity_m_s2": (0, -fall_m_s2)}
+    return staged('a "quoted" crowd', *discs, wall_at(0, -0.5, 0, 1), **law, **{"duration_s": 6.0, **fields})
+
 
 #: Answers every request rightly for one disc that does not move, but for the lines put in front.
 HONEST = """

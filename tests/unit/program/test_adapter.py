@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.unit.program.programs import manifest_of
+from tests.unit.program.programs import crowd, manifest_of
 
 from carom.adapter import AdapterError, CuttableWorld
 from carom.program import process
@@ -24,7 +24,7 @@ from carom.program.messages import protocol_schema
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.runs.timing import time_run
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Disc, Scene
 
 TEMPLATES = Path(__file__).resolve().parents[3] / "docs" / "templates"
 SESSION = Path(__file__).parent / "session.jsonl"
@@ -41,23 +41,6 @@ BUILDS = {
 def still() -> Scene:
     """Return a scene of one disc at rest."""
     return Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
-
-
-def crowd(fall_m_s2: float) -> Scene:
-    """Return a scene of discs of unequal mass, one of them immovable, above a wall."""
-    return Scene(
-        name='a "quoted" crowd',
-        discs=[
-            Disc(position_m=(-2, 2), velocity_m_s=(1.5, 0.25), radius_m=0.5, mass_kg=2),
-            Disc(position_m=(1, 2.125), velocity_m_s=(-1, 0), radius_m=0.75),
-            Disc(position_m=(3.5, 0.5), radius_m=0.5, mass_kg=float("inf")),
-        ],
-        walls=[Wall(point_m=(0, -0.5), normal=(0, 1))],
-        restitution=0.75,
-        wall_restitution=1.0,
-        gravity_m_s2=(0, -fall_m_s2),
-        duration_s=6.0,
-    )
 
 
 def world_of(folder: Path, instead: str = "") -> ProgramWorld:
@@ -259,7 +242,7 @@ def test_the_templates_are_pit(language: str, tmp_path: Path) -> None:
         subprocess.run(command, cwd=folder, check=True)
     adapter = program_adapter(folder / "engine.toml")
     assert not adapter.unavailable()
-    scene = crowd(fall_m_s2=1)
+    scene = crowd(1.0)
     found, pit = (observe_run(method, scene, "default", 1 / 60) for method in (adapter, load_adapter("pit")))
     assert len(pit.impacts) > 3
     for field in ("first", "second"):
@@ -301,7 +284,7 @@ def test_a_recorded_session_is_understood(tmp_path: Path) -> None:
     (tmp_path / "program.py").write_text(player, encoding="utf-8")
     text = (TEMPLATES / "javascript" / "engine.toml").read_text(encoding="utf-8")
     path.write_text(text.replace('["node", "./engine.mjs"]', json.dumps([sys.executable, "./program.py"])))
-    trace = observe_run(program_adapter(path), crowd(fall_m_s2=0), "default", 1 / 8)
-    pit = observe_run(load_adapter("pit"), crowd(fall_m_s2=0), "default", 1 / 8)
+    trace = observe_run(program_adapter(path), crowd(0.0), "default", 1 / 8)
+    pit = observe_run(load_adapter("pit"), crowd(0.0), "default", 1 / 8)
     assert trace.impacts["second"].tolist() == pit.impacts["second"].tolist()
     np.testing.assert_allclose(trace.final_position_m, pit.final_position_m, rtol=0, atol=1e-13)

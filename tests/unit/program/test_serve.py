@@ -13,6 +13,7 @@ import pytest
 from tests.distribution import lay
 from tests.lengths import long_after
 from tests.processes import ran
+from tests.unit.program.programs import crowd
 
 from carom.adapter import Adapter
 from carom.program.adapter import ProgramAdapter, program_adapter
@@ -20,26 +21,12 @@ from carom.program.manifest import load_manifest
 from carom.program.serve import PROFILE, Server, served_manifest
 from carom.registry import adapter_points, load_adapter, why_unavailable
 from carom.runs.observe import capabilities_of, observe_run
-from carom.scene import Disc, Scene, Wall
 from carom.trace import Trace
 
+#: Discs that bounce from each other and from a floor.
+SCENE = crowd(1.0, duration_s=2.0)
 #: Those of Carom's adapters whose engine is a Python package.
 PYTHON = ("box2d", "dart", "drake", "mujoco", "newton", "ode", "pybullet", "pymunk", "rapier")
-
-
-def scene() -> Scene:
-    """Return discs of unequal mass, one of them immovable, that bounce from each other and from a floor."""
-    return Scene(
-        name="few",
-        discs=[
-            Disc(position_m=(-2, 2), velocity_m_s=(1.5, 0.25), radius_m=0.5, mass_kg=2),
-            Disc(position_m=(1, 2.125), velocity_m_s=(-1, 0), radius_m=0.75),
-            Disc(position_m=(3.5, 0.5), radius_m=0.5, mass_kg=float("inf")),
-        ],
-        walls=[Wall(point_m=(0, -0.5), normal=(0, 1))],
-        duration_s=2.0,
-        gravity_m_s2=(0, -1.0),
-    )
 
 
 def available(name: str) -> Adapter:
@@ -69,7 +56,7 @@ def test_a_served_adapter_gives_the_digits_of_the_adapter(name: str, tmp_path: P
     """Impacts, states, settings read back and local truth are equal to the bit, also where steps are cut."""
     adapter, behind = available(name), served(tmp_path, name)
     for profile in (name for name in ("default", "tuned", "located") if name in adapter.profiles):
-        here, there = (observe_run(one, scene(), profile, 1 / 60) for one in (adapter, behind))
+        here, there = (observe_run(one, SCENE, profile, 1 / 60) for one in (adapter, behind))
         assert len(here.impacts) >= 2
         assert there.settings[PROFILE] == profile
         assert physics(here) == physics(there)
@@ -119,7 +106,7 @@ def test_an_odd_line_is_answered_with_an_error(line: str, kind: str, told: str) 
 def test_what_the_protocol_has_no_field_for_is_refused() -> None:
     """A method that knows the velocities around a contact would lose them: it says so, and gives no other digits."""
     server = Server(load_adapter("pit"), "1.0")
-    told = ask(server, do="prepare", scene=scene().model_dump(mode="json"), settings={"profile": "tuned", "dt_s": 0.5})
+    told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "tuned", "dt_s": 0.5})
     assert "error" not in told
     seen = []
     for _ in range(4):  # the scene's duration
@@ -133,7 +120,7 @@ def test_what_the_protocol_has_no_field_for_is_refused() -> None:
 def test_a_profile_or_setting_that_the_adapter_lacks_is_refused() -> None:
     """The message names the profile, and a world that was not made is no world."""
     server = Server(load_adapter("pit"), "1.0")
-    told = ask(server, do="prepare", scene=scene().model_dump(mode="json"), settings={"profile": "best", "dt_s": 0.5})
+    told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "best", "dt_s": 0.5})
     assert told == {"error": {"kind": "refused", "message": "pit has no profile 'best'"}}
 
 
@@ -158,7 +145,7 @@ adapter = Adapter()
 def talkative(site: Path, version: str, *asked: str) -> subprocess.CompletedProcess[str]:
     lay(site, "talkative", {"talkative": "talkative:adapter"}, version=version)
     (site / "talkative.py").write_text(TALKATIVE)
-    requests = [{"do": "hello"}, {"do": "prepare", "scene": scene().model_dump(mode="json"), "settings": {"dt_s": 1}}]
+    requests = [{"do": "hello"}, {"do": "prepare", "scene": SCENE.model_dump(mode="json"), "settings": {"dt_s": 1}}]
     return ran(
         [sys.executable, "-m", "carom", "serve", "talkative", *asked],
         input="".join(json.dumps(one) + "\n" for one in requests),

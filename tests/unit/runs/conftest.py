@@ -8,22 +8,49 @@ from pathlib import Path
 import pytest
 from tests.distribution import forget, lay
 
-HOSTILE = """
+#: An adapter in whose world nothing moves, to be made another.
+STANDING = """
 import os, sys, time
+from dataclasses import replace
 import numpy as np
-from carom.adapter import Capabilities, Engine, Observation, Profile
+from carom.adapter import Capabilities, Contact, Engine, Observation, Profile
 
-class World:
+class Standing:
     settings = {"dt_s": 0.1}
 
-    def __init__(self, scene, how):
-        self.scene, self.how, self.steps = scene, how, 0
+    def __init__(self, scene, act):
+        self.scene, self.act, self.steps = scene, act, 0
 
     def advance(self, steps):
         self.steps += steps
+
+    def observe(self):
+        position = np.array([disc.position_m for disc in self.scene.discs])
+        return Observation(position, np.array([disc.velocity_m_s for disc in self.scene.discs]))
+
+    def close(self):
+        pass
+
+class Adapter:
+    engine, capabilities = Engine("Hostile"), Capabilities()
+
+    def __init__(self, name, act=""):
+        self.name, self.act = name, act or name
+        self.profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+
+    def prepare(self, scene, settings):
+        return World(scene, self.act)
+"""
+
+HOSTILE = (
+    STANDING
+    + """
+class World(Standing):
+    def advance(self, steps):
+        super().advance(steps)
         print("chatter on standard output")
         print("chatter on standard error", file=sys.stderr)
-        match self.how:
+        match self.act:
             case "aborts":
                 print("assertion failed in solver.c:42", file=sys.stderr, flush=True)
                 os.abort()
@@ -37,26 +64,10 @@ class World:
                 open("ENGINE_LOG.TXT", "w").write("noise")
 
     def observe(self):
-        position = np.array([disc.position_m for disc in self.scene.discs])
-        velocity = np.array([disc.velocity_m_s for disc in self.scene.discs])
-        if self.how == "goes-nan":
-            position = position * np.nan
-        warning = "BADQACC: state reset" if self.how == "warns" and self.steps > 2 else ""
-        return Observation(position, velocity, (), warning)
-
-    def close(self):
-        pass
-
-class Adapter:
-    engine = Engine("Hostile")
-    capabilities = Capabilities()
-
-    def __init__(self, how):
-        self.name = how
-        self.profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
-
-    def prepare(self, scene, settings):
-        return World(scene, self.name)
+        seen = super().observe()
+        if self.act == "goes-nan":
+            seen = replace(seen, position_m=seen.position_m * np.nan)
+        return replace(seen, warning="BADQACC: state reset" if self.act == "warns" and self.steps > 2 else "")
 
 class Missing(Adapter):
     engine = Engine("Missing", module="surely_not_installed", install="pip install surely-not-installed")
@@ -78,6 +89,7 @@ aborts, exits, hangs, raises, litters, goes_nan, warns = (
 )
 missing, only_discs = Missing("missing"), OnlyDiscs("only-discs")
 """
+)
 
 #: Of its entry points; there is no adapter for the last.
 NAMES = (

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from tests.processes import ended
+from tests.unit.runs.conftest import STANDING
 
 from carom import Disc, Scene, save_scene
 from carom.runs.environment import resident_bytes
@@ -60,12 +61,11 @@ ACTS = {
     "litters": "os.makedirs('a/b'); open('a/b/c', 'w').write('x'); os.chmod('a/b', 0); os.chmod('a', 0)",
 }
 
-SOURCE = """
-import ctypes, json, os, resource, signal, sys, threading, time
+SOURCE = (
+    STANDING
+    + """
+import ctypes, json, resource, signal, threading
 from pathlib import Path
-
-import numpy as np
-from carom.adapter import Capabilities, Engine, Observation, Profile
 
 here = Path(os.environ["CAROM_TEST_FOLDER"])
 
@@ -118,34 +118,12 @@ class Mute(Exception):
     def __str__(self):
         raise RuntimeError
 
-class World:
-    settings = {"dt_s": 0.1}
-
-    def __init__(self, scene, act):
-        self.scene, self.act = scene, act
-
+class World(Standing):
     def advance(self, steps):
         exec(self.act, {**globals(), "self": self})
         self.act = ""
-
-    def observe(self):
-        position = np.array([disc.position_m for disc in self.scene.discs])
-        return Observation(position, np.array([disc.velocity_m_s for disc in self.scene.discs]))
-
-    def close(self):
-        pass
-
-class Adapter:
-    engine = Engine("Hostile")
-    capabilities = Capabilities()
-
-    def __init__(self, name, act):
-        self.name, self.act = name, act
-        self.profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
-
-    def prepare(self, scene, settings):
-        return World(scene, self.act)
 """
+)
 
 #: Long enough for a process to start on a machine that is busy: of an act that never answers, and of one that does.
 LIMIT_S = 20.0

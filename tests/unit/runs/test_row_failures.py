@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
+from tests.unit.runs.conftest import STANDING
 
 import carom
 from carom import Disc, Scene
@@ -24,51 +25,35 @@ from carom.runs.raised import raised
 from carom.runs.results import Results, Row
 from carom.studies.cross_check.document import report_of
 
-SOURCE = """
-import numpy as np
-from carom.adapter import Capabilities, Contact, Engine, Observation, Profile
-
+SOURCE = (
+    STANDING
+    + """
 def helper(what):
-    return {}[what]  # line 6
+    return {}[what]
 
-class World:
-    settings = {"dt_s": 0.1}
-
-    def __init__(self, scene, act):
-        self.scene, self.act, self.steps = scene, act, 0
-
+class World(Standing):
     def advance(self, steps):
-        self.steps += steps
+        super().advance(steps)
         if self.act == "raises":
             helper("\\x1b[31mred")
         if self.act == "raises-in-numpy":
-            np.zeros(2).reshape(5)  # line 19
+            np.zeros(2).reshape(5)
 
     def observe(self):
-        position = np.array([disc.position_m for disc in self.scene.discs])
-        velocity = np.array([disc.velocity_m_s for disc in self.scene.discs])
         still, moved = (0.0, 0.0), (0.0, 1e-17)
         told = ((1.0, 0.0), still, (-1.0, 0.0), moved if self.act == "moves-a-wall" else still)
         contacts = (Contact(0, -1, 0.1 * self.steps, (1.0, 0.0), None, told),) if self.steps == 3 else ()
-        return Observation(position, velocity, contacts)
-
-    def close(self):
-        pass
-
-class Adapter:
-    engine = Engine("Odd")
-    capabilities = Capabilities()
-
-    def __init__(self, act):
-        self.name = act
-        self.profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
-
-    def prepare(self, scene, settings):
-        return World(scene, self.name)
+        return replace(super().observe(), contacts=contacts)
 
 sound, moves_a_wall, raises, raises_in_numpy = map(Adapter, ("sound", "moves-a-wall", "raises", "raises-in-numpy"))
 """
+)
 NAMES = ("sound", "moves-a-wall", "raises", "raises-in-numpy")
+
+
+def line_of(words: str) -> int:
+    """The number of the line of the source that has these words."""
+    return 1 + next(k for k, line in enumerate(SOURCE.splitlines()) if words in line)
 
 
 @pytest.fixture
@@ -155,8 +140,8 @@ def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
     long_after(
         1,
         [
-            ("raises", r"KeyError: '.*red' \(hostile_\w+.py, line 6\)"),
-            ("raises-in-numpy", r"ValueError: cannot reshape .* \(hostile_\w+.py, line 19\)"),
+            ("raises", rf"KeyError: '.*red' \(hostile_\w+.py, line {line_of('{}[what]')}\)"),
+            ("raises-in-numpy", rf"ValueError: cannot reshape .* \(hostile_\w+.py, line {line_of('reshape')}\)"),
         ],
     ),
 )
