@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib
 import warnings
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 RADIUS_M = 0.5
@@ -93,47 +92,44 @@ def box2d(thrown: Thrown, iterations: int = 50, velocity_scale: float = 2.0**20)
     return (x / velocity_scale, y / velocity_scale, body.angularVelocity / velocity_scale)
 
 
-@cache
-def _client() -> int:
-    """A server that is emptied before each use: another one takes twenty times as long to start."""
-    engine: Any = importlib.import_module("pybullet")
-    return int(engine.connect(engine.DIRECT))
-
-
 def pybullet(thrown: Thrown, *, maximal: bool = True, planar: bool = False, **dynamics: float) -> Left:
     """Return velocity and spin after the impact; `planar` gives the inertia about the axis of spin alone."""
     engine: Any = importlib.import_module("pybullet")
-    client = _client()
-    engine.resetSimulation(client)
-    engine.setPhysicsEngineParameter(
-        fixedTimeStep=DT_S, contactERP=0, restitutionVelocityThreshold=0, contactSlop=0, physicsClientId=client
-    )
-    ball = engine.createCollisionShape(engine.GEOM_SPHERE, radius=RADIUS_M, physicsClientId=client)
-    plane = engine.createCollisionShape(engine.GEOM_PLANE, planeNormal=[0, 1, 0], physicsClientId=client)
-    bodies = [
-        engine.createMultiBody(
-            mass, shape, basePosition=[0, y, 0], useMaximalCoordinates=maximal, physicsClientId=client
+    client = engine.connect(engine.DIRECT)
+    try:
+        engine.setPhysicsEngineParameter(
+            fixedTimeStep=DT_S, contactERP=0, restitutionVelocityThreshold=0, contactSlop=0, physicsClientId=client
         )
-        for mass, shape, y in ((1, ball, thrown.height_m), (0, plane, 0))
-    ]
-    told: dict[str, Any] = {"linearDamping": 0, "angularDamping": 0, "contactProcessingThreshold": 0, **dynamics}
-    if thrown.inertia is not None:
-        told["mass"] = 1
-        told["localInertiaDiagonal"] = [0 if planar else thrown.inertia] * 2 + [thrown.inertia]
-    for body, more, friction in zip(bodies, (told, {"contactProcessingThreshold": 0}), thrown.friction, strict=True):
-        engine.changeDynamics(
-            body,
-            -1,
-            restitution=thrown.restitution**0.5,
-            lateralFriction=friction,
-            physicsClientId=client,
-            **more,
-        )
-    engine.resetBaseVelocity(bodies[0], [*thrown.velocity, 0], [0, 0, thrown.spin], client)
-    for _ in range(STEPS):
-        engine.stepSimulation(client)
-    (x, y, _), (_, _, spin) = engine.getBaseVelocity(bodies[0], client)
-    return (x, y, spin)
+        ball = engine.createCollisionShape(engine.GEOM_SPHERE, radius=RADIUS_M, physicsClientId=client)
+        plane = engine.createCollisionShape(engine.GEOM_PLANE, planeNormal=[0, 1, 0], physicsClientId=client)
+        bodies = [
+            engine.createMultiBody(
+                mass, shape, basePosition=[0, y, 0], useMaximalCoordinates=maximal, physicsClientId=client
+            )
+            for mass, shape, y in ((1, ball, thrown.height_m), (0, plane, 0))
+        ]
+        told: dict[str, Any] = {"linearDamping": 0, "angularDamping": 0, "contactProcessingThreshold": 0, **dynamics}
+        if thrown.inertia is not None:
+            told["mass"] = 1
+            told["localInertiaDiagonal"] = [0 if planar else thrown.inertia] * 2 + [thrown.inertia]
+        for body, more, friction in zip(
+            bodies, (told, {"contactProcessingThreshold": 0}), thrown.friction, strict=True
+        ):
+            engine.changeDynamics(
+                body,
+                -1,
+                restitution=thrown.restitution**0.5,
+                lateralFriction=friction,
+                physicsClientId=client,
+                **more,
+            )
+        engine.resetBaseVelocity(bodies[0], [*thrown.velocity, 0], [0, 0, thrown.spin], client)
+        for _ in range(STEPS):
+            engine.stepSimulation(client)
+        (x, y, _), (_, _, spin) = engine.getBaseVelocity(bodies[0], client)
+        return (x, y, spin)
+    finally:
+        engine.disconnect(client)
 
 
 def mujoco(thrown: Thrown, option: str = 'cone="elliptic"', pair: str = "", mass: float = 1.0) -> Left:

@@ -209,7 +209,7 @@ def of_box2d() -> Shipped:
     return Shipped(values, run_of("box2d"), roundings=1)
 
 
-OF_ALL: Mapping[str, Callable[[], Shipped]] = {
+OF_ALL: dict[str, Callable[[], Shipped]] = {
     "pymunk": of_pymunk,
     "pybullet": of_pybullet,
     "mujoco": of_mujoco,

@@ -1,4 +1,4 @@
-"""Scenes that several of these tests stage."""
+"""Scenes that several of these tests stage, and what the width of an engine's floats does to a number."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Chain, Disc, Scene, Wall
-from carom.adapter import Observation
+from carom.adapter import Adapter, Observation
 
 
 def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:
@@ -128,3 +128,13 @@ def at_a_thin_wall(q: float, phase: float, *, half_width_m: float = 0.0) -> Scen
         duration_s=12 * dt_s,
         frame_rate_hz=60.0,
     )
+
+
+def width(adapter: Adapter, tolerance: float) -> float:
+    """Return a tolerance that was derived from the rounding of 64-bit floats, at the width of the engine's own."""
+    return tolerance * 2.0 ** {64: 0, 32: 53 - 24}[adapter.capabilities.float_bits]
+
+
+def rounded(adapter: Adapter, values: object) -> object:
+    """Return numbers as the engine holds them, rounded to its own width."""
+    return np.array(values, dtype=f"f{adapter.capabilities.float_bits // 8}").astype(np.float64).tolist()

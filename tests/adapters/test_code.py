@@ -5,26 +5,55 @@ from __future__ import annotations
 import importlib
 import math
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.pasted import State, adapters_end, programs_end
+from numpy.typing import NDArray
 from tests.adapters.staged import along_a_floor
 from tests.hazards.measures import ENGINES
 from tests.lengths import each, long_after
 from tests.stage import Named, disc_at, staged, wall_at
 
+import carom_adapters.npm
 from carom import Chain, Scene, Wall
-from carom.adapter import AdapterError, CodedAdapter, Need, unsupported_reason
+from carom.adapter import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
 from carom.registry import adapter_points, load_adapter
 from carom.runs.step_code import step_lines
 from carom.scenes import all_scenes
 
+State = NDArray[np.float64]
+
+
+def adapters_end(adapter: Adapter, scene: Scene, profile: str, dt_s: float) -> State:
+    """Return x, y, vx, vy and spin of each disc after the steps that cover the scene."""
+    world = adapter.prepare(scene, adapter.profiles[profile].settings(dt_s))
+    world.advance(scene.step_count(dt_s))
+    seen = world.observe()
+    world.close()
+    spin = np.zeros(len(scene.discs)) if seen.spin_rad_s is None else seen.spin_rad_s
+    return np.column_stack([seen.position_m, seen.velocity_m_s, spin])
+
+
+def programs_end(text: str, folder: Path, *, node: bool = False) -> State:
+    """Run a program as anybody would who has saved it, in Python or in node, and return what it prints."""
+    file = folder / ("pasted.mjs" if node else "pasted.py")
+    file.write_text(text)
+    command = ["node"] if node else [sys.executable, "-W", "ignore"]
+    done = subprocess.run([*command, str(file)], capture_output=True, text=True, check=True)
+    rows = [line for line in done.stdout.splitlines() if line[:1] in "-.0123456789"]
+    return np.array([[float(word) for word in row.split()] for row in rows])
+
+
 WRITING = ["pymunk", "pybullet", "mujoco", "box2d"]
-#: Their programs are run in tests/engines.
 OTHERS = [name for name in ENGINES if name not in {"pit", *WRITING}]
+#: Of these in Python; the others' programs are modules of node.
+PYTHON = ("rapier", "dart", "drake", "ode", "newton")
+NPM = Path(carom_adapters.npm.__file__).parent
 
 #: Discs that spin and rub, one of them held, in a corner, under gravity: all that a scene can ask for.
 CORNER = staged(
@@ -126,10 +155,51 @@ def test_what_is_pasted_gives_the_adapters_digits(
         with pytest.raises(AdapterError, match="between steps"):
             adapter.code(scene, adapter.profiles[profile].settings(dt_s), "A heading.")
         return
-    expected = adapters_end(adapter, scene, profile, dt_s)
     text = adapter.code(scene, adapter.profiles[profile].settings(dt_s), "Two lines --\nof a heading.")
-    assert "carom" not in text.lower()
     found = models_end(text, scene, scene.step_count(dt_s)) if name == "mujoco" else programs_end(text, tmp_path)
+    assert_same_end(adapter, scene, profile, text, found)
+
+
+def smooth(scene: Scene, restitution: float = 0.9, wall_restitution: float = 0.8, friction: float = 0.0) -> Scene:
+    """Return a scene whose discs don't spin, with other coefficients."""
+    still = {"spin_rad_s": 0.0, "inertia_factor": 0.5}
+    discs = tuple(disc if disc.driven else disc.model_copy(update=still) for disc in scene.discs)
+    laws = {"restitution": restitution, "wall_restitution": wall_restitution}
+    rubs = {"friction": friction, "wall_friction": friction}
+    return scene.model_copy(update={"discs": discs, **laws, **rubs})
+
+
+#: Restitutions of discs above those of walls and below them: some engines take the larger of two. Drake has 1 alone.
+SMOOTH = [
+    *(smooth(CORNER), smooth(CORNER, 0.7, 0.9), smooth(CORNER, friction=0.3), smooth(CORNER, 1.0, 1.0), smooth(TOLD)),
+    *(SCENES[name] for name in ("multiple", "box", "bullet")),
+]
+
+
+@pytest.mark.engines
+@pytest.mark.parametrize("name", OTHERS)
+def test_what_is_pasted_gives_the_digits_of_an_engine_of_ones_own(named: Named, name: str, tmp_path: Path) -> None:
+    """The program of each profile, run without Carom, ends with every digit of the adapter, on three scenes or more."""
+    adapter, node = named(name), name not in PYTHON
+    assert isinstance(adapter, CodedAdapter)
+    if node:  # a module of node finds its engine beside it
+        shutil.copy(NPM / "package.json", tmp_path)
+        (tmp_path / "node_modules").symlink_to(NPM / "node_modules")
+    for key, profile in adapter.profiles.items():
+        if profile.located:
+            continue
+        own = profile.capabilities or adapter.capabilities
+        asked = [one for one in SMOOTH if not unsupported_reason(one, own, 1 / one.frame_rate_hz, located=False)]
+        assert len(asked) >= 3
+        for scene in asked:
+            text = adapter.code(scene, profile.settings(1 / scene.frame_rate_hz), "Two lines --\nof a heading.")
+            assert_same_end(adapter, scene, key, text, programs_end(text, tmp_path, node=node))
+
+
+def assert_same_end(adapter: CodedAdapter, scene: Scene, profile: str, text: str, found: State) -> None:
+    """A program says nothing of Carom, and what it ends with has every digit of the adapter's own run."""
+    expected = adapters_end(adapter, scene, profile, 1 / scene.frame_rate_hz)
+    assert "carom" not in text.lower()
     if Need.SPIN not in scene.needs and Need.FRICTION not in scene.needs:
         expected[:, 4] = found[:, 4] = 0.0  # nobody asks how a disc turns that nothing turns
     assert np.isfinite(expected).all()

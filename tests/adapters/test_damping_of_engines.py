@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.widths import width
+from tests.adapters.staged import width
 from tests.lengths import each
 from tests.stage import Finish, Named, disc_at, staged, sure
 

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.adapters.staged import bullet, oblique
-from tests.adapters.widths import rounded, width
+from tests.adapters.staged import bullet, oblique, rounded, width
 from tests.lengths import each, long_after
 from tests.stage import Finish, Named
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.adapters.widths import width
+from tests.adapters.staged import width
 from tests.lengths import each, long_after
 from tests.stage import Finish, Named, disc_at, staged, sure, wall_at
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from tests.adapters.staged import along_a_floor, break_, cradle, oblique
-from tests.adapters.widths import width
+from tests.adapters.staged import along_a_floor, break_, cradle, oblique, width
 from tests.lengths import each
 from tests.stage import Finish, Named
 

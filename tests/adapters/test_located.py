@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from tests.adapters.widths import width
+from tests.adapters.staged import width
 from tests.lengths import long_after
 from tests.stage import Named, disc_at, staged
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.adapters.shipped import OF_ALL, assert_default_is_shipped, worst_difference
-from tests.adapters.staged import oblique
-from tests.adapters.widths import width
+from tests.adapters.staged import oblique, width
+from tests.engines.shipped import OF_ENGINES
 from tests.lengths import each
 from tests.stage import Drive, Finish, Named, disc_at, staged
 
@@ -241,12 +241,13 @@ def test_a_scene_too_far_out_for_the_declared_floats_is_unsupported(engine: Adap
     assert "bit floats round by more" in unsupported_reason(far, replace(engine.capabilities, min_radius_m=0.0), 1 / 60)
 
 
-def test_default_uses_what_is_shipped(engine: Adapter) -> None:
-    """Each value that `default` uses is the engine's own, read from it, but for what the profile lists as changed."""
-    assert_default_is_shipped(engine, OF_ALL[engine.name]())
+@pytest.mark.parametrize("name", [*OF_ALL, *(pytest.param(name, marks=pytest.mark.engines) for name in OF_ENGINES)])
+def test_default_uses_what_is_shipped_and_runs_as_the_bare_engine(name: str, named: Named) -> None:
+    """Each value of `default` is read from the engine, but for what is listed as changed; discs end where it has them.
 
-
-def test_default_runs_as_the_bare_engine(engine: Adapter) -> None:
-    """Discs end where the bare engine has them, with only what is listed changed: to the bit, if free to turn."""
-    shipped = OF_ALL[engine.name]()
-    assert worst_difference(engine, shipped) <= shipped.roundings
+    To the roundings of a turn, where only what is listed is changed.
+    """
+    adapter = named(name)
+    shipped = (OF_ALL | OF_ENGINES)[name]()
+    assert_default_is_shipped(adapter, shipped)
+    assert worst_difference(adapter, shipped) <= shipped.roundings

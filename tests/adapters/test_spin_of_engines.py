@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.adapters.staged import oblique
-from tests.adapters.widths import width
+from tests.adapters.staged import oblique, width
 from tests.lengths import each, long_after
 from tests.stage import Drive, Finish, Named, disc_at, staged, sure, wall_at
 from tests.validation.exact_impact import Body, Law, after_impact

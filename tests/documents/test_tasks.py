@@ -1,12 +1,17 @@
-"""The documents are found by the words that people search, and answer by task."""
+"""The documents are found by words that people search, the tutorial shows what happens; a changelog is assembled."""
 
 from __future__ import annotations
 
+import json
 import re
 from functools import cache
+from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
+from docs.figures.changelog import assemble
+from docs.figures.tutorial import NOTEBOOK, executed, read, texts
 from tests.documents.blocks import PAGES, ROOT
 
 import carom
@@ -90,3 +95,87 @@ def test_contributors_have_a_part_of_their_own() -> None:
     assert len(everything) == len(set(everything))
     texts = {path.relative_to(ROOT / "docs").as_posix() for path in PAGES if path.is_relative_to(ROOT / "docs")}
     assert {page for page in texts if not page.startswith("decisions/0")} <= set(everything)
+
+
+KEPT = read()
+CODE = [cell for cell in KEPT.cells if cell.cell_type == "code"]
+
+
+def replays(cell: Any) -> list[str]:
+    """The frames that a cell shows, whole: a replay has nothing in it of the machine that made it."""
+    shown = [output.get("data", {}).get("text/html", "") for output in cell.get("outputs", [])]
+    return [html for html in shown if html.startswith("<iframe")]
+
+
+@pytest.mark.long
+def test_every_cell_shows_what_is_kept_of_it() -> None:
+    """Run anew in an empty folder, no cell fails; each shows the same text, replay and kinds of picture."""
+    for kept, run in zip(KEPT.cells, executed().cells, strict=True):
+        assert texts(run) == texts(kept), kept.source
+        assert [sorted(out.get("data", ())) for out in run.get("outputs", [])] == [
+            sorted(out.get("data", ())) for out in kept.get("outputs", [])
+        ], kept.source
+        assert replays(run) == replays(kept), kept.source
+
+
+def test_it_reads_on_a_code_host() -> None:
+    """Each cell was run in order; pictures, a replay and tables are kept, and nothing of whose machine it was."""
+    assert [cell.execution_count for cell in CODE] == list(range(1, len(CODE) + 1))
+    kinds = {kind for cell in CODE for output in cell.outputs for kind in output.get("data", ())}
+    assert {"text/plain", "text/html", "image/png"} <= kinds
+    assert not [output for cell in CODE for output in cell.outputs if output.output_type == "error"]
+    shown = json.dumps([cell.outputs for cell in CODE])
+    assert "<iframe" in shown
+    assert not re.search(r"/(home|root|tmp|work|Users)/", shown)
+    assert NOTEBOOK.stat().st_size < 1_000_000
+
+
+def test_each_exercise_has_an_answer() -> None:
+    """The numbers of the exercises are those of the answers."""
+    text = "\n".join(cell.source for cell in KEPT.cells if cell.cell_type == "markdown")
+    exercises, answers = text.partition("## 9. Answers")[::2]
+    asked = re.findall(r"^(\d)\. \*\*.+?\*\*", exercises.partition("## 8.")[2], re.MULTILINE)
+    assert len(asked) == 5
+    assert re.findall(r"^\*\*(\d)\.\*\*", answers, re.MULTILINE) == asked
+
+
+CHANGELOG = "# Changelog\n\n## 0.2.0 (unreleased)\n\n- Older.\n\n## 0.1.0\n\n- First.\n"
+
+
+def test_fragments_come_first_in_the_newest_section_and_are_gone(tmp_path: Path) -> None:
+    """By their names, above what stands there; what tells of fragments stays, and a second time nothing changes."""
+    log = tmp_path / "CHANGELOG.md"
+    log.write_text(CHANGELOG)
+    fragments = tmp_path / "fragments"
+    fragments.mkdir()
+    for name, text in (("b", "- Second\n  line.\n"), ("a", "- One.\n"), ("README", "no list\n")):
+        (fragments / f"{name}.md").write_text(text)
+    for _ in range(2):
+        assemble(log, fragments)
+        assert log.read_text() == CHANGELOG.replace("- Older.", "- One.\n- Second\n  line.\n- Older.")
+        assert [path.name for path in fragments.iterdir()] == ["README.md"]
+
+
+def test_what_is_no_list_or_has_no_place_is_refused_and_kept(tmp_path: Path) -> None:
+    """A fragment that begins as no list, and a changelog without a section, are errors; no file is changed."""
+    log, fragments = tmp_path / "CHANGELOG.md", tmp_path / "fragments"
+    fragments.mkdir()
+    for changelog, fragment in ((CHANGELOG, "Words.\n"), ("# Changelog\n", "- Words.\n")):
+        log.write_text(changelog)
+        (fragments / "a.md").write_text(fragment)
+        with pytest.raises(ValueError, match=r"a fragment is a list|no section"):
+            assemble(log, fragments)
+        assert (log.read_text(), (fragments / "a.md").read_text()) == (changelog, fragment)
+
+
+def test_the_fragments_of_this_repository_can_be_assembled(tmp_path: Path) -> None:
+    """Those that lie here now are lists, and the changelog has a section for them."""
+    fragments = tmp_path / "fragments"
+    fragments.mkdir()
+    for path in (ROOT / "changelog.d").glob("*.md"):
+        (fragments / path.name).write_text(path.read_text("utf-8"))
+    log = tmp_path / "CHANGELOG.md"
+    log.write_text((ROOT / "CHANGELOG.md").read_text("utf-8"))
+    (fragments / "a-new-one.md").write_text("- A new one.\n")
+    assemble(log, fragments)
+    assert log.read_text().count("\n- A new one.\n") == 1

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -249,7 +249,7 @@ def _said(disc: Disc) -> dict[str, float]:
     return {"x": x, "y": y, "v": v, "r": disc.radius_m, "m": disc.mass_kg}
 
 
-OF_ENGINES: Mapping[str, Callable[[], Shipped]] = {
+OF_ENGINES: dict[str, Callable[[], Shipped]] = {
     "rapier": of_rapier,
     "dart": of_dart,
     "drake": of_drake,

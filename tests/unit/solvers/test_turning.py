@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.forms import needs_extension, plain_form
+from tests.lengths import each
 from tests.stage import disc_at, sure
 
 from carom import Disc, Scene, Wall, solve_pic
@@ -148,46 +149,33 @@ def test_energy_of_turning_is_counted_where_spins_are_given() -> None:
     assert kinetic_energy(rigid, speeds, np.array([0.0, 0.0])) == 8.0
 
 
-@pytest.mark.parametrize("fields", [{}, {"friction": 0.5}])
-def test_a_method_without_spin_is_skipped(fields: dict[str, float]) -> None:
-    """A method is skipped by what it declares: discs spin here, with friction and without."""
-    scene = pair(**fields)
-    assert "spinning discs, which this method does not support" in unsupported_reason(scene, Capabilities(), 1 / 60)
+#: A method that rubs and turns discs, and discs that rub and don't spin, some of which can't turn.
+ABLE = Capabilities(spin=True, friction=(0.0, 1.0), tangential_restitution=True)
+STILL = [disc.model_copy(update={"spin_rad_s": 0.0}) for disc in pair().discs]
+RUBS = {"discs": STILL, "friction": 0.5, "tangential_restitution": 0.5}
+HELD = [disc.model_copy(update={"inertia_factor": math.inf}) for disc in STILL]
 
 
-def test_a_method_is_skipped_by_the_friction_that_it_declares() -> None:
-    """Friction beyond what is declared, of what the scene has, is the reason; what the scene has not is none."""
-    still = [disc.model_copy(update={"spin_rad_s": 0.0}) for disc in pair().discs]
-    scene = pair(discs=still, friction=0.5, tangential_restitution=0.5)
-    able = Capabilities(spin=True, friction=(0.0, 1.0), tangential_restitution=True)
-    assert unsupported_reason(scene, able, 1 / 60) == ""
-    assert "on discs that can turn, and this method turns none" in unsupported_reason(
-        scene, replace(able, spin=False), 1 / 60
-    )
-    held = [disc.model_copy(update={"inertia_factor": math.inf}) for disc in still]
-    assert unsupported_reason(pair(discs=held, friction=0.5), replace(able, spin=False), 1 / 60) == ""
-    weak = replace(able, friction=(0.0, 0.25))
-    assert unsupported_reason(scene, weak, 1 / 60) == (
-        "friction is 0.5, and this method simulates 0 to 0.25 as asked for"
-    )
-    assert "tangential restitution" in unsupported_reason(scene, replace(able, tangential_restitution=False), 1 / 60)
-    assert (
-        unsupported_reason(scene, Capabilities(), 1 / 60)
-        == "the scene has friction, which this method does not support"
-    )
-    assert unsupported_reason(pair(discs=still, wall_friction=9.0), Capabilities(), 1 / 60) == ""
-
-
-def test_a_method_is_skipped_by_the_spin_that_it_declares() -> None:
-    """A spin, or a turn in one step, beyond what is declared is the reason."""
-    able = Capabilities(spin=True, friction=(0.0, 1.0))
-    assert unsupported_reason(pair(), replace(able, max_spin_rad_s=3.0), 0.5) == ""
-    assert (
-        unsupported_reason(pair(), replace(able, max_spin_rad_s=2.0), 0.5)
-        == "a disc spins at 3 rad/s, and this method's limit is 2 rad/s"
-    )
-    assert unsupported_reason(pair(), replace(able, max_turn_rad=1.5), 0.5) == ""
-    assert (
-        unsupported_reason(pair(), replace(able, max_turn_rad=1.25), 0.5)
-        == "a disc at 3 rad/s turns by 1.5 rad in a step of 0.5 s, and this method turns none by more than 1.25 rad"
-    )
+@each(
+    ("fields", "able", "reason"),
+    [
+        ({}, Capabilities(), "the scene has spinning discs, which this method does not support"),
+        ({"friction": 0.5}, Capabilities(), "the scene has spinning discs, which this method does not support"),
+        (RUBS, ABLE, ""),
+        (RUBS, replace(ABLE, spin=False), "on discs that can turn, and this method turns none"),
+        ({"discs": HELD, "friction": 0.5}, replace(ABLE, spin=False), ""),
+        (RUBS, replace(ABLE, friction=(0.0, 0.25)), "friction is 0.5, and this method simulates 0 to 0.25"),
+        (RUBS, replace(ABLE, tangential_restitution=False), "tangential restitution"),
+        (RUBS, Capabilities(), "the scene has friction, which this method does not support"),
+        ({"discs": STILL, "wall_friction": 9.0}, Capabilities(), ""),
+        ({}, replace(ABLE, max_spin_rad_s=3.0), ""),
+        ({}, replace(ABLE, max_spin_rad_s=2.0), "a disc spins at 3 rad/s, and this method's limit is 2 rad/s"),
+        ({}, replace(ABLE, max_turn_rad=1.5), ""),
+        ({}, replace(ABLE, max_turn_rad=1.25), "turns by 1.5 rad in a step of 0.5 s"),
+    ],
+)
+def test_a_method_is_skipped_by_what_it_declares(fields: dict[str, Any], able: Capabilities, reason: str) -> None:
+    """Spin, friction and turns in a step beyond what is declared are the reason; what the scene has not is none."""
+    found = unsupported_reason(pair(**fields), able, 0.5)
+    assert reason in found
+    assert bool(reason) == bool(found)
