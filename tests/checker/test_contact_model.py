@@ -24,13 +24,13 @@ from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run
 
 #: Impacts that a faulty run is followed over: past its first new epoch, which comes after 32 a disc.
-IMPACTS = 1_000
+IMPACTS = 500
 
 
 @cache
 def gas() -> Gas:
-    """20 rough discs in a box, three of them immovable."""
-    start = jittered(np.random.default_rng(5), 20, immovable=3, spread=1.5, restitution=0.98)
+    """12 rough discs in a box, two of them immovable."""
+    start = jittered(np.random.default_rng(5), 12, immovable=2, spread=1.5, restitution=0.98)
     rough = replace(start, wall_restitution=0.95, friction=0.01, wall_friction=0.01)
     return Gas(0, Kind.CONTACT, 0.0, rough, 10_000, 0.1)
 
@@ -90,7 +90,7 @@ class Wrong(AllPairsRun):
 @pytest.mark.parametrize(
     "fault",
     long_after(
-        1,
+        3,
         [
             *("kept of another disc", "not taken to the new epoch", "first disc not looked at"),
             *("second disc not looked at", "walls not elastic", "impacts on walls not kept"),

@@ -226,15 +226,3 @@ def test_discs_thrown_on_slopes_are_within_their_radii_of_runs_of_60_digits(give
                 assert certified.degeneracy is not None
                 assert certified.degeneracy.kind is Degenerate.COLLAPSE
     assert proven >= (0.85 if gives_back else 1.0) * len(seeds)
-
-
-def test_impacts_that_give_a_slip_back_as_it_was_leave_it_to_contact() -> None:
-    """With -1 no impact rubs: a disc lands with all of its slip, and contact takes it, from 0.6 s on, f g (1 + 1/k)."""
-    disc = disc_at(0.0, 0.7, 3.0, 0.0)
-    law = {"wall_restitution": 0.5, "wall_friction": 0.2, "wall_tangential_restitution": -1.0}
-    scene = staged("as it was", disc, wall_at(0.0, 0.0, 0.0, 1.0), gravity_m_s2=(0.0, -10.0), **law, duration_s=2.0)
-    for trace in (solve_pic(scene), certify(scene).trace):
-        assert trace.modes is not None
-        assert trace.modes["after"].tolist() == [Mode.SLIDE, Mode.ROLL]
-        assert trace.modes["time_s"] == pytest.approx([0.6, 1.1], abs=1e-14)
-        assert trace.final_velocity_m_s[0] == pytest.approx([2.0, 0.0], abs=1e-14)

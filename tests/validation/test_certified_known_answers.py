@@ -164,22 +164,6 @@ def test_a_disc_in_a_box_is_one_straight_line_unfolded() -> None:
     assert on_edges.impacts["time_s"] == pytest.approx([float(time) for time in times], rel=1e-12)
 
 
-@pytest.mark.parametrize("e", [0.5, 0.75, 0.875])
-def test_crossings_between_walls_are_a_geometric_series(e: float) -> None:
-    """Each wall leaves e of the speed: the n-th bounce is at (g + L (1/e + ... + 1/e^(n-1))) / v."""
-    walls = [wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.0, 0.0, -1.0, 0.0)]
-    disc = disc_at(1.0, 0.0, 3.0, r=0.25)
-    scene = staged("ladder", disc, *walls, wall_restitution=e, duration_s=1e4)
-    certified = carom.certify(scene)
-    times, at, speed = [], Fraction(3, 4) / 3, Fraction(3)
-    while at <= 10_000:
-        times.append(at)
-        speed *= Fraction(e)
-        at += Fraction(3, 2) / speed
-    with mp.workdps(60):
-        assert_told(certified, [mpf(t.numerator) / t.denominator for t in times])
-
-
 @each("offset", [0.0, 0.3, -0.9, 0.999999])
 def test_deflection_by_a_fixed_disc_is_pi_less_twice_the_arcsine(offset: float) -> None:
     """The angle of deflection is pi - 2 asin(b / R), to 40 digits (Landau and Lifshitz, Mechanics, section 18)."""

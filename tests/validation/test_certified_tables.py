@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 from tests.campaign.tables import draw
-from tests.lengths import each
+from tests.lengths import each, long_after
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, Walk
 
@@ -54,21 +54,19 @@ def contradictions(table: Table, impacts: int) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("first", [0, pytest.param(10**5, marks=pytest.mark.long)])
-def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(first: int) -> None:
-    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution."""
-    count = 6 if first == 0 else 400
-    wrong = {k: bad for k, one in enumerate(drawn_tables(first, count)) if (bad := contradictions(one, 12))}
-    assert wrong == {}
+@pytest.mark.parametrize(
+    ("moves", "first", "count", "impacts"),
+    long_after(2, [(False, 0, 6, 12), (True, 0, 2, 6), (False, 10**5, 400, 12), (True, 10**5, 200, 12)]),
+)
+def test_every_impact_on_random_tables_is_within_its_radius_of_brute_force(
+    moves: bool, first: int, count: int, impacts: int
+) -> None:
+    """Bulges of both signs, re-entrant joints, thick bars, islands, cut sides, walls of their own restitution.
 
-
-@pytest.mark.parametrize("first", [0, pytest.param(10**5, marks=pytest.mark.long)])
-def test_every_impact_on_tables_that_fall_or_are_driven_is_within_its_radius(first: int) -> None:
-    """The same under gravity, and of lines on up to nine legs each: quartics, and impacts leg by leg."""
-    count, impacts = (2, 6) if first == 0 else (200, 12)
-    tables = drawn_tables(first, count, moves=True)
-    wrong = {k: bad for k, one in enumerate(tables) if (bad := contradictions(one, impacts))}
-    assert wrong == {}
+    The same under gravity, and of lines on up to nine legs each: quartics, and impacts leg by leg.
+    """
+    tables = drawn_tables(first, count, moves=moves)
+    assert {k: bad for k, one in enumerate(tables) if (bad := contradictions(one, impacts))} == {}
 
 
 def test_brute_force_of_a_table_that_differs_by_a_hair_contradicts_it(monkeypatch: pytest.MonkeyPatch) -> None:

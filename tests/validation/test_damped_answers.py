@@ -20,7 +20,7 @@ ROUNDING = 1e-12
 @each("entry", SCENES)
 def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) -> None:
     """PIC agrees with itself to rounding, and PIT is called sampled: nothing of damping is held against it."""
-    truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=240.0)
+    truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=60.0)
     assert compare(truth, truth).grade is Grade.EXACT
     score = compare(truth, pit, sampling=pit)
     assert score.grade is (Grade.SAMPLED if len(truth.impacts) else Grade.EXACT)

@@ -110,7 +110,8 @@ def test_seen_from_a_moving_frame_the_same_impacts_happen(draw: Callable[[int], 
     for seed in seeds:
         scene = draw(seed)
         runs = [[solve_pic(one, max_impacts=most) for one in (scene, boosted(scene, drive))]]
-        runs += [[solve_pit(one) for one in (scene, boosted(scene, drive))]] * (draw is a_table and seed < 6)
+        if draw is a_table and seed < 6:
+            runs.append([solve_pit(one) for one in (scene, boosted(scene, drive))])
         for (rest, moving), count, late_s in zip(runs, (most, 4), (1e-9, 1e-12), strict=False):
             one, two = rest.impacts[:count], moving.impacts[:count]
             assert len(one) > 2

@@ -214,7 +214,7 @@ def test_the_exact_law_keeps_what_physics_keeps() -> None:
             assert lost == 0
 
 
-@pytest.mark.parametrize("numbers", long_after(1, [range(3), *(range(k, k + 12) for k in range(3, 99, 12))]))
+@pytest.mark.parametrize("numbers", long_after(1, [range(2), *(range(k, k + 12) for k in range(2, 98, 12))]))
 def test_whole_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
     """Each impact is what the exact law makes of the state before it, and that is what the last impact left.
 
@@ -222,7 +222,7 @@ def test_whole_runs_obey_the_exact_law_impact_by_impact(numbers: range) -> None:
     turned: its friction acts at full radius along the line of centres.
     """
     for kind, number in product(KINDS, numbers):
-        scene = drawn(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 2 else (0.0, 0.0))
+        scene = drawn(kind, number, rough=True, gravity=(0.25, -1.0) if number % 3 == 1 else (0.0, 0.0))
         if scene.arrays.turns:
             assert worst_law_error(solve_pic(scene, max_impacts=min(impacts_of(number), 60))) < ULPS, (kind, number)
             if kind in SMALL and len((trace := solve_pit(scene, frame_rate_hz=20.0)).impacts) < 500:

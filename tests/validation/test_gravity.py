@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -250,15 +248,3 @@ def test_what_is_kept_can_be_chosen_under_gravity() -> None:
     solve_pic(ball(duration_s=1e4), max_impacts=4000, progress=lambda count, _time: seen.append(count))
     assert seen[-1] == 4000
     assert seen == sorted(set(seen))
-
-
-def test_a_scene_without_gravity_imports_none_of_it() -> None:
-    """Skip what a scene doesn't need: the modules of gravity are loaded by a scene that has it, and by no other."""
-    code = (
-        "import sys, carom\n"
-        "disc = carom.Disc(position_m=(0, 0), radius_m=1)\n"
-        "scene = carom.Scene(name='still', discs=[disc], duration_s=1)\n"
-        "for solve in (carom.solve_pic, carom.solve_pit, carom.solve_pic_framewise): solve(scene)\n"
-        "print([name for name in sys.modules if 'ballistic' in name or 'fall' in name])\n"
-    )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"
