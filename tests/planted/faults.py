@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tests.stage import disc_at, staged
+from tests.stage import altered, disc_at, staged
 
 from carom import Trace
 from carom.comparator import Grade, Verdict
@@ -236,10 +236,7 @@ def hasty(reference: Trace, size: float) -> Trace:
 @fault(lambda steps: {Verdict.WRONG_STAMP: (steps - 1) * DT}, exact=(0, 0.9), inaccurate=(1.5, 22))
 def stamped_late(reference: Trace, size: float) -> Trace:
     """The last impact is stamped so many steps late, and acts in time."""
-    trace = faithful(reference)
-    impacts = trace.impacts.copy()
-    impacts["time_s"][-1] += size * DT
-    return dataclasses.replace(trace, impacts=impacts)
+    return altered(faithful(reference), -1, time_s=reference.impacts["time_s"][-1] + size * DT)
 
 
 @fault(lambda steps: {Verdict.WRONG_STAMP: steps * DT}, exact=(0, 1e-11), inaccurate=(0.5, 22))
@@ -384,26 +381,18 @@ def carried_off(reference: Trace, size: float) -> Trace:
 @fault(lambda degrees: {Verdict.WRONG_NORMAL: degrees}, exact=(0, 1e-12), inaccurate=(1, 90, 180))
 def normal_turned(reference: Trace, size: float) -> Trace:
     """The normal of the last impact is reported turned by so many degrees."""
-    trace = faithful(reference)
-    impacts = trace.impacts.copy()
-    impacts["normal"][-1] = turned(impacts["normal"][-1], math.radians(size))
-    return dataclasses.replace(trace, impacts=impacts)
+    return altered(faithful(reference), -1, normal=turned(reference.impacts["normal"][-1], math.radians(size)))
 
 
 @fault(lambda much: {Verdict.WRONG_NORMAL: much}, exact=(0, 1e-13), inaccurate=(1e-6, 4))
 def normal_stretched(reference: Trace, size: float) -> Trace:
     """The normal of the last impact is reported longer by so much."""
-    trace = faithful(reference)
-    impacts = trace.impacts.copy()
-    impacts["normal"][-1] *= 1 + size
-    return dataclasses.replace(trace, impacts=impacts)
+    return altered(faithful(reference), -1, normal=reference.impacts["normal"][-1] * (1 + size))
 
 
 @fault(lambda part: {Verdict.TURNS: part, Verdict.MOMENTUM: part / 2}, exact=(0, 1e-13), inaccurate=(1e-6, 0.5))
 def before_misstated(reference: Trace, size: float) -> Trace:
     """The velocity of a disc before the last impact is reported faster along the normal, by so much of the speed."""
-    trace = faithful(reference)
-    impacts = trace.impacts.copy()
-    speed = max(math.hypot(*disc.velocity_m_s) for disc in reference.scene.discs)
-    impacts["velocity_first_before"][-1] += size * speed * impacts["normal"][-1]
-    return dataclasses.replace(trace, impacts=impacts)
+    row, speed = reference.impacts[-1], max(math.hypot(*disc.velocity_m_s) for disc in reference.scene.discs)
+    before = row["velocity_first_before"] + size * speed * row["normal"]
+    return altered(faithful(reference), -1, velocity_first_before=before)

@@ -11,7 +11,6 @@ from tests.lengths import long_after
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, compare, scene_of
 
-from carom.outline import Outline
 from carom.physics.features import Arc, Face
 from carom.physics.wall_features import WallFeature, features_of
 from carom.solvers.event_driven import obstacles
@@ -55,65 +54,50 @@ def test_a_nearly_flat_arc_under_gravity_costs_no_digits() -> None:
     assert compare(drawn[1], 6).ended == "most"
 
 
-def without_last_vertex(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
+Features = tuple[WallFeature, ...]
+
+
+def of_arcs(change: Callable[[Arc], Arc]) -> Callable[[Features], Features]:
+    """Return what changes each arc of walls, vertices included."""
+    return lambda found: tuple(
+        one._replace(feature=change(one.feature)) if isinstance(one.feature, Arc) else one for one in found
+    )
+
+
+def without_last_vertex(found: Features) -> Features:
     """A joint that nothing meets."""
     last = [one for one in found if isinstance(one.feature, Arc) and one.feature.is_vertex][-1:]
-    return [one for one in found if one not in last]
+    return tuple(one for one in found if one not in last)
 
 
-def without_backs(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
+def without_backs(found: Features) -> Features:
     """Edges with one side."""
     faces = [one for one in found if isinstance(one.feature, Face)]
-    return [one for one in found if one not in faces[1::2]]
+    return tuple(one for one in found if one not in faces[1::2])
 
 
-def whole_arcs(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
-    """Arcs that are met all around their circles."""
-    for one in found:
-        yield one._replace(feature=replace(one.feature, sector=None)) if isinstance(one.feature, Arc) else one
+def turned_over(arc: Arc) -> Arc:
+    """An arc less than half a circle that is taken for more, and the reverse."""
+    return arc if arc.sector is None else replace(arc, sector=replace(arc.sector, reflex=not arc.sector.reflex))
 
 
-def other_sectors(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
-    """Arcs less than half a circle that are taken for more, and the reverse."""
-    for one in found:
-        arc = one.feature
-        if isinstance(arc, Arc) and arc.sector is not None:
-            sector = replace(arc.sector, reflex=not arc.sector.reflex)
-            yield one._replace(feature=replace(arc, sector=sector))
-        else:
-            yield one
+FAULTS: dict[str, Callable[[Features], Features]] = {
+    "arcs that are met all around": of_arcs(lambda arc: replace(arc, sector=None)),
+    "vertices thicker by a millionth of a millionth of a metre": of_arcs(
+        lambda arc: replace(arc, half_width=arc.half_width + 1e-12 * arc.is_vertex)
+    ),
+    "radii off by some hundred units in the last place": of_arcs(
+        lambda arc: replace(arc, radius=(arc.radius[0] * (1.0 + 1e-13), arc.radius[1]))
+    ),
+    "no last vertex": without_last_vertex,
+    "no backs": without_backs,
+    "other sectors": of_arcs(turned_over),
+}
 
 
-def wider_vertices(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
-    """Vertices that are thicker than their edges by a millionth of a millionth of a metre."""
-    for one in found:
-        vertex = one.feature
-        wide = isinstance(vertex, Arc) and vertex.is_vertex
-        yield one._replace(feature=replace(vertex, half_width=vertex.half_width + 1e-12)) if wide else one
-
-
-def rounded_arcs(found: tuple[WallFeature, ...]) -> Iterable[WallFeature]:
-    """Arcs whose radius is off by some hundred units in the last place."""
-    for one in found:
-        arc = one.feature
-        if isinstance(arc, Arc):
-            yield one._replace(feature=replace(arc, radius=(arc.radius[0] * (1.0 + 1e-13), arc.radius[1])))
-        else:
-            yield one
-
-
-@pytest.mark.parametrize(
-    "fault",
-    long_after(3, [whole_arcs, wider_vertices, rounded_arcs, without_last_vertex, without_backs, other_sectors]),
-)
-def test_a_fault_in_what_walls_consist_of_is_told(
-    fault: Callable[[tuple[WallFeature, ...]], Iterable[WallFeature]], monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("name", long_after(3, FAULTS))
+def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of the first tables contradicts brute force, whatever is wrong with a wall's sides, arcs and vertices."""
-
-    def faulty(outline: Outline) -> tuple[WallFeature, ...]:
-        return tuple(fault(features_of(outline)))
-
     for module in (obstacles, finite_walls):
-        monkeypatch.setattr(module, "features_of", faulty)
+        monkeypatch.setattr(module, "features_of", lambda outline: FAULTS[name](features_of(outline)))
     assert any(compare(table, 40).ended == "contradiction" for table in tables(0))
