@@ -1,20 +1,21 @@
-"""Carom's own adapters, held to the suite that everybody else's are held to, by the command that everybody runs.
-
-Those of engines that are no part of `all` are run with `-m engines`.
-"""
+"""Carom's own adapters, held to the suite that everybody else's are held to, by the command that everybody runs."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from tests.adapters.conftest import NAMES
+from tests.adapters.staged import break_, oblique
 from tests.hazards.measures import ENGINES
 from tests.lengths import long_after
 from tests.stage import Named
 
+from carom import Scene
+from carom.adapter import Adapter
 from carom.runs.plan import DEFAULT_PROFILES
 
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
@@ -50,3 +51,85 @@ def test_adapter_conforms_but_for_its_known_failures(name: str, named: Named, tm
     assert done.returncode == 0, done.stdout + done.stderr
     assert f"{name}: " in done.stdout
     assert " 0 failed" in done.stdout
+
+
+#: Each scene with each profile, once, in a process that has run nothing before: no two have a structure in common, so
+#: that nothing can have been used again.
+FRESH = """
+import sys, warnings
+warnings.simplefilter("ignore")
+from tests.adapters.test_conformance import REUSED, SCENES, run
+from carom.registry import load_adapter
+for profile in REUSED:
+    for name, scene in SCENES.items():
+        print("bits", profile, name, run(load_adapter(sys.argv[1]), scene(), profile).hex())
+"""
+
+REUSED = ("default", "tuned", "cylinder-plain")
+
+
+def _pair() -> Scene:
+    return oblique().model_copy(update={"walls": ()})
+
+
+SCENES: dict[str, Callable[[], Scene]] = {"pair": _pair, "oblique": oblique, "break": break_}
+
+
+def run(adapter: Adapter, scene: Scene, profile: str) -> bytes:
+    """Return every bit of what is seen at the start, half-way and at the end."""
+    dt_s = 1 / 60
+    world = adapter.prepare(scene, adapter.profiles[profile].settings(dt_s))
+    seen = [world.observe()]
+    for _ in range(2):
+        world.advance(scene.step_count(dt_s) // 2)
+        seen.append(world.observe())
+    world.close()
+    return b"".join(o.position_m.tobytes() + o.velocity_m_s.tobytes() + repr(o.contacts).encode() for o in seen)
+
+
+def _moved(scene: Scene, by_m: float) -> Scene:
+    """The same discs, started elsewhere: the next scene of a sweep."""
+    first = scene.discs[0]
+    moved = first.model_copy(update={"position_m": (first.position_m[0] - by_m, first.position_m[1] + by_m / 3)})
+    return scene.model_copy(update={"discs": (moved, *scene.discs[1:])})
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["mujoco", "pybullet"])
+def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: Named, name: str) -> None:
+    """A scene after others of its sweep, in what they left, gives the bits that it gives in a process of its own."""
+    adapter = named(name)
+    done = subprocess.run([sys.executable, "-c", FRESH, name], capture_output=True, text=True, check=True)
+    fresh = [line.split()[1:] for line in done.stdout.splitlines() if line.startswith("bits")]
+    assert len(fresh) == len(REUSED) * len(SCENES)
+    for profile, scene_name, bits in fresh:
+        scene = SCENES[scene_name]()
+        for k in range(3):
+            run(adapter, _moved(scene, 0.01 * (k + 1)), profile)
+        assert run(adapter, scene, profile) == bytes.fromhex(bits), (profile, scene_name)
+
+
+def test_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(named: Named) -> None:
+    """Of one pair of spheres, only the start state is set anew; of more bodies Bullet keeps an order that can't be."""
+    pybullet = named("pybullet")
+    import carom_adapters.pybullet.world as module
+
+    run(pybullet, _pair(), "tuned")
+    (kept,) = module._KEPT.values()  # noqa: SLF001 - whether anything was kept shows nowhere else
+    run(pybullet, _moved(_pair(), 0.01), "tuned")
+    (again,) = module._KEPT.values()  # noqa: SLF001 - as above
+    assert kept[0] == again[0]
+    run(pybullet, oblique(), "tuned")
+    (after,) = module._KEPT.values()  # noqa: SLF001 - as above
+    assert after[0] == again[0]
+
+
+def test_a_mujoco_model_is_compiled_once_for_a_sweep(named: Named) -> None:
+    """Scenes that differ in their start states alone have one model, and a world that cuts its steps has a copy."""
+    mujoco = named("mujoco")
+    import carom_adapters.mujoco.world as module
+
+    module._compiled.cache_clear()  # noqa: SLF001 - whether a model was compiled shows nowhere else
+    for k in range(5):
+        run(mujoco, _moved(oblique(), 0.01 * k), "tuned")
+    assert module._compiled.cache_info().misses == 1  # noqa: SLF001 - as above

@@ -1,4 +1,4 @@
-"""The campaign's command: it counts, goes on where it was, and tells what it finds and how to see it again."""
+"""The campaigns' commands: they count, go on where they were, and tell what they find and how to see it again."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ import numpy as np
 import pytest
 from tests.campaign import __main__ as command
 from tests.campaign import run as campaign_run
+from tests.campaign import tables
 from tests.campaign.gases import Kind, draw
 from tests.campaign.tally import Tally
 from tests.checker import RULES, Report, Violation
 from tests.lengths import each, long_after
 from tests.stage import sure
+from tests.validation.table_runs import Comparison
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -128,3 +130,29 @@ def test_a_gas_is_drawn_from_its_number_alone(kind: Kind) -> None:
         assert least <= len(gas.start) <= most
         assert gas.packing == 0.0 if kind is Kind.OPEN else 0.09 < gas.packing < 0.79
         assert np.isfinite(gas.start.mass_kg).any()
+
+
+@pytest.mark.long
+def test_counts_of_tables_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A second call goes on with the next table, and its counts hold the impacts of both."""
+    state = tmp_path / "tables.json"
+    for many in (1, 3):
+        assert tables.main(["--tables", str(many), "--state", str(state)]) == 0
+        tally = tables.Tally.load(state)
+        assert tally.tables == many
+        assert f"| all | {many} | {tally.impacts:,} |" in capsys.readouterr().out
+    assert tables.main(["--tables", "9", "--minutes", "0", "--state", str(state)]) == 0
+    assert tables.Tally.load(state) == tally
+
+
+def test_a_contradiction_of_tables_is_told_with_the_way_to_see_it_again(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It makes the exit code 1, and the table's number is printed."""
+    monkeypatch.setattr(tables, "compare", lambda *_: Comparison(3, "contradiction", 7.0))
+    assert tables.main(["--tables", "1"]) == 1
+    told = capsys.readouterr()
+    assert "python -m tests.campaign.tables --table 0" in told.err
+    assert "| all | 1 | 3 | 0 | 0 | 0 | 0 | 1 | 7.00 |" in told.out
+    assert tables.main(["--table", "0"]) == 1
+    assert "ended='contradiction'" in capsys.readouterr().out
