@@ -13,7 +13,7 @@ from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
 from carom.comparator.grades import Grade
-from carom.comparator.local_truth import StepWatch, judge, window_runs
+from carom.comparator.local_truth import StepWatch, window, window_runs
 from carom.comparator.local_truth.bodies import BodyStates
 from carom.comparator.verdict import Verdict
 from carom.errors import InputError
@@ -209,7 +209,7 @@ def test_no_exact_run_begins_where_a_disc_has_no_room(
         begun.append(start.time_s)
         return exact_run(start, *rest)
 
-    monkeypatch.setattr(judge, "exact_run", asked)
+    monkeypatch.setattr(window, "exact_run", asked)
     monkeypatch.setattr(window_runs, "MOST_IMPACTS", 50)  # of the window in which it is crushed
     things = [
         placed(disc_at(1.25, 0.0, -0.5, r=0.25)),

@@ -17,11 +17,11 @@ from carom.comparator.local_truth.activity import Activity
 from carom.comparator.local_truth.block import Block
 from carom.comparator.local_truth.bodies import BodyStates
 from carom.comparator.local_truth.chains import StepChain
-from carom.comparator.local_truth.law import Law, Pair
-from carom.comparator.local_truth.pairs import MARGIN_STEPS
+from carom.comparator.local_truth.law import Pair
 from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.local_truth.room import has_room
-from carom.comparator.local_truth.window_runs import Met, exact_run, sampled_run
+from carom.comparator.local_truth.window import Difference, Window, relative
+from carom.comparator.local_truth.window_runs import sampled_run
 from carom.comparator.slowing import nearest_s
 from carom.comparator.thresholds import THRESHOLDS
 
@@ -30,9 +30,6 @@ Array = NDArray[np.float64]
 #: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
 #: at; what turns a body by less is an error of velocity.
 PASSED = 0.01
-
-#: PIC ends a window's run where a disc comes to rest: where it closes by what it falls in this part of a step.
-_RESTING = 1e-3
 
 
 @dataclass(frozen=True)
@@ -74,83 +71,6 @@ class Comparison:
     meetings: list[WindowPair] = field(default_factory=list)
 
 
-@dataclass(frozen=True)
-class _Difference:
-    """How a state differs from PIC's after some of its impacts: velocities, rims, places, and PIC's state there."""
-
-    velocity: float
-    spin: float
-    place: float
-    impacts: int
-    truth: BodyStates
-
-
-class _Window:
-    """A window and what is known of it before it is judged."""
-
-    def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
-        self.block, self.chain, self.law, self.activity = block, chain, block.law, activity
-        self.start, self.now = block.state(chain.begin, chain.discs), block.state(chain.end, chain.discs)
-        times = block.states.time_s
-        self.lasts = float(times[chain.end] - times[chain.begin])
-        discs, steps = list(chain.discs), slice(chain.begin, chain.end)
-        #: What rounding makes of places, of two discs together.
-        self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
-        fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
-        self.pairs = _within_reach(self.law, self.start, discs, fastest, self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s)
-        is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
-        # A root at the window's end may be found a rounding later than the run found it.
-        beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
-        self.truth, self.resting = exact_run(
-            self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s
-        )
-        self.free = self.start.copy()
-        self.free.fly(self.lasts)
-        states = [self.start, self.now, *(met.after for met in self.truth)]
-        speeds = [state.fastest() for state in states]
-        self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
-        self.still = block.unit * self.speed
-
-    def difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
-        """Return the largest differences of velocities, of rims and of places of two states."""
-        return (
-            max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
-            max(abs(state.spin[disc] - truth.spin[disc]) * self.law.radius[disc] for disc in state.xy),
-            max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
-        )
-
-    def nearest(self, state: BodyStates, truth: Sequence[Met], seconds: float, resting: Pair | None) -> _Difference:
-        """Return how a state differs from PIC's after as many impacts as it has come to."""
-        best: _Difference | None = None
-        for count in range(len(truth), -1, -1):
-            if count < len(truth) and not self.lies_ahead(state, truth[count]):
-                break  # and so it does not with fewer
-            there = (truth[count - 1].after if count else self.start).copy()
-            there.fly(seconds - (truth[count - 1].time_s if count else 0.0), resting if count == len(truth) else None)
-            velocity, spin, place = self.difference(state, there)
-            if best is None or velocity + spin < best.velocity + best.spin - self.still:
-                best = _Difference(velocity, spin, place, count, there)
-        assert best is not None  # noqa: S101 - all of PIC's impacts are always admitted
-        return best
-
-    @property
-    def meets_at_rest(self) -> bool:
-        """Whether one rests on something and meets another: PIC's run from a single state ends where one rests."""
-        return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
-
-    def lies_ahead(self, state: BodyStates, met: Met) -> bool:
-        """Whether a pair has yet to meet in a state: apart and closing, on the side on which PIC has them meet."""
-        contact = state.contact(met.pair)
-        along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
-        return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
-
-
-def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
-    """Return the pairs that can meet at all: an impact may double a speed, and a chain of them is short."""
-    reach = 4.0 * (fastest + law.fastest_wall) * seconds + law.pull * seconds**2
-    return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]
-
-
 def judge(
     block: Block,
     chain: StepChain,
@@ -172,7 +92,7 @@ def judge(
     """
     if not has_room(block, chain.begin, block.law.pairs_of(chain.discs)):
         return _of_no_room(chain)
-    window = _Window(block, chain, activity)
+    window = Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
         return _of_nothing_due(window, judged)
@@ -221,7 +141,7 @@ def _of_no_room(chain: StepChain) -> Comparison:
     return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0, meetings=pairs)
 
 
-def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
+def _of_nothing_due(window: Window, judged: Comparison) -> Comparison:
     """Judge a window in which PIC has no impact: bodies were turned for nothing, or one that rests was held."""
     velocity, spin, place = window.difference(window.now, window.free)
     law, chain = window.law, window.chain
@@ -244,7 +164,7 @@ def _of_nothing_due(window: _Window, judged: Comparison) -> Comparison:
     return judged
 
 
-def _is_entangled(window: _Window, found: _Difference) -> bool:
+def _is_entangled(window: Window, found: Difference) -> bool:
     if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
         return True
     # What begins in overlap was found late already, or was pushed into it by a third.
@@ -252,7 +172,7 @@ def _is_entangled(window: _Window, found: _Difference) -> bool:
     return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
 
 
-def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
+def _gained(window: Window, found: Difference, *, entangled: bool) -> float:
     """Return the energy gained against PIC; of an entangled window against free flight, lost too where none may be."""
     if window.law.pull > 0.0:
         return 0.0
@@ -267,7 +187,7 @@ def _gained(window: _Window, found: _Difference, *, entangled: bool) -> float:
     return gained if lossless else max(gained, 0.0)
 
 
-def _is_missed(window: _Window, pair: Pair, speed_before: float) -> bool:
+def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
     """Whether the bodies of a pair passed through each other: due in a step of their own, and going on as before."""
     block, law, activity = window.block, window.law, window.activity
     steps = window.chain.pairs[pair]
@@ -284,7 +204,7 @@ def _is_missed(window: _Window, pair: Pair, speed_before: float) -> bool:
     times = block.states.time_s
     fallen = one.copy()
     fallen.fly(float(times[last + 1] - times[own[0]]))
-    was, now = _relative(fallen, pair), _relative(other, pair)
+    was, now = relative(fallen, pair), relative(other, pair)
     size = math.hypot(*was)
     if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
         return False  # that slow it may as well rest
@@ -303,7 +223,7 @@ def _is_missed(window: _Window, pair: Pair, speed_before: float) -> bool:
     return unchanged and (past or deep or through)
 
 
-def _is_idle(window: _Window, pair: Pair, size: float) -> bool:
+def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     """Whether one of a pair that PIC has meet was not turned at all in the window, though PIC turns it."""
     block, chain, law = window.block, window.chain, window.law
     idle = [body for body in pair if law.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
@@ -317,32 +237,26 @@ def _is_idle(window: _Window, pair: Pair, size: float) -> bool:
     return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
 
 
-def _relative(state: BodyStates, pair: Pair) -> tuple[float, float]:
-    """Return the velocity of the second body relative to the first."""
-    (ux, uy), (vx, vy) = (state.of_body(body)[1] for body in pair)
-    return (vx - ux, vy - uy)
-
-
-def _awaits_its_look(window: _Window, pair: Pair) -> bool:
+def _awaits_its_look(window: Window, pair: Pair) -> bool:
     """Whether a pair was due in the run's last step, after the last look, and would be found by one more."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own == [window.chain.end - 1] and _closes(window, pair)
 
 
-def _still_open(window: _Window) -> bool:
+def _still_open(window: Window) -> bool:
     """Whether the run ended in the middle of a contact."""
     if window.chain.end - window.chain.begin > 3:
         return False
     return any(_closes(window, met.pair) for met in window.truth)
 
 
-def _closes(window: _Window, pair: Pair) -> bool:
+def _closes(window: Window, pair: Pair) -> bool:
     """Whether the bodies of a pair overlap at the window's end, and close still."""
     contact = window.now.contact(pair)
     return contact.gap <= 0.0 and contact.closing > window.still
 
 
-def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bool) -> None:
+def _time(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
     """Find by how many steps the paths turned late, and the restitution, where one impact was answered."""
     first, law, dt_s = window.truth[0], window.law, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
@@ -357,13 +271,13 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
     if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
         return
     contact = law.contact_of(first.pair)
-    was, now = _relative(window.free, first.pair), _relative(window.now, first.pair)
+    was, now = relative(window.free, first.pair), relative(window.now, first.pair)
     if law.slowing.table_m_s2:  # which leaves no part of all velocities: they are those at the turn
         turned_s = first.time_s + judged.late_steps * dt_s
         before, after = window.start.copy(), window.now.copy()
         before.fly(turned_s)
         after.fly(turned_s - window.lasts)
-        was, now = _relative(before, first.pair), _relative(after, first.pair)
+        was, now = relative(before, first.pair), relative(after, first.pair)
     change = (now[0] - was[0], now[1] - was[1])
     size = math.hypot(*change)
     if contact.friction == 0.0 and size > window.still:
@@ -373,7 +287,7 @@ def _time(window: _Window, judged: Comparison, found: _Difference, *, agrees: bo
             judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
 
 
-def _turn_s(window: _Window, pair: Pair) -> float:
+def _turn_s(window: Window, pair: Pair) -> float:
     """Seconds from the window's start to where the free paths before and after come nearest, by least squares."""
     lasts = window.lasts
 
@@ -383,7 +297,7 @@ def _turn_s(window: _Window, pair: Pair) -> float:
 
     fallen = window.start.copy()
     fallen.fly(lasts)
-    was, now = _relative(fallen, pair), _relative(window.now, pair)
+    was, now = relative(fallen, pair), relative(window.now, pair)
     if window.law.slowing.table_m_s2:
         return _turn_on_table_s(window, pair)
     slope = (was[0] - now[0], was[1] - now[1])
@@ -397,7 +311,7 @@ def _turn_s(window: _Window, pair: Pair) -> float:
     return lasts + window.law.slowing.damping.damped(-ago_s)
 
 
-def _turn_on_table_s(window: _Window, pair: Pair) -> float:
+def _turn_on_table_s(window: Window, pair: Pair) -> float:
     """Return what `_turn_s` does on a table, where both paths bend."""
 
     def apart(time_s: float) -> tuple[Array, Array]:
@@ -416,7 +330,7 @@ def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
     return np.subtract(q, p), np.subtract(v, u)
 
 
-def _price(window: _Window, judged: Comparison, found: _Difference) -> None:
+def _price(window: Window, judged: Comparison, found: Difference) -> None:
     """Find what PIT pays from the same state, at worst over the phases of the step and at the run's own lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)
