@@ -158,6 +158,19 @@ def named() -> Callable[[str], Adapter]:
     return find
 
 
+def _engine(name: str) -> object:
+    @pytest.fixture(name=name)
+    def found(named: Callable[[str], Adapter]) -> Adapter:
+        """Return the adapter of this engine, or skip."""
+        return named(name)
+
+    return found
+
+
+pymunk, pybullet, mujoco, box2d = map(_engine, ("pymunk", "pybullet", "mujoco", "box2d"))
+rapier, dart, drake, ode, newton = map(_engine, ("rapier", "dart", "drake", "ode", "newton"))
+
+
 @pytest.fixture
 def drive() -> Callable[..., list[Observation]]:
     """Run a scene to its end, and give what was observed at the start and after every step."""

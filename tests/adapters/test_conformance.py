@@ -109,9 +109,8 @@ def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: N
         assert run(adapter, scene, profile) == bytes.fromhex(bits), (profile, scene_name)
 
 
-def test_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(named: Named) -> None:
+def test_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybullet: Adapter) -> None:
     """Of one pair of spheres, only the start state is set anew; of more bodies Bullet keeps an order that can't be."""
-    pybullet = named("pybullet")
     import carom_adapters.pybullet.world as module
 
     run(pybullet, _pair(), "tuned")
@@ -124,9 +123,8 @@ def test_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(named: 
     assert after[0] == again[0]
 
 
-def test_a_mujoco_model_is_compiled_once_for_a_sweep(named: Named) -> None:
+def test_a_mujoco_model_is_compiled_once_for_a_sweep(mujoco: Adapter) -> None:
     """Scenes that differ in their start states alone have one model, and a world that cuts its steps has a copy."""
-    mujoco = named("mujoco")
     import carom_adapters.mujoco.world as module
 
     module._compiled.cache_clear()  # noqa: SLF001 - whether a model was compiled shows nowhere else

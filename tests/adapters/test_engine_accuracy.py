@@ -175,11 +175,10 @@ def test_a_slow_disc_is_not_put_to_sleep(engine: Adapter, finish: Finish) -> Non
 
 
 def test_mujoco_says_that_it_reset_the_state(
-    named: Named, finish: Finish, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    mujoco: Adapter, finish: Finish, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A state that MuJoCo silently put back to the start carries a warning, and no log file is left behind."""
     monkeypatch.chdir(tmp_path)
-    mujoco = named("mujoco")
     # It starts inside of what the adapter declares, 1e10 m, and passes that in the second step.
     scene = Scene(name="far", discs=[Disc(position_m=(9.99e9, 0), velocity_m_s=(1e9, 0), radius_m=1)], duration_s=0.1)
     reset = finish(mujoco, scene, 1 / 100, "default")

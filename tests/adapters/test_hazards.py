@@ -203,9 +203,8 @@ def test_a_thousand_worlds_leave_nothing_behind(engine: Adapter) -> None:
     assert int(done.stdout.split()[-1]) < 1000 * sys.getsizeof(np.empty(0))
 
 
-def test_pybullet_keeps_nothing_of_one_world_in_the_next(named: Named) -> None:
+def test_pybullet_keeps_nothing_of_one_world_in_the_next(pybullet: Adapter) -> None:
     """Step length and every setting of a PyBullet world are its own: another one in between changes nothing."""
-    pybullet = named("pybullet")
     scene = _unchecked()
 
     def run() -> bytes:
@@ -310,9 +309,8 @@ def _struck(speed_m_s: float, phase: float = 0.0) -> Scene:
     return staged("struck", *discs, duration_s=4 / speed_m_s)
 
 
-def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(named: Named) -> None:
+def test_a_disc_that_an_impact_brings_to_pybullets_clamp_is_warned_of(pybullet: Adapter) -> None:
     """A disc thrown at 180 m/s is 100 m/s fast as shipped, at any start, and said to be; below nothing is said."""
-    pybullet = named("pybullet")
     for phase in PHASES:
         found = {}
         for profile, speed in (("default", 90.0), ("default", 40.0), ("tuned", 90.0)):
@@ -340,9 +338,8 @@ def test_the_plan_in_words_knows_a_profiles_own_limits(named: Named) -> None:
     assert "tuned: run at" in tuned
 
 
-def test_a_disc_too_large_for_pybullet_is_refused(named: Named) -> None:
+def test_a_disc_too_large_for_pybullet_is_refused(pybullet: Adapter) -> None:
     """Discs of radius 1e6 m, which Bullet drops from its simulation, are unsupported in every profile, and refused."""
-    pybullet = named("pybullet")
     discs = [disc_at(x, 0, -x / 1e5, r=1e6) for x in (-2e6, 2e6)]
     scene = staged("large", *discs, duration_s=1e5)
     for name, profile in pybullet.profiles.items():
@@ -371,9 +368,8 @@ def test_a_crowd_of_free_spheres_leaves_mujocos_plane(named: Named) -> None:
 
 
 @pytest.mark.long
-def test_mujoco_takes_more_than_three_thousand_discs(named: Named) -> None:
+def test_mujoco_takes_more_than_three_thousand_discs(mujoco: Adapter) -> None:
     """Dense matrices of 3,001 discs are allocated, and 1,500 impacts at once are answered."""
-    mujoco = named("mujoco")
     scene = _row_of(3001)
     world = mujoco.prepare(scene, mujoco.profiles["tuned"].settings(1 / 60))
     world.advance(3)
@@ -417,9 +413,8 @@ def test_mujoco_out_of_memory_is_a_clear_error(named: Named) -> None:
 
 
 @each("mass_kg", [1e-20, 1e-3, 7.0, 1e20])
-def test_box2d_keeps_the_mass_that_a_disc_has(named: Named, mass_kg: float) -> None:
+def test_box2d_keeps_the_mass_that_a_disc_has(box2d: Adapter, mass_kg: float) -> None:
     """Of the masses that are let through none becomes 1 kg: a light disc is thrown, a heavy one isn't slowed."""
-    box2d = named("box2d")
     world = box2d.prepare(_unchecked(mass_kg=mass_kg), box2d.profiles["tuned"].settings(1 / 60))
     world.advance(90)
     end = world.observe()
@@ -437,9 +432,8 @@ def test_box2d_keeps_the_mass_that_a_disc_has(named: Named, mass_kg: float) -> N
     ],
     ids=["coordinates of 1e8", "more than 2 m a step", "mass of 1e-30"],
 )
-def test_what_box2d_would_silently_change_is_refused(named: Named, scene: Scene, reason: str) -> None:
+def test_what_box2d_would_silently_change_is_refused(box2d: Adapter, scene: Scene, reason: str) -> None:
     """Coordinates, moves and masses beyond Box2D's numbers are refused with the limit, in every profile."""
-    box2d = named("box2d")
     for profile in box2d.profiles.values():
         with pytest.raises(AdapterError, match=reason):
             box2d.prepare(scene, profile.settings(1 / 60))

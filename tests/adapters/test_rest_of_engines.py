@@ -55,9 +55,8 @@ def test_a_ball_hops_for_ever_unless_slow_contacts_are_inelastic(named: Named, n
 
 @pytest.mark.long
 @pytest.mark.parametrize("rate_hz", RATES_HZ)
-def test_with_those_box2d_hops_for_ever_and_rests_with_its_own(named: Named, rate_hz: float) -> None:
+def test_with_those_box2d_hops_for_ever_and_rests_with_its_own(box2d: Adapter, rate_hz: float) -> None:
     """Every third step it takes off; with contacts inelastic below 2.5 steps' fall or more it lies still."""
-    box2d = named("box2d")
     assert all(hops(speeds_at_rest(box2d, "tuned", rate_hz), rate_hz))
     assert not any(speeds.any() for speeds in speeds_at_rest(box2d, "resting", rate_hz))
 

@@ -146,9 +146,8 @@ def test_where_no_threshold_is_declared_there_is_none(engine: Adapter, finish: F
         assert restitution == pytest.approx(1, abs=width(engine, 1e-8))
 
 
-def test_pybullet_multibody_speed_is_capped_as_declared(named: Named, finish: Finish) -> None:
+def test_pybullet_multibody_speed_is_capped_as_declared(pybullet: Adapter, finish: Finish) -> None:
     """As shipped PyBullet clamps a disc to the declared speed, with maximal coordinates not; and the plan says so."""
-    pybullet = named("pybullet")
     capped = capabilities_of(pybullet, "default")
     scene = staged("free", disc_at(0, 0, 200, r=1), duration_s=0.1)
     assert finish(pybullet, scene, 1 / 100, "default").velocity_m_s.tolist() == [[capped.max_speed_m_s, 0]]

@@ -167,9 +167,8 @@ def test_spin_without_friction_is_kept(engine: Adapter, drive: Drive) -> None:
 
 
 @pytest.mark.parametrize("profile", ["default", "tuned"])
-def test_discs_stay_in_their_plane(named: Named, profile: str) -> None:
+def test_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
     """Spheres in three dimensions that rub and spin leave the plane by nothing, or by rounding."""
-    mujoco = named("mujoco")
     scene = rubbing(1 / 240)
     world: Any = mujoco.prepare(scene, mujoco.profiles[profile].settings(1 / 240))
     world.advance(scene.step_count(1 / 240))
@@ -264,9 +263,8 @@ def test_tangential_restitution_is_refused(engine: Adapter) -> None:
         engine.prepare(scene, engine.profiles["tuned"].settings(1 / 60))
 
 
-def test_mujoco_names_how_it_answers_friction(named: Named) -> None:
+def test_mujoco_names_how_it_answers_friction(mujoco: Adapter) -> None:
     """In a scene with friction the tuned world says that it answers contacts in turn, and in which unit of mass."""
-    mujoco = named("mujoco")
     heavy = meeting(*PAIRS["equal"], 0.1, 1.0, mass=1e6)
     world = mujoco.prepare(heavy, mujoco.profiles["tuned"].settings(1 / 60))
     told = dict(world.settings)
@@ -292,12 +290,11 @@ def test_mujoco_gains_energy_where_contacts_are_shared_in_turn(named: Named, fin
     assert energy[False] < 1.1
 
 
-def test_a_warm_start_would_spoil_box2ds_cut_steps(named: Named) -> None:
+def test_a_warm_start_would_spoil_box2ds_cut_steps(box2d: Adapter) -> None:
     """Two discs that go on in touch after a cut step: begun warm, the next step throws them about; cold, it is right.
 
     Without friction, too: the impulse that Box2D begins with is the last one times the ratio of the two steps.
     """
-    box2d = named("box2d")
     scene = meeting(*PAIRS["unequal"], 0.0, 0.5)
     velocity, _ = by_the_law(scene)
     found = {}

@@ -24,7 +24,7 @@ from tests.lengths import long_after
 from tests.stage import Finish, Named, cross_checked
 
 from carom import Chain, Disc, Ring, Scene, Wall
-from carom.adapter import AdapterError, unsupported_reason
+from carom.adapter import Adapter, AdapterError, unsupported_reason
 from carom.runs.job import Status
 from carom.scenes import all_scenes
 
@@ -95,19 +95,18 @@ def test_what_is_swept_passes_no_thin_wall(
 
 
 def test_what_mujoco_foresees_passes_no_thin_wall_and_what_its_springs_meet_passes_all(
-    named: Named, finish: Finish
+    mujoco: Adapter, finish: Finish
 ) -> None:
     """Tuned, a disc comes back at each of sixteen starts up to twenty reaches a step; by the spring of its users none.
 
     The spring of 1,000 /s^2 takes the depth v / sqrt(1000) to stop a disc: from 3.2 m/s on, its centre is past a wall.
     """
-    adapter = named("mujoco")
     for q in (0.9, 3.0, 20.0):
         for k in range(STARTS):
             scene = at_a_thin_wall(q, k / STARTS)
-            seen = finish(adapter, scene, 1 / 60, "tuned")
+            seen = finish(mujoco, scene, 1 / 60, "tuned")
             np.testing.assert_allclose(seen.velocity_m_s[0], -np.array(scene.discs[0].velocity_m_s), rtol=1e-12)
-            assert finish(adapter, scene, 1 / 60, "default").position_m[0, 0] > 0
+            assert finish(mujoco, scene, 1 / 60, "default").position_m[0, 0] > 0
 
 
 #: Engines, profiles, and what of a velocity of 4 m/s is rounding.
@@ -177,33 +176,31 @@ def test_a_belt_runs_to_the_left_on_either_side(
             np.testing.assert_allclose(seen.velocity_m_s[0], (3.0 * side, 1.5 * side), rtol=0, atol=rounding)
 
 
-def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(named: Named) -> None:
+def test_a_belt_that_has_two_sides_is_skipped_by_pymunk_with_its_reason(pymunk: Adapter) -> None:
     """Its surface velocity is one vector, and the surface of an edge runs one way on one side and back on the other."""
-    adapter = named("pymunk")
     laws: dict[str, Any] = {"discs": [Disc(position_m=(1.0, 0.0), radius_m=0.25)], "duration_s": 1.0}
     half_plane = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), surface_speed_m_s=9.0)
-    assert not unsupported_reason(Scene(name="half-plane", walls=[half_plane], **laws), adapter.capabilities, 1 / 64)
+    assert not unsupported_reason(Scene(name="half-plane", walls=[half_plane], **laws), pymunk.capabilities, 1 / 64)
     edge = Chain(points_m=((0.0, -5.0), (0.0, 5.0)), surface_speed_m_s=9.0)
     circle = Ring(centre_m=(-3.0, 0.0), radius_m=1.0, surface_speed_m_s=9.0)
     for scene in (Scene(name="belt", walls=[wall], **laws) for wall in (edge, circle)):
         said = "the scene has edges or circles whose surface runs, which this method does not support"
-        assert unsupported_reason(scene, adapter.capabilities, 1 / 64) == said
+        assert unsupported_reason(scene, pymunk.capabilities, 1 / 64) == said
         result = cross_checked([scene], ["pymunk"], dts=[1 / 64], profiles=["tuned"])
         assert [(row.status, row.reason) for row in result.rows] == [(Status.UNSUPPORTED, said)]
         with pytest.raises(AdapterError, match=said):
-            adapter.prepare(scene, adapter.profiles["tuned"].settings(1 / 64))
+            pymunk.prepare(scene, pymunk.profiles["tuned"].settings(1 / 64))
 
 
 @pytest.mark.parametrize(
     ("q", "passing", "wrong"), long_after(2, [(0.9, 0, 13), (3.0, 10, 3), (1.5, 5, 8), (20.0, 15, 1)])
 )
 def test_pybullet_passes_no_thin_wall_where_it_sweeps_and_returns_most_discs_wrongly_as_shipped(
-    named: Named, finish: Finish, q: float, passing: int, wrong: int
+    pybullet: Adapter, finish: Finish, q: float, passing: int, wrong: int
 ) -> None:
     """Of sixteen starts none passes a thin wall, tuned; as shipped max(0, 1 - 1/q) pass, and most others are off."""
-    adapter = named("pybullet")
     ends = [
-        [finish(adapter, at_a_thin_wall(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
+        [finish(pybullet, at_a_thin_wall(q, k / STARTS), 1 / 60, profile) for k in range(STARTS)]
         for profile in ("tuned", "default")
     ]
     speed = at_a_thin_wall(q, 0.0).discs[0].velocity_m_s[0]
@@ -231,14 +228,13 @@ def test_what_pybullet_pushes_out_of_the_plane_is_told_as_what_lies_in_it(named:
     assert contacts > 10
 
 
-def test_pybullet_refuses_a_driven_disc_that_it_would_not_move_as_told(named: Named) -> None:
+def test_pybullet_refuses_a_driven_disc_that_it_would_not_move_as_told(pybullet: Adapter) -> None:
     """Bullet bends the path of one that spins, and clamps its speed to 100 m/s."""
-    adapter = named("pybullet")
     scene = at_a_paddle(0.0, disc=True)
     for changed in ({"spin_rad_s": 2.0}, {"velocity_m_s": (-101.0, 0.0)}):
         discs = (scene.discs[0], scene.discs[1].model_copy(update=changed))
         with pytest.raises(AdapterError, match="driven"):
-            adapter.prepare(scene.model_copy(update={"discs": discs}), adapter.profiles["tuned"].settings(1 / 60))
+            pybullet.prepare(scene.model_copy(update={"discs": discs}), pybullet.profiles["tuned"].settings(1 / 60))
 
 
 def _pymunk_put(start_m: float, step_m: float) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -25,7 +26,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
         child = os.fork()
         if not child:
             try:
-                _kill_at(number)
+                kill_at(number, partial(os._exit, 9))
                 write_files(out, "bench", new)
             finally:
                 os._exit(0)
@@ -44,15 +45,15 @@ def _drawn(rng: Random) -> list[str]:
     return rng.sample(NAMES, rng.randrange(1, len(NAMES) + 1))
 
 
-def _kill_at(number: int) -> None:
-    """End this process outright before the call of so high a number, of those that change the disk."""
+def kill_at(number: int, kill: Callable[[], object], put: Callable[..., None] = setattr) -> None:
+    """Kill before the call of so high a number, and all that follow it, of those that change the disk."""
     left = [number]
 
     def counted(real: Callable[..., Any]) -> Callable[..., Any]:
         def call(*args: Any, **kwargs: Any) -> Any:
             left[0] -= 1
             if left[0] < 0:
-                os._exit(9)
+                kill()
             return real(*args, **kwargs)
 
         return call
@@ -61,4 +62,4 @@ def _kill_at(number: int) -> None:
         (os, "fsync"),
         *((Path, name) for name in ("open", "mkdir", "rename", "replace", "rmdir", "unlink")),
     ):
-        setattr(owner, name, counted(getattr(owner, name)))
+        put(owner, name, counted(getattr(owner, name)))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.engines.staged import PHASES
-from tests.stage import Drive, Finish, Named, disc_at, staged, wall_at
+from tests.stage import Drive, Finish, disc_at, staged, wall_at
 
 from carom import Disc, Scene
 from carom.adapter import Adapter, AdapterError
@@ -17,12 +17,6 @@ DT_S = 1 / 256
 
 #: DART_CFM: the diagonal of DART's contact problem is made larger by this part.
 MIXING = 1e-5
-
-
-@pytest.fixture
-def dart(named: Named) -> Adapter:
-    """The adapter."""
-    return named("dart")
 
 
 def _towards(speed: float, phase: float = 0.0) -> Scene:
@@ -97,12 +91,6 @@ def test_each_elastic_bounce_loses_two_parts_in_a_hundred_thousand(dart: Adapter
         assert bounces >= 10
         kept = (2 / (1 + MIXING) - 1) ** bounces
         assert abs(seen[-1].velocity_m_s[0, 0]) / 4 == pytest.approx(kept, abs=1e-12)
-
-
-@pytest.fixture
-def drake(named: Named) -> Adapter:
-    """The adapter."""
-    return named("drake")
 
 
 def _head_on(closing: float, restitution: float = 1.0, away_s: float = 0.5) -> Scene:

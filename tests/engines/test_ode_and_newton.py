@@ -8,19 +8,12 @@ from typing import Any
 import pytest
 from tests.hazards.measures import DT_S, head_on, parted, passing, turned_aside
 from tests.hazards.spread import starts_of
-from tests.stage import Named
 
 from carom import Disc, Scene, Wall
 from carom.adapter import Adapter
 
 #: Starts of each scene.
 STARTS = 8
-
-
-@pytest.fixture
-def ode(named: Named) -> Adapter:
-    """Return the adapter, or skip."""
-    return named("ode")
 
 
 def heap() -> Scene:
@@ -70,12 +63,6 @@ def test_a_step_below_32_bits_is_taken_and_moves_nothing(ode: Adapter) -> None:
     world.advance(1)
     assert (world.observe().position_m == before).all()
     world.close()
-
-
-@pytest.fixture
-def newton(named: Named) -> Adapter:
-    """Return the adapter, or skip."""
-    return named("newton")
 
 
 @pytest.mark.parametrize(

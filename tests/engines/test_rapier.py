@@ -19,12 +19,6 @@ from carom.scenes.catalogue import all_scenes
 ROUNDING = 2.0**-23
 
 
-@pytest.fixture
-def rapier(named: Named) -> Adapter:
-    """The adapter."""
-    return named("rapier")
-
-
 def _scene(*discs: Disc, duration_s: float = 1.0) -> Scene:
     return staged("hazard", *discs, duration_s=duration_s)
 

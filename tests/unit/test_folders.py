@@ -3,11 +3,11 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.attacks.reports import kill_at
 
 from carom import folders
 from carom.errors import InputError
@@ -105,22 +105,8 @@ class _Killed(BaseException):
     """Nothing catches it, as nothing catches a kill."""
 
 
-def _kill_at(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
-    """Make the call of so high a number, of all that change the disk, the last of this process."""
-    left = [number]
-
-    def counted(name: str, real: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*args: Any, **kwargs: Any) -> Any:
-            left[0] -= 1
-            if left[0] < 0:  # whatever would tidy up is dead as well
-                raise _Killed(name)
-            return real(*args, **kwargs)
-
-        return call
-
-    for owner, name in ((os, "fsync"), (Path, "rename"), (Path, "replace"), (Path, "mkdir"), (Path, "rmdir")):
-        monkeypatch.setattr(owner, name, counted(name, getattr(owner, name)))
-    monkeypatch.setattr(Path, "unlink", counted("unlink", Path.unlink))
+def _kill() -> None:
+    raise _Killed  # whatever would tidy up is dead as well
 
 
 def test_a_kill_at_any_moment_leaves_the_old_files_or_the_new_ones(tmp_path: Path) -> None:
@@ -130,7 +116,7 @@ def test_a_kill_at_any_moment_leaves_the_old_files_or_the_new_ones(tmp_path: Pat
         folder = tmp_path / str(number)
         write_files(folder, "bench", OLD)
         with pytest.MonkeyPatch.context() as monkeypatch:
-            _kill_at(monkeypatch, number)
+            kill_at(number, _kill, monkeypatch.setattr)
             try:
                 write_files(folder, "bench", NEW)
             except _Killed:

@@ -20,7 +20,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import RunOptions
 from carom.solvers.plain.run import AllPairsRun
 
-from .five_runs import RUNS
+from .kinds import RUNS
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), wall_at(9, 0, -1, 0), duration_s=4)
 

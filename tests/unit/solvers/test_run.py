@@ -21,7 +21,7 @@ from carom.solvers.run import Run, RunImpacts
 from carom.solvers.units import RunInUnits, units_of
 from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 
-from .five_runs import RUNS, of_frames
+from .kinds import RUNS, of_frames
 
 #: Disc 0 meets disc 1 after 2 s, which passes its motion on to disc 2 after 4 s, and that meets the wall after 6 s; so
 #: no frame of 1/64 s is late, except that it stands at the instant itself, and what comes later is not in it.

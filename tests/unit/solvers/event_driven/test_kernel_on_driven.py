@@ -11,7 +11,7 @@ import pytest
 from tests.drawn import table
 from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
-from tests.unit.solvers.both_forms import assert_same, bits
+from tests.unit.solvers.kinds import assert_same, bits
 
 from carom import Chain, Disc, Outcome, Scene, Wall
 from carom.solvers.event_driven.driven import NO_BODY

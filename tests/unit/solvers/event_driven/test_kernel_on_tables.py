@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 import pytest
 from tests.lengths import long_after
-from tests.unit.solvers.both_forms import assert_same
+from tests.unit.solvers.kinds import assert_same
 
 from carom import Chain, Disc, Outcome, Scene
 from carom.disc_arrays import DiscArrays
