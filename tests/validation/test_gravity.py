@@ -11,7 +11,7 @@ from tests.drawn import drawn
 from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
+from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
 from carom.scenes import catalogue
 from carom.trace import Mode
@@ -79,6 +79,15 @@ def test_gravity_along_a_wall_presses_nothing_to_it() -> None:
     trace = solve_pic(scene)
     assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 0)
     assert trace.final_position_m.tolist() == [[0.5, -16.0]]
+
+
+def test_a_ball_that_has_left_one_face_meets_the_next_at_its_speed_there() -> None:
+    """Off a chain's floor at 5 m/s, twice, then onto its side at 1 m/s: it is the speed onto that face that turns."""
+    corner = Chain(points_m=[(-9, 0), (0, 0), (0, 9)])
+    disc = Disc(position_m=(-2.5, 1.75), velocity_m_s=(1, 0), radius_m=0.5)
+    trace = solve_pic(staged("corner", disc, corner, gravity_m_s2=(0.0, -10.0), duration_s=2.25))
+    assert trace.impacts["time_s"].tolist() == [0.5, 1.5, 2.0]
+    assert trace.impacts["velocity_first_after"].tolist() == [[1.0, 5.0], [1.0, 5.0], [-1.0, 0.0]]
 
 
 def test_a_wedge_ends_by_name() -> None:

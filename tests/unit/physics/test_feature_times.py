@@ -313,6 +313,7 @@ def test_a_time_of_small_numbers_is_exact(feature: Feature, place: Point, veloci
         ((2.75, 0.0), (0.0, 1.0), 0.0),
         ((0.0, math.nextafter(-0.75, -1.0)), (1.0, 0.0), 2.0),  # an ulp out: its path stays out of the circle
         ((4.0, math.nextafter(0.75, 1.0)), (-1.0, 0.0), NEVER),  # from outside of the arc
+        ((0.5, -3.0), (0.0, 1.0), NEVER),  # past it, along the direction in which it begins
         ((2.0, math.nextafter(-0.75, -1.0)), (1.0, 0.0), 0.0),
         ((math.nextafter(2.75, 3.0), 0.0), (-1e-9, 1.0), 0.0),  # comes away, by less than leads back into the circle
     ],
