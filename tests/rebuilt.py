@@ -83,51 +83,27 @@ def in_units(scene: Scene, *, length: float = 1.0, time: float = 1.0, mass: floa
     return rebuilt(scene, same, same, length=length, time=time, mass=mass)
 
 
-def assert_mirrored(scene: Scene, turn: Map, solve: Callable[[Scene], Trace]) -> None:
-    """Assert that a scene whose axes are mirrored or exchanged has the trace of which just that is true, to the bit."""
-    plain, other = solve(scene), solve(rebuilt(scene, turn, turn, turn))
-    matrix = np.array([turn((1.0, 0.0)), turn((0.0, 1.0))])
-    for name in ("time_s", "first", "second"):
-        assert other.impacts[name].tolist() == plain.impacts[name].tolist()
-    for name in ("normal", "velocity_first_after", "velocity_second_after"):
-        assert np.array_equal(other.impacts[name], plain.impacts[name] @ matrix)
-    if plain.spins is not None and plain.final_spin_rad_s is not None:
-        hand = float(np.linalg.det(matrix))
-        assert other.spins is not None
-        for name in plain.spins.dtype.names or ():
-            assert np.array_equal(other.spins[name], plain.spins[name] * hand), name
-        assert other.final_spin_rad_s is not None
-        assert np.array_equal(other.final_spin_rad_s, plain.final_spin_rad_s * hand)
-    assert np.array_equal(other.final_position_m, plain.final_position_m @ matrix)
-    assert np.array_equal(other.final_velocity_m_s, plain.final_velocity_m_s @ matrix)
-
-
-def assert_scaled(plain: Trace, other: Trace, *, length: float, time: float) -> None:
-    """Assert that two traces differ by units that are powers of two, and in no bit besides."""
-    speed = length / time
-    assert other.outcome == plain.outcome
-    assert other.ambiguous == plain.ambiguous
-    assert other.end_time_s == plain.end_time_s * time
-    assert other.dt_s == plain.dt_s * time
+def assert_seen(plain: Trace, other: Trace, turn: Map = same, *, length: float = 1.0, time: float = 1.0) -> None:
+    """Assert that two traces differ by axes mirrored or exchanged, or units that are powers of two: to the bit."""
+    matrix, speed = np.array([turn((1.0, 0.0)), turn((0.0, 1.0))]), length / time
+    turning = float(np.linalg.det(matrix)) / time
+    assert (other.outcome, other.ambiguous) == (plain.outcome, plain.ambiguous)
+    assert (other.end_time_s, other.dt_s) == (plain.end_time_s * time, plain.dt_s * time)
     units = {"time_s": time, "position": length, "velocity": speed, "acceleration": speed / time}
-    units |= {"spin": 1.0 / time, "spin_rate": 1.0 / time**2}
+    units |= {"spin": turning, "spin_rate": turning / time}
     units |= {f"velocity_{side}_{when}": speed for side in ("first", "second") for when in ("before", "after")}
-    rows = [(plain.impacts, other.impacts)]
-    if plain.modes is not None:
-        assert other.modes is not None
-        rows.append((plain.modes, other.modes))
-    for one, two in rows:
-        for name in one.dtype.names or ():
-            assert np.array_equal(two[name], one[name] * units.get(name, 1)), name
-    if plain.spins is not None and plain.final_spin_rad_s is not None:
-        assert other.spins is not None
-        for name in plain.spins.dtype.names or ():
-            assert np.array_equal(other.spins[name], plain.spins[name] / time), name
+    units |= {f"{side}_{when}": turning for side in ("first", "second") for when in ("before", "after")}
+    for one, two in ((plain.impacts, other.impacts), (plain.modes, other.modes), (plain.spins, other.spins)):
+        assert (one is None) == (two is None)
+        for name in () if one is None else one.dtype.names or ():
+            expected = one[name] if one[name].ndim == 1 else one[name] @ matrix
+            assert np.array_equal(two[name], expected * units.get(name, 1)), name
+    assert np.array_equal(other.final_position_m, plain.final_position_m @ matrix * length)
+    assert np.array_equal(other.final_velocity_m_s, plain.final_velocity_m_s @ matrix * speed)
+    if plain.final_spin_rad_s is not None:
         assert other.final_spin_rad_s is not None
-        assert np.array_equal(other.final_spin_rad_s, plain.final_spin_rad_s / time)
-    assert np.array_equal(other.final_position_m, plain.final_position_m * length)
-    assert np.array_equal(other.final_velocity_m_s, plain.final_velocity_m_s * speed)
+        assert np.array_equal(other.final_spin_rad_s, plain.final_spin_rad_s * turning)
     if plain.samples is not None:
         assert other.samples is not None
         assert np.array_equal(other.samples.time_s, plain.samples.time_s * time)
-        assert np.array_equal(other.samples.position_m, plain.samples.position_m * length)
+        assert np.array_equal(other.samples.position_m, plain.samples.position_m @ matrix * length)

@@ -29,10 +29,13 @@ def mixed_gas() -> DiscArrays:
 
 def _chunks(scene: Scene | DiscArrays, impacts: int) -> Iterator[tuple[EventDrivenRun, NDArray[np.void]]]:
     """Run for so many impacts and yield the run and its impacts, a chunk at a time, so that memory stays small."""
-    run = EventDrivenRun(scene)
+    run, last_s = EventDrivenRun(scene), 0.0
     for until in range(_CHUNK, impacts + _CHUNK, _CHUNK):
         outcome = run.advance_to(math.inf, min(until, impacts))
-        yield run, run.log.array()
+        found = run.log.array()
+        assert not (np.diff(found["time_s"], prepend=last_s) < 0.0).any(), "an impact comes before the one ahead of it"
+        last_s = run.time_s
+        yield run, found
         if outcome is not Outcome.MAX_IMPACTS:
             return
         run = EventDrivenRun(scene, resume=run.state())
@@ -55,16 +58,6 @@ def momentum(start: DiscArrays, impacts: int) -> float:
         velocity = run.velocities()
     left = mass @ velocity - mass @ start.velocity_m_s - np.sum(pushes, axis=0)
     return float(np.hypot(*left) / np.sum(mass * np.hypot(*start.velocity_m_s.T)))
-
-
-def backwards(start: DiscArrays, impacts: int) -> float:
-    """Seconds by which an impact came before the one ahead of it, at worst."""
-    last, worst = 0.0, 0.0
-    for _, found in _chunks(start, impacts):
-        if len(found):
-            steps = np.diff(found["time_s"], prepend=last)
-            worst, last = float(np.maximum(worst, -steps.min())), float(found["time_s"][-1])
-    return worst
 
 
 def overlap(start: DiscArrays, run: EventDrivenRun) -> float:

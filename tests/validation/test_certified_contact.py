@@ -11,7 +11,7 @@ import pytest
 from mpmath import mp, mpf
 from tests.campaign import contact
 from tests.drawn import thrown
-from tests.lengths import each, long_after
+from tests.lengths import long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.validation import contact_runs
 from tests.validation.enclosed import from_enclosures
@@ -19,16 +19,11 @@ from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Trace, Wall, certify, solve_pic
 from carom.comparator.horizon import horizon_of
-from carom.scenes import deviation, find_scenes
+from carom.scenes import find_scenes
 from carom.solvers.certified.as_data import enclosures
 from carom.solvers.certified.result import Degenerate, Ending
 from carom.trace import EdgeKind
 
-#: Of the group, those without one answer, or with one that is not solved; and those without gravity.
-ENDS = {"contact/pressed", "contact/corner"}
-SCENES = [
-    entry for entry in find_scenes(["contact"]) if entry.scene.gravity_m_s2 != (0.0, 0.0) and entry.name not in ENDS
-]
 #: What is left open of an end, metres, metres a second and radians a second.
 NARROW = 1e-14
 
@@ -83,29 +78,9 @@ def test_discs_that_come_to_fall_alike_along_a_slope_never_meet_there(name: str)
     assert np.abs(trace.final_position_m - certified.trace.final_position_m).max() < 1e-11
 
 
-@each("entry", SCENES)
-def test_every_scene_of_contact_with_one_answer_is_proven(entry: object) -> None:
-    """To its end, to within a few roundings of the closed form, and PIC is within 1e-12 of it."""
-    scene, known = entry.scene, entry.known  # type: ignore[attr-defined]
-    certified, trace = certify(scene), solve_pic(scene)
-    assert certified.ending is Ending.COMPLETED
-    assert widest(certified) < NARROW
-    assert deviation(certified.trace, known, scene) < NARROW
-    assert trace.modes is not None
-    assert certified.trace.modes is not None
-    assert trace.modes[["disc", "wall", "before", "after"]].tolist() == (
-        certified.trace.modes[["disc", "wall", "before", "after"]].tolist()
-    )
-    assert horizon_of(certified, trace).covers_the_scene
-    for field in ("time_s", "position", "velocity", "acceleration", "spin", "spin_rate"):
-        assert np.abs(trace.modes[field] - certified.trace.modes[field]).max() < 1e-12
-    assert np.abs(trace.final_position_m - certified.trace.final_position_m).max() < 1e-12
-    assert np.abs(trace.final_velocity_m_s - certified.trace.final_velocity_m_s).max() < 1e-12
-
-
 def test_a_run_of_another_friction_is_beyond_the_radii() -> None:
     """Of friction that is one part in 10^14 more, a disc that slides ends elsewhere than is proven."""
-    scene = next(entry.scene for entry in SCENES if entry.name == "contact/slide-to-roll")
+    scene = find_scenes(["contact/slide-to-roll"])[0].scene
     other = Scene(**{**dict(scene), "wall_friction": scene.wall_friction * (1 + 1e-14)})
     with mp.workdps(contact_runs.DIGITS):
         assert beyond(certify(scene), contact_runs.run(scene)) == []
@@ -129,7 +104,7 @@ def test_one_to_three_discs_end_where_pic_has_them(first: int) -> None:
 
 def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
     """Dropped with e = 1/2, each hop half of the last: 3 to 4 bounces a digit, and the end by the series."""
-    scene = next(entry.scene for entry in SCENES if entry.name == "contact/drop")
+    scene = find_scenes(["contact/drop"])[0].scene
     few, many = certify(scene, digits=6), certify(scene, digits=30)
     assert 15 <= len(few) <= 24
     assert 90 <= len(many) <= 110

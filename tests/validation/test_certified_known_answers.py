@@ -65,10 +65,20 @@ def test_each_scene_is_certified_to_its_end_and_agrees_with_its_known_answer(ent
             assert ended.proven or not known.convention, entry.name
         else:
             assert certified.ending is Ending.COMPLETED, entry.name
-            radius = max(certified.final_position_radius_m.max(), certified.final_velocity_radius_m_s.max())
-            assert radius < bound, entry.name
-            agrees = horizon_of(certified, carom.solve_pic(scene)).covers_the_scene
+            radii = (
+                certified.final_position_radius_m,
+                certified.final_velocity_radius_m_s,
+                certified.final_spin_radius_rad_s,
+            )
+            assert max(radius.max() for radius in radii if radius is not None) < bound, entry.name
+            agrees = horizon_of(certified, trace := carom.solve_pic(scene)).covers_the_scene
             assert agrees is (entry.name not in NOT_TO_THE_END), entry.name
+            if trace.modes is not None and certified.trace.modes is not None:
+                for field in {*(trace.modes.dtype.names or ())} - {"impacts"}:
+                    assert trace.modes[field] == pytest.approx(certified.trace.modes[field], abs=1e-12), entry.name
+                assert trace.final_position_m == pytest.approx(certified.trace.final_position_m, abs=1e-12), entry.name
+                assert trace.final_velocity_m_s == pytest.approx(certified.trace.final_velocity_m_s, abs=1e-12)
+            assert (trace.modes is None) == (certified.trace.modes is None), entry.name
             for k, impact in enumerate(known.impacts if entry.group == "spin" else ()):
                 off = abs(certified.trace.impacts["time_s"][k] - impact.time_s)
                 assert off <= certified.radii["time_s"][k] + 1e-15 * impact.time_s * (k + 1), entry.name
