@@ -15,7 +15,7 @@ import pytest
 from tests.campaign import __main__ as command
 from tests.campaign import run as campaign_run
 from tests.campaign import tables
-from tests.campaign.gases import Kind, draw
+from tests.campaign.gases import Gas, Kind, draw
 from tests.campaign.tally import Tally
 from tests.checker import RULES, Report, Violation
 from tests.lengths import each, long_after
@@ -156,3 +156,23 @@ def test_a_contradiction_of_tables_is_told_with_the_way_to_see_it_again(
     assert "| all | 1 | 3 | 0 | 0 | 0 | 0 | 1 | 7.00 |" in told.out
     assert tables.main(["--table", "0"]) == 1
     assert "ended='contradiction'" in capsys.readouterr().out
+
+
+def assert_right(gas: Gas, impacts: int) -> None:
+    report = campaign_run.checked(gas, impacts)
+    assert [str(violation) for violation in report.violations[:5]] == []
+    assert 0 < report.impacts <= impacts
+
+
+@pytest.mark.parametrize(("number", "impacts"), long_after(1, [(0, 400), (0, 12_500), (1, 12_500)]))
+@each("kind", list(Kind))
+def test_every_impact_of_a_gas_can_have_happened_and_none_is_missed(kind: Kind, number: int, impacts: int) -> None:
+    """At each impact each rule of the checker holds: contact, approach, history, law, order, no overlap."""
+    assert_right(draw(number, kind, most_discs=1000), impacts)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("number", range(20))
+def test_two_million_more_impacts_are_right(number: int) -> None:
+    """Over some two million impacts of gases of up to 10,000 discs each rule of the checker holds."""
+    assert_right(draw(1000 + number), 100_000)

@@ -32,7 +32,7 @@ ROOMS = {
         (f"{_S}/falling/*.py",),
         (
             *(f"{_V}/test_equivalences.py", f"{_V}/test_gravity.py", f"{_V}/test_contact.py"),
-            *(f"{_V}/test_contact_extremes.py", f"{_V}/test_table_friction.py"),
+            *(f"{_V}/test_table_friction.py", f"{_V}/test_certified_contact.py", f"{_V}/test_pic_against_certified.py"),
             *(f"{_U}/test_falling.py", f"{_U}/test_contacts.py", f"{_U}/test_run.py"),
         ),
     ),
@@ -41,8 +41,7 @@ ROOMS = {
         (f"{_S}/certified/*.p[yx]*",),
         (
             f"{_U}/certified",
-            *(f"{_V}/test_certified_{name}.py" for name in ("known_answers", "friction", "tables", "driven")),
-            *(f"{_V}/test_certified_{name}.py" for name in ("contact", "gravity", "on_a_table", "damping")),
+            *(f"{_V}/test_certified_{name}.py" for name in ("known_answers", "laws", "tables", "driven", "contact")),
         ),
     ),
     "comparator": Room(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),

@@ -1,0 +1,255 @@
+"""Certified runs under gravity, damped, on a table that slows discs, and with friction: closed forms, ends by name."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from tests.drawn import small
+from tests.lengths import each
+from tests.stage import disc_at, staged, wall_at
+from tests.validation.mpmath_runs import outside
+
+from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic
+from carom.comparator.horizon import Horizon
+from carom.errors import InputError
+from carom.runs.reference import reference_of
+from carom.scenes import catalogue
+from carom.solvers.certified.result import Degenerate, Ending
+
+FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+
+
+def of_catalogue(name: str, **changes: Any) -> Scene:
+    return catalogue()[f"gravity/{name}"].scene.model_copy(update=changes)
+
+
+def astray(certified: CertifiedTrace, field: str, truths: list[Any]) -> list[int]:
+    """Return the impacts of which a component of a field is not within its radius of the truth."""
+    flat = [component for truth in truths for component in truth]
+    off = outside(certified.trace.impacts[field], certified.radii[field], flat)
+    return sorted({k * len(truths) // len(flat) for k in off})
+
+
+def bounces(scene: Scene, count: int) -> tuple[list[Any], list[Any], list[Any]]:
+    """Return times, velocities before and after of a disc that starts at rest along the normal of the one wall.
+
+    Across the wall each hop lasts 2 u / a, u = e^n v; along it the motion is that without a wall.
+    """
+    disc, wall = scene.discs[0], scene.half_planes()[0]
+    n = mp.matrix([mpf(c) for c in wall.normal])
+    n /= mp.norm(n)
+    start, velocity, gravity = (
+        mp.matrix([mpf(c) for c in vector]) for vector in (disc.position_m, disc.velocity_m_s, scene.gravity_m_s2)
+    )
+    e, a = mpf(scene.wall_restitution), -mp.fdot(gravity, n)
+    height = mp.fdot(start - mp.matrix([mpf(c) for c in wall.point_m]), n) - mpf(disc.radius_m)
+    down = -mp.fdot(velocity, n)
+    speed = mp.sqrt(down**2 + 2 * a * height)
+    time = (speed - down) / a
+    times, before, after = [], [], []
+    for _ in range(count):
+        along = velocity + gravity * time
+        along -= mp.fdot(along, n) * n
+        times.append([time])
+        before.append(list(along - speed * n))
+        speed *= e
+        after.append(list(along + speed * n))
+        time += 2 * speed / a
+    return times, before, after
+
+
+@each(
+    ("name", "changes"),
+    [
+        ("bouncing-ball", {"duration_s": 20.0}),
+        ("ladder", {}),
+        ("ladder", {"wall_restitution": 0.95, "duration_s": 8.0}),
+        ("incline", {}),
+        ("incline", {"wall_restitution": 1.0, "duration_s": 20.0}),
+    ],
+)
+def test_bounces_on_a_floor_and_down_a_slope_are_within_their_radii(name: str, changes: dict[str, Any]) -> None:
+    """Times and velocities of all bounces are those of the closed form, 60 digits of it, of the very float64 scene.
+
+    PIC's are within some roundings of them.
+    """
+    scene = of_catalogue(name, **changes)
+    certified = certify(scene)
+    assert certified.ending is Ending.COMPLETED
+    with mp.workdps(60):
+        times, before, after = bounces(scene, len(certified) + 1)
+        assert times[-1][0] > scene.duration_s
+        assert astray(certified, "time_s", times[:-1]) == []
+        assert astray(certified, "velocity_first_before", before[:-1]) == []
+        assert astray(certified, "velocity_first_after", after[:-1]) == []
+        found = solve_pic(scene).impacts[: len(certified)]
+        assert found["time_s"] == pytest.approx([float(t) for (t,) in times[:-1]], rel=1e-14)
+        assert found["velocity_first_after"].ravel() == pytest.approx(np.array(after[:-1], float).ravel(), abs=1e-13)
+        off_by_two_ulps = [[t + 2 * mpf(math.ulp(float(t)))] for (t,) in times[:-1]]
+        assert astray(certified, "time_s", off_by_two_ulps) == list(range(len(certified)))
+
+
+def test_a_ball_that_does_not_bounce_rests_in_contact() -> None:
+    """Restitution 0: one impact, at whose instant contact begins."""
+    certified = certify(of_catalogue("ladder", wall_restitution=0.0))
+    assert len(certified) == 1
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.modes is not None
+    assert certified.trace.modes["time_s"].tolist() == certified.trace.impacts["time_s"].tolist()
+
+
+@pytest.mark.parametrize(("speed", "impacts"), [(math.nextafter(2.0, 0.0), 0), (2.0, 0), (math.nextafter(2.0, 3.0), 1)])
+def test_a_ball_that_turns_back_at_the_ceiling_has_an_impact_only_if_it_gets_beyond(speed: float, impacts: int) -> None:
+    """At 2 m/s against 2 m/s^2 it rises by 1 m exactly, and touches at zero depth; an ulp more is an impact."""
+    ceiling = Wall(point_m=(0.0, 1.25), normal=(0.0, -1.0))
+    disc = Disc(position_m=(0.0, 0.0), velocity_m_s=(0.5, speed), radius_m=0.25)
+    scene = Scene(name="up", discs=[disc], walls=[ceiling], gravity_m_s2=(0.0, -2.0), duration_s=3.0)
+    certified = certify(scene)
+    assert certified.ending is Ending.COMPLETED
+    assert len(certified) == impacts
+
+
+def test_the_reference_of_a_ball_that_lands_is_the_certified_run_where_that_is_asked_for() -> None:
+    """It is proven to the end, and float64 agrees; impacts are scored up to where contact begins."""
+    trace = solve_pic(of_catalogue("ladder", duration_s=5.0))
+    reference = reference_of(trace, asked=True)
+    assert reference.trace.method == "certified"
+    assert reference.horizon_s == reference.trace.contact_s < reference.trace.end_time_s == 5.0
+    assert isinstance(reference.certified, Horizon)
+    assert reference.certified.covers_the_scene
+
+
+# Slowed down ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("damping", [1e-9, 0.5, 30.0])
+def test_a_bounce_is_within_its_radii_of_60_digits(damping: float) -> None:
+    """A disc comes to a wall after -log(1 - c s)/c, and everything after it is in closed form."""
+    disc, wall = disc_at(0.0, 0.0, -40.0, 3.0, r=0.5), wall_at(-1.5, 0.0, 1.0, 0.0)
+    certified = certify(staged("bounce", disc, wall, wall_restitution=0.7, damping_per_s=damping, duration_s=0.9))
+    with mp.workdps(60):
+        c, s, e = mpf(damping), mpf(1) / 40, mpf(0.7)
+        end = (1 - mp.exp(-c * mpf(0.9))) / c
+        met, left, kept = -mp.log1p(-c * s) / c, 1 - c * s, mp.exp(-c * mpf(0.9))
+        truth = {
+            "time_s": [met],
+            "velocity_first_before": [-40 * left, 3 * left],
+            "velocity_first_after": [40 * e * left, 3 * left],
+        }
+        for name, parts in truth.items():
+            assert outside(certified.trace.impacts[name], certified.radii[name], parts) == [], name
+        places, velocities = (-1 + 40 * e * (end - s), 3 * end), (40 * e * kept, 3 * kept)
+        assert outside(certified.trace.final_position_m, certified.final_position_radius_m, places) == []
+        assert outside(certified.trace.final_velocity_m_s, certified.final_velocity_radius_m_s, velocities) == []
+
+
+def test_an_impact_at_the_end_is_told_to_the_last_bit() -> None:
+    """A wall is met after 4 log 2 seconds, which is no float64: of scenes that end at floats about it, some have it."""
+    disc, wall = disc_at(0.0, 0.0, 1.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
+    with mp.workdps(60):
+        met = 4 * mp.log(2)
+        for ends_s in (math.nextafter(float(met), 0.0), float(met), math.nextafter(float(met), 9.0)):
+            scene = staged("end", disc, wall, damping_per_s=0.25, duration_s=ends_s)
+            certified = certify(scene)
+            assert certified.ending is Ending.COMPLETED
+            assert len(certified) == (mpf(ends_s) >= met)
+
+
+def test_a_wall_just_out_of_reach_is_not_met() -> None:
+    """A disc of 1 m/s gets 2 m far in all time: never to a wall that is exactly as far away."""
+    disc, wall = disc_at(0.0, 0.0, 1.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
+    assert len(certify(staged("never", disc, wall, damping_per_s=0.5, duration_s=1000.0))) == 0
+
+
+def test_a_bounce_and_the_stop_after_it_are_within_their_radii_of_60_digits() -> None:
+    """A disc that comes at an angle is braked, bounces, and is braked on: v^2 falls by 2 a s, and that stops it."""
+    disc, wall = disc_at(0.0, 0.0, 1.5, -2.0, r=0.25), wall_at(0.0, -1.0, 0.0, 1.0)
+    scene = staged("bank", disc, wall, wall_restitution=0.8, table_deceleration_m_s2=0.7, duration_s=9.0)
+    certified = certify(scene)
+    with mp.workdps(60):
+        a, e = mpf(0.7), mpf(0.8)
+        way = mpf(0.75) * mpf(2.5) / 2  # at 2.5 m/s, of which 2 are towards the wall
+        left = mp.sqrt(mpf(2.5) ** 2 - 2 * a * way)
+        met = (mpf(2.5) - left) / a
+        after = (left * mpf(3) / 5, e * left * 4 / 5)
+        speed = mp.sqrt(after[0] ** 2 + after[1] ** 2)
+        on = speed**2 / (2 * a)
+        place = (way * 3 / 5 + on * after[0] / speed, -mpf(0.75) + on * after[1] / speed)
+        assert outside(certified.trace.impacts["time_s"], certified.radii["time_s"], [met]) == []
+        assert outside(certified.trace.final_position_m, certified.final_position_radius_m, place) == []
+        name = "velocity_first_after"
+        assert outside(certified.trace.impacts[name], certified.radii[name], after) == []
+    assert certified.trace.final_velocity_m_s.tolist() == [[0.0, 0.0]]
+
+
+def test_a_disc_that_stops_where_it_would_touch_is_named() -> None:
+    """Its way, v^2/(2 a), is exactly as long as the gap: a touch at speed 0, which no precision tells from a miss."""
+    disc, wall = disc_at(0.0, 0.0, 2.0, r=0.5), wall_at(2.5, 0.0, -1.0, 0.0)
+    degeneracy = certify(staged("touch", disc, wall, table_deceleration_m_s2=1.0, duration_s=5.0)).degeneracy
+    assert degeneracy is not None
+    assert degeneracy.kind is Degenerate.GRAZE
+
+
+# With friction --------------------------------------------------------------------------------------------------------
+
+
+def on_floor(velocity: tuple[float, float], **fields: object) -> Scene:
+    disc = Disc(position_m=(0, 2), velocity_m_s=velocity, radius_m=1)
+    return Scene(**{"name": "floor", "discs": [disc], "walls": [FLOOR], "duration_s": 2.0, **fields})
+
+
+def apart(one: CertifiedTrace, other: CertifiedTrace) -> list[tuple[int, str]]:
+    """Return where two certified runs of one scene contradict each other."""
+    found = []
+    assert one.trace.spins is not None
+    assert other.trace.spins is not None
+    for a, b, ra, rb in (
+        (one.trace.impacts, other.trace.impacts, one.radii, other.radii),
+        (one.trace.spins, other.trace.spins, one.spin_radii, other.spin_radii),
+    ):
+        assert ra is not None
+        assert rb is not None
+        most = min(len(a), len(b))
+        for name in a.dtype.names or ():
+            if name != "second":  # which of two walls that are one
+                inside = np.abs(a[name][:most] - b[name][:most]) <= ra[name][:most] + rb[name][:most]
+                found += [(int(k), name) for k in np.argwhere(~inside)[:, 0]]
+    return found
+
+
+def test_runs_of_15_and_50_digits_enclose_the_same_truth() -> None:
+    """Of small rough scenes, with gravity and without, no number contradicts the other run's."""
+    impacts = 0
+    for number in range(40):
+        scene = small(number, rough=True, gravity=(0.25, -1.0) if number % 4 == 3 else (0.0, 0.0))
+        if not scene.arrays.turns:
+            continue
+        try:
+            found = certify(scene, max_impacts=10)
+        except InputError:  # falling discs beside immovable ones
+            continue
+        assert apart(found, certify(scene, digits=50, max_impacts=10)) == [], number
+        impacts += len(found)
+    assert impacts > 100
+
+
+def test_exactly_between_stick_and_slide_a_run_goes_on() -> None:
+    """At |s| = 3 f (1 + e) w_n both branches are one: with dyadic numbers (9/4, -1), f = 1/2, e = 1/2 that is exact.
+
+    The disc rolls: (3/2, 1/2) with spin -3/2, since T = f (1 + e) w_n = 3/4.
+    """
+    scene = on_floor((2.25, -1.0), wall_friction=0.5, wall_restitution=0.5)
+    found = certify(scene, digits=30)
+    assert found.ending is Ending.COMPLETED
+    assert found.trace.spins is not None
+    assert found.spin_radii is not None
+    assert found.trace.impacts["velocity_first_after"].tolist() == [[1.5, 0.5]]
+    assert found.trace.spins.tolist() == [(0.0, 0.0, -1.5, 0.0)]
+    assert found.spin_radii["first_after"].max() < 1e-15
+    assert [len(row) for row in found.decimals] == [6]
+    assert Fraction(found.decimals[0][-1]) == Fraction(-3, 2)
