@@ -358,4 +358,5 @@ def test_a_scene_in_other_units_is_the_same_scene(
             if pulled and abs(length - 2 * time) > MOST:  # an acceleration has the time squared
                 length, time = length // 3, time // 3  # noqa: PLW2901 - what the limits hold
             factors = {"length": 2.0**length, "time": 2.0**time}
-            assert_seen(plain, SOLVERS[solver](in_units(scene, **factors, mass=2.0**mass)), **factors)
+            other = SOLVERS[solver](in_units(scene, **factors, mass=2.0**mass))
+            assert_seen(plain, other, length=factors["length"], time=factors["time"])

@@ -1,4 +1,4 @@
-"""Discs on a table that slows them down: times against bisection, and what must hold of all runs."""
+"""Discs that are slowed down, on a table or damped: times against bisection, known answers, and what PIT pays there."""
 
 from __future__ import annotations
 
@@ -12,7 +12,11 @@ from tests.drawn import slowing
 from tests.lengths import each
 from tests.stage import disc_at, staged
 
-from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, solve_pic, solve_pit
+from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
+from carom.comparator.grades import Grade
+from carom.comparator.shift import begun_earlier
+from carom.pages.tracks import SHARPNESS, reference_tracks
+from carom.scenes import CatalogueScene, find_scenes
 from carom.trace import free_flights, kinetic_energy
 
 A = 2.0
@@ -108,27 +112,64 @@ def test_pit_comes_to_pic_with_the_frames() -> None:
 
 
 @each(
-    ("fields", "named"),
+    ("field", "fields", "why"),
     [
-        ({"gravity_m_s2": (0.0, -1.0)}, "gravity"),
-        ({"damping_per_s": 0.1}, "damping"),
-        ({"friction": 0.1, "discs": [disc_at(0.0, 0.0), disc_at(2.0, 0.0)]}, "friction or spin"),
-        ({"discs": [disc_at(0.0, 0.0, spin_rad_s=1.0)]}, "friction or spin"),
+        ("table_deceleration_m_s2", {}, "with gravity"),
+        ("table_deceleration_m_s2", {"gravity_m_s2": (0.0, 0.0), "damping_per_s": 0.1}, "with damping"),
+        *(
+            ("table_deceleration_m_s2", {"gravity_m_s2": (0.0, 0.0)} | rough, "with friction or spin")
+            for rough in (
+                {"friction": 0.1, "discs": [disc_at(0.0, 0.0), disc_at(2.0, 0.0)]},
+                {"discs": [disc_at(0.0, 0.0, spin_rad_s=1.0)]},
+            )
+        ),
+        ("wall_rolling_resistance", {"gravity_m_s2": (0.0, 0.0)}, "without gravity"),
+        ("wall_rolling_resistance", {"wall_tangential_restitution": 0.5}, "with wall_tangential"),
     ],
 )
-def test_what_a_table_changes_in_no_closed_form_is_refused(fields: dict[str, object], named: str) -> None:
+def test_what_slows_in_no_closed_form_is_refused(field: str, fields: dict[str, object], why: str) -> None:
     """By the field's name, and with what it does not go together."""
-    asked = {"name": "t", "discs": [disc_at(0.0, 0.0)], "table_deceleration_m_s2": 1.0, "duration_s": 1.0} | fields
-    with pytest.raises(SceneError, match=rf"table_deceleration_m_s2: must be 0 in a scene with {named}"):
-        Scene(**asked)
-
-
-@pytest.mark.parametrize(
-    ("fields", "why"),
-    [({"gravity_m_s2": (0.0, 0.0)}, "without gravity"), ({"wall_tangential_restitution": 0.5}, "with wall_tangential")],
-)
-def test_rolling_resistance_is_refused_where_it_is_not_solved(fields: dict[str, object], why: str) -> None:
-    """Without gravity nothing presses, and what friction gives back it would take."""
     asked = {"name": "t", "discs": [disc_at(0.0, 0.0)], "gravity_m_s2": (0.0, -1.0), "duration_s": 1.0} | fields
-    with pytest.raises(SceneError, match=rf"wall_rolling_resistance: must be 0 in a scene {why}"):
-        Scene(wall_rolling_resistance=0.1, **asked)
+    with pytest.raises(SceneError, match=rf"{field}: must be 0 in a scene {why}"):
+        Scene(**{**asked, field: 0.1})
+
+
+# Damped --------------------------------------------------------------------------------------------------------------
+
+SCENES = find_scenes(["contact/damped-*"])
+#: What rounding may leave of an answer, over the scene's sizes.
+ROUNDING = 1e-12
+
+
+@each("entry", SCENES)
+def test_pit_of_a_damped_scene_pays_for_sampling_alone(entry: CatalogueScene) -> None:
+    """PIC agrees with itself to rounding, and PIT is called sampled: nothing of damping is held against it."""
+    truth, pit = solve_pic(entry.scene), solve_pit(entry.scene, frame_rate_hz=60.0)
+    assert compare(truth, truth).grade is Grade.EXACT
+    score = compare(truth, pit, sampling=pit)
+    assert score.grade is (Grade.SAMPLED if len(truth.impacts) else Grade.EXACT)
+    assert score.consistency is not None
+    # Of speeds over the scene's; rounding of a few steps.
+    assert max(score.consistency.velocity.size, score.consistency.spin.size) < ROUNDING
+
+
+@each("entry", SCENES)
+def test_a_damped_scene_that_begins_earlier_goes_on_the_same(entry: CatalogueScene) -> None:
+    """Begun a thousandth of a second earlier, every impact is that much later and the end the same."""
+    truth, moved = solve_pic(entry.scene), solve_pic(begun_earlier(entry.scene, 1e-3))
+    assert moved.impacts["time_s"] == pytest.approx(truth.impacts["time_s"] + 1e-3, abs=ROUNDING)
+    assert moved.final_position_m == pytest.approx(truth.final_position_m, abs=ROUNDING)
+    assert moved.final_velocity_m_s == pytest.approx(truth.final_velocity_m_s, abs=ROUNDING)
+
+
+@each("entry", SCENES)
+def test_what_is_drawn_is_where_damped_discs_are(entry: CatalogueScene) -> None:
+    """Between its knots a drawn path is off by no more than its sharpness, of the greatest way of a flight."""
+    times = np.linspace(0.0, entry.scene.duration_s, 97).tolist()
+    trace = solve_pic(entry.scene, sample_times_s=times)
+    assert trace.samples is not None
+    assert len(trace.samples.time_s) == 97
+    way = np.ptp(np.concatenate([trace.samples.position_m, [trace.final_position_m]]), axis=0).max()
+    for disc, track in enumerate(reference_tracks(trace)):
+        off = np.abs(track.at(trace.samples.time_s) - trace.samples.position_m[:, disc]).max()
+        assert off <= 2.0 * SHARPNESS * way  # of both axes
