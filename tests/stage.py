@@ -62,6 +62,11 @@ def line(*positions: float, velocities: tuple[float, ...], restitution: float = 
     )
 
 
+def with_discs(scene: Scene, **fields: Any) -> Scene:
+    """Return a scene of whose discs some fields are others."""
+    return scene.model_copy(update={"discs": tuple(disc.model_copy(update=fields) for disc in scene.discs)})
+
+
 def altered(trace: Trace, k: int, **fields: Any) -> Trace:
     """Return a trace of whose impact k some fields are others."""
     impacts = trace.impacts.copy()

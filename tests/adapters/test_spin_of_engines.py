@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from tests.adapters.staged import oblique, width
 from tests.lengths import each, long_after
-from tests.stage import Drive, Finish, Named, disc_at, staged, sure, wall_at
+from tests.stage import Drive, Finish, Named, disc_at, staged, sure, wall_at, with_discs
 from tests.validation.exact_impact import Body, Law, after_impact
 
 from carom import Disc, Scene, solve_pit
@@ -182,9 +182,7 @@ def test_discs_stay_in_their_plane(mujoco: Adapter, profile: str) -> None:
 def test_without_friction_and_spin_each_engine_is_set_up_as_it_was(named: Named) -> None:
     """A scene in which nothing turns gives bodies that can't, without friction, whatever their inertia factors."""
     plain = oblique()
-    hoops = plain.model_copy(
-        update={"discs": tuple(disc.model_copy(update={"inertia_factor": 1.0}) for disc in plain.discs)}
-    )
+    hoops = with_discs(plain, inertia_factor=1.0)
     from carom_adapters.mujoco.model import mjcf
 
     mujoco = named("mujoco")
@@ -213,9 +211,7 @@ def test_without_friction_and_spin_each_engine_is_set_up_as_it_was(named: Named)
 def test_an_inertia_factor_changes_nothing_without_friction(engine: Adapter, drive: Drive) -> None:
     """Where nothing rubs and nothing spins, a hoop moves as a disc does, to the bit, and no spin is told."""
     plain = oblique()
-    hoops = plain.model_copy(
-        update={"discs": tuple(disc.model_copy(update={"inertia_factor": 1.0}) for disc in plain.discs)}
-    )
+    hoops = with_discs(plain, inertia_factor=1.0)
     for profile in ("default", "tuned"):
         seen = [drive(engine, scene, 1 / 60, profile)[-1] for scene in (plain, hoops)]
         assert seen[0].velocity_m_s.tobytes() == seen[1].velocity_m_s.tobytes()

@@ -20,6 +20,7 @@ from pathlib import Path
 from tests.validation.table_runs import Comparison, Line, Point, Table, compare, scene_of
 
 from carom import SceneError
+from carom.folders import write_file
 
 #: Impacts of a table at most: what a billiard with such obstacles loses an impact has most of them end before.
 MOST = 40
@@ -198,9 +199,7 @@ class Tally:
 
     def save(self, path: Path) -> None:
         """Write all to a file, whole or not at all."""
-        fresh = path.with_name(f"{path.name}.new")
-        fresh.write_text(json.dumps(asdict(self), indent=1) + "\n", encoding="utf-8")
-        fresh.replace(path)
+        write_file(path, json.dumps(asdict(self), indent=1) + "\n")
 
 
 def run_tables(tally: Tally, tables: int, minutes: float, state: Path | None) -> None:

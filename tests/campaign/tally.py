@@ -9,6 +9,8 @@ from pathlib import Path
 from tests.campaign.gases import Gas, Kind
 from tests.checker import Report
 
+from carom.folders import write_file
+
 #: Findings that are kept: a broken kernel makes them by the thousand.
 _KEPT = 100
 
@@ -132,6 +134,4 @@ class Tally:
             "counts": {kind.name: asdict(count) for kind, count in self.counts.items()},
             "findings": [asdict(finding) for finding in self.findings],
         }
-        fresh = path.with_name(f"{path.name}.new")
-        fresh.write_text(json.dumps(held, indent=1) + "\n", encoding="utf-8")
-        fresh.replace(path)
+        write_file(path, json.dumps(held, indent=1) + "\n")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.engines.staged import PHASES, STARTS, after_oblique, at_starts, head_on, oblique
-from tests.stage import Drive, Finish, Named
+from tests.stage import Drive, Finish, Named, with_discs
 
 from carom import Disc, Scene
 from carom.adapter import Adapter
@@ -155,9 +155,7 @@ def given_back(adapter: Adapter, finish: Finish, profile: str, mass_kg: float = 
     found = []
     for phase in PHASES:
         scene = head_on(5.0, phase=phase + 0.5 / STARTS, dt_s=dt_s)
-        heavy = scene.model_copy(
-            update={"discs": tuple(disc.model_copy(update={"mass_kg": mass_kg}) for disc in scene.discs)}
-        )
+        heavy = with_discs(scene, mass_kg=mass_kg)
         first, second = finish(adapter, heavy, dt_s, profile).velocity_m_s[:, 0]
         found.append(float(second - first) / 5.0)
     return found
@@ -180,8 +178,7 @@ def test_cannon_warns_of_an_impulse_that_it_cuts(named: Named, drive: Drive) -> 
 
     def warned(mass_kg: float) -> bool:
         scene = head_on(5.0)
-        discs = tuple(disc.model_copy(update={"mass_kg": mass_kg}) for disc in scene.discs)
-        looks = drive(named("cannon"), scene.model_copy(update={"discs": discs}), DT_S, "tuned")
+        looks = drive(named("cannon"), with_discs(scene, mass_kg=mass_kg), DT_S, "tuned")
         return any("an impulse was cut" in look.warning for look in looks)
 
     assert warned(1e6)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from tests.forms import needs_extension, plain_form
 from tests.lengths import each
-from tests.stage import disc_at, sure
+from tests.stage import disc_at, sure, with_discs
 
 from carom import Disc, Scene, Wall, solve_pic
 from carom.adapter import Capabilities, unsupported_reason
@@ -34,7 +34,7 @@ def in_box(**fields: Any) -> Scene:
 def test_spins_without_friction_change_nothing_and_are_told() -> None:
     """A scene whose discs spin, without friction, has the impacts of one whose discs do not; the spins stay."""
     spinning = pair()
-    still = pair(discs=[disc.model_copy(update={"spin_rad_s": 0.0}) for disc in spinning.discs])
+    still = with_discs(spinning, spin_rad_s=0.0)
     for solve in (solve_pic, solve_pit):
         one, other = solve(spinning), solve(still)
         assert one.impacts.tobytes() == other.impacts.tobytes()
@@ -151,9 +151,9 @@ def test_energy_of_turning_is_counted_where_spins_are_given() -> None:
 
 #: A method that rubs and turns discs, and discs that rub and don't spin, some of which can't turn.
 ABLE = Capabilities(spin=True, friction=(0.0, 1.0), tangential_restitution=True)
-STILL = [disc.model_copy(update={"spin_rad_s": 0.0}) for disc in pair().discs]
+STILL = with_discs(pair(), spin_rad_s=0.0).discs
 RUBS = {"discs": STILL, "friction": 0.5, "tangential_restitution": 0.5}
-HELD = [disc.model_copy(update={"inertia_factor": math.inf}) for disc in STILL]
+HELD = with_discs(pair(), spin_rad_s=0.0, inertia_factor=math.inf).discs
 
 
 @each(

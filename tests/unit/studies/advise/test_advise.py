@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.lengths import long_after
-from tests.stage import disc_at, staged, sure, wall_at
+from tests.stage import disc_at, staged, sure, wall_at, with_discs
 from tests.unit.pages.test_terminal import printed
 
 import carom
@@ -230,8 +230,7 @@ def test_with_friction_pit_is_tried() -> None:
 @pytest.mark.long
 def test_a_spin_that_rubs_on_nothing_is_no_matter() -> None:
     """Discs that spin and do not rub have the closed form of those that do not; where a path bends there is none."""
-    discs = [disc.model_copy(update={"spin_rad_s": 2.0}) for disc in pair().discs]
-    spinning = Scene(**{**dict(pair()), "discs": discs})
+    spinning = with_discs(pair(), spin_rad_s=2.0)
     steps = [advise(scene, asked(["pit"], DEGREE), InProcess()).closed_form for scene in (pair(), spinning)]
     assert steps[0] is not None
     assert steps[0] == steps[1]
