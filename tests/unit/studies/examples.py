@@ -19,7 +19,7 @@ from carom.studies.advise.run import (
     StepRange,
     StepTrial,
 )
-from carom.studies.advise.sampling_limit import PairLimit, Window
+from carom.studies.advise.sampling_limit import ContactWindow, PairLimit
 from carom.studies.advise.step_search import in_a_frame
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.growth import Growth, GrowthCurve, GrowthPoint
@@ -118,7 +118,7 @@ def advice() -> Advice:
         whole = StepRange(None, None, fine[-1].dt_s, fine[-1], (), ()) if lost else never
         ending = SearchEnding.FLAT if lost else SearchEnding.FOUND
         answers.append(Advised(method, (*first, *fine), never, whole, ending))
-    limit = PairLimit(Window.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
+    limit = PairLimit(ContactWindow.of(0.9, (0.9, 0.1), (6.0, 0.0)), 0.148, 0.0055)
     hardest = HardImpact(0.379, 0, 1, limit, Cause.TURN)
     closed = ClosedForm(0.148, 0.0055)
     return Advice(

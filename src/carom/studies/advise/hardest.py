@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from carom.scene import Scene, Wall
-from carom.studies.advise.sampling_limit import PairLimit, Window, pair_limit
+from carom.studies.advise.sampling_limit import ContactWindow, PairLimit, pair_limit
 from carom.trace import Trace, wall_index
 
 #: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
@@ -70,7 +70,7 @@ def _hard(reference: Trace, number: int, demand: Demand) -> HardImpact:
     fields = ("normal", "velocity_first_before", "velocity_second_before")
     normal, (ux, uy), (vx, vy) = ((float(impact[name][0]), float(impact[name][1])) for name in fields)
     one, other = scene.discs[first], scene.discs[second]
-    window = Window.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
+    window = ContactWindow.of(one.radius_m + other.radius_m, normal, (vx - ux, vy - uy))
     limit = pair_limit(
         window,
         ((ux, uy), (vx, vy)),

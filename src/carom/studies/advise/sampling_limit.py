@@ -17,7 +17,7 @@ Vector = tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Window:
+class ContactWindow:
     """Two discs as they touch, on the way into one another.
 
     Attributes:
@@ -47,7 +47,7 @@ class Window:
         return abs(self.miss_m) / self.reach_m
 
     @classmethod
-    def of(cls, reach_m: float, normal: Vector, relative_m_s: Vector) -> Window:
+    def of(cls, reach_m: float, normal: Vector, relative_m_s: Vector) -> ContactWindow:
         """Return the window of two discs that touch along a normal."""
         (nx, ny), (ux, uy) = normal, relative_m_s
         speed = math.hypot(ux, uy)
@@ -59,7 +59,9 @@ def largest_step(window_s: float, miss_probability: float) -> float:
     return math.inf if miss_probability >= 1.0 else window_s / (1.0 - miss_probability)
 
 
-def direction_limit(window: Window, velocity_before: Vector, sign: float, push: float, angle_rad: float) -> float:
+def direction_limit(
+    window: ContactWindow, velocity_before: Vector, sign: float, push: float, angle_rad: float
+) -> float:
     """Return how late the impact may be found before a disc's direction after it is wrong by more than an angle.
 
     Args:
@@ -99,13 +101,13 @@ def direction_limit(window: Window, velocity_before: Vector, sign: float, push: 
     return _lateness(window, math.copysign(min(within), turn)) if within else math.inf
 
 
-def _turn(window: Window) -> float:
+def _turn(window: ContactWindow) -> float:
     """Return by how much w turns from contact to closest approach, radians, with its sign; head-on it does not."""
     share = min(1.0, window.share)
     return math.copysign(2.0 * math.acos(share), window.miss_m) if share > 0.0 else 0.0
 
 
-def _lateness(window: Window, swept: float) -> float:
+def _lateness(window: ContactWindow, swept: float) -> float:
     """Return after how many seconds w has turned by so much."""
     along = window.length_s * window.speed_m_s
     aside = abs(window.miss_m)
@@ -136,7 +138,7 @@ class PairLimit:
         direction_dt_s: Largest step at which no disc's direction is wrong by more than the angle asked for.
     """
 
-    window: Window | None
+    window: ContactWindow | None
     miss_dt_s: float
     direction_dt_s: float
 
@@ -147,7 +149,7 @@ class PairLimit:
 
 
 def pair_limit(
-    window: Window,
+    window: ContactWindow,
     velocities_before: tuple[Vector, Vector],
     inverse_masses: tuple[float, float],
     restitution: float,

@@ -24,7 +24,7 @@ from carom.studies.advise.ask import ShownAdvice
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Cause, Demand, ReferenceCut, SearchEnding, advise, hardest_impacts
-from carom.studies.advise.sampling_limit import Window, largest_step, pair_limit
+from carom.studies.advise.sampling_limit import ContactWindow, largest_step, pair_limit
 from carom.studies.advise.step_search import CONFIRM
 from carom.studies.advise.step_trial import StartTask
 from carom.walls import Leg
@@ -83,7 +83,7 @@ def test_the_closed_form_is_what_a_scan_of_the_overlap_finds(
     toward = normal + math.pi + course
     n, u = (math.cos(normal), math.sin(normal)), (speed * math.cos(toward), speed * math.sin(toward))
     before = (frame, (frame[0] + u[0], frame[1] + u[1]))
-    window, angle = Window.of(1.0, n, u), math.radians(demanded)
+    window, angle = ContactWindow.of(1.0, n, u), math.radians(demanded)
     limit = pair_limit(window, before, (1 / masses[0], 1 / masses[1]), restitution, angle, 0.0).direction_dt_s
 
     def error(late: float) -> float:
