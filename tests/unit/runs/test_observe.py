@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.stage import disc_at, staged
+from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.runs.stubs import Makes, Still
 
 from carom import solve_pic
@@ -86,3 +87,21 @@ def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, ste
     assert (seen.final_spin_rad_s is None) == (truth.final_spin_rad_s is None)
     if truth.final_spin_rad_s is not None and seen.final_spin_rad_s is not None:
         assert np.abs(seen.final_spin_rad_s - truth.final_spin_rad_s).max() <= 1e-12
+
+
+def test_a_disc_that_meets_something_after_the_scene_ended_ends_in_free_flight() -> None:
+    """Its last step goes on to 1.2 s, and it comes to the floor at 1.1: at 1 s it has fallen 5 m, or turns by exp(-1/2)."""
+    floor = wall_at(0, 0, 0, 1)
+    falls = staged("falls", disc_at(0, 6.55), floor, gravity_m_s2=(0.0, -10.0), duration_s=1.0)
+    trace = observe_run(load_adapter("pic"), falls, "tuned", 0.3)
+    assert len(trace.impacts) == 0
+    assert trace.final_position_m[0, 1] == pytest.approx(1.55, rel=1e-14)
+    assert trace.final_velocity_m_s.tolist() == [[0.0, -10.0]]
+
+    way = 2.0 * (1.0 - math.exp(-0.55))
+    turns = disc_at(0, 0.5 + way, 0, -1, spin_rad_s=3.0)
+    slows = staged("slows", turns, floor, wall_friction=0.5, damping_per_s=0.5, duration_s=1.0)
+    trace = observe_run(load_adapter("pic"), slows, "tuned", 0.3)
+    assert len(trace.impacts) == 0
+    assert trace.final_position_m[0, 1] == pytest.approx(0.5 + way - 2.0 * (1.0 - math.exp(-0.5)), rel=1e-14)
+    assert sure(trace.final_spin_rad_s)[0] == pytest.approx(3.0 * math.exp(-0.5), rel=1e-14)
