@@ -90,7 +90,7 @@ def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, ste
 
 
 def test_a_disc_that_meets_something_after_the_scene_ended_ends_in_free_flight() -> None:
-    """Its last step goes on to 1.2 s, and it comes to the floor at 1.1: at 1 s it has fallen 5 m, or turns by exp(-1/2)."""
+    """The last step ends at 1.2 s, and it meets the floor at 1.1: at 1 s it has fallen 5 m, or turns by exp(-1/2)."""
     floor = wall_at(0, 0, 0, 1)
     falls = staged("falls", disc_at(0, 6.55), floor, gravity_m_s2=(0.0, -10.0), duration_s=1.0)
     trace = observe_run(load_adapter("pic"), falls, "tuned", 0.3)
