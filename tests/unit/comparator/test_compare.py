@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from tests.planted.faults import DT, FIRST_S, LAST_S, ROW, replayed
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import altered, disc_at, staged, wall_at
 
 from carom import Scene, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
+from carom.comparator.align import align
 from carom.errors import InputError
 from carom.trace import Outcome, Trace
 
@@ -106,6 +107,15 @@ def test_an_impact_that_a_later_step_would_have_found_is_undecided() -> None:
     assert score.undecided == (0,)
     assert score.verdicts == (Verdict.UNDECIDED,)
     assert score.grade is Grade.UNGRADED
+
+
+def test_an_impact_is_none_that_comes_after_the_next_of_either_disc() -> None:
+    """Three in a row meet at 1 and 3 s: the first two, told of at 5 s, can only meet before the second goes on."""
+    discs = disc_at(0, 0, 0.6, 0.8), disc_at(1.2, 1.6), disc_at(3, 4)
+    scene = staged("aslant", *discs, duration_s=10.0, frame_rate_hz=60.0)
+    late = altered(solve_pit(scene), 0, time_s=5.0)
+    found = align(solve_pic(scene), dataclasses.replace(late, impacts=late.impacts[::-1].copy()))
+    assert (found.matched, found.missed, found.spurious) == (((1, 0),), (0,), (1,))
 
 
 def test_a_long_history_of_one_pair_is_aligned_in_its_parts() -> None:
