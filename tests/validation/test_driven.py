@@ -23,11 +23,6 @@ from carom.walls import AnyWall
 Vector = tuple[float, float]
 
 
-def half_plane(x: float, nx: float, speed: float = 0.0) -> Wall:
-    """A half-plane across the x axis, driven along it."""
-    return wall_at(x, 0.0, nx, 0.0, velocity_m_s=(speed, 0.0))
-
-
 # --- Galileo ---
 
 
@@ -199,7 +194,11 @@ def test_a_disc_between_walls_on_legs_is_a_recurrence_of_fractions(seed: int) ->
 def test_speed_times_room_stays_the_same_before_a_disc_is_crushed() -> None:
     """The run ends by name, with the instant at which no room is left; each impact on the piston keeps (v - U) gap."""
     scene = staged(
-        "driven", disc_at(1.0, 0.0, -1.0, r=0.25), half_plane(0.0, 1.0), half_plane(2.0, -1.0, -0.5), duration_s=5.0
+        "driven",
+        disc_at(1.0, 0.0, -1.0, r=0.25),
+        wall_at(0.0, 0.0, 1.0, 0.0),
+        wall_at(2.0, 0.0, -1.0, 0.0, velocity_m_s=(-0.5, 0.0)),
+        duration_s=5.0,
     )
     trace = solve_pic(scene)
     (listed,) = find_scenes(["driven/crush"])
