@@ -260,3 +260,12 @@ def test_a_spin_that_rubs_on_nothing_changes_no_other_number(name: str) -> None:
     assert math.isnan(one.total.spin)
     assert not other.total.spin > 0.0
     np.testing.assert_array_equal(one.local.velocity, other.local.velocity)
+
+
+def test_what_pit_pays_of_spin_is_no_error_of_a_run_that_samples() -> None:
+    """PIT turns discs otherwise than PIC by what being late costs: compared with itself it is sampled, and no worse."""
+    for name in ("throw-slide", "throw-stick", "gearing"):
+        scene = scene_named(name)
+        trace = solve_pit(scene)
+        score = compare(solve_pic(scene), trace, sampling=trace)
+        assert score.grade is Grade.SAMPLED, name
