@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import pytest
 from tests.drawn import KINDS, TABLES, drawn, impacts_of, table
+from tests.lengths import long_after
 
 from carom import Outcome, Scene, Trace, solve_pic
 from carom.trace import EdgeKind
 
 #: So many scenes of each kind are drawn, half of them rough.
-DRAWN, TABLES_DRAWN = 40, 24
+DRAWN = 40
 
 #: In which share of the scenes of all kinds something must occur at least: two thirds of what the drawing gives,
 #: rounded down, so that one which loses a kind of scene, or draws it seldom, is told.
@@ -130,13 +132,14 @@ def on_table(scene: Scene, trace: Trace) -> set[str]:
     return {what for what, occurs in found.items() if occurs}
 
 
-def test_tables_hold_what_they_are_for() -> None:
+@pytest.mark.parametrize("each_kind", long_after(1, [12, 24]))
+def test_tables_hold_what_they_are_for(each_kind: int) -> None:
     """Faces, vertices and arcs, corners, gliding, and what drives: in no smaller share of tables."""
     counted: Counter[str] = Counter()
     for kind in TABLES:
-        for number in range(TABLES_DRAWN):
+        for number in range(each_kind):
             counted.update(on_table(scene := table(kind, number), solve_pic(scene, max_impacts=120)))
-    tables = TABLES_DRAWN * len(TABLES)
+    tables = each_kind * len(TABLES)
     least = LEAST_ON_TABLES.items()
     lacking = {what: counted[what] / tables for what, share in least if not counted[what] >= share * tables}
     assert not lacking
