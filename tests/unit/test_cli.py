@@ -23,7 +23,7 @@ import pytest
 import tomli_w
 import typer
 from tests.command import carom_command, told
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import disc_at, staged
 from tests.unit.runs.test_asked import STUDIES
 from tests.validation.enclosed import from_enclosures
@@ -330,7 +330,7 @@ def asked(name: str, words: list[str]) -> tuple[dict[str, Any], str]:
     return seen[0]
 
 
-@pytest.mark.parametrize("study", [study for study, command in STUDIES.items() if command])
+@each("study", [study for study, command in STUDIES.items() if command])
 def test_the_command_again_asks_for_the_same(study: Any) -> None:
     """With every option that a study declares, the command that is shown is read as the one that was given."""
     name, *words = STUDIES[study]

@@ -6,7 +6,7 @@ import importlib
 import re
 from pathlib import Path
 
-import pytest
+from tests.lengths import each
 
 import carom
 
@@ -65,7 +65,7 @@ def values() -> dict[str, float]:
     return {name: sum(map(number, text.strip("()").split(" + "))) for name, text in found}
 
 
-@pytest.mark.parametrize("name", PLAIN)
+@each("name", PLAIN)
 def test_plain_python_computes_with_the_same_value(name: str) -> None:
     """A constant that both forms have is the same number in both."""
     assert values()[name] == plain(PLAIN[name])
@@ -78,7 +78,7 @@ def plain(where: str) -> float:
     return value
 
 
-@pytest.mark.parametrize("source", NUMBERED)
+@each("source", NUMBERED)
 def test_plain_python_has_the_numbers_of_enums(source: str) -> None:
     """What is numbered in a compiled room has the same number in Python."""
     text = (Path(carom.__file__).parent / source).read_text(encoding="utf-8")

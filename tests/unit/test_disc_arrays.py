@@ -8,6 +8,7 @@ import pickle
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
@@ -24,7 +25,7 @@ def two_discs(**changed: object) -> DiscArrays:
     return DiscArrays(**{**fields, **changed})  # type: ignore[arg-type]  # some are wrong on purpose
 
 
-@pytest.mark.parametrize(
+@each(
     ("changed", "words"),
     [
         ({"position_m": np.zeros((0, 2))}, "position_m must hold at least one disc"),

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure
 
 from carom import certify, solve_pic, solve_pit
@@ -49,7 +50,7 @@ def changed() -> list[Trace]:
     ]
 
 
-@pytest.mark.parametrize("k", range(len(changed())))
+@each("k", range(len(changed())))
 def test_traces_that_differ_in_one_field_are_not_equal(k: int) -> None:
     """By a unit in the last place of one number, by type, by shape, by the sign of a 0, or by a field that is none."""
     assert trace() != changed()[k]

@@ -6,6 +6,7 @@ import pickle
 from typing import Any
 
 import pytest
+from tests.lengths import each
 
 from carom import errors
 from carom.errors import AdapterError, CaromError, InputError, MissingExtraError, Problem, SceneError, UnknownNameError
@@ -31,7 +32,7 @@ MANY = [Problem(("discs", k), "is wrong") for k in range(25)]
 TEN = "\n".join(f"discs[{k}]: is wrong" for k in range(10))
 
 
-@pytest.mark.parametrize(
+@each(
     ("problems", "told", "text"),
     [
         ([Problem((), "is wrong")], {}, "is wrong"),

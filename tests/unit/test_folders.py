@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tests.attacks.reports import kill_at
+from tests.lengths import each
 
 from carom import folders
 from carom.errors import InputError
@@ -197,7 +198,7 @@ def test_an_ordinary_name_stays_readable(name: str, file: str) -> None:
     assert file_name(name) == file
 
 
-@pytest.mark.parametrize("name", ["con", "nul/x", "com1", "a-b c", "A", "a.b", "..", "", "-x", "\ud800"])
+@each("name", ["con", "nul/x", "com1", "a-b c", "A", "a.b", "..", "", "-x", "\ud800"])
 def test_a_name_that_some_system_does_not_take_gets_a_digest(name: str) -> None:
     """Devices of Windows, capitals, full stops and what is empty are told apart by a digest."""
     assert "@" in file_name(name)

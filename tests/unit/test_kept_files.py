@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 
 from carom.errors import InputError
 from carom.pages.files import FORMATS
@@ -56,7 +57,7 @@ def test_a_kept_journal_is_continued_from_or_refused_by_its_format(number: int, 
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("number", formats("results"))
+@each("number", formats("results"))
 def test_kept_results_are_read_or_refused_by_their_format(number: int) -> None:
     """Those of the present format are read, and nothing has changed between them and themselves."""
     path = KEPT / f"results-{number}.jsonl"

@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom.outline import Edge, Outline, circle_of
 from carom.outline_checks import meetings
@@ -74,7 +75,7 @@ def test_a_shape_is_drawn_on_its_line() -> None:
     assert len(points) > 100
 
 
-@pytest.mark.parametrize(
+@each(
     ("points", "bulges", "closed", "pairs"),
     [
         pytest.param([(0, 0), (2, 0), (1, 1), (1, -1)], (0, 0, 0), False, [(0, 2)], id="lines that cross"),
@@ -124,7 +125,7 @@ def exact_gap(edge: Edge, x: float, y: float) -> float:
         return float(distance - decimal(circle.radius2).sqrt())
 
 
-@pytest.mark.parametrize("bulge", [50.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
+@each("bulge", [50.0, 1.0, 0.3, 1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 1e-60])
 def test_however_flat_an_arc_is_its_nearest_point_is_known_to_the_rounding_of_its_ends(bulge: float) -> None:
     """Of points around its middle the distance is that of exact arithmetic, on both sides and for both ways."""
     rnd = random.Random(5)

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from tests.distribution import lay
+from tests.lengths import each
 from tests.processes import ran
 
 from carom.adapter import Adapter, Engine
@@ -105,7 +106,7 @@ REASONS = {
 }
 
 
-@pytest.mark.parametrize("row", REASONS)
+@each("row", REASONS)
 def test_an_engine_is_unavailable_for_what_is_missing_and_for_nothing_else(row: str) -> None:
     """The reason names the module, and what to do or why nothing can be; what is there has none."""
     engine, reason = REASONS[row]

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.errors import InputError, SceneError
 from carom.limits import LARGEST, MOST_STEPS, SMALLEST, SPAN
@@ -92,7 +93,7 @@ BAD_DISC_FIELDS = [
 ]
 
 
-@pytest.mark.parametrize(("field", "value", "says"), BAD_DISC_FIELDS)
+@each(("field", "value", "says"), BAD_DISC_FIELDS)
 def test_a_bad_field_of_a_disc_is_refused_by_field_index_and_value(field: str, value: object, says: str) -> None:
     """An invalid value in the third disc is refused with the disc's index, the field's name and the value."""
     discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 9.0]) | {field: value}]
@@ -138,7 +139,7 @@ BAD_SCENE_FIELDS = [
 ]
 
 
-@pytest.mark.parametrize(("field", "value", "says"), BAD_SCENE_FIELDS)
+@each(("field", "value", "says"), BAD_SCENE_FIELDS)
 def test_a_bad_field_of_a_scene_is_refused_by_field_and_value(field: str, value: object, says: str) -> None:
     """An invalid value of a scene is refused with the field's name, the index where it is in a list, and the value."""
     assert message(lambda: scene(**{field: value})).startswith(says)
@@ -273,7 +274,7 @@ NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("fields", "says"), NOT_TOGETHER)
+@each(("fields", "says"), NOT_TOGETHER)
 def test_what_does_not_go_together_is_refused_with_field_value_and_what_to_do(
     fields: dict[str, Any], says: str
 ) -> None:
@@ -398,7 +399,7 @@ def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:
 # Steps ----------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@each(
     ("duration", "dt", "steps"),
     [(2.0, 1 / 240, 480), (1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 4), (1.0, 2.0, 1), (10.0, 1 / 60, 600), (7, 7, 1)],
 )

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.command import carom_command
+from tests.lengths import each
 from tests.unit.pages.test_terminal import printed
 from tests.unit.studies.examples import advice, bench, campaign_results, growth
 
@@ -72,7 +73,7 @@ DOCUMENTS = {
 }
 
 
-@pytest.mark.parametrize("name", DOCUMENTS)
+@each("name", DOCUMENTS)
 def test_a_document_is_printed_as_it_is_kept(name: str) -> None:
     """At 80 columns and in full, to the letter."""
     document: Document = DOCUMENTS[name]()

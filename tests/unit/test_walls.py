@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.lengths import each
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall, load_scene, save_scene
 from carom.scene import Need
@@ -94,7 +95,7 @@ def test_what_is_no_wall_is_refused_with_its_edge_and_its_numbers(wall: Any, sai
     assert said in str(refused.value)
 
 
-@pytest.mark.parametrize(
+@each(
     ("wall", "said"),
     [
         (Chain(points_m=[(-1, 0.25), (1, 0.25)]), "the disc reaches 0.25 m into edge 0 of it"),

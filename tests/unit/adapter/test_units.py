@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from tests.lengths import each
 from tests.stage import sure
 
 from carom.adapter import AdapterError, Contact, Disc, Observation, Scene, Wall, scaled, unscaled
@@ -46,7 +47,7 @@ def test_contacts_come_back_in_seconds_and_newton_seconds() -> None:
     assert unscaled(state, time=0.5).warning == "hot"
 
 
-@pytest.mark.parametrize("unit", [100.0, 0.1, 0.0, -2.0, float("inf"), float("nan")])
+@each("unit", [100.0, 0.1, 0.0, -2.0, float("inf"), float("nan")])
 def test_a_unit_that_rounds_is_refused(unit: float) -> None:
     """Pixels of a hundred a metre are no unit: they would round every coordinate."""
     with pytest.raises(AdapterError, match="length must be a power of two"):

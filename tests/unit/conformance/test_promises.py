@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from tests.distribution import lay
+from tests.lengths import each
 from tests.unit.conformance.bouncer import Bouncer, BouncerWorld
 
 from carom.adapter import Accuracy, Adapter, Capabilities, Setting, World
@@ -121,7 +122,7 @@ def test_a_velocity_off_by_more_than_rounding_is_found(bits: int, shove: float, 
         assert passes or "wrong velocit" in said
 
 
-@pytest.mark.parametrize("bits", MANTISSA_BITS)
+@each("bits", MANTISSA_BITS)
 def test_reports_and_suite_count_the_same_as_rounding(bits: int) -> None:
     """What the suite allows an adapter is what a report takes for rounding, in each width that can be declared."""
     suite = Here(Bouncer(capabilities=Capabilities(float_bits=bits))).rounding

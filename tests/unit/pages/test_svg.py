@@ -7,8 +7,8 @@ from importlib import resources
 from itertools import combinations
 
 import numpy as np
-import pytest
 from matplotlib.figure import Figure
+from tests.lengths import each
 
 from carom.pages.svg import SERIES, drawing, finish, line_style, plain_number
 from carom.registry import adapter_points, load_adapter
@@ -86,7 +86,7 @@ def cielab(colour: str, seen: object) -> np.ndarray:
     return np.array([116 * fy - 16, 500 * (fx - fy), 200 * (fy - fz)])
 
 
-@pytest.mark.parametrize("seen", SEEN)
+@each("seen", SEEN)
 def test_colours_are_told_apart_whichever_cones_are_lacking(seen: str) -> None:
     """Any two colours of a page, light or dark, differ by four times and more of what can just be seen."""
     css = (resources.files("carom.pages") / "templates" / "report.css").read_text(encoding="utf-8")

@@ -47,13 +47,13 @@ PairTime = Callable[[float, float, float, float, float], float]
 # Inputs that break a naive least positive root; contact distance 1 ----------------------------------------------------
 
 
-@pytest.mark.parametrize("form", FORMS)
+@each("form", FORMS)
 def test_an_overlap_of_one_rounding_is_now_and_not_the_exit(form: PairTime) -> None:
     """Discs that overlap by 2^-53 and approach collide now; the exit, two seconds later, would be tunnelling."""
     assert form(1 - 2**-53, 0.0, -1.0, 0.0, 1.0) == 0.0
 
 
-@pytest.mark.parametrize("form", FORMS)
+@each("form", FORMS)
 def test_contact_within_rounding_on_an_oblique_line_is_now_and_not_the_exit(form: PairTime) -> None:
     """At (.6, .8), 2^-54 or so from contact, the impact is within 2^-52 s; the exit would be at 1.2 s."""
     assert 0.0 <= form(0.6, 0.8, -1.0, -1e-3, 1.0) <= 2**-52
@@ -68,7 +68,7 @@ def test_a_gap_however_small_is_crossed_and_not_skipped(form: PairTime, gap: flo
     assert abs(form(1 + gap, 0.0, -1.0, 0.0, 1.0) - exact_gap) <= 4 * U * exact_gap
 
 
-@pytest.mark.parametrize("form", FORMS)
+@each("form", FORMS)
 def test_a_disc_from_afar_keeps_its_miss_distance(form: PairTime) -> None:
     """From 10^8 contact distances away, half of one off the centre, the hit is found; b^2 - a c loses it."""
     # 1e8 - sqrt(.75), to the rounding of a number of that size: 2 units in its last place, and the root's own rounding.
@@ -113,7 +113,7 @@ def test_whether_and_when(form: PairTime, d: tuple[float, float], u: tuple[float
     assert form(*d, *u, 1.0) == pytest.approx(time, rel=8 * U, abs=0.0)
 
 
-@pytest.mark.parametrize("form", FORMS)
+@each("form", FORMS)
 def test_a_graze_is_an_impact_as_soon_as_it_has_depth(form: PairTime) -> None:
     """Passing at exactly the contact distance is no impact; one unit in the last place closer is one."""
     assert form(4.0, 1.0, -1.0, 0.0, 1.0) == math.inf

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from tests.command import carom_command
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 import carom
 from carom import studies
@@ -65,7 +65,7 @@ def optional(study: type[DeclaredOptions], name: str) -> bool:
     return next(field.default for field in dataclasses.fields(study) if field.name == name) is None
 
 
-@pytest.mark.parametrize("study", STUDIES)
+@each("study", STUDIES)
 def test_what_makes_no_sense_is_refused_from_python(study: type[DeclaredOptions]) -> None:
     """Each study refuses each value that its declaration calls wrong, and the message begins with the field."""
     for own, name, value in WRONG:
@@ -102,7 +102,7 @@ def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name:
     assert f"carom: {one.flags[0]} must be {one.kind.said}, got {text!r}" in result.output
 
 
-@pytest.mark.parametrize("study", [study for study, command in STUDIES.items() if command])
+@each("study", [study for study, command in STUDIES.items() if command])
 def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
     """`--help` has each option that the shell has, with its words, its bounds and its default."""
     result = carom_command(STUDIES[study][0], "--help")
@@ -113,7 +113,7 @@ def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
             assert "".join(shown_option(study, name).help.split()) in shown
 
 
-@pytest.mark.parametrize("study", STUDIES)
+@each("study", STUDIES)
 def test_the_shells_defaults_are_pythons(study: type[DeclaredOptions]) -> None:
     """Where the shell says nothing, the options are those that Python has by default."""
     assert study.said({}) == study()
@@ -137,7 +137,7 @@ OTHER: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize(("study", "name"), [(study, name) for study in STUDIES for name in declared(study)])
+@each(("study", "name"), [(study, name) for study in STUDIES for name in declared(study)])
 def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name: str) -> None:
     """An option on which the answers in a journal depend changes its stamp, and no other does."""
     usual = study()
@@ -163,7 +163,7 @@ def test_usual_values_are_taken() -> None:
     assert (StressOptions().time_limit_s, StressOptions(quick=True).time_limit_s) == (60.0, 10.0)
 
 
-@pytest.mark.parametrize(
+@each(
     ("call", "given", "error", "words"),
     [
         (carom.run, (7, "pit"), InputError, "^scene must be a Scene or the name of one in the catalogue, got 7"),

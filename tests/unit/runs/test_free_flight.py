@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom import Scene, Wall, solve_pic, time_of_impact
@@ -55,7 +56,7 @@ def rounded() -> Iterator[tuple[Array, Array]]:
         yield place.astype(np.float64), SPEED
 
 
-@pytest.mark.parametrize(
+@each(
     ("scene", "states", "bits", "begins"),
     [
         pytest.param(PARTING, straight(PARTING), 64, True, id="they part"),

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 from tests.stage import disc_at
 
 import carom
@@ -84,7 +85,7 @@ def test_a_value_is_read_as_the_kind_that_the_setting_is(scene: Scene) -> None:
     assert other.method.tried == (("iterations", 7),)  # in no setting of `default`, but in one of `tuned`
 
 
-@pytest.mark.parametrize(
+@each(
     ("settings", "words"),
     [
         ({"iterations": "2.5"}, "'iterations' of pymunk must be a whole number, got '2.5'"),
@@ -129,7 +130,7 @@ def test_a_journal_tells_runs_with_other_settings_apart(scene: Scene, tmp_path: 
         assert job_key(other, DRAWN) in {entry.key for entry in journal.entries.values()}
 
 
-@pytest.mark.parametrize(
+@each(
     "knob",
     [
         {},

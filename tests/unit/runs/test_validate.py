@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.lengths import each
 
 from carom import Disc, Scene, Wall
 from carom.adapter import AdapterError, Contact, Observation
@@ -54,7 +55,7 @@ def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
     assert np.isnan(enter(position_m=STATE * math.nan).position_m).all()
 
 
-@pytest.mark.parametrize(
+@each(
     ("fields", "words"),
     [
         ({"position_m": STATE.tolist()}, r"position_m of an Observation must be an array of floats, got '\[\[0.0"),
@@ -87,7 +88,7 @@ def filled(field: str, numbers: list[Any]) -> Contact:
     return dataclasses.replace(TOLD, **{field: held})
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 10**400, "1", None, b"1", 1j])
+@each("value", [math.nan, math.inf, -math.inf, 10**400, "1", None, b"1", 1j])
 def test_every_number_of_a_contact_must_be_one(value: Any) -> None:
     """What is no finite number is refused wherever a contact has it, by the name of the field, and never dropped."""
     for field, place in ((field, k) for field, count in NUMBERS.items() for k in range(count)):
@@ -106,7 +107,7 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
         validator.contacts(Observation(STATE, STATE, (Contact(1, 0, 0.1, ALONG_X),)), DT, 2 * DT)
 
 
-@pytest.mark.parametrize(
+@each(
     ("contact", "words"),
     [
         (Contact(1, 0, 0.1, ALONG_X), "bodies 1 and 0"),
@@ -218,7 +219,7 @@ def test_settings_come_in_as_plain_values() -> None:
     assert math.isnan(float(plain_settings({"a": math.nan}, "of it")["a"]))
 
 
-@pytest.mark.parametrize(
+@each(
     ("check", "found", "words"),
     [
         (lambda found: plain_settings(found, "of it"), None, "settings of it must be a mapping, got None"),

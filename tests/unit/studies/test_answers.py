@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.unit.pages.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 
@@ -241,7 +241,7 @@ def evidence(found: Advice) -> list[str]:
     ]
 
 
-@pytest.mark.parametrize(
+@each(
     ("ending", "stands_at", "depth"),
     [
         (SpotEnding.STANDS, 1e-4, 1.0),

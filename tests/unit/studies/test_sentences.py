@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 from tests.unit.studies.examples import METHODS, campaign_results, growth
 
@@ -226,7 +226,7 @@ def test_the_page_has_every_sentence_with_when_it_is_said() -> None:
     assert all(when.strip() for _, when in told)
 
 
-@pytest.mark.parametrize("sentence", Sentence)
+@each("sentence", Sentence)
 def test_every_sentence_is_said_by_the_code(sentence: Sentence) -> None:
     """None is declared that nothing says."""
     folder = Path(sentences.__file__).parent

@@ -3,15 +3,14 @@ from __future__ import annotations
 import math
 
 import pytest
+from tests.lengths import each
 
 from carom.studies.bench.convergence import Convergence, fit_order, fit_power, student_quantile
 
 STEPS = [1 / 60, 1 / 167, 1 / 464, 1 / 1292, 1 / 3594, 1 / 10000]
 
 
-@pytest.mark.parametrize(
-    ("freedom", "published"), [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)]
-)
+@each(("freedom", "published"), [(1, 12.706), (2, 4.303), (3, 3.182), (4, 2.776), (5, 2.571), (10, 2.228), (30, 2.042)])
 def test_students_quantiles_are_the_published_ones(freedom: int, published: float) -> None:
     """The 97.5 % quantiles are those of every printed table (NIST/SEMATECH e-Handbook, 1.3.6.7.2)."""
     assert student_quantile(0.975, freedom) == pytest.approx(published, abs=5e-4)

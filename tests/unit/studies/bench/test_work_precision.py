@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import tomli_w
 from tests.command import carom_command
+from tests.lengths import each
 from tests.stage import disc_at, staged, sure
 
 from carom import Scene
@@ -59,7 +60,7 @@ def test_a_series_is_geometric_and_of_whole_frame_rates() -> None:
     assert step_series("1/240") == (1 / 240,)
 
 
-@pytest.mark.parametrize("text", ["1/60..", "1/60..1/600:1", "1/60..1/600:x", "1/60..0", "..", "1/60..1/600:-2"])
+@each("text", ["1/60..", "1/60..1/600:1", "1/60..1/600:x", "1/60..0", "..", "1/60..1/600:-2"])
 def test_a_series_that_is_none_is_refused(text: str) -> None:
     """A series with a missing end, one step or no number is refused with the text itself."""
     with pytest.raises(InputError, match=rf"^--dt must be .*, got '{re.escape(text)}'"):

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from tests.forms import needs_extension, plain_form
-from tests.lengths import long_after
+from tests.lengths import each, long_after
 
 from carom.errors import UnknownNameError
 from carom.runs import reference
@@ -41,7 +41,7 @@ SAID = [
 ]
 
 
-@pytest.mark.parametrize(("name", "options", "said"), SAID)
+@each(("name", "options", "said"), SAID)
 def test_a_plan_says_what_is_done_and_what_is_left_out(name: str, options: dict[str, Any], said: str) -> None:
     """The form of PIC, the frames that PIT looks at, how far engines are followed, what is kept, and phases."""
     assert said in plan(name, engines=["pit"], **options)

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from rich.console import Console
+from tests.lengths import each
 from tests.stage import cross_checked, disc_at, staged, sure
 
 from carom.adapter import Capabilities
@@ -353,7 +354,7 @@ def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
     assert divergences(results, grid, most_discs=1) == ((), ())
 
 
-@pytest.mark.parametrize(
+@each(
     ("value", "shown"),
     [
         (0.0, "0"),

@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+from tests.lengths import each
 
 from carom.errors import CaromError
 from carom.runs.job import Answer, Status
@@ -53,7 +54,7 @@ def places(low: float, high: float, **fields: Any) -> SeenCell:
     return seen(*(replace(RAN, off_m=places, **own) for places in off))
 
 
-@pytest.mark.parametrize(
+@each(
     ("old", "new", "moved"),
     [
         (seen(RAN), seen(RAN), Moved.NOTHING),
@@ -137,7 +138,7 @@ def test_releases_are_ordered_by_their_numbers() -> None:
     assert in_order(LISTED) == ordered
 
 
-@pytest.mark.parametrize(
+@each(
     ("asked", "most", "found"),
     [
         (None, 2, ("3.0.0", "10.0.0")),
@@ -160,7 +161,7 @@ def test_conditions_and_names_select(asked: list[str] | None, most: int, found: 
     assert selected(LISTED, asked, most) == found
 
 
-@pytest.mark.parametrize(
+@each(
     ("word", "told"),
     [
         ("2.3.2", "no release '2.3.2' is listed; did you mean '2.3.1'"),

@@ -10,6 +10,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from tests.lengths import each
 from tests.processes import ended
 
 from carom.errors import InputError
@@ -65,7 +66,7 @@ def test_what_a_client_fails_at_is_said(lines: str, told: str, tmp_path: Path, m
         Npm().listed("toy")
 
 
-@pytest.mark.parametrize("name", ["--global", "-g", "../toy", "a b", "http://x/y.tgz", "", "a;b"])
+@each("name", ["--global", "-g", "../toy", "a b", "http://x/y.tgz", "", "a;b"])
 def test_what_is_no_name_goes_to_no_client(name: str) -> None:
     """An option, a path or an address in place of a name is refused before anything is started."""
     for client in (Pip(), Npm()):

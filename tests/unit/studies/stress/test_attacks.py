@@ -218,7 +218,7 @@ def test_a_lively_ball_bounces_three_times(lost: float) -> None:
 ROUGH = {attack.name: attack for attack in rough_attacks()}
 
 
-@pytest.mark.parametrize("name", [name for name in ROUGH if name != "rolling"])
+@each("name", [name for name in ROUGH if name != "rolling"])
 def test_pic_stands_every_rung(name: str) -> None:
     """From the harmless to the absurd end PIC is the closed form's to rounding, chains of grips included."""
     for value in ROUGH[name].ladder(quick=False):
@@ -246,7 +246,7 @@ def test_pit_stands_what_turns_no_normal(name: str) -> None:
             assert trial.judge(solve_pit(trial.scene)).error < 1e-11, value
 
 
-@pytest.mark.parametrize("name", list(ROUGH))
+@each("name", list(ROUGH))
 def test_a_wrong_spin_breaks_every_attack(name: str) -> None:
     """With its velocities right, and its spins left out or turned round, a run is broken by name."""
     trial = ROUGH[name].trials(ROUGH[name].harmless * (10.0 if name == "friction" else 1.0))[0]

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.lengths import each
 
 from carom.comparator import Grade, compare
 from carom.registry import load_adapter
@@ -59,7 +60,7 @@ def test_the_cost_is_the_median_of_ratios_to_the_first_profile() -> None:
     assert merit_of(own).cost == 1.0
 
 
-@pytest.mark.parametrize(
+@each(
     ("judged", "part"),
     [
         (Judged(Grade.SAMPLED, 1.0), 0.5),
