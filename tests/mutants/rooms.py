@@ -14,7 +14,7 @@ class Room(NamedTuple):
 
 _S, _U, _V = "src/carom/solvers", "tests/unit/solvers", "tests/validation"
 _PIC = (
-    *(f"{_U}/event_driven", f"{_U}/plain", f"{_U}/test_pic.py", f"{_U}/test_resolution.py", f"{_U}/test_impact_log.py"),
+    *(f"{_U}/event_driven", f"{_U}/plain", f"{_U}/test_pic.py", f"{_U}/test_impact_log.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
     *(f"{_V}/test_equivalences.py::test_every_form_of_pic", f"{_V}/test_equivalences.py::test_all_pairs_give"),
     *(f"{_V}/test_equivalences.py::test_frames_change", f"{_V}/test_pic_kernel_known_answers.py"),
