@@ -32,7 +32,7 @@ class Ending(Enum):
 class Degenerate(Enum):
     """Why an event has no certain answer; the value is the sentence shown."""
 
-    SHARED_INSTANT = "a disc has two impacts at one instant, and their order decides what follows"
+    SHARED_INSTANT = "a disc has two impacts at one instant, and their order may decide what follows"
     TOUCHING_START = "two bodies touch exactly at the start and move towards each other"
     OVERLAPPING_START = "two bodies overlap at the start, by no more than rounding, and move towards each other"
     RESTING_CONTACT = "two bodies already in contact are driven together"
