@@ -10,7 +10,7 @@ import pytest
 from tests.engines.staged import PHASES
 from tests.stage import Drive, Finish, disc_at, staged, wall_at
 
-from carom import Disc, Scene
+from carom import Scene
 from carom.adapter import Adapter, AdapterError
 
 DT_S = 1 / 256
@@ -96,15 +96,8 @@ def test_each_elastic_bounce_loses_two_parts_in_a_hundred_thousand(dart: Adapter
 def _head_on(closing: float, restitution: float = 1.0, away_s: float = 0.5) -> Scene:
     """Stage two equal discs, some seconds from each other."""
     gap = away_s * closing
-    return Scene(
-        name="hazard",
-        discs=(
-            Disc(position_m=(-0.5 - gap / 2, 0), velocity_m_s=(closing / 2, 0), radius_m=0.5),
-            Disc(position_m=(0.5 + gap / 2, 0), velocity_m_s=(-closing / 2, 0), radius_m=0.5),
-        ),
-        restitution=restitution,
-        duration_s=2 * away_s,
-    )
+    discs = disc_at(-0.5 - gap / 2, 0, closing / 2), disc_at(0.5 + gap / 2, 0, -closing / 2)
+    return staged("hazard", *discs, restitution=restitution, duration_s=2 * away_s)
 
 
 def test_contacts_are_over_before_the_step_is(drake: Adapter, drive: Drive) -> None:

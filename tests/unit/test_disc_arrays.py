@@ -9,10 +9,11 @@ import pickle
 import numpy as np
 import pytest
 from tests.lengths import each
+from tests.stage import disc_at, staged, wall_at
 
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
-from carom.scene import Disc, Scene, Wall
+from carom.scene import Disc, Scene
 
 
 def two_discs(**changed: object) -> DiscArrays:
@@ -52,18 +53,8 @@ def test_bad_arrays_are_refused_by_name(changed: dict[str, object], words: str) 
 
 
 def scene() -> Scene:
-    return Scene(
-        name="three",
-        discs=[
-            Disc(position_m=(0, 0), velocity_m_s=(1, 2), radius_m=0.5, mass_kg=2.0),
-            Disc(position_m=(3, 0), radius_m=0.25),
-            Disc(position_m=(6, 1), radius_m=1.0, mass_kg=math.inf),
-        ],
-        walls=[Wall(point_m=(0, -3), normal=(0, 2))],
-        restitution=0.5,
-        wall_restitution=0.25,
-        duration_s=1.0,
-    )
+    discs = disc_at(0, 0, 1, 2, m=2.0), disc_at(3, 0, r=0.25), disc_at(6, 1, r=1.0, m=math.inf)
+    return staged("three", *discs, wall_at(0, -3, 0, 2), restitution=0.5, wall_restitution=0.25, duration_s=1.0)
 
 
 def test_the_arrays_of_a_scene_hold_its_fields_for_reading() -> None:

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from tests.lengths import each, long_after
+from tests.stage import disc_at, staged
 
-from carom import Disc, Scene, solve_pit
+from carom import Scene, solve_pit
 
 CONTACT_M = 1.0
 
@@ -26,15 +27,9 @@ def passing(offset: float, advance: float, frames_to_closest: float, frame_rate_
     """
     speed = advance * frame_rate_hz
     start = -advance * frames_to_closest
-    return Scene(
-        name="passing",
-        discs=[
-            Disc(position_m=(start, 0.0), velocity_m_s=(speed, 0.0), radius_m=0.5),
-            Disc(position_m=(0.0, offset), radius_m=0.5),
-        ],
-        duration_s=(frames_to_closest + 2 + 2 / advance) / frame_rate_hz,
-        frame_rate_hz=frame_rate_hz,
-    )
+    duration_s = (frames_to_closest + 2 + 2 / advance) / frame_rate_hz
+    discs = disc_at(start, 0.0, speed), disc_at(0.0, offset)
+    return staged("passing", *discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
 
 
 @given(offset=st.floats(0, 0.99), advance=st.floats(0.05, 1.5), extra=st.floats(0.1, 5))

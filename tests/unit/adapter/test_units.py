@@ -5,18 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from tests.lengths import each
-from tests.stage import sure
+from tests.stage import disc_at, staged, sure, wall_at
 
-from carom.adapter import AdapterError, Contact, Disc, Observation, Scene, Wall, scaled, unscaled
+from carom.adapter import AdapterError, Contact, Observation, scaled, unscaled
 from carom.solvers.pic import solve_pic
 
-SCENE = Scene(
-    name="thrown",
-    discs=[
-        Disc(position_m=(0.1, 2.3), velocity_m_s=(1.7, 0.3), radius_m=0.3, mass_kg=1.3, spin_rad_s=2.1),
-        Disc(position_m=(2.9, 2.4), velocity_m_s=(-0.7, 0.1), radius_m=0.4, mass_kg=2.7),
-    ],
-    walls=[Wall(point_m=(0.0, 0.1), normal=(0.1, 1.0))],
+SCENE = staged(
+    "thrown",
+    disc_at(0.1, 2.3, 1.7, 0.3, r=0.3, m=1.3, spin_rad_s=2.1),
+    disc_at(2.9, 2.4, -0.7, 0.1, r=0.4, m=2.7),
+    wall_at(0.0, 0.1, 0.1, 1.0),
     restitution=0.9,
     friction=0.2,
     gravity_m_s2=(0.1, -3.3),

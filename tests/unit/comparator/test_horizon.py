@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.lengths import each
 from tests.planted.faults import replayed
-from tests.stage import altered, disc_at, line, staged, sure
+from tests.stage import altered, disc_at, line, staged, sure, wall_at
 
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
@@ -59,27 +59,18 @@ def test_an_impact_of_other_bodies_is_where_the_order_differs(certified: Certifi
 
 def test_a_scene_of_a_closed_form_is_covered_to_its_end() -> None:
     """Where all impacts are certified and agree, the horizon is the end of the scene."""
-    scene = carom.Scene(
-        name="two",
-        discs=[
-            carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),
-            carom.Disc(position_m=(3.0, 0.3), radius_m=0.5),
-        ],
-        duration_s=5.0,
-    )
-    found = carom.horizon(scene)
+    found = carom.horizon(staged("two", disc_at(0.0, 0.0, 1.0), disc_at(3.0, 0.3), duration_s=5.0))
     assert found.covers_the_scene
     assert (found.agreed, found.certified, found.end_s) == (1, 1, 5.0)
 
 
 def test_discs_at_rest_that_a_driven_wall_strikes_are_covered() -> None:
     """What errors are compared with is the speed that the wall gives, where all discs are at rest at the start."""
-    scene = carom.Scene(
-        name="swept",
-        discs=[carom.Disc(position_m=(x, y), radius_m=0.1) for x, y in ((1.0, 0.0), (2.0, 0.05))],
-        walls=[carom.Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(0.3, 0.0))],
-        duration_s=10.0,
+    discs, press = (
+        (disc_at(1.0, 0.0, r=0.1), disc_at(2.0, 0.05, r=0.1)),
+        wall_at(0.0, 0.0, 1.0, 0.0, velocity_m_s=(0.3, 0.0)),
     )
+    scene = staged("swept", *discs, press, duration_s=10.0)
     assert carom.horizon(scene).covers_the_scene
 
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 from tests.planted.doctored import DT, GAS, Run, judged, sampled
+from tests.stage import disc_at, staged, wall_at
 
-from carom import Disc, Scene, Wall
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.local_truth.reports import reports_and_states
 from carom.solvers.pic import solve_pic
@@ -124,10 +124,9 @@ def test_reports_of_a_pair_that_rests_are_shown_where_pushes_show() -> None:
 
 #: A disc that meets a floor and, in the same frame of PIT's, a slope, which sends it on so slowly that it hops on the
 #: slope from frame to frame, each time by less than what it falls in three. PIC has one impact, with the slope.
-NARROW = Scene(
-    name="narrow",
-    discs=[Disc(position_m=(0.0, 0.5), velocity_m_s=(2.1, -0.13), radius_m=0.25)],
-    walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)), Wall(point_m=(1.0, 0.0), normal=(-0.65, 0.76))],
+NARROW = staged(
+    "narrow",
+    *(disc_at(0.0, 0.5, 2.1, -0.13, r=0.25), wall_at(0.0, 0.0, 0.0, 1.0), wall_at(1.0, 0.0, -0.65, 0.76)),
     gravity_m_s2=(0.0, -2.0),
     wall_friction=0.3,
     duration_s=2.0,

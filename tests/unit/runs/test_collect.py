@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Scene, Wall
 from carom.adapter import Contact, Observation
@@ -24,15 +25,8 @@ def state(*discs: tuple[float, float], contacts: tuple[Contact, ...] = ()) -> Ob
 
 
 def scene_of(start: Observation) -> Scene:
-    return Scene(
-        name="line",
-        discs=[
-            Disc(position_m=tuple(p), velocity_m_s=tuple(v), radius_m=0.1)
-            for p, v in zip(start.position_m, start.velocity_m_s, strict=True)
-        ],
-        walls=[Wall(point_m=(9, 0), normal=(-1, 0))],
-        duration_s=1,
-    )
+    discs = [disc_at(*p, *v, r=0.1) for p, v in zip(start.position_m, start.velocity_m_s, strict=True)]
+    return staged("line", *discs, wall_at(9, 0, -1, 0), duration_s=1)
 
 
 class Collected(NamedTuple):

@@ -20,6 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, Rectangle
 from PIL import Image
+from tests.stage import disc_at, staged
 
 import carom
 from carom import Scene
@@ -219,15 +220,7 @@ def test_what_fails_is_magnified_while_the_film_is_slow(shown: Replay, film: _Fi
 
 def test_what_a_film_would_not_magnify_has_no_inset() -> None:
     """A disc a fifth of the picture's height is seen as it is."""
-    scene = carom.Scene(
-        name="large",
-        discs=[
-            carom.Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=1),
-            carom.Disc(position_m=(3, 0), radius_m=1),
-        ],
-        duration_s=2.0,
-        frame_rate_hz=3.0,
-    )
+    scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
     shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
     made = films.film(shown.reference, shown.observed, shown.score)
     assert made._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
