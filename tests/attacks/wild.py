@@ -32,7 +32,7 @@ from carom.runs.job import Status
 from carom.runs.pool import InProcess
 from carom.runs.results import Results
 from carom.scenes import all_scenes
-from carom.studies.cross_check.document import cross_check_document, write_report
+from carom.studies.cross_check.document import cross_check_document, report_of
 
 NAME = "wild-numbers"
 SOURCE = """
@@ -113,7 +113,7 @@ def _lost(scene: Scene, folder: Path, *, whole: bool) -> str:
             asked: dict[str, Any] = {"dts": [scene.duration_s / STEPS], "profiles": ["tuned"], "timing": False}
             results: Results = cross_check([scene], ["pit", NAME], pool=InProcess(), **asked)
             if whole:
-                write_report(results, out)
+                report_of(results).write(out)
                 text = (out / "results.jsonl").read_text(encoding="utf-8")
             else:
                 text, grid = records(results), build_grid(results)

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page
 
 import carom
 from carom.scenes import CatalogueScene, all_scenes
-from carom.studies.cross_check.document import write_report
+from carom.studies.cross_check.document import report_of
 
 #: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.
 FLAGS = (
@@ -73,7 +73,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
         certified=ChainMap(*(dict(results.certified) for results in found)),
         horizons=ChainMap(*(dict(results.horizons) for results in found)),
     )
-    return write_report(every, tmp_path_factory.mktemp("report"))
+    return report_of(every).write(tmp_path_factory.mktemp("report"))
 
 
 @pytest.fixture(scope="session")
@@ -81,7 +81,7 @@ def wide_report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page of four engines with three profiles each."""
     scenes = [entry for entry in all_scenes().values() if entry.name.startswith(("paper/", "gravity/"))]
     engines = ["pic", "pit", "box2d", "mujoco", "pybullet", "pymunk"]
-    return write_report(carom.cross_check(scenes, engines, timing=False, jobs=2), tmp_path_factory.mktemp("wide"))
+    return report_of(carom.cross_check(scenes, engines, timing=False, jobs=2)).write(tmp_path_factory.mktemp("wide"))
 
 
 @pytest.fixture(scope="session")

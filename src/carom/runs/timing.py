@@ -25,9 +25,10 @@ from carom.runs.observe import profile_settings
 from carom.runs.validate import adapter_error
 from carom.scene import Scene
 
-#: Timed runs of a job; the median of three throws one disturbed run away. Two that differ by less than a tenth were not
-#: disturbed by more, which is less than a grade or a reader of a report asks for: then there is no third.
+#: Timed runs of a job; the median of three throws one disturbed run away.
 TIMING_RUNS = 3
+
+#: Two runs in a row that differ by less than this part are enough: finer than this nobody reads a ratio of run times.
 AGREED = 0.1
 
 
@@ -93,7 +94,7 @@ def time_run(
         steps: How many; as many as the scene lasts by default.
         runs: How many runs the medians are of, one at least.
         enough_s: No further run is made once this many seconds have been timed.
-        agreed: No further run is made once the steps of two took as long as each other, but for less than this part.
+        agreed: No further run is made once the times of two in a row differ by less than this part.
         call: Whether to time a call of no steps, too; it is made before the steps, and no part of them.
         zero: Whether the clock may show no time: what is timed is next to nothing, and its cost is taken off.
 
@@ -110,8 +111,8 @@ def time_run(
     advanced: list[float] = []
     ends: set[bytes] = set()
     with _no_collection():
-        while not advanced or not (
-            len(advanced) >= runs or sum(prepared) + sum(advanced) >= enough_s or _agree(advanced, agreed)
+        while not advanced or (
+            len(advanced) < runs and sum(prepared) + sum(advanced) < enough_s and not _agree(advanced, agreed)
         ):
             started = time.perf_counter()
             world = adapter.prepare(scene, settings)

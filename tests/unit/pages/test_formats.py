@@ -36,7 +36,7 @@ from carom.pages.render.terminal import terminal
 from carom.runs.job import Status
 from carom.runs.results import Results, violates
 from carom.scenes import find_scenes
-from carom.studies.cross_check.document import cross_check_document, write_report
+from carom.studies.cross_check.document import cross_check_document, report_of
 from carom.text import visible
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -77,7 +77,7 @@ class _Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def folder(results: Results, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_report(results, tmp_path_factory.mktemp("report") / "new" / "folder").parent
+    return report_of(results).write(tmp_path_factory.mktemp("report") / "new" / "folder").parent
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +162,7 @@ def one_scene(results: Results) -> Results:
 @pytest.mark.long
 def test_report_is_the_same_when_written_again(results: Results, folder: Path, tmp_path: Path) -> None:
     """The same results give the same bytes, so that a committed report differs only where its results do."""
-    write_report(results, tmp_path)
+    report_of(results).write(tmp_path)
     assert files_of(tmp_path) == files_of(folder)
 
 
@@ -171,7 +171,7 @@ def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path
     shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
     (tmp_path / "index.html").write_text("old")
     (tmp_path / "notes.txt").write_text("mine")
-    assert write_report(one_scene, tmp_path) == tmp_path / "index.html"
+    assert report_of(one_scene).write(tmp_path) == tmp_path / "index.html"
     assert (tmp_path / "index.html").read_text(encoding="utf-8") != "old"
     names = {"index.html", "play.html", "report.md", "results.jsonl", "junit.xml", "notes.txt", MARKER}
     assert {path.name for path in tmp_path.iterdir()} == names
@@ -182,7 +182,7 @@ def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_pat
     """Escape sequences, bidirectional controls and separators of lines in a name are visible text in every file."""
     name = "evil\x9b31m\u202egnp\u2028x"
     scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
-    write_report(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1), tmp_path)
+    report_of(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
     for content in files_of(tmp_path).values():
         text = content.decode()
         assert visible(text) == text
@@ -198,7 +198,7 @@ def test_a_missing_extra_is_named(
     """Without a part of the extra the error says how to install it, and nothing is written."""
     monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(MissingExtraError, match=re.escape("pip install 'carom[report]'")):
-        write_report(results, tmp_path / "none")
+        report_of(results).write(tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 

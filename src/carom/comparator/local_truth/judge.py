@@ -111,10 +111,11 @@ def judge(
         and found.impacts == len(window.truth)
     )
     missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
-    if ends := ends and chain.end == len(block):
+    is_last = ends and chain.end == len(block)
+    if is_last:
         missed = [pair for pair in missed if not _awaits_its_look(window, pair)]
     judged.missed = len(missed)
-    if ends and not missed and _still_open(window):
+    if is_last and not missed and _still_open(window):
         judged.open = True
     if not judged.open:
         _time(window, judged, found, agrees=agrees)

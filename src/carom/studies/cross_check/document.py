@@ -77,7 +77,8 @@ class Report:
     Attributes:
         results: What it tells: a row that can't be written down, or played, is a failure of its own.
         document: What its page shows.
-        files: Its files by their names in the folder.
+        files: Its files by their names in the folder: `index.html`, `report.md`, `results.jsonl` and `junit.xml`, and
+            `play.html` with the scenes whose discs can be thrown, to which replays of them lead.
     """
 
     results: Results
@@ -109,23 +110,6 @@ def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Rep
         raise
     except Exception:  # noqa: BLE001 - a row whose numbers can't be told costs no other: which one is asked row by row
         return _report(_reportable(results), fail_on)
-
-
-def write_report(results: Results, folder: Path, *, fail_on: Grade | None = Grade.INACCURATE) -> Path:
-    """Write `index.html`, `report.md`, `results.jsonl` and `junit.xml` into a folder, and return the page.
-
-    Next to them `play.html` has the scenes whose discs can be thrown; replays of them lead to it.
-
-    Args:
-        results: What is reported.
-        folder: Where to; it is made where it does not exist.
-        fail_on: The best grade that fails a case of `junit.xml`; None for none.
-
-    Raises:
-        MissingExtraError: jinja2 or matplotlib, the extra `report`, is not installed.
-        InputError: The folder can't be written into, or holds files that are no report of Carom's.
-    """
-    return report_of(results, fail_on).write(folder)
 
 
 def _report(results: Results, fail_on: Grade | None) -> Report:

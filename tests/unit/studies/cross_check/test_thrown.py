@@ -16,7 +16,7 @@ from carom.pages.grid import build_grid
 from carom.pages.replay import scene_replays
 from carom.scenes import all_scenes
 from carom.studies.cross_check import demo as module
-from carom.studies.cross_check.document import write_report
+from carom.studies.cross_check.document import report_of
 from carom.studies.cross_check.thrown import THROWN, drag_link, thrown_page
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
@@ -56,7 +56,7 @@ def test_the_page_has_the_scenes_of_the_report_first() -> None:
 def test_a_report_has_the_page_where_a_scene_of_it_can_be_thrown(scene: Scene, linked: bool, tmp_path: Path) -> None:
     """Beside `index.html`, and the replay's data has the link; elsewhere neither."""
     results = cross_checked([scene], ["pit"], dts=[1 / 24])
-    write_report(results, tmp_path)
+    report_of(results).write(tmp_path)
     assert (tmp_path / THROWN).exists() == linked
     (replay,) = scene_replays(results, build_grid(results), lambda _: "there")
     (bare,) = scene_replays(results, build_grid(results))
