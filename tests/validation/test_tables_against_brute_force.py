@@ -99,5 +99,5 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of the first tables contradicts brute force, whatever is wrong with a wall's sides, arcs and vertices."""
     for module in (obstacles, finite_walls):
-        monkeypatch.setattr(module, "features_of", lambda outline: FAULTS[name](features_of(outline)))
+        monkeypatch.setattr(module, "features_of", lambda *asked: FAULTS[name](features_of(*asked)))
     assert any(compare(table, 40).ended == "contradiction" for table in tables(0))

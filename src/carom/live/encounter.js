@@ -84,8 +84,8 @@ export function vertexFalling(disc, { at, halfWidth }, gravity, leaving) {
   return soonestOf(closings(closed(gapFrom(disc, centre, twoSum(disc.radius, halfWidth), gravity, leaving))));
 }
 function arcFalling(disc, arc, gravity, leaving) {
+  if (disc.radius < arc.fitsBelow !== arc.inside) return INF;
   const reach = reachOfArc(disc, arc);
-  if (!(reach[0] > 0)) return INF;
   let gap = gapFrom(disc, arc.centre, reach, gravity, leaving);
   if (arc.inside) gap = gap.map((power, k) => (k === 1 && leaving !== null ? power : F.neg(power)));
   if (gap[0][0] <= 0n && isBeforeArc(disc, arc)) gap = closed(gap);

@@ -1,6 +1,6 @@
 // What a disc meets of a finite wall: faces, arcs and vertices, merged exactly. carom/physics/wall_features.py and
 // features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with the edges that it is of; pairs are [high, low].
-import { twoDiff } from "./arithmetic.js";
+import { abs, twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./outline.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
 
@@ -20,7 +20,20 @@ function faceBetween(a, b, halfWidth, edges) {
 function arcOn({ x, y, radius2 }, ends, halfWidth, inside, edges) {
   const out = ends?.map(([px, py]) => [less(rational(px), x), less(rational(py), y)]),
     sector = out ? { first: out[0].map(pairOf), last: out[1].map(pairOf), reflex: cross(...out)[0] < 0n } : null;
-  return { kind: "arc", edges, centre: [pairOf(x), pairOf(y)], radius: rootOf(radius2), halfWidth, inside, sector };
+  return roundOf([pairOf(x), pairOf(y)], rootOf(radius2), halfWidth, inside, sector, edges);
+}
+const PLACES = 2 ** -50;
+// Narrower discs than fitsBelow alone meet the inner side of an arc, and the others its stops.
+function roundOf(centre, radius, halfWidth, inside, sector, edges) {
+  const size = abs(centre[0][0]) + abs(centre[1][0]) + radius[0],
+    fitsBelow = inside ? radius[0] - halfWidth - PLACES * size : 0;
+  return { kind: "arc", edges, centre, radius, halfWidth, inside, sector, fitsBelow };
+}
+function stopOf(inner, { x, y }, [dx, dy]) {
+  const [left, right] = [[negated(dy), dx], [dy, negated(dx)]].map((way) => way.map(pairOf)),
+    sector = { first: left, last: right, reflex: false },
+    centre = [pairOf(plus(x, dx)), pairOf(plus(y, dy))];
+  return { ...inner, centre, radius: [0, 0], inside: false, sector };
 }
 const turnOf = ({ bulge }) => (bulge > 0) - (bulge < 0);
 const sameCircle = (one, other) =>
@@ -67,14 +80,42 @@ function sidesOf({ edge, circle, numbers }, halfWidth) {
   const ends = sameEnds(edge) ? null : turnOf(edge) > 0 ? [a, b] : [b, a];
   return [true, false].map((inside) => arcOn(circle, ends, halfWidth, inside, numbers));
 }
+const quartersOf = ([x, y]) => [
+  [x, y],
+  [negated(y), x],
+  [negated(x), negated(y)],
+  [y, negated(x)],
+];
+const NEARLY_HALF = [1n, 1n << 20n];
+// The points at which an arc, between its neighbours, stops discs that do not fit inside.
+function stopsOf({ edge, circle }, inner, before, after) {
+  const [first, last] = [edge.a, edge.b].map((point) => {
+      const [x, y] = exactly(point);
+      return [less(x, circle.x), less(y, circle.y)];
+    }),
+    run = turnOf(edge),
+    turn = times([BigInt(run), 1n], cross(first, last));
+  let ways;
+  if (sameEnds(edge)) ways = quartersOf(first);
+  else if (less(turn, times(circle.radius2, NEARLY_HALF))[0] > 0n)
+    ways = [first, last].filter((_, k) => (k ? after : before));
+  else {
+    ways = [quartersOf(first).at(run)];
+    if (turn[0] !== 0n) ways.push(quartersOf(last).at(-run));
+  }
+  return ways.map((way) => stopOf(inner, circle, way));
+}
 export function featuresOf(outline) {
   const { halfWidth, closed, radius, points } = outline,
     vertex = (at, edge) => ({ kind: "vertex", edges: [edge], at, halfWidth });
   if (radius !== null) {
     const [centre] = points;
     if (radius === 0) return [vertex(centre, 0)];
-    const round = { kind: "arc", edges: [0], centre: centre.map((x) => [x, 0]), radius: [radius, 0], halfWidth };
-    return [true, false].map((inside) => ({ ...round, inside, sector: null }));
+    const place = centre.map((x) => [x, 0]),
+      sides = [true, false].map((inside) => roundOf(place, [radius, 0], halfWidth, inside, null, [0])),
+      [x, y] = exactly(centre),
+      ways = quartersOf([rational(radius), [0n, 1n]]);
+    return [...sides, ...ways.map((way) => stopOf(sides[0], { x, y }, way))];
   }
   const runs = runsOf(outline),
     ends = [];
@@ -85,5 +126,10 @@ export function featuresOf(outline) {
       ends.push(vertex(next.edge.a, Math.min(before.numbers.at(-1), next.numbers[0])));
   });
   if (!closed) ends.push(vertex(runs.at(-1).edge.b, runs.at(-1).numbers.at(-1)));
-  return [...runs.flatMap((run) => sidesOf(run, halfWidth)), ...ends];
+  const sides = runs.map((run) => sidesOf(run, halfWidth)),
+    smooth = runs.map((run, k) => (closed || k > 0) && goesSmoothly(runs.at(k - 1), run)),
+    stops = runs.flatMap((run, k) =>
+      run.circle === null ? [] : stopsOf(run, sides[k][0], smooth[k], smooth[k + 1] ?? (closed && smooth[0])),
+    );
+  return [...sides.flat(), ...ends, ...stops];
 }

@@ -116,6 +116,7 @@ const vertexTime = (disc, { at, halfWidth }) =>
     twoSum(disc.radius, halfWidth),
   ]);
 function outerArcTime(disc, arc) {
+  if (disc.radius < arc.fitsBelow) return INF;
   const x = fromPair(disc.x, arc.centre[0]),
     y = fromPair(disc.y, arc.centre[1]),
     time = meetingTime([x, y, disc.ux, disc.uy, reachOfArc(disc, arc)]);
@@ -127,7 +128,7 @@ const never = { time: INF, glides: false };
 function innerArcTime(disc, arc, justLeft) {
   const reach = reachOfArc(disc, arc),
     a = sumOfProducts([...square(disc.ux), ...square(disc.uy)]);
-  if (!(reach[0] > 0) || a[0] === 0) return never;
+  if (!(disc.radius < arc.fitsBelow) || a[0] === 0) return never;
   const x = fromPair(disc.x, arc.centre[0]),
     y = fromPair(disc.y, arc.centre[1]),
     b = innerProduct(x, y, disc.ux, disc.uy),

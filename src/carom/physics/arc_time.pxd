@@ -96,6 +96,8 @@ cdef inline bint touches(
 
 cdef inline double outer_arc_time(const Mover *disc, const Feature *arc) noexcept nogil:
     """Return the seconds until a disc touches an arc from outside, or a vertex, infinity where it never does."""
+    if disc.radius < arc.fits_below:
+        return INF
     x = from_pair(disc.x, arc.x)
     y = from_pair(disc.y, arc.y)
     time = meeting_time(Encounter(x, y, disc.ux, disc.uy, reach_of(disc, arc)))
@@ -166,7 +168,7 @@ cdef inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bint jus
     cdef Touch never = Touch(INF, False)
     reach = reach_of(disc, arc)
     a = rounded(add_square(add_square(no_terms(), disc.ux, 1.0), disc.uy, 1.0))
-    if not reach.high > 0.0 or a.high == 0.0:
+    if not disc.radius < arc.fits_below or a.high == 0.0:
         return never
     x = from_pair(disc.x, arc.x)
     y = from_pair(disc.y, arc.y)

@@ -117,6 +117,8 @@ def outer_arc_time(disc: Mover, arc: Arc) -> float:
     0 where it touches or overlaps and approaches. One that is within the circle of contact, but next to the arc, does
     not meet it: a straight path enters a circle once.
     """
+    if disc.radius < arc.fits_below:
+        return math.inf
     x, y = from_pair(disc.x, arc.centre[0]), from_pair(disc.y, arc.centre[1])
     time = meeting_time(Encounter(x, y, disc.ux, disc.uy, reach_of(disc, arc)))
     if time == math.inf:
@@ -133,7 +135,7 @@ def inner_arc_time(disc: Mover, arc: Arc, *, just_left: bool = False) -> Touch:
     """
     reach = reach_of(disc, arc)
     a = sum_of_products((*square_factors(disc.ux), *square_factors(disc.uy)))
-    if not reach[0] > 0.0 or a[0] == 0.0:
+    if not disc.radius < arc.fits_below or a[0] == 0.0:
         return _NEVER
     x, y = from_pair(disc.x, arc.centre[0]), from_pair(disc.y, arc.centre[1])
     b = inner_product(x, y, disc.ux, disc.uy)

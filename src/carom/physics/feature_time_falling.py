@@ -101,7 +101,7 @@ def arc_time_falling(disc: Mover, arc: Arc, gravity: Point, leaving: float | Non
     has made of it.
     """
     reach = reach_of(disc, arc)
-    if not reach[0] > 0.0:
+    if (disc.radius < arc.fits_below) is not arc.inside:
         return math.inf
     place = _exact(disc.x) - _exact(arc.centre[0]), _exact(disc.y) - _exact(arc.centre[1])
     velocity, pull = (_exact(disc.ux), _exact(disc.uy)), (Fraction(gravity[0]), Fraction(gravity[1]))

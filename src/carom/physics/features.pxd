@@ -15,6 +15,7 @@ cdef struct Feature:
     bint whole  # whether an arc is the whole circle, or a vertex: it has no ends
     bint reflex  # whether it is more than half of it
     double half_width
+    double fits_below  # radius: of an arc from inside and its stops
     double nx  # of a plane or face: unit normal into the free side, to the nearest floats
     double ny
     DoubleDouble x  # of a face where it begins, of a vertex where it is, of an arc its centre; of a plane one of its points
@@ -26,7 +27,7 @@ cdef struct Feature:
     DoubleDouble fy
 
 cdef enum:
-    FEATURE_NUMBERS = 21  # of a row of numbered.py
+    FEATURE_NUMBERS = 22  # of a row of numbered.py
 
 cdef struct Mover:  # a disc as seen from a wall
     DoubleDouble x
@@ -43,8 +44,9 @@ cdef inline DoubleDouble pair_at(const double *row) noexcept nogil:
 cdef inline Feature feature_from(const double *row) noexcept nogil:
     """Return the feature that a row of numbers stands for."""
     return Feature(
-        <FeatureKind><int>row[0], <int>row[1], row[2] != 0.0, row[3] != 0.0, row[4], row[5], row[6], pair_at(row + 7),
-        pair_at(row + 9), pair_at(row + 11), pair_at(row + 13), pair_at(row + 15), pair_at(row + 17), pair_at(row + 19),
+        <FeatureKind><int>row[0], <int>row[1], row[2] != 0.0, row[3] != 0.0, row[4], row[5], row[6], row[7],
+        pair_at(row + 8), pair_at(row + 10), pair_at(row + 12), pair_at(row + 14), pair_at(row + 16), pair_at(row + 18),
+        pair_at(row + 20),
     )
 
 

@@ -26,6 +26,9 @@ Point = tuple[float, float]
 #: Bits of a square root before it becomes a pair: more than a pair's 106, and some to round by.
 _ROOT_BITS = 160
 
+#: Room in a circle, in parts of its coordinates, that holds some eight floats each way: below, a normal is of rounding.
+_PLACES = 2.0**-50
+
 
 class Mover(NamedTuple):
     """A disc as seen from a wall: for a driven wall, in the frame that moves with it.
@@ -106,6 +109,7 @@ class Arc:
         half_width: The wall is all points within this of the arc, metres.
         inside: Whether it is the side that the centre is on.
         sector: The part of the circle that the arc is; None for all of it.
+        fits_below: Narrower discs fit inside, metres: they alone meet the inner side, and the others its stops.
     """
 
     centre: tuple[Pair, Pair]
@@ -113,6 +117,7 @@ class Arc:
     half_width: float
     inside: bool
     sector: Sector | None
+    fits_below: float = 0.0
 
     @classmethod
     def vertex(cls, at: Point, half_width: float = 0.0) -> Arc:
@@ -127,7 +132,8 @@ class Arc:
     @classmethod
     def of_circle(cls, centre: Point, radius: float, half_width: float = 0.0, *, inside: bool) -> Arc:
         """Return one side of a whole circle."""
-        return cls(((centre[0], 0.0), (centre[1], 0.0)), (radius, 0.0), half_width, inside, None)
+        place, size = ((centre[0], 0.0), (centre[1], 0.0)), (radius, 0.0)
+        return cls(place, size, half_width, inside, None, _fits_below(place, size, half_width) if inside else 0.0)
 
     @classmethod
     def on(
@@ -135,7 +141,15 @@ class Arc:
     ) -> Arc:
         """Return one side of a circle's arc counterclockwise between two of its points, or of all of it."""
         sector = None if ends is None else _sector(circle, *ends)
-        return cls((pair_of(circle.x), pair_of(circle.y)), root_of(circle.radius2), half_width, inside, sector)
+        place, size = (pair_of(circle.x), pair_of(circle.y)), root_of(circle.radius2)
+        return cls(place, size, half_width, inside, sector, _fits_below(place, size, half_width) if inside else 0.0)
+
+    def stop(self, circle: ExactCircle, way: tuple[Fraction, Fraction]) -> Arc:
+        """Return the point of this inner side that lies this way from its circle's centre, as it stops wide discs."""
+        (x, y), nothing = way, (0.0, 0.0)
+        half = Sector((pair_of(-y), pair_of(x)), (pair_of(y), pair_of(-x)), reflex=False)
+        place = pair_of(circle.x + x), pair_of(circle.y + y)
+        return Arc(place, nothing, self.half_width, inside=False, sector=half, fits_below=self.fits_below)
 
 
 Feature = Face | Arc
@@ -154,6 +168,11 @@ def root_of(square: Fraction) -> Pair:
     # The root of square 4^shift has some _ROOT_BITS bits before its point.
     shift = _ROOT_BITS - (square.numerator.bit_length() - square.denominator.bit_length()) // 2
     return pair_of(Fraction(math.isqrt(math.floor(square * Fraction(4) ** shift))) / Fraction(2) ** shift)
+
+
+def _fits_below(centre: tuple[Pair, Pair], radius: Pair, half_width: float) -> float:
+    """Return from which radius on a disc has no room in a circle, or so little that floats do not tell its places."""
+    return radius[0] - half_width - _PLACES * (abs(centre[0][0]) + abs(centre[1][0]) + radius[0])
 
 
 def _nearest_root(part: Fraction, square: Fraction) -> float:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from carom.physics.features import Feature, Point
 
 #: Numbers of a row.
-FEATURE_NUMBERS = 21
+FEATURE_NUMBERS = 22
 
 #: `FeatureKind` of features.pxd.
 _PLANE, _FACE, _VERTEX, _OUTER_ARC, _INNER_ARC = range(5)
@@ -33,7 +33,8 @@ def numbers_of(feature: Feature | HalfPlane, wall: int) -> tuple[float, ...]:
     kind = _VERTEX if feature.is_vertex else _INNER_ARC if feature.inside else _OUTER_ARC
     reflex = sector is not None and sector.reflex
     circle = *feature.centre, feature.radius
-    return _row(kind, wall, feature.half_width, _NONE, *circle, *ends, whole=sector is None, reflex=reflex)
+    whole, below = sector is None, feature.fits_below
+    return _row(kind, wall, feature.half_width, _NONE, *circle, *ends, whole=whole, reflex=reflex, fits_below=below)
 
 
 def _row(
@@ -44,6 +45,7 @@ def _row(
     *pairs: Pair,
     whole: bool = False,
     reflex: bool = False,
+    fits_below: float = 0.0,
 ) -> tuple[float, ...]:
     filled = (*pairs, *[_NONE] * (7 - len(pairs)))
-    return (kind, wall, whole, reflex, half_width, *normal, *(part for pair in filled for part in pair))
+    return (kind, wall, whole, reflex, half_width, fits_below, *normal, *(part for pair in filled for part in pair))

@@ -7,6 +7,7 @@ differs by a bit. All of this is decided by rational numbers, to which no roundi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import NamedTuple
@@ -16,6 +17,9 @@ from carom.physics.features import Arc, Face, Feature
 from carom.trace import EdgeKind
 
 Exact = tuple[Fraction, Fraction]
+
+#: Sine of the angle that an arc may lack of half a circle and still let a disc of its width, to rounding, by its ends.
+_NEARLY_HALF = Fraction(1, 2**20)
 
 
 class WallFeature(NamedTuple):
@@ -68,21 +72,35 @@ class JoinedEdges(NamedTuple):
         return JoinedEdges(edge, self.circle, (*self.numbers, *other.numbers))
 
 
-def features_of(outline: Outline) -> tuple[WallFeature, ...]:
+def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
     """Return the features of a wall, both sides of each edge, in the order in which they are met at one instant.
 
     Faces and arcs come in the order of the edges, vertices after them: where a face ends, it is met no later than the
-    vertex there, and its normal is the one to be taken.
+    vertex there, and its normal is the one to be taken. At the end are the stops of arcs in which a disc of the radius
+    `widest_m` does not fit: see `stops_of`.
     """
+    found, stops = list[WallFeature](), list[WallFeature]()
+
+    def add(arc: Arc, circle: ExactCircle, ways: list[Exact], edges: tuple[int, ...]) -> None:
+        if arc.fits_below <= widest_m:
+            stops.extend(WallFeature(arc.stop(circle, way), edges, EdgeKind.ARC) for way in ways)
+
     if outline.radius is not None:
-        kind = EdgeKind.ARC if outline.radius else EdgeKind.VERTEX
-        return tuple(
-            WallFeature(Arc.of_circle(outline.points[0], outline.radius, outline.half_width, inside=inside), (0,), kind)
-            for inside in ((True, False) if outline.radius else (False,))
+        at, kind = outline.points[0], EdgeKind.ARC if outline.radius else EdgeKind.VERTEX
+        inner, outer = (
+            Arc.of_circle(at, outline.radius, outline.half_width, inside=inside) for inside in (True, False)
         )
+        if outline.radius:
+            found.append(WallFeature(inner, (0,), kind))
+            add(inner, ExactCircle(*exact(at), Fraction(0)), quarters_of((Fraction(outline.radius), Fraction(0))), (0,))
+        return (*found, WallFeature(outer, (0,), kind), *stops)
     runs = runs_of(outline)
-    sides = [one for run in runs for one in _sides(run, outline.half_width)]
-    return (*sides, *_vertices(runs, outline))
+    for k, run in enumerate(runs):
+        found += _sides(run, outline.half_width)
+        inside = found[-2].feature
+        if run.circle is not None and isinstance(inside, Arc):
+            add(inside, run.circle, stops_of(runs, k, closed=outline.closed), run.numbers)
+    return (*found, *_vertices(runs, outline), *stops)
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
@@ -157,3 +175,30 @@ def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature
             yield WallFeature(Arc.vertex(after.edge.a, outline.half_width), (lower,), EdgeKind.VERTEX)
     if not outline.closed:
         yield WallFeature(Arc.vertex(runs[-1].edge.b, outline.half_width), runs[-1].numbers[-1:], EdgeKind.VERTEX)
+
+
+def quarters_of(way: Exact) -> list[Exact]:
+    """Return a vector, and what a quarter turn, two and three make of it, counterclockwise."""
+    x, y = way
+    return [(x, y), (-y, x), (-x, -y), (y, -x)]
+
+
+def stops_of(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
+    """Return the ways from an arc's centre to the points at which it stops discs that do not fit inside.
+
+    A disc exactly as wide as an arc touches all of it at once. Of half a circle it can only come away from the middle;
+    of more, where it can't get away at all, the points a quarter from the ends stop it, and of a whole circle any four.
+    Less than half is touched no sooner than its ends, at a smooth one of which a foot may be rounded off the edge.
+    """
+    run = runs[k]
+    if run.circle is None:
+        return []
+    first, last = ((x - run.circle.x, y - run.circle.y) for x, y in map(exact, run.edge[:2]))
+    turn = run.turn * (first[0] * last[1] - first[1] * last[0])
+    if run.edge.a == run.edge.b:
+        return quarters_of(first)
+    if turn > run.circle.radius2 * _NEARLY_HALF:
+        smooth_first = (closed or k > 0) and goes_smoothly(runs[k - 1], run)
+        smooth_last = (closed or k + 1 < len(runs)) and goes_smoothly(run, runs[(k + 1) % len(runs)])
+        return [first] * smooth_first + [last] * smooth_last
+    return [quarters_of(first)[run.turn]] + [quarters_of(last)[-run.turn]] * (turn != 0)

@@ -19,7 +19,7 @@ from tests.drawn import KINDS, TABLES, drawn, thrown
 from tests.lengths import long_after
 from tests.processes import ran
 from tests.stage import crushed_rows
-from tests.unit.solvers.test_finite_walls import pushed, slid
+from tests.unit.solvers.test_finite_walls import pushed, slid, wide
 from tests.validation.test_contact import held_in_its_landing
 
 import carom
@@ -290,10 +290,11 @@ def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
 
 
 def _gliding() -> list[Job]:
-    """Discs that come to glide along an arc, from beyond its circle by a rounding or not; some that fall."""
+    """Discs that come to glide along an arc, or are as wide, beyond its circle by a rounding or not; some that fall."""
     pulls = ((0.0, 0.0), (1e-9, 0.0))
     drawn = [(form(random.Random(n)), form.__name__, n, g) for n in range(2) for form in (pushed, slid) for g in pulls]
-    return [
+    wides = [wide(n).model_copy(update={"name": f"wide {n}"}) for n in (15, 18, 19, 28)]
+    return [(scene, "pic") for scene in wides] + [
         (scene.model_copy(update={"name": f"{name} {n} {g}", "gravity_m_s2": g}), "pic")
         for (scene, _), name, n, g in drawn
         if name == "slid" or g == pulls[0]

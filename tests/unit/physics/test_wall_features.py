@@ -13,9 +13,9 @@ from carom.trace import EdgeKind
 
 
 def kinds(outline: Outline) -> dict[EdgeKind, list[tuple[int, ...]]]:
-    """Return the edges of the features of an outline, by kind, one side of each."""
+    """Return the edges of the features of an outline that a point meets, by kind, one side of each."""
     found: dict[EdgeKind, list[tuple[int, ...]]] = {}
-    for part in features_of(outline):
+    for part in features_of(outline, widest_m=0.0):
         if part.edges not in found.setdefault(part.kind, []):
             found[part.kind].append(part.edges)
     return found

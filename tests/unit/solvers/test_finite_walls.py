@@ -9,15 +9,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.lengths import each
+from tests.lengths import each, long_after
 from tests.stage import disc_at, sure, wall_at
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
+from carom.errors import CaromError
+from carom.outline import Outline
 from carom.runs.wire import CarriedTrace, Codec
 from carom.trace import EdgeKind, Trace
 
 FACE, VERTEX, ARC = (kind.value for kind in EdgeKind)
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
+CUP = Chain(points_m=[(-1, 0), (1, 0)], bulges=[1])
+CHANNEL = Chain(points_m=[(-1, 2), *CUP.points_m, (1, 2)], bulges=[0, 1, 0])
 
 
 def table(*bodies: Any, **fields: Any) -> Scene:
@@ -155,6 +159,73 @@ def test_a_disc_that_comes_to_glide_along_an_arc_is_told_however_it_is_rounded(
     ends = Outcome.AT_REST if "gravity_m_s2" in fields else Outcome.GLIDES
     assert ends in outcomes
     assert outcomes <= {ends, Outcome.MAX_IMPACTS, Outcome.STANDSTILL}
+
+
+@each(("g", "time_s"), [(0.0, 1.0), (1.0, math.sqrt(3) - 1)])
+def test_a_disc_as_wide_as_a_half_circle_comes_back_the_way_it_came(g: float, time_s: float) -> None:
+    """From the middle of a cup, and of one between two edges that it slides along; by an ulp wider or narrower, too."""
+    for wall, ulps in ((CUP, (-1, 0)), (CHANNEL, (-4, -2, -1, 0, 2))):
+        for radius in (1.0 + 2.0**-53 * n for n in ulps):
+            disc, wide = disc_at(0, 1, 0, -1, r=radius), {"gravity_m_s2": (0, -g), "wall_restitution": 0.5}
+            trace = solve_pic(table(disc, wall, **wide, duration_s=1.25))
+            assert (len(trace.impacts), trace.ambiguous) == (1, ())
+            assert trace.impacts["time_s"][0] == pytest.approx(time_s, abs=1e-15)
+            assert trace.impacts["velocity_first_after"][0] == pytest.approx((0, 0.5 * (1 + g * time_s)), abs=1e-15)
+            assert edges(trace)[0][1] == ARC
+
+
+@each("restitution", [1.0, 0.5])
+def test_a_disc_that_fills_its_ring_can_t_move(restitution: float) -> None:
+    """Of one circle, of two half circles, or of more than half a circle: impacts without end, at the start."""
+    halves = Chain(points_m=[(-1, 0), (1, 0)], bulges=[1, 1], closed=True)
+    hook = Chain(points_m=[(-1, -0.75), (1, -0.75)], bulges=[-2])
+    for ring, radius in ((Ring(centre_m=(0, 0), radius_m=1), 1), (halves, 1), (hook, 1.25)):
+        trace = solve_pic(table(disc_at(0, 0, 0.25, 0.5, r=radius), ring, wall_restitution=restitution))
+        assert trace.outcome is Outcome.STANDSTILL
+        assert trace.end_time_s < 1e-12
+        assert np.abs(trace.final_position_m).max() < 1e-12
+
+
+def wide(number: int) -> Scene:
+    """Return a disc, about as wide as an arc, that comes to it along its axis or another way."""
+    rnd = random.Random(number)
+    bulge, (u, v) = rnd.choice((1, 1, 0.5, 0.25, 2, 1 - 2**-40)), rnd.choice(((0, -1), (0, -1), (3, -4), (-1, -2)))
+    across, up = (1 + bulge * bulge) / (2 * bulge), (1 - bulge * bulge) / (2 * bulge)
+    points, bulges = [(-1.0, 0), (1.0, 0)], [bulge]
+    if rnd.random() < 0.75:  # edges that go on smoothly
+        points, bulges = [(-1 - 2 * up, 2), *points, (1 + 2 * up, 2)], [0, bulge, 0]
+    turn = rnd.choice((1, 1j, 3 + 4j, complex(math.cos(1), math.sin(1))))
+    way, off = rnd.choice((0.5, 1, 2)), rnd.choice((0, 0, 1e-16, 1e-12, 1e-8, 0.05))
+    place, speed, *ends = ((complex(*p) * turn) for p in ((off - way * u, up - way * v), (u, v), *points))
+    disc = disc_at(
+        place.real, place.imag, speed.real, speed.imag, r=across * abs(turn) * (1 + rnd.randint(-9, 4) * 2**-52)
+    )
+    wall = Chain(points_m=[(end.real, end.imag) for end in ends], bulges=bulges)
+    return table(disc, wall, wall_restitution=rnd.choice((1.0, 0.5)), duration_s=5.0)
+
+
+@pytest.mark.parametrize("first", long_after(1, range(0, 1000, 50)))
+def test_nothing_slips_through_an_arc_as_wide_as_it(first: int) -> None:
+    """However it is rounded, at arcs of more than half a circle and less, with smooth ends or without."""
+    kept = 0
+    for number in range(first, first + 50):
+        try:
+            scene = wide(number)
+        except CaromError:  # it overlaps the wall at the start
+            continue
+        trace, kept = solve_pic(scene, max_impacts=100), kept + 1
+        (disc,), (outline,), begun = scene.discs, scene.arrays.walls, 0.0
+        assert isinstance(outline, Outline)
+        (x, y), (vx, vy) = disc.position_m, disc.velocity_m_s
+        ends = [*trace.impacts["time_s"].tolist(), trace.end_time_s]
+        for end, after in zip(ends, [*trace.impacts["velocity_first_after"].tolist(), (0, 0)], strict=True):
+            for wait in np.linspace(0, end - begun, 10):
+                assert (
+                    sure(scene.walls[0].outline).gap(x + vx * wait, y + vy * wait, disc.radius_m)
+                    > -1e-6 * disc.radius_m
+                ), scene
+            x, y, begun, (vx, vy) = x + vx * (end - begun), y + vy * (end - begun), end, after
+    assert kept >= 15
 
 
 def test_all_chords_of_a_circle_take_equally_long() -> None:

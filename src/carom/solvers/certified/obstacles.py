@@ -13,7 +13,7 @@ from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.outline import Outline
-from carom.physics.wall_features import Exact, JoinedEdges, exact, goes_smoothly, runs_of
+from carom.physics.wall_features import Exact, JoinedEdges, exact, goes_smoothly, quarters_of, runs_of, stops_of
 from carom.trace import EdgeKind, wall_body
 
 if TYPE_CHECKING:
@@ -51,12 +51,18 @@ class Round(NamedTuple):
         radius2: The square of the line's radius, 0 of a vertex, square metres.
         inside: Whether it is the side that the centre is on.
         sector: Vectors from the centre to where the arc begins and ends, counterclockwise; None for the whole circle.
+        stops2: Of a point at which an arc stops discs that do not fit inside, the square of its radius; else 0.
     """
 
     centre: Exact
     radius2: Fraction
     inside: bool = False
     sector: Between | None = None
+    stops2: Fraction = _NOWHERE
+
+    def lets_by(self, thickness: Fraction) -> bool:
+        """Whether it is a stop of an arc in which there is room for a disc's radius and the wall's half width."""
+        return thickness * thickness < self.stops2
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +90,13 @@ class Obstacle:
 def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
     """Return all obstacles of a scene, wall by wall; where all are half-planes, one for each wall."""
     found: list[Obstacle] = []
+    widest = Fraction(float(scene.arrays.radius_m.max(initial=0.0)))
     for k, wall in enumerate(scene.arrays.walls):
         if isinstance(wall, Outline):
-            found += _of_circle(k, wall) if wall.radius is not None else _of_chain(k, wall, len(found))
+            new = _of_circle(k, wall) if wall.radius is not None else _of_chain(k, wall, len(found))
+            found += [
+                one for one in new if not isinstance(one.shape, Round) or not one.shape.lets_by(widest + one.half_width)
+            ]
         else:
             found.append(Obstacle(k, Plane(exact(wall[:2]), exact(wall[2:]))))
     return tuple(found)
@@ -105,8 +115,11 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
 def _of_circle(k: int, outline: Outline) -> Iterator[Obstacle]:
     centre, radius2 = exact(outline.points[0]), Fraction(outline.radius or 0.0) ** 2
     kind = EdgeKind.ARC if radius2 else EdgeKind.VERTEX
+    thick = Fraction(outline.half_width)
     for inside in (True, False) if radius2 else (False,):
-        yield Obstacle(k, Round(centre, radius2, inside), Fraction(outline.half_width), kind, (0,))
+        yield (side := Obstacle(k, Round(centre, radius2, inside), thick, kind, (0,)))
+    for way in quarters_of((Fraction(outline.radius or 0.0), _NOWHERE)) if radius2 else ():
+        yield _stop(side, way)
 
 
 def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
@@ -116,8 +129,10 @@ def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
     """
     runs, thick = runs_of(outline), Fraction(outline.half_width)
     sides = [Obstacle(k, *side, run.numbers) for run in runs for side in _sides(run, thick)]
+    ways = [stops_of(runs, n, closed=outline.closed) for n in range(len(runs))]
+    stops = [_stop(side, way) for side, of_run in zip(sides[::2], ways, strict=True) for way in of_run]
     if runs[0].edge.a == runs[-1].edge.b and len(runs) == 1:  # a whole circle, which has no joint
-        return sides
+        return [*sides, *stops]
     vertices: list[Obstacle] = []
     joints = [(i - 1, i) for i in range(len(runs))] if outline.closed else [(i, i + 1) for i in range(-1, len(runs))]
     for left, right in joints:
@@ -135,7 +150,15 @@ def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
                 _link(sides, before_it - before + side, one, 1, wall_body(onward))
             if other:
                 _link(sides, after_it - before + side, other, 0, wall_body(back))
-    return [*sides, *vertices]
+    return [*sides, *vertices, *stops]
+
+
+def _stop(side: Obstacle, way: Exact) -> Obstacle:
+    """Return the point of an arc, this way from its centre, at which it stops discs that do not fit inside."""
+    assert isinstance(side.shape, Round)  # noqa: S101 - which alone has ways
+    ((cx, cy), radius2, *_), (_, left, _, right) = side.shape, quarters_of(way)
+    shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
+    return replace(side, shape=shape, neighbours=(None, None))
 
 
 def _link(sides: list[Obstacle], number: int, run: JoinedEdges, end: int, body: int) -> None:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.outline import Outline
 from carom.physics.numbered import FEATURE_NUMBERS, numbers_of
 from carom.physics.wall_features import WallFeature, are_decidable, features_of
 from carom.trace import EDGE_DTYPE, NO_EDGE
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.disc_arrays import DiscArrays
-    from carom.outline import Outline
     from carom.physics.features import Feature
 
 #: As many as the kernel numbers: `MOST_OBSTACLES` of layout.pxd.
@@ -22,8 +22,9 @@ MOST_OBSTACLES = 32_767
 
 
 def obstacles_at_most(start: DiscArrays) -> int:
-    """Return how many obstacles walls have at most: an edge has two sides and an end, an open chain one end more."""
-    return sum(1 if isinstance(wall, tuple) else 3 * len(wall.stretches) + 1 for wall in start.walls)
+    """Return how many obstacles walls have at most: an edge has two sides, an end and, if bent, two stops."""
+    counts = ([5 if one.centre else 3 for one in wall.stretches] for wall in start.walls if isinstance(wall, Outline))
+    return sum(sum(edges) + 1 for edges in counts) + sum(isinstance(wall, tuple) for wall in start.walls)
 
 
 class Obstacles:
@@ -36,11 +37,12 @@ class Obstacles:
     def __init__(self, start: DiscArrays) -> None:
         self._finite: dict[int, tuple[Outline, WallFeature]] = {}  # by the number of the obstacle
         rows: list[tuple[float, ...]] = []
+        widest = start.radius_m.max(initial=0.0)
         for number, wall in enumerate(start.walls):
             if isinstance(wall, tuple):
                 rows.append(numbers_of(wall, number))
                 continue
-            for part in features_of(wall):
+            for part in features_of(wall, widest):
                 self._finite[len(rows)] = wall, part
                 rows.append(numbers_of(part.feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)

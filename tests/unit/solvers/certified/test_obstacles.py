@@ -32,7 +32,9 @@ def test_they_are_the_features_that_pic_has() -> None:
         scene = scene_of(drawn[1])
         found = sorted((one.wall, one.kind, one.edges) for one in obstacles_of(scene) if one.kind is not None)
         outlines = [(k, wall) for k, wall in enumerate(scene.arrays.walls) if isinstance(wall, Outline)]
-        assert found == sorted((k, part.kind, part.edges) for k, wall in outlines for part in features_of(wall))
+        widest = max(disc.radius_m for disc in scene.discs)
+        parts = [(k, part.kind, part.edges) for k, wall in outlines for part in features_of(wall, widest)]
+        assert found == sorted(parts)
         compared += len(found)
     assert compared > 150
 
