@@ -151,7 +151,7 @@ export class Contacts {
     if (vertex === null || !ground.fliesOver(b, i, vertex)) return null;
     const record = this.takeOff(i, ground);
     b.touchVertex(i, ground.wall, vertex);
-    b.neverMet[i] = ground.never.filter((one) => !sameFeature(one, vertex));
+    b.neverMet[i] = ground.never.filter((one) => one.kind !== "arc" && !sameFeature(one, vertex));
     return record;
   }
   takeOff(i, ground) {

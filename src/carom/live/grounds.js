@@ -40,6 +40,12 @@ export class Ground {
     return vertexFalling(b.mover(i, this.wall), vertex, b.gravity, 0) > 0;
   }
 }
+// Whether a feature is of an arc, and ends, or is, at a point.
+function arcEnds({ edges: line }, { kind, sector, radius, centre, edges }, at) {
+  if (kind !== "arc" || sector === null) return false;
+  const ends = radius[0] ? [line[edges[0]].a, line[edges.at(-1)].b] : [centre.map(([high]) => high)];
+  return ends.some((end) => samePoint(end, at));
+}
 // What a disc may be in contact with of a wall, and of a finite one of a feature; null for none.
 export function groundOf(b, k, feature = null) {
   if (b.runs(k)) return null;
@@ -53,7 +59,10 @@ export function groundOf(b, k, feature = null) {
   const isSide = (face) => ends.every((end) => samePoint(face.a, end) || samePoint(face.b, end)),
     sides = features.filter((face) => face.kind === "face" && isSide(face)),
     plane = [feature.a[0] + h * nx, feature.a[1] + h * ny, nx, ny];
-  return new Ground(k, plane, feature, [...sides, ...over.filter((vertex) => vertex)], over);
+  // An arc that goes on smoothly is come to where the face ends.
+  const smooth = ends.filter((_, n) => over[n] === null),
+    onward = features.filter((part) => smooth.some((end) => arcEnds(b.finite[k].outline, part, end)));
+  return new Ground(k, plane, feature, [...sides, ...over.filter((vertex) => vertex), ...onward], over);
 }
 export function* groundsOf(b, i) {
   for (const [k, finite] of b.finite.entries()) {

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import random
 
 import numpy as np
 import pytest
@@ -168,6 +169,19 @@ def test_a_disc_flies_off_an_edge_where_its_weight_holds_it_to_no_circle(speed: 
         assert trace.end_time_s == pytest.approx(1.0 / speed)
         assert trace.final_position_m[0].tolist() == [1.0, 0.5]
         assert "end of a straight edge of wall 0" in trace.notes[0]
+
+
+def test_a_floor_that_bends_up_or_down_smoothly_ends_where_the_arc_begins() -> None:
+    """However it is rounded, the disc comes to the end of an edge there, and is held by no two walls."""
+    for number in range(60):
+        rnd = random.Random(number)
+        x, y, length, radius, speed, part = (rnd.uniform(0.5, 3) for _ in range(6))
+        ends, r = [(x, y), (x + length, y), (x + length, y + rnd.choice((2, -2)) * radius)], radius * min(part / 3, 0.9)
+        wall = Chain(points_m=ends, bulges=[0, math.copysign(1, ends[2][1] - y)])
+        disc = disc_at(x + 0.1, y + r, speed, r=r)
+        trace = solve_pic(staged("bend", disc, wall, wall_restitution=0.0, duration_s=9.0, gravity_m_s2=(0, -1)))
+        assert trace.outcome is Outcome.EDGE
+        assert trace.end_time_s == pytest.approx((length - 0.1) / speed)
 
 
 def test_an_edge_in_pieces_is_one() -> None:

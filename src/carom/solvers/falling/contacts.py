@@ -11,6 +11,7 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from carom.physics.contact_law import Press, left_of_slip, rates, take, zero_after
+from carom.physics.features import Face
 from carom.physics.wall_time import wall_speed
 from carom.solvers.falling.grounds import grounds_of
 from carom.solvers.plain.instants import NEVER, Instant, after
@@ -132,7 +133,8 @@ class Contacts:
         record = self._take_off(i, ground)
         # Its rim is on the vertex, and moves along it; the face it never comes back to on this path.
         bodies.touch_vertex(i, ground.wall, vertex)
-        bodies.never_met[i] = tuple(one for one in ground.never_met if one != vertex)
+        flat = [one for one in ground.never_met if isinstance(one, Face) or one.sector is None]
+        bodies.never_met[i] = tuple(one for one in flat if one != vertex)
         return record
 
     def _take_off(self, i: int, ground: Ground) -> ModeRecord:

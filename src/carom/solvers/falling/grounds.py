@@ -14,8 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from carom.disc_arrays import HalfPlane
-    from carom.physics.features import Feature
+    from carom.physics.features import Feature, Point
+    from carom.physics.wall_features import WallFeature
     from carom.solvers.falling.bodies import FallingBodies
+    from carom.solvers.plain.finite_walls import FiniteWall
 
 
 class Ground(NamedTuple):
@@ -96,7 +98,19 @@ def ground_of(bodies: FallingBodies, k: int, feature: Feature | None = None) -> 
     never = [face for face in backs if {face.a, face.b} == set(ends)]
     plane = (feature.a[0] + h * nx, feature.a[1] + h * ny, nx, ny)
     met = tuple(vertex for vertex in over if vertex is not None)
-    return Ground(k, plane, feature, (*never, *met), (over[0], over[1]))
+    # It comes to an arc that goes on smoothly where the face ends: which of both is told first, rounding would decide.
+    smooth = [end for end, vertex in zip(ends, over, strict=True) if vertex is None]
+    onward = (part.feature for part in finite.features if any(_arc_ends(finite, part, end) for end in smooth))
+    return Ground(k, plane, feature, (*never, *met, *onward), (over[0], over[1]))
+
+
+def _arc_ends(finite: FiniteWall, part: WallFeature, at: Point) -> bool:
+    """Whether a feature is of an arc, and ends, or is, at a point."""
+    edges, feature = finite.outline.edges, part.feature
+    if not isinstance(feature, Arc) or feature.sector is None:
+        return False
+    ends = edges[part.edges[0]].a, edges[part.edges[-1]].b
+    return at in (((feature.centre[0][0], feature.centre[1][0]),) if feature.is_vertex else ends)
 
 
 def grounds_of(bodies: FallingBodies, i: int) -> Iterator[Ground]:
