@@ -2,8 +2,9 @@
 
     python -m tests.mutants --faults 150 --minutes 30
 
-Faults are drawn by lot, the same number of each room. What was tried is kept in `--state` and not tried again, so the
-command goes on where it was ended; a line that has changed since is another place.
+Those that the document of `--write` lists are tried first; others are drawn by lot, up to the same number of each room.
+What was tried is kept in `--state` and not tried again, so the command goes on where it was ended; a line that has
+changed since is another place. A row of the document keeps its reason as long as its fault goes unnoticed.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import argparse
 import json
 import os
 import random
+import re
 import subprocess
 import sys
 import tempfile
@@ -24,6 +26,8 @@ from tests.mutants.running import JOB
 
 _ROOT = Path(__file__).parents[2]
 _BEGIN, _END = "<!-- mutants: begin -->", "<!-- mutants: end -->"
+#: A fault that no test notices, and why.
+_ROW = re.compile(r"^- `(?P<path>[^`]+)`: `(?P<before>[^`]+)` as `(?P<after>[^`]+)`(?:: (?P<why>.+))?$", re.MULTILINE)
 
 
 def main() -> None:
@@ -40,15 +44,16 @@ def main() -> None:
     asked = parser.parse_args()
     rooms = asked.room or list(ROOMS)
     faults = faults_in(_ROOT)
+    reasons = listed(asked.write.read_text()) if asked.write else {}
     tried = _tried(asked.state, {fault.key for fault in faults})
     numbered = list(enumerate(faults, start=1))
-    wanted = [pair for pair in _drawn(numbered, rooms, asked.faults) if pair[1].key not in tried]
+    wanted = [pair for pair in drawn(numbered, rooms, asked.faults, set(reasons)) if pair[1].key not in tried]
     if wanted:
         print(f"{len(faults)} places for a fault; {len(tried)} tried before, {len(wanted)} to try", flush=True)
         make_copy(_ROOT, asked.copy, wanted)
         _run(wanted, asked.copy, asked.state, 60.0 * asked.minutes)
         tried = _tried(asked.state, {fault.key for fault in faults})
-    table = _table(faults, tried)
+    table = _table(faults, tried, reasons)
     print(table)
     if asked.write:
         text = asked.write.read_text()
@@ -64,9 +69,17 @@ def _tried(state: Path, keys: set[str]) -> dict[str, dict[str, str]]:
     return {row["key"]: row for row in rows if row["key"] in keys}
 
 
-def _drawn(faults: list[tuple[int, Fault]], rooms: list[str], count: int) -> list[tuple[int, Fault]]:
-    """Return as many faults of each room, one line of a room no more often than can be helped, in the order drawn."""
-    drawn = []
+def listed(text: str) -> dict[str, str]:
+    """Return the reasons of the faults that a document lists, by key; empty for one that has none."""
+    return {f"{row['path']}: {row['before']} -> {row['after']}": row["why"] or "" for row in _ROW.finditer(text)}
+
+
+def drawn(faults: list[tuple[int, Fault]], rooms: list[str], count: int, first: set[str]) -> list[tuple[int, Fault]]:
+    """Return as many faults of each room, in the order drawn.
+
+    Those whose keys are in `first` come first, all of them; one line of a room comes no more often than can be helped.
+    """
+    wanted = []
     for room in rooms:
         mine = [pair for pair in faults if pair[1].room == room]
         random.Random(room).shuffle(mine)
@@ -75,8 +88,10 @@ def _drawn(faults: list[tuple[int, Fault]], rooms: list[str], count: int) -> lis
         for pair in mine:
             turns.append((lines[pair[1].path, pair[1].line], pair))
             lines[pair[1].path, pair[1].line] += 1
-        drawn += [pair for _, pair in sorted(turns, key=lambda turn: turn[0])][: -(-count // len(rooms))]
-    return drawn
+        ordered = sorted(turns, key=lambda turn: (turn[1][1].key not in first, turn[0]))
+        least = sum(pair[1].key in first for pair in mine)
+        wanted += [pair for _, pair in ordered][: max(least, -(-count // len(rooms)))]
+    return wanted
 
 
 def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: float) -> None:
@@ -105,8 +120,8 @@ def _run(wanted: list[tuple[int, Fault]], copy: Path, state: Path, seconds: floa
         subprocess.run(command, cwd=copy, env=environment, check=False)
 
 
-def _table(faults: list[Fault], tried: dict[str, dict[str, str]]) -> str:
-    """Return how many were tried and noticed in each room, and those that were not."""
+def _table(faults: list[Fault], tried: dict[str, dict[str, str]], reasons: dict[str, str]) -> str:
+    """Return how many were tried and noticed in each room, and those that were not, each with its reason."""
     by_key = {fault.key: fault for fault in faults}
     lines = ["| room | places | tried | noticed | not noticed |", "| --- | ---: | ---: | ---: | ---: |"]
     for room in [*ROOMS, "all"]:
@@ -115,7 +130,8 @@ def _table(faults: list[Fault], tried: dict[str, dict[str, str]]) -> str:
         places = sum(room in ("all", fault.room) for fault in faults)
         lines.append(f"| {room} | {places:,} | {len(mine):,} | {noticed:,} | {len(mine) - noticed:,} |")
     left = [by_key[key] for key, row in tried.items() if not row["by"]]
-    lines += ["", *(f"- `{f.path}`: `{f.before}` as `{f.after}`" for f in sorted(left))]
+    whys = {key: f": {why}" for key, why in reasons.items() if why}
+    lines += ["", *(f"- `{f.path}`: `{f.before}` as `{f.after}`{whys.get(f.key, '')}" for f in sorted(left))]
     return "\n".join(lines)
 
 

@@ -116,6 +116,15 @@ def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
         assert abs(mpf(float(certified.trace.modes["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
 
 
+def test_a_disc_that_slides_on_a_face_meets_another_vertex_of_the_same_wall() -> None:
+    """The wall bends back over its floor: its end, .3 m above the centre, is met .4 m before, after 2 m at 2 m/s."""
+    hook = Chain(points_m=[(0.0, 0.0), (8.0, 0.0), (8.0, 3.0), (4.0, 0.8)])
+    certified = certify(staged("hook", disc_at(1.6, 0.5, 2.0), hook, gravity_m_s2=(0.0, -4.0), duration_s=2.0))
+    assert certified.degeneracy is not None
+    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0))
+    assert certified.degeneracy.latest_s == pytest.approx(1.0, rel=1e-15)
+
+
 def test_a_disc_that_rolls_slowly_over_an_edge_ends_by_name() -> None:
     """At 2 m/s, below sqrt(g R), it does not fly off; the edge's end is named."""
     (entry,) = find_scenes(["contact/edge"])

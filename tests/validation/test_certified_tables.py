@@ -135,6 +135,29 @@ def test_contact_with_a_finite_wall_at_the_start_has_no_certain_answer(scene: Sc
     assert certified.degeneracy.proven
 
 
+def test_a_touching_pair_at_the_start_is_named_beside_a_finite_wall_too() -> None:
+    """That the wall is touched by nobody takes nothing from it."""
+    discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.5) for x, v in ((0.0, 1.0), (1.0, 0.0))]
+    certified = certify(Scene(name="pair", discs=discs, walls=(Ring(centre_m=(0, 9), radius_m=1.0),), duration_s=1.0))
+    assert certified.degeneracy is not None
+    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.TOUCHING_START, (0, 1))
+
+
+def test_a_disc_struck_into_an_arc_that_it_touches_is_in_contact_with_it() -> None:
+    """It rests against a circle until another one comes: that is no graze."""
+    discs = [Disc(position_m=(x, 0.0), velocity_m_s=(v, 0.0), radius_m=0.5) for x, v in ((-2.0, 1.0), (0.5, 0.0))]
+    certified = certify(Scene(name="row", discs=discs, walls=(Ring(centre_m=(2, 0), radius_m=1.0),), duration_s=9.0))
+    assert certified.trace.impacts["time_s"].tolist() == [1.5]
+    assert certified.degeneracy is not None
+    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
+
+
+def test_a_disc_that_passes_an_arc_as_far_inside_as_it_is_wide_meets_it() -> None:
+    """At a distance of R - r from the centre squaring has the equation of a graze, too, which is at R + r."""
+    certified = certify(table((1, 0), Ring(centre_m=(3, -0.5), radius_m=1.0)), max_impacts=1)
+    assert certified.trace.impacts["time_s"].tolist() == [3.0 - np.sqrt(2.0)]
+
+
 def test_a_disc_that_leaves_a_wall_which_it_touches_goes_on() -> None:
     """Contact without approach is no impact, beside an edge or on its far side neither."""
     for velocity in ((0.0, 1.0), (1.0, 0.0)):

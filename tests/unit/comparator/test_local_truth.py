@@ -172,6 +172,28 @@ def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)
 
 
+def test_a_disc_that_falls_slowly_onto_a_fixed_one_is_due_when_it_is_there() -> None:
+    """A metre at 0.5 m/s^2 takes 2 s: on a straight path a disc that begins at rest would never come."""
+    bodies = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
+    scene = staged("slow", *bodies, gravity_m_s2=(0.0, -0.5), duration_s=3.0, frame_rate_hz=8.0)
+    assert steps_of(scene, "pic").meetings["due_s"].tolist() == [2.0]
+
+
+def test_a_floor_that_a_disc_leaves_does_not_explain_that_it_is_turned() -> None:
+    """Pushed up by 5 m/s in the step in which it leaves, which is no rest: 2.5 steps of falling are 0.4 m/s."""
+    dt_s = 1 / 60
+    bodies = disc_at(0.0, 0.5, 0.0, 2.0), wall_at(0.0, 0.0, 0.0, 1.0)
+    scene = staged("pushed", *bodies, gravity_m_s2=(0.0, -10.0), duration_s=0.25)
+    times = np.arange(16) * dt_s
+    heights, speeds = 0.5 + 2.0 * times - 5.0 * times**2, 2.0 - 10.0 * times
+    heights[1:] += 5.0 * (times[1:] - dt_s)
+    speeds[1:] += 5.0
+    place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (heights, speeds))
+    states = States(times, place, velocity)
+    found = local_score(local_truth(scene, states, dt_s=dt_s), scales_of(scene, solve_pic(scene)), 64)
+    assert (found.invented, found.missed, found.early) == (1, 0, 0)
+
+
 def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
     """A ball that falls through the floor, and on for a hundred steps, has missed one impact."""
     scene, dt_s = all_scenes()["gravity/bouncing-ball"].scene, 1 / 60

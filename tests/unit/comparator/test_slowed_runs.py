@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from tests.drawn import slowing
 from tests.lengths import each, long_after
-from tests.stage import disc_at, staged, sure
+from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
 from carom.adapter import Contact, Observation
@@ -176,6 +176,15 @@ def test_effective_times_of_an_engine_are_those_of_its_paths(scene: Scene, dt_s:
     assert trace.effective_time_s == pytest.approx(truth.impacts["time_s"], rel=off)
     for name in ("velocity_first_before", "velocity_second_before", "velocity_first_after", "velocity_second_after"):
         assert trace.impacts[name] == pytest.approx(truth.impacts[name], rel=10 * off, abs=1e-13)
+
+
+def test_places_at_a_turn_on_a_table_are_those_of_the_whole_speed() -> None:
+    """A disc meets a wall nearly head-on, at 2^-10 m/s along it: seen from the turn it comes from its path."""
+    bodies = disc_at(0.0, 0.0, 2.0, 2.0**-10, r=0.25), wall_at(1.25, 0.0, -1.0, 0.0)
+    scene = staged("table", *bodies, table_deceleration_m_s2=0.8, duration_s=1.0)
+    score = compare(solve_pic(scene), observe_run(PicAdapter(), scene, "tuned", TABLE_DT_S))
+    assert sure(score.consistency).position.size < 1e-12
+    assert sure(score.consistency).unchecked == 0
 
 
 def test_a_step_beyond_the_end_leaves_out_what_stops_in_it() -> None:

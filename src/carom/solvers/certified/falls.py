@@ -68,7 +68,7 @@ def falls_of(powers: Sequence[arb], until: float | arb = _INFINITY) -> Iterator[
         yield from (fall for fall in found if not fall.time > until)
         return
     polynomial = arb_poly(left)
-    sign = 1 if left[0] > 0 else -1 if left[0] < 0 else 0
+    sign = _sign(left[0], ZERO)
     pending: list[_Piece] = []
     for piece, at_end in _pieces(polynomial, _horizon(left, until)):
         if piece is not None:

@@ -150,5 +150,5 @@ def proven_decimal(value: float, radius: float) -> str:
     if significant < 0:
         return f"0 (within {abs(value) + radius:.1e})"
     if 1e-4 <= abs(value) < 1e16:
-        return f"{value:.{decimals}f}" if decimals >= 0 else f"{round(value, decimals):.0f}"
+        return f"{round(value, decimals):.{max(decimals, 0)}f}"
     return f"{value:.{significant}e}"

@@ -114,6 +114,15 @@ def test_an_exact_graze_on_first_paths_is_no_impact(x: float, y: float, vx: floa
     assert len(certified) == 0
 
 
+def test_a_graze_of_a_ceiling_is_told_where_no_ball_has_the_bits() -> None:
+    """Thrown up by v^2 / 2 g with v = 1 + 2^-40 and g = v / 2: the square of v has 81 bits, of 64 that are allowed."""
+    v = 1 + 2.0**-40
+    ceiling = Wall(point_m=(0.0, v + 2.5), normal=(0.0, -1.0))
+    found = scene(disc(0, 0, 0, v), walls=[ceiling], gravity_m_s2=(0.0, -v / 2), duration_s=4.0)
+    certified = certify(found, digits=6, max_precision_bits=64)
+    assert (certified.ending, len(certified)) == (Ending.COMPLETED, 0)
+
+
 def test_a_graze_that_no_precision_decides_is_reported_with_what_came_before() -> None:
     """Struck by a disc of half its mass, a disc leaves at 2/3 m/s, no dyadic number, and grazes a third one exactly."""
     certified = certify(scene(disc(-10, 0, 1), disc(0, 0, m=2.0), disc(20, 5)), tie_bits=1024)
