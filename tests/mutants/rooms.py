@@ -26,7 +26,10 @@ ROOMS = {
     "event-driven": Room((f"{_S}/event_driven/*.p[yx]*", f"{_S}/impact/*.p[yx]*", f"{_S}/two_discs.pyx"), _PIC),
     "plain": Room(
         (f"{_S}/*.py", f"{_S}/plain/*.py"),
-        (*_PIC, "tests/unit/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
+        (
+            *(*_PIC, "tests/unit/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
+            *(f"{_U}/test_finite_walls.py", f"{_U}/test_damped.py"),
+        ),
     ),
     "falling": Room(
         (f"{_S}/falling/*.py",),
@@ -50,9 +53,9 @@ ROOMS = {
             f"src/carom/runs/{name}.py"
             for name in ("free_flight", "collect", "locate", "observe", "timing", "plan", "journal", "phases")
         ),
-        tuple(
-            f"tests/unit/runs/test_{name}.py"
-            for name in ("free_flight", "collect", "locate", "clocks", "plan", "journal", "phases", "spin_in_runs")
+        (
+            *(f"tests/unit/runs/test_{name}.py" for name in ("free_flight", "collect", "locate", "clocks", "observe")),
+            *(f"tests/unit/runs/test_{name}.py" for name in ("plan", "journal", "phases", "spin_in_runs")),
         ),
     ),
 }

@@ -7,7 +7,9 @@ fails. Those that have found faults come first, then the shortest.
 from __future__ import annotations
 
 import json
+import math
 import os
+import resource
 import select
 import signal
 import sys
@@ -21,8 +23,9 @@ from tests.mutants.rooms import ROOMS
 
 #: Environment variable with the file of what is to be tried.
 JOB = "CAROM_MUTANTS"
-#: A process that takes so many times as long as the tests take without a fault, and so many seconds more, has no end.
-_PATIENCE, _PATIENCE_S = 5.0, 20.0
+#: A process that takes this many times the processor time of the tests without a fault, and some seconds more, has no
+#: end; nor one that takes many times that by the clock, which a busy machine does not.
+_PATIENCE, _PATIENCE_S, _BUSY = 5.0, 20.0, 20.0
 
 
 class Stage:
@@ -92,9 +95,10 @@ def tried(items: list[pytest.Item], number: int, fault: Fault | None, limit_s: f
     child = os.fork()
     if child == 0:
         os.close(reading)
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + limit_s), resource.RLIM_INFINITY))
         _run(items, number, fault, writing)
     os.close(writing)
-    ends_s, said = time.monotonic() + limit_s, b""
+    ends_s, said = time.monotonic() + _BUSY * limit_s, b""
     while (left_s := ends_s - time.monotonic()) > 0.0:
         if not select.select([reading], [], [], left_s)[0]:
             continue
@@ -111,7 +115,8 @@ def tried(items: list[pytest.Item], number: int, fault: Fault | None, limit_s: f
     failed = [name for verdict, name, _ in lines if verdict == "failed"]
     if failed:
         return failed[0], seconds
-    return ("no end" if left_s <= 0.0 else "a crash" if status else ""), seconds
+    endless = left_s <= 0.0 or (os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGXCPU)
+    return ("no end" if endless else "a crash" if status else ""), seconds
 
 
 def _run(items: list[pytest.Item], number: int, fault: Fault | None, writing: int) -> None:
@@ -130,14 +135,14 @@ def _run(items: list[pytest.Item], number: int, fault: Fault | None, writing: in
         setattr(module, fault.constant, 2 * getattr(module, fault.constant))
     failures = Failures()
     for k, item in enumerate(items):
-        began_s = time.perf_counter()
+        began_s = time.process_time()
         item.config.pluginmanager.register(failures, "failures") if k == 0 else None
         try:
             item.config.hook.pytest_runtest_protocol(item=item, nextitem=items[k + 1] if k + 1 < len(items) else None)
         except BaseException:  # noqa: BLE001 - whatever ends it is a failure
             failures.failed = True
         verdict = "failed" if failures.failed else "passed"
-        os.write(writing, f"{verdict}\t{item.nodeid}\t{time.perf_counter() - began_s:.6f}\n".encode())
+        os.write(writing, f"{verdict}\t{item.nodeid}\t{time.process_time() - began_s:.6f}\n".encode())
         if failures.failed:
             break
     os._exit(0)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from tests.mutants import running
+from tests.mutants.__main__ import drawn, listed
 from tests.mutants.planting import VARIABLE, Fault, faults_in, faults_of, make_copy
 from tests.mutants.rooms import ROOMS
 
@@ -99,7 +100,7 @@ def test_a_fault_is_known_by_its_line_wherever_that_stands() -> None:
 
 
 def test_a_fault_without_end_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A compiled loop that never returns says nothing: its process is killed once the limit is over."""
+    """What waits for ever says nothing: its process is killed by the clock, though it takes no processor time."""
 
     def forever(*_: object) -> None:
         os.setpgid(0, 0)
@@ -107,5 +108,32 @@ def test_a_fault_without_end_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(running, "_run", forever)
     began_s = time.monotonic()
-    assert running.tried([], 1, None, 0.2) == ("no end", {})
+    assert running.tried([], 1, None, 0.01) == ("no end", {})
     assert time.monotonic() - began_s < 60.0
+
+
+@pytest.mark.long
+def test_a_loop_without_end_is_ended_by_its_processor_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However busy the machine is: a process that is kept waiting by others is not taken for one without end."""
+
+    def forever(*_: object) -> None:
+        os.setpgid(0, 0)
+        while True:
+            pass
+
+    monkeypatch.setattr(running, "_run", forever)
+    monkeypatch.setattr(running, "_BUSY", 1e6)
+    assert running.tried([], 1, None, 0.1) == ("no end", {})
+
+
+def test_what_a_document_lists_is_tried_first_and_keeps_its_reason(project: Path) -> None:
+    """Of each room all that is listed, then others up to the number asked for; a row may have no reason."""
+    faults = list(enumerate(faults_in(project), start=1))
+    last = faults[-1][1]
+    row = f"- `{last.path}`: `{last.before}` as `{last.after}`"
+    assert listed(f"{row}: it ends as well\n") == {last.key: "it ends as well"}
+    assert listed(f"{row}\n") == {last.key: ""}
+    assert [fault for _, fault in drawn(faults, ["physics"], 1, {last.key})] == [last]
+    two = {fault.key for _, fault in faults[:2]}
+    assert {fault.key for _, fault in drawn(faults, ["physics"], 1, two)} == two
+    assert len(drawn(faults, ["physics"], 3, two)) == 3

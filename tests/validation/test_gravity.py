@@ -172,6 +172,15 @@ def test_pit_bounces_at_the_first_frame_in_the_floor(rate: float) -> None:
     assert impact["velocity_first_after"][1] == pytest.approx(G * frame / rate, rel=1e-13)
 
 
+def test_pit_tells_once_of_two_discs_that_fall_on_together() -> None:
+    """With restitution 0, head-on: what rounding leaves of their approach is no impact, whatever frame comes next."""
+    for angle in np.arange(1, 13) / 10:
+        cos, sin = math.cos(angle), math.sin(angle)
+        discs = disc_at(0.0, 0.0, 3.0 * cos, 3.0 * sin), disc_at(1.5 * cos, 1.5 * sin)
+        scene = staged("pair", *discs, gravity_m_s2=(0.3, -1.0), restitution=0.0, duration_s=1.0)
+        assert len(solve_pit(scene).impacts) == 1, angle
+
+
 def test_a_floor_goes_on_for_pit_where_pic_rests() -> None:
     """PIT knows no rest: it looks at its frames, to the end."""
     trace = solve_pit(ball(0.0, 0.5, duration_s=1.0))

@@ -9,6 +9,7 @@ import pytest
 from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
 from tests.lengths import each
+from tests.stage import disc_at, staged, wall_at
 from tests.validation import own
 from tests.validation.own import galperin, galperin_error
 
@@ -125,6 +126,28 @@ def test_the_contact_time_of_the_tc_model_is_counted_from_impacts_alone(monkeypa
         found.append((run.counts["epochs"], run.velocities()))
     assert found[0][0] > found[1][0] == 0
     np.testing.assert_allclose(found[0][1], found[1][1], rtol=1e-9)
+
+
+@each(("contact_duration_s", "left"), [(1.0, -0.5), (math.nextafter(1.0, 2.0), -1.0)])
+def test_an_impact_a_whole_contact_time_after_the_last_loses_energy(contact_duration_s: float, left: float) -> None:
+    """Walls of restitution 1/2 at 1 and 2 s: in the TC model one contact, if less than its time apart."""
+    walls = wall_at(1.5, 0.0, -1.0, 0.0), wall_at(0.0, 2.5, 0.0, -1.0)
+    scene = staged("corner", disc_at(0.0, 0.0, 1.0, 1.0), *walls, wall_restitution=0.5, duration_s=2.5)
+    for run in (
+        EventDrivenRun(scene, contact_duration_s=contact_duration_s),
+        AllPairsRun(scene, contact_duration_s=contact_duration_s),
+    ):
+        run.advance_to(2.5)
+        assert run.velocities().tolist() == [[-0.5, left]]
+
+
+def test_of_impacts_at_one_instant_the_first_by_their_bodies_goes_first() -> None:
+    """Discs 0 and 2 meet as both meet a wall: also where the queue names disc 2 first, which disc 1 has come near."""
+    discs = disc_at(6.0, 6.0, -1.0, 1.0), disc_at(0.0, 2.0, 1.0), disc_at(4.0, 6.0, 1.0, 1.0)
+    box = [wall_at(-1, 0, 1, 0), wall_at(0, -1, 0, 1), wall_at(7, 0, -1, 0), wall_at(0, 7, 0, -1)]
+    impacts = solve_pic(staged("tie", *discs, *box, duration_s=1.0)).impacts
+    assert impacts["time_s"].tolist() == [0.5, 0.5, 0.5]
+    assert impacts[["first", "second"]].tolist() == [(0, -4), (0, 2), (2, -4)]
 
 
 # What PIC must stand, whatever it is given: conservation, no overlap, time that only advances, a named end ------------

@@ -119,7 +119,9 @@ class FreeFlight:
 
 
 def near_after(apart: Array, velocity: Array, reach: Array) -> Array:
-    """Return after how many seconds pairs come within reach of each other: 0 where they are, infinity for never.
+    """Return after how many seconds pairs come within reach of each other: infinity for never, or where they part.
+
+    0 where they are and approach.
 
     A plain formula, twenty times faster than the time of impact: with a margin of a radius no rounding of it matters.
 

@@ -184,7 +184,7 @@ def test_a_floor_that_a_disc_leaves_does_not_explain_that_it_is_turned() -> None
     dt_s = 1 / 60
     bodies = disc_at(0.0, 0.5, 0.0, 2.0), wall_at(0.0, 0.0, 0.0, 1.0)
     scene = staged("pushed", *bodies, gravity_m_s2=(0.0, -10.0), duration_s=0.25)
-    times = np.arange(16) * dt_s
+    times = np.arange(16, dtype=np.float64) * dt_s
     heights, speeds = 0.5 + 2.0 * times - 5.0 * times**2, 2.0 - 10.0 * times
     heights[1:] += 5.0 * (times[1:] - dt_s)
     speeds[1:] += 5.0

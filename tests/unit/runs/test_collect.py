@@ -73,6 +73,28 @@ def test_paths_that_turned_by_rounding_alone_meet_nowhere(turned: float, float_b
     assert math.isfinite(collect(start, pushed, float_bits=float_bits).effective[0]) == known
 
 
+def test_a_contact_whose_pushes_cancel_has_the_normal_of_its_first() -> None:
+    """Pushed to and fro by as much in two steps: they have no direction together."""
+    there, back = ((Contact(0, 1, 0.0, (sign, 0.0), impulse_n_s=0.5),) for sign in (1.0, -1.0))
+    start = state((0.0, 1.0), (0.25, 0.0))
+    (impact,) = collect(
+        start, state((0.1, 0.5), (0.2, 0.5), contacts=there), state((0.1, 1.0), (0.2, 0.0), contacts=back)
+    ).impacts
+    assert impact["normal"].tolist() == [1.0, 0.0]
+
+
+def test_a_pair_that_parts_and_is_pushed_to_one_speed_is_still_in_one_contact() -> None:
+    """Only what is driven together again by a third body is another impact: at one speed nothing is."""
+    first = (Contact(0, 1, 0.0, ALONG_X, impulse_n_s=0.75),)
+    both = Contact(1, 2, 0.1, ALONG_X, impulse_n_s=0.5), Contact(0, 1, 0.1, ALONG_X, impulse_n_s=0.25)
+    found = collect(
+        state((0.0, 1.0), (0.25, 0.0), (0.5, 0.0)),
+        state((0.1, 0.25), (0.2, 0.75), (0.4, 0.0), contacts=first),
+        state((0.1, 0.0), (0.2, 0.5), (0.4, 0.5), contacts=both),
+    )
+    assert found.met == [(0.0, 0, 1), (0.1, 1, 2)]
+
+
 def test_a_contact_of_zero_impulse_is_no_impact() -> None:
     """A contact that an engine reports but that did nothing does not count."""
     start = state((0.0, 1.0), (1.0, 0.0))
@@ -105,8 +127,16 @@ def test_two_contacts_of_one_disc_in_one_step_are_told_apart_by_their_impulses()
     assert np.isnan(collector.states["position_first"]).all()
 
 
-def test_a_pair_pushed_together_again_by_a_third_body_collides_twice() -> None:
+@pytest.mark.parametrize("turned", [(1.0, 0.0), (0.0, -1.0)])
+def test_a_pair_pushed_together_again_by_a_third_body_collides_twice(turned: tuple[float, float]) -> None:
     """A pair that had bounced off and approaches again at the next step is a second impact, not the first going on."""
+
+    def along(seen: Observation) -> Observation:
+        """Turn what moves along x, as one sees it who moves along it at 4 m/s."""
+        place, speed = (np.outer(rows, turned) for rows in (seen.position_m[:, 0], seen.velocity_m_s[:, 0] + 4.0))
+        contacts = tuple(dataclasses.replace(one, normal=turned) for one in seen.contacts)
+        return dataclasses.replace(seen, position_m=place, velocity_m_s=speed, contacts=contacts)
+
     start = state((0.0, 1.0), (1.0, 0.0), (2.0, -3.0))
     first = (Contact(0, 1, 0.0, ALONG_X, 1.0), Contact(1, 2, 0.0, ALONG_X, 4.0))
     second = (Contact(0, 1, 0.1, ALONG_X, 3.0),)
@@ -114,7 +144,8 @@ def test_a_pair_pushed_together_again_by_a_third_body_collides_twice() -> None:
         state((0.0, 0.0), (0.7, -3.0), (2.1, 1.0), contacts=first),
         state((-0.3, -3.0), (0.7, 0.0), (2.2, 1.0), contacts=second),
     )
-    assert collect(start, *steps).met == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
+    found = collect(*map(along, (start, *steps)))
+    assert found.met == [(0.0, 0, 1), (0.0, 1, 2), (0.1, 0, 1)]
 
 
 @pytest.mark.parametrize("turn_s", [0.0125, 0.05, 0.0875])

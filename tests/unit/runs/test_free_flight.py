@@ -113,6 +113,8 @@ def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, 
         ((1e12, 0.5), (-1e3, 0.0), 1e9),  # from a million million radii away, by half a radius aside
         ((math.inf, 0.0), (1.0, 0.0), 0.0),
         ((3.0, 0.0), (-1.7e308, 1.7e308), 0.0),
+        ((0.0, 3.0), (-1.0, 0.5**30), math.inf),
+        ((0.0, 3.0), (-1.0, 0.0), math.inf),  # as near as they come: they are, and do not approach
     ],
 )
 def test_a_distant_hit_is_not_rounded_away(place: Any, speed: Any, near_s: float) -> None:

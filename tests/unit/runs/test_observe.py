@@ -105,3 +105,14 @@ def test_a_disc_that_meets_something_after_the_scene_ended_ends_in_free_flight()
     assert len(trace.impacts) == 0
     assert trace.final_position_m[0, 1] == pytest.approx(0.5 + way - 2.0 * (1.0 - math.exp(-0.5)), rel=1e-14)
     assert sure(trace.final_spin_rad_s)[0] == pytest.approx(3.0 * math.exp(-0.5), rel=1e-14)
+
+
+def test_what_is_kept_of_a_run_is_what_was_asked_for() -> None:
+    """Places at each step to draw, and states to see rest by only where gravity can press a disc to a wall."""
+    bodies = disc_at(0.0, 0.5, 1.0), wall_at(0.0, 0.0, 0.0, 1.0), wall_at(1.0, 0.0, -1.0, 0.0)
+    for gravity_m_s2, rests in (((0.0, 0.0), False), ((0.0, -1.0), True)):
+        scene = staged("slide", *bodies, gravity_m_s2=gravity_m_s2, duration_s=1.0)
+        trace = observe_run(load_adapter("pic"), scene, "tuned", DT, samples=True)
+        assert sure(trace.samples).time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+        assert sure(trace.samples).position_m[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.25, 0.0]
+        assert (trace.looks is not None) is rests

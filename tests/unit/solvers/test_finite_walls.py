@@ -15,7 +15,10 @@ from tests.stage import disc_at, sure, wall_at
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import CaromError
 from carom.outline import Outline
+from carom.physics.features import Arc, Face, Mover
 from carom.runs.wire import CarriedTrace, Codec
+from carom.solvers.plain.finite_walls import overlap_since
+from carom.solvers.plain.run import AllPairsRun
 from carom.trace import EdgeKind, Trace
 
 FACE, VERTEX, ARC = (kind.value for kind in EdgeKind)
@@ -51,8 +54,25 @@ def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
     """A floor in four pieces is one face; its impacts are on the piece below the disc, at a seam on the lower one."""
     floor = Chain(points_m=[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)])
     for x, edge in ((0.5, 0), (1.0, 0), (2.5, 2), (3.75, 3)):
-        trace = solve_pic(table(disc_at(x, 2, 0, -1), floor))
+        scene = table(disc_at(x, 2, 0, -1), floor)
+        trace, plain = solve_pic(scene), AllPairsRun(scene)
+        plain.advance_to(10.0)
         assert (trace.impacts["time_s"].tolist(), edges(trace)) == ([1.5], [(edge, FACE)])
+        assert sure(plain.log.edges()).tolist() == [(edge, FACE)]
+
+
+@pytest.mark.parametrize(
+    ("feature", "x", "since_s"),
+    [
+        pytest.param(Face.between((0.0, 1.0), (0.0, -1.0)), 0.25, -0.125, id="face"),
+        pytest.param(Arc.vertex((0.0, 0.0), 0.0), 0.375, -0.0625, id="vertex"),
+    ],
+)
+def test_how_long_a_disc_overlaps_what_it_closes_on_is_depth_over_speed(
+    feature: Face | Arc, x: float, since_s: float
+) -> None:
+    """Half a metre wide, head-on at 2 m/s: an eighth of a second for each quarter of a metre, in the past."""
+    assert overlap_since(Mover.at((x, 0.0), (-2.0, 0.0), 0.5), feature) == since_s
 
 
 def test_a_disc_that_left_a_wall_meets_its_other_edges() -> None:

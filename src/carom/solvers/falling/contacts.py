@@ -66,10 +66,8 @@ class Contacts:
         slip, rim, restitution = self._slip(i, ground), self._rim(i), bodies.restitution_of_wall(ground.wall)
         press = self._press(i, ground)
         sticks = bodies.sticks[i] and bodies.last_partner[i] == wall_body(ground.wall)
-        # What the only impact has given back of a slip is left, and so is what impacts leave of it that keep its sign;
-        # the last of infinitely many that turn it round gives back next to nothing.
-        given_back = bodies.contact_of_wall(ground.wall).restitution
-        sticks = sticks and (given_back == 0.0 or (given_back > 0.0 and restitution > 0.0))
+        # What an impact has given back of a slip is left; what infinitely many leave of it, `left_of_slip` says.
+        sticks = sticks and bodies.contact_of_wall(ground.wall).restitution == 0.0
         # What the bounces left take of a slip that they do not end, contact takes in the time that they would last.
         by = 0.0
         if press.rolling_resistance and approach > 0.0 and restitution < 1.0:
@@ -79,8 +77,8 @@ class Contacts:
                 by, slip, rim = speed + left_of_rim, 0.0, left_of_rim
             elif left_of_rim == 0.0:
                 slip, rim = speed, 0.0
-        elif sticks:  # where nothing is given back, what is left of the slip is rounding
-            by, slip = slip / (1.0 + press.inverse_inertia_ratio) if given_back else 0.0, 0.0
+        elif sticks:  # what is left of the slip is rounding
+            slip = 0.0
         elif approach > 0.0 and restitution < 1.0 and left_of_slip(press, slip, approach, restitution) == 0.0:
             by, slip = slip / (1.0 + press.inverse_inertia_ratio), 0.0
         if by:  # by friction, from the disc and from its rim

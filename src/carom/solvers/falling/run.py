@@ -80,7 +80,7 @@ class BallisticRun(AllPairsRun):
             super()._expect(*found[1:])
         ends = min(self.contacts.ends)
         disc = self.contacts.ends.index(ends)
-        return (ends, disc, disc) if ends <= found[0] and ends < NEVER else found
+        return (ends, disc, disc) if ends <= found[0] else found
 
     def _carry_out(self, first: int, second: int, instant: Instant) -> None:
         if first != second:
@@ -135,7 +135,7 @@ class BallisticRun(AllPairsRun):
 
     def _meet_disc(self, i: int, j: int) -> tuple[ImpactRecord, float] | None:
         bodies = self.bodies
-        last = max(bodies.instant[i], bodies.instant[j]) if bodies.have_just_met(i, j) else None
+        last = bodies.instant[i] if bodies.have_just_met(i, j) else None
         for disc in (i, j):
             bodies.bring_to(disc, self._now)
         fixed = [disc for disc in (i, j) if bodies.inverse_mass[disc] == 0.0]

@@ -15,7 +15,7 @@ from tests.lengths import each, long_after
 from tests.stage import disc_at, line, staged, wall_at
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, definition, finished
 
-from carom import Chain, Disc, Scene, Wall
+from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import gas_scene
 
@@ -223,6 +223,15 @@ def test_many_discs_in_cells_have_the_bits_of_the_definition() -> None:
     scene = Scene(name="stadium of many", discs=discs, walls=[stadium, bar], duration_s=2.0)
     run = assert_identical(scene, FrameClock(rate_hz=120.0))
     assert np.count_nonzero(run.log.array()["second"] < 0) > 20
+
+
+def test_discs_that_rounding_may_take_out_of_their_cells_at_once_are_looked_at_in_time() -> None:
+    """At 2^37 m 24 pairs, 24 m apart, close at 64 m/s: all meet at 23/64 s, though none is near another before."""
+    discs = [
+        disc_at(2.0**37 + 96 * (k % 8) + 24 * side, 48 * (k // 8), 32 - 64 * side) for k in range(24) for side in (0, 1)
+    ]
+    trace = solve_pit(staged("far", *discs, duration_s=1.0), frame_rate_hz=64.0)
+    assert trace.impacts["time_s"].tolist() == [23 / 64] * 24
 
 
 def test_a_disc_far_from_a_wall_is_looked_at_a_handful_of_times() -> None:
