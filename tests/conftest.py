@@ -88,7 +88,8 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_unconfigure() -> None:
-    """End the process that forks workers, if there is one."""
+    """End the process that forks workers, if there is one, and look for no cycles in what the system takes back."""
+    gc.freeze()
     if _template.cache_info().currsize:
         Template.close(_template())
 

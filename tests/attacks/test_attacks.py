@@ -19,14 +19,14 @@ from carom.registry import adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {
-    "scenes": 15,
+    "scenes": 10,
     "known-failures": 30,
     "journal-cuts": 10,
     "journal-garbage": 10,
     "reports": 3,
-    "wild-numbers": 2,
+    "wild-numbers": 1,
     "journal-types": 20,
-    "results": 4,
+    "results": 2,
     "clocks": 2,
 }
 SLOW = {"options": 8, "kills": 3, "clusters": 2, "hostile": 2, "disks": 2, "digests": 2}

@@ -111,7 +111,7 @@ def test_how_discs_go_to_and_fro_is_told_alike(monkeypatch: pytest.MonkeyPatch) 
     for scene in (
         row(2, 0.25, 0.125),
         pinched(3.0),
-        *(table("driven table", k) for k in range(8)),
+        *(table("driven table", k) for k in range(4)),
     ):
         if not scene.arrays.driven_discs and scene.arrays.wall_drives is None:
             continue
