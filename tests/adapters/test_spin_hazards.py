@@ -172,6 +172,7 @@ def test_pybullet_clamps_the_spin_of_a_multibody(named: Named) -> None:
     assert _spun_for_a_second(150.0, maximal=True, angularDamping=0) == pytest.approx(150.0, rel=240 * 2.0**-53)
 
 
+@pytest.mark.long
 def test_pybullet_turns_no_multibody_whose_inertia_is_about_one_axis(named: Named) -> None:
     """With [0, 0, I] friction brakes it and leaves its spin alone; [I, I, I], or maximal coordinates, have the law."""
     named("pybullet")
@@ -192,6 +193,7 @@ def test_pybullet_ignores_a_changed_inertia_in_the_first_step(named: Named) -> N
     assert bare.pybullet(at_once, maximal=False) == pytest.approx(law(at_once, 10.0), abs=1e-14)
 
 
+@pytest.mark.long
 def test_pybullet_clamps_friction(named: Named) -> None:
     """A product of more than 10 is taken for 10, which is what is declared."""
     assert named("pybullet").capabilities.friction == (0.0, 10.0)
