@@ -31,7 +31,7 @@ from carom.walls import Leg
 
 HERE = Path(__file__).parent
 #: Enough of the impacts of the longest scenes.
-MOST = 600
+MOST = 2500
 #: All that the JavaScript refuses, by the names that it says.
 REFUSED = {"a table that slows discs down", "numbers of extreme size"}
 
