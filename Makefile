@@ -36,7 +36,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
 export PIP_NO_COMPILE := 1
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm bench weight check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm bench bench-clones weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -62,6 +62,7 @@ help:
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
+	@echo "make bench-clones       SINCE=80e3cd0: make report, make test, the suite and one cell in fresh clones of both commits"
 	@echo "make weight             SINCE=80e3cd0: lines of code of the harness, without blanks, comments and docstrings"
 	@echo "make quick              lint and format of what is there, in seconds: before each commit"
 	@echo "make generated          write schemas, README's table and snapshots of outputs as the code has them; read the diff"
@@ -171,6 +172,9 @@ bench: $(BUILT)
 		$(BIN)/python -m benchmarks.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
 	done
 	$(BIN)/python -m benchmarks.time_of_impact
+
+bench-clones: $(BUILT)
+	$(BIN)/python -m benchmarks.clones $(SINCE)
 
 weight: $(BUILT)
 	$(BIN)/python -m benchmarks.weight $(SINCE)

@@ -1,0 +1,90 @@
+"""What whoever clones this waits for, beside another commit: ``python -m benchmarks.clones COMMIT``.
+
+Both are cloned into a folder that is removed at the end, and take turns. `make report` there finds nothing installed;
+then `make test` has installed what it needs, and all are timed again. That takes a quarter of an hour and the network.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from benchmarks.arguments import count, parser, run
+
+from carom.errors import CaromError
+
+ROOT = Path(__file__).parents[1]
+#: Where an environment of its own is found by make; one that is active is another's.
+_ENVIRONMENT = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "MAKEFLAGS"}}
+_CELL = (".venv/bin/carom", "run", "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24", "--fail-on", "never")
+
+
+def called(command: tuple[str, ...], folder: Path) -> tuple[float, float]:
+    """Return the seconds that a command took in a folder, and those of its processes.
+
+    Raises:
+        CaromError: It failed; the message has the end of what it printed.
+    """
+    before, began_s = os.times(), time.perf_counter()
+    done = subprocess.run(  # noqa: S603 - our own commands
+        command, cwd=folder, env=_ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+    )
+    took_s, after = time.perf_counter() - began_s, os.times()
+    if done.returncode:
+        last = "\n".join(done.stdout.splitlines()[-20:])
+        raise CaromError(f"{' '.join(command)!r} in {folder} ended with {done.returncode}:\n{last}")
+    return took_s, sum(after[2:4]) - sum(before[2:4])
+
+
+def clone(commit: str, folder: Path) -> Path:
+    """Clone the commit, and return where."""
+    called(("git", "clone", "--quiet", str(ROOT), str(folder)), ROOT)
+    called(("git", "checkout", "--quiet", commit), folder)
+    return folder
+
+
+def elapsed_s(*command: str, folder: Path) -> float:
+    """Return the seconds that a command takes in a clone."""
+    return called(command, folder)[0]
+
+
+def processor_s(*command: str, folder: Path) -> float:
+    """Return the seconds of processor time that a command takes in a clone, all its processes together."""
+    return called(command, folder)[1]
+
+
+def row(name: str, timed: Callable[..., float], clones: list[Path], repeats: int) -> None:
+    """Print the medians of both clones, and their ratio."""
+    taken: list[list[float]] = [[], []]
+    for _ in range(repeats):
+        for times, folder in zip(taken, clones, strict=True):
+            times.append(timed(folder=folder))
+    ours, theirs = map(statistics.median, taken)
+    print(f"{name:48} {ours:8.2f} {theirs:8.2f} {ours / theirs:6.2f}", flush=True)
+
+
+def main(commit: str, repeats: int) -> None:
+    """Print the table."""
+    with tempfile.TemporaryDirectory() as folder:
+        clones = [clone("HEAD", Path(folder, "here")), clone(commit, Path(folder, "there"))]
+        print(f"{'seconds':48} {'HEAD':>8} {commit[:8]:>8} {'ratio':>6}")
+        row("make report, nothing installed", partial(elapsed_s, "make", "report"), clones, 1)
+        for one in clones:
+            called(("make", "test"), one)
+        row("make test, installed", partial(elapsed_s, "make", "test"), clones, repeats)
+        row("make report, installed: the suite", partial(elapsed_s, "make", "report"), clones, repeats)
+        row("the same, processor time", partial(processor_s, "make", "report"), clones, 1)
+        row("one cell, processor time", partial(processor_s, *_CELL), clones, 3 * repeats)
+
+
+if __name__ == "__main__":
+    command = parser("benchmarks.clones", __doc__)
+    command.add_argument("commit", help="the other commit, as git names it")
+    command.add_argument("--repeats", type=count, default=3, help="times that each is measured")
+    run(command, main)
