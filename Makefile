@@ -174,7 +174,7 @@ bench: $(BUILT)
 	$(BIN)/python -m benchmarks.time_of_impact
 
 bench-clones: $(BUILT)
-	$(BIN)/python -m benchmarks.clones $(SINCE)
+	$(BIN)/python -m benchmarks.clones $(if $(SINCE),--since $(SINCE))
 
 weight: $(BUILT)
 	$(BIN)/python -m benchmarks.weight $(SINCE)

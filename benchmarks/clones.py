@@ -1,4 +1,4 @@
-"""What whoever clones this waits for, beside another commit: ``python -m benchmarks.clones COMMIT``.
+"""What whoever clones this waits for, beside another commit: ``python -m benchmarks.clones --since COMMIT``.
 
 Both are cloned into a folder that is removed at the end, and take turns. `make report` there finds nothing installed;
 then `make test` has installed what it needs, and all are timed again. That takes a quarter of an hour and the network.
@@ -69,11 +69,11 @@ def row(name: str, timed: Callable[..., float], clones: list[Path], repeats: int
     print(f"{name:48} {ours:8.2f} {theirs:8.2f} {ours / theirs:6.2f}", flush=True)
 
 
-def main(commit: str, repeats: int) -> None:
+def main(since: str, repeats: int) -> None:
     """Print the table."""
     with tempfile.TemporaryDirectory() as folder:
-        clones = [clone("HEAD", Path(folder, "here")), clone(commit, Path(folder, "there"))]
-        print(f"{'seconds':48} {'HEAD':>8} {commit[:8]:>8} {'ratio':>6}")
+        clones = [clone("HEAD", Path(folder, "here")), clone(since, Path(folder, "there"))]
+        print(f"{'seconds':48} {'HEAD':>8} {since[:8]:>8} {'ratio':>6}")
         row("make report, nothing installed", partial(elapsed_s, "make", "report"), clones, 1)
         for one in clones:
             called(("make", "test"), one)
@@ -85,6 +85,6 @@ def main(commit: str, repeats: int) -> None:
 
 if __name__ == "__main__":
     command = parser("benchmarks.clones", __doc__)
-    command.add_argument("commit", help="the other commit, as git names it")
+    command.add_argument("--since", default="HEAD~1", metavar="COMMIT", help="the other commit, as git names it")
     command.add_argument("--repeats", type=count, default=3, help="times that each is measured")
     run(command, main)
