@@ -19,7 +19,7 @@ from carom.runs.pool import Asker, Pool
 #: A message holds as many questions as take this many steps together, a second or so: then what a message costs is
 #: nothing, and what is lost with one is little. So many questions at most, that workers have equal shares to the end.
 BATCH_STEPS = 50_000
-BATCH_QUESTIONS = 64
+BATCH_QUESTIONS = 16
 
 S = TypeVar("S")
 K = TypeVar("K")

@@ -364,8 +364,8 @@ def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None
 
 
 def _health(warning: str, *, is_finite: bool) -> tuple[Outcome, tuple[str, ...]]:
+    if not warning:
+        return (Outcome.COMPLETED if is_finite else Outcome.NON_FINITE), ()
     if warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
         return Outcome.STANDSTILL, ()
-    if warning:
-        return Outcome.WARNED, (warning,)
-    return (Outcome.COMPLETED if is_finite else Outcome.NON_FINITE), ()
+    return Outcome.WARNED, (warning,)

@@ -29,6 +29,7 @@ __all__ = [
     "Plan",
     "capabilities_of",
     "missing_profile_reason",
+    "of_its_scene",
     "plan_of",
     "profiles_to_plan",
     "sorted_out",
@@ -144,7 +145,11 @@ def _tried(
 
 def trace_of(job: Job, asker: Asker, *, samples: bool = False) -> Answer[Trace]:
     """Return what happens in a job, or why it can't be run or was not."""
-    answer = asker.ask(Observe(job, samples))
+    return of_its_scene(job, asker.ask(Observe(job, samples)))
+
+
+def of_its_scene(job: Job, answer: Answer[Trace]) -> Answer[Trace]:
+    """Return the answer to a job, which must be a trace of its own scene."""
     if answer.value is not None and answer.value.scene != job.scene:
         return Answer(Status.FAILED, "answered nonsense: a trace of another scene")
     return answer

@@ -5,15 +5,10 @@ Run times are not in its journal: those that are compared belong to one sitting.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
-from carom.runs.desk import Talk
-from carom.runs.job import Answer, JobTask
 from carom.runs.journal import Entry, Journal
 from carom.runs.keys import JobKey
-from carom.runs.plan import trace_of
-from carom.runs.pool import Asker
 from carom.runs.wire import CarriedTrace
 from carom.trace import Trace
 
@@ -22,14 +17,3 @@ DRAWN = "drawn"
 
 #: Opens the journal of a cross-check; its stamp is that of its options.
 observed_journal = partial(Journal[JobKey, Trace], "traces", Entry[JobKey, CarriedTrace])
-
-
-@dataclass(frozen=True)
-class TraceOf(JobTask, Talk[Trace]):
-    """Run a job; `drawn` keeps its states."""
-
-    drawn: bool
-
-    def answer(self, asker: Asker) -> Answer[Trace]:
-        """Return what happened, or why nothing did."""
-        return trace_of(self.job, asker, samples=self.drawn)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from itertools import islice
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -21,18 +22,20 @@ from carom.runs.environment import environment
 from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status, unheard
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
+from carom.runs.observe import Observe
 from carom.runs.options import Limited, Options
 from carom.runs.phases import phase_values, spread_of
-from carom.runs.plan import Plan, plan_of, trace_of
+from carom.runs.plan import Plan, of_its_scene, plan_of, trace_of
 from carom.runs.pool import Pool
 from carom.runs.raised import raised
 from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
 from carom.runs.results import Results, Row
+from carom.runs.scoring import steps_of
 from carom.runs.settings_override import tried_by
 from carom.runs.timing import Measure, Timing
 from carom.scene import Scene, as_scene
 from carom.scenes import CatalogueScene, deviation
-from carom.studies.cross_check.observed import DRAWN, TraceOf
+from carom.studies.cross_check.observed import DRAWN
 from carom.trace import Setting, Trace
 
 T = TypeVar("T")
@@ -166,8 +169,9 @@ class _Observer:
         for job in jobs:
             drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
             key = job_key(job, DRAWN if drawn else "")
-            asks.append(Ask(job, key, TraceOf(job, drawn), self._refusal(job)))
-        return self._told(answers(asks, self._pool, self._notes))
+            asks.append(Ask(job, key, Observe(job, drawn), self._refusal(job), steps_of(job)))
+        for job, answer in self._told(answers(asks, self._pool, self._notes)):
+            yield job, of_its_scene(job, answer)
 
     def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
         """Yield the run time of each job, one after another with nothing else running; they belong to one sitting."""
@@ -208,10 +212,12 @@ def _scored(jobs: Sequence[Job], usable: Mapping[str, Reference], observer: _Obs
     sampling = {_key(one): one for one in map(_sampling, jobs)}
     pit = {_key(job): answer for job, answer in observer.traces(sampling.values())}
     rows: dict[Key, Row] = {}
+    left = iter(pit)
     for job, answer in observer.traces(job for job in jobs if job.method != PIT_METHOD):
         rows[_key(job)] = _row(job, answer, usable, pit[_key(_sampling(job))].value)
-    # PIT's own last: engines are asked at the first turn of the loop, and run while rows are scored.
-    return rows | {key: _row(sampling[key], answer, usable, answer.value) for key, answer in pit.items()}
+        if answer.status is Status.RAN:  # engines run meanwhile, as they do not while PIT's are waited for
+            rows |= {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in islice(left, 1)}
+    return rows | {key: _row(sampling[key], pit[key], usable, pit[key].value) for key in left}
 
 
 def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: Trace | None) -> Row:
