@@ -51,7 +51,8 @@ NOT_TURNED = (0.0, 0.0, 0.0, 1.0)
 #: Moment of a cylinder as high as it is wide about an axis across its own, over mass times radius squared: 1/4 + 1/3.
 CYLINDER_TIPS = 7 / 12
 
-#: The client of the world that was closed last, by what can't be reset in it. One, because each holds 29 MB.
+#: The client of a world that was closed, by what can't be reset in it. One, because each holds 29 MB, of which the
+#: system takes longer to give a new one than Bullet takes to empty it.
 _KEPT: dict[object, tuple[int, list[int], list[int], dict[int, int]]] = {}
 
 
@@ -156,10 +157,6 @@ def _structure(scene: Scene, settings: Mapping[str, Setting]) -> object:
     return (discs, scene.walls, laws, tuple(sorted(settings.items())))
 
 
-def _take_kept(key: object) -> tuple[int, list[int], list[int], dict[int, int]] | None:
-    return None if key is None else _KEPT.pop(key, None)
-
-
 class PybulletWorld:
     """One PyBullet client of its own, in this process and without a window."""
 
@@ -185,11 +182,16 @@ class PybulletWorld:
         self._legs = Legs[tuple[int, float]]()  # of bodies with their spins
         self._pieced = pieced(scene)
         self._client = -1
-        kept = _take_kept(self._key)
+        kept = None
+        if _KEPT:
+            key, (self._client, *bodies) = _KEPT.popitem()
+            kept = bodies if key is not None and key == self._key else None
         if kept is not None:
-            self._client, self._discs, self._movable, self._number = kept
+            self._discs, self._movable, self._number = kept
             # Its step may have been cut.
             self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
+        elif self._client >= 0:
+            self._bullet.resetSimulation(self._client)
         else:
             self._client = self._bullet.connect(self._bullet.DIRECT)
             if self._client < 0:
@@ -426,13 +428,10 @@ class PybulletWorld:
             bullet.resetBaseVelocity(body, *velocity, client)
 
     def close(self) -> None:
-        """End the client, or keep it for the next scene of the same structure instead of the one kept before.
+        """Keep the client for the next world, instead of the one kept before.
 
         A client that is let go of without being disconnected holds its memory for as long as the process lives.
         """
-        if self._key is None:
-            self._bullet.disconnect(self._client)
-            return
         if _KEPT:
             _, (client, *_) = _KEPT.popitem()
             self._bullet.disconnect(client)
