@@ -61,7 +61,12 @@ const joined = (one, other) => ({
   numbers: [...one.numbers, ...other.numbers],
 });
 // The edges of a chain in order, those that go on in one line or on one circle as one.
-function runsOf({ edges, closed }) {
+function runsOf({ edges, closed, radius, points, stretches }) {
+  if (radius !== null) {
+    const [x, y] = exactly(points[0]),
+      circle = { x, y, radius2: times(rational(radius), rational(radius)) };
+    return [{ edge: stretches[0].edge, circle, numbers: [0] }];
+  }
   const runs = [];
   edges.forEach((edge, number) => {
     const run = { edge, circle: edge.bulge ? circleOf(edge) : null, numbers: [number] };
@@ -107,25 +112,18 @@ function stopsOf({ edge, circle }, inner, before, after) {
 }
 export function featuresOf(outline) {
   const { halfWidth, closed, radius, points } = outline,
+    whole = radius !== null,
     vertex = (at, edge) => ({ kind: "vertex", edges: [edge], at, halfWidth });
-  if (radius !== null) {
-    const [centre] = points;
-    if (radius === 0) return [vertex(centre, 0)];
-    const place = centre.map((x) => [x, 0]),
-      sides = [true, false].map((inside) => roundOf(place, [radius, 0], halfWidth, inside, null, [0])),
-      [x, y] = exactly(centre),
-      ways = quartersOf([rational(radius), [0n, 1n]]);
-    return [...sides, ...ways.map((way) => stopOf(sides[0], { x, y }, way))];
-  }
+  if (radius === 0) return [vertex(points[0], 0)];
   const runs = runsOf(outline),
     ends = [];
-  if (!closed) ends.push(vertex(runs[0].edge.a, runs[0].numbers[0]));
+  if (!closed && !whole) ends.push(vertex(runs[0].edge.a, runs[0].numbers[0]));
   runs.forEach((before, k) => {
     const next = runs[k + 1] ?? (closed ? runs[0] : null);
     if (next !== null && !sameEnds(before.edge) && !goesSmoothly(before, next))
       ends.push(vertex(next.edge.a, Math.min(before.numbers.at(-1), next.numbers[0])));
   });
-  if (!closed) ends.push(vertex(runs.at(-1).edge.b, runs.at(-1).numbers.at(-1)));
+  if (!closed && !whole) ends.push(vertex(runs.at(-1).edge.b, runs.at(-1).numbers.at(-1)));
   const sides = runs.map((run) => sidesOf(run, halfWidth)),
     smooth = runs.map((run, k) => (closed || k > 0) && goesSmoothly(runs.at(k - 1), run)),
     stops = runs.flatMap((run, k) =>

@@ -122,18 +122,12 @@ class Arc:
     @classmethod
     def vertex(cls, at: Point, half_width: float = 0.0) -> Arc:
         """Return an end of a line, or a joint at which it is not smooth, from all sides."""
-        return cls.of_circle(at, 0.0, half_width, inside=False)
+        return cls(((at[0], 0.0), (at[1], 0.0)), (0.0, 0.0), half_width, inside=False, sector=None)
 
     @property
     def is_vertex(self) -> bool:
         """Whether it is a point."""
         return self.radius[0] == 0.0
-
-    @classmethod
-    def of_circle(cls, centre: Point, radius: float, half_width: float = 0.0, *, inside: bool) -> Arc:
-        """Return one side of a whole circle."""
-        place, size = ((centre[0], 0.0), (centre[1], 0.0)), (radius, 0.0)
-        return cls(place, size, half_width, inside, None, _fits_below(place, size, half_width) if inside else 0.0)
 
     @classmethod
     def on(

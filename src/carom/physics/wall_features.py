@@ -79,28 +79,16 @@ def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeatu
     vertex there, and its normal is the one to be taken. At the end are the stops of arcs in which a disc of the radius
     `widest_m` does not fit: see `stops_of`.
     """
-    found, stops = list[WallFeature](), list[WallFeature]()
-
-    def add(arc: Arc, circle: ExactCircle, ways: list[Exact], edges: tuple[int, ...]) -> None:
-        if arc.fits_below <= widest_m:
-            stops.extend(WallFeature(arc.stop(circle, way), edges, EdgeKind.ARC) for way in ways)
-
-    if outline.radius is not None:
-        at, kind = outline.points[0], EdgeKind.ARC if outline.radius else EdgeKind.VERTEX
-        inner, outer = (
-            Arc.of_circle(at, outline.radius, outline.half_width, inside=inside) for inside in (True, False)
-        )
-        if outline.radius:
-            found.append(WallFeature(inner, (0,), kind))
-            add(inner, ExactCircle(*exact(at), Fraction(0)), quarters_of((Fraction(outline.radius), Fraction(0))), (0,))
-        return (*found, WallFeature(outer, (0,), kind), *stops)
-    runs = runs_of(outline)
+    if outline.radius == 0.0:
+        return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
+    runs, sides, stops = runs_of(outline), list[WallFeature](), list[WallFeature]()
     for k, run in enumerate(runs):
-        found += _sides(run, outline.half_width)
-        inside = found[-2].feature
-        if run.circle is not None and isinstance(inside, Arc):
-            add(inside, run.circle, stops_of(runs, k, closed=outline.closed), run.numbers)
-    return (*found, *_vertices(runs, outline), *stops)
+        sides += _sides(run, outline.half_width)
+        inner = sides[-2]
+        if run.circle is not None and isinstance(inner.feature, Arc) and inner.feature.fits_below <= widest_m:
+            ways = stops_of(runs, k, closed=outline.closed)
+            stops += (inner._replace(feature=inner.feature.stop(run.circle, way)) for way in ways)
+    return (*sides, *_vertices(runs, outline), *stops)
 
 
 def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
@@ -139,7 +127,10 @@ def goes_smoothly(one: JoinedEdges, other: JoinedEdges) -> bool:
 
 
 def runs_of(outline: Outline) -> list[JoinedEdges]:
-    """Return the edges of a chain in order, those that go on in one line or on one circle as one."""
+    """Return the edges of a chain in order, those that go on in one line or on one circle as one; or a circle's."""
+    if outline.radius is not None:
+        (x, y), radius = exact(outline.points[0]), Fraction(outline.radius)
+        return [JoinedEdges(outline.stretches[0].edge, ExactCircle(x, y, radius * radius), (0,))]
     runs: list[JoinedEdges] = []
     for number, edge in enumerate(outline.edges):
         run = JoinedEdges(edge, circle_of(edge) if edge.bulge else None, (number,))
@@ -166,6 +157,8 @@ def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
 
 
 def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature]:
+    if outline.radius is not None:
+        return
     if not outline.closed:
         yield WallFeature(Arc.vertex(runs[0].edge.a, outline.half_width), runs[0].numbers[:1], EdgeKind.VERTEX)
     joints = zip(runs, (*runs[1:], runs[0]) if outline.closed else runs[1:], strict=outline.closed)

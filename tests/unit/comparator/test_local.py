@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
 from carom.comparator.local import local_errors
 from carom.comparator.scales import scales_of
+from carom.outline import ExactCircle
 from carom.physics.features import Arc, Face, Feature, Mover
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
@@ -22,6 +24,7 @@ from carom.solvers.plain.finite_walls import gap_of, overlap_since
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
 ROUNDING = 1e-12
+CIRCLE = ExactCircle(Fraction(0), Fraction(0), Fraction(4))
 
 
 def long_gas(duration_s: float) -> Scene:
@@ -134,8 +137,8 @@ def test_a_trace_without_impacts_has_nothing_to_score() -> None:
     [
         (Face.between((0.0, 0.0), (2.0, 0.0), 0.1), (1.0, 0.3), (0.5, -1.0)),
         (Arc.vertex((0.0, 0.0), 0.1), (-0.2, 0.05), (1.0, 0.3)),
-        (Arc.of_circle((0.0, 0.0), 2.0, 0.1, inside=False), (2.3, 0.1), (-1.0, 0.2)),
-        (Arc.of_circle((0.0, 0.0), 2.0, 0.1, inside=True), (1.75, 0.1), (1.0, 0.2)),
+        (Arc.on(CIRCLE, None, 0.1, inside=False), (2.3, 0.1), (-1.0, 0.2)),
+        (Arc.on(CIRCLE, None, 0.1, inside=True), (1.75, 0.1), (1.0, 0.2)),
     ],
 )
 def test_where_an_overlap_began_the_rim_touched(
@@ -152,7 +155,7 @@ def test_where_an_overlap_began_the_rim_touched(
 
 def test_inside_an_arc_without_room_for_the_disc_its_rim_is_beyond_by_all_that_is_missing() -> None:
     """A disc of radius 1, 0.2 from the centre of an arc whose inner side has radius 0.4: its rim is 0.8 beyond that."""
-    feature = Arc.of_circle((0.0, 0.0), 0.5, 0.1, inside=True)
+    feature = Arc.on(CIRCLE._replace(radius2=Fraction(1, 4)), None, 0.1, inside=True)
     assert gap_of(Mover.at((0.2, 0.0), (0.0, 0.0), 1.0), feature) == pytest.approx(-0.8, rel=1e-15)
 
 

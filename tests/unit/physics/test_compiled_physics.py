@@ -13,7 +13,7 @@ import pytest
 from benchmarks.time_of_impact import CLASSES, pairs_of_class
 from tests.lengths import each, long_after
 
-from carom.outline import Edge, circle_of
+from carom.outline import Edge, ExactCircle, circle_of
 from carom.physics.double_double import two_diff, two_prod, two_sum
 from carom.physics.feature_time import feature_time, normal_at
 from carom.physics.features import Arc, Face, Feature, Mover, Point
@@ -109,7 +109,7 @@ def features(rnd: random.Random, draw: Callable[[random.Random], float]) -> Iter
         for inside in (True, False):
             yield Arc.on(circle_of(Edge(a, b, bulge)), (a, b), half_width, inside=inside)
     for inside in (True, False):
-        yield Arc.of_circle(a, 2.0, half_width, inside=inside)
+        yield Arc.on(ExactCircle(Fraction(a[0]), Fraction(a[1]), Fraction(4)), None, half_width, inside=inside)
 
 
 def near(rnd: random.Random, feature: Feature, radius: float) -> Point:

@@ -15,7 +15,7 @@ from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
 from tests.lengths import each
 
-from carom.outline import Edge, circle_of
+from carom.outline import Edge, ExactCircle, circle_of
 from carom.physics.arc_time import inner_arc_time
 from carom.physics.double_double import Pair
 from carom.physics.face_time import face_gap, face_time, is_before_face
@@ -269,7 +269,7 @@ def test_many_times_are_those_of_eighty_digits() -> None:
 FLOOR = Face.between((0.0, 0.0), (2.0, 0.0), 0.25)
 HALF = circle_of(Edge((2.0, -1.0), (2.0, 1.0), 1.0))  # the right half of a circle of radius 1 about (2, 0)
 CAP, RIM = (Arc.on(HALF, ((2.0, -1.0), (2.0, 1.0)), inside=inside) for inside in (True, False))
-RING = Arc.of_circle((0.0, 0.0), 3.0, 0.5, inside=True)
+RING = Arc.on(ExactCircle(Fraction(0), Fraction(0), Fraction(9)), None, 0.5, inside=True)
 
 
 @each(

@@ -83,6 +83,8 @@ def _touch(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | No
     shape = bodies.obstacles[k].shape
     curved = bodies.falls or bodies.acceleration[i] is not None
     if isinstance(shape, Round):
+        if _lets_by(bodies, i, k, shape):
+            return None
         return (_fall_on_round if curved else _touch_round)(bodies, i, second, at, leg)
     x, y, vx, vy = bodies.seen(i, at, leg)
     law = bodies.wall_law(k, bodies.scene.discs[i].radius_m)
@@ -109,17 +111,15 @@ def _round_of(bodies: BallBodies, second: int) -> Round:
     return shape
 
 
-def _lets_by(bodies: BallBodies, i: int, k: int) -> bool:
-    shape = bodies.obstacles[k].shape
-    assert isinstance(shape, Round)  # noqa: S101 - which is what this is asked of
-    thickness = Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width
-    return bool(shape.stops2) and shape.lets_by(thickness)
+def _lets_by(bodies: BallBodies, i: int, k: int, shape: Round) -> bool:
+    """Whether an obstacle is a stop of an arc in which there is room for disc `i`."""
+    return (Fraction(bodies.scene.discs[i].radius_m) + bodies.obstacles[k].half_width) ** 2 < shape.stops2
 
 
 def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
     """Return when a disc that falls touches a circle: of the instants at which it comes to it the first on the edge."""
     law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
-    if law.reach <= 0 or _lets_by(bodies, i, wall_index(second)):
+    if law.reach <= 0:
         return None
     x, y, ux, uy = bodies.seen(i, at, leg)
     dx, dy, (gx, gy) = x - law.cx, y - law.cy, bodies.pull(i)
@@ -139,7 +139,7 @@ def _fall_on_round(bodies: BallBodies, i: int, second: int, at: float, leg: Ball
 
 def _touch_round(bodies: BallBodies, i: int, second: int, at: float, leg: BallLeg | None) -> _Touch | None:
     law, shape = bodies.round_law(wall_index(second), bodies.scene.discs[i].radius_m), _round_of(bodies, second)
-    if law.reach <= 0 or _lets_by(bodies, i, wall_index(second)):  # it does not fit inside, or does, and this is a stop
+    if law.reach <= 0:  # it does not fit inside
         return None
     x, y, ux, uy = bodies.seen(i, at, leg)
     dx, dy = x - law.cx, y - law.cy
@@ -279,7 +279,7 @@ def _start_contact(bodies: BallBodies, i: int, number: int) -> tuple[Degenerate,
             sign * (ux * ux + uy * uy + dx * gx + dy * gy),
         )
         on = On.INSIDE if shape.sector is None else _place(shape.sector, dx, dy)
-        if reach.reach <= 0 or _lets_by(bodies, i, number):
+        if reach.reach <= 0 or _lets_by(bodies, i, number, shape):
             return None
     if gap > 0 or free < 0 or on is On.BESIDE or speed > 0:
         return None

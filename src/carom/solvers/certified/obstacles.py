@@ -60,10 +60,6 @@ class Round(NamedTuple):
     sector: Between | None = None
     stops2: Fraction = _NOWHERE
 
-    def lets_by(self, thickness: Fraction) -> bool:
-        """Whether it is a stop of an arc in which there is room for a disc's radius and the wall's half width."""
-        return thickness * thickness < self.stops2
-
 
 @dataclass(frozen=True, slots=True)
 class Obstacle:
@@ -93,10 +89,7 @@ def obstacles_of(scene: Scene) -> tuple[Obstacle, ...]:
     widest = Fraction(float(scene.arrays.radius_m.max(initial=0.0)))
     for k, wall in enumerate(scene.arrays.walls):
         if isinstance(wall, Outline):
-            new = _of_circle(k, wall) if wall.radius is not None else _of_chain(k, wall, len(found))
-            found += [
-                one for one in new if not isinstance(one.shape, Round) or not one.shape.lets_by(widest + one.half_width)
-            ]
+            found += _of_outline(k, wall, len(found), widest)
         else:
             found.append(Obstacle(k, Plane(exact(wall[:2]), exact(wall[2:]))))
     return tuple(found)
@@ -112,25 +105,21 @@ def dot(a: tuple[float, float] | Exact, b: tuple[float, float] | Exact) -> Fract
     return Fraction(a[0]) * Fraction(b[0]) + Fraction(a[1]) * Fraction(b[1])
 
 
-def _of_circle(k: int, outline: Outline) -> Iterator[Obstacle]:
-    centre, radius2 = exact(outline.points[0]), Fraction(outline.radius or 0.0) ** 2
-    kind = EdgeKind.ARC if radius2 else EdgeKind.VERTEX
-    thick = Fraction(outline.half_width)
-    for inside in (True, False) if radius2 else (False,):
-        yield (side := Obstacle(k, Round(centre, radius2, inside), thick, kind, (0,)))
-    for way in quarters_of((Fraction(outline.radius or 0.0), _NOWHERE)) if radius2 else ():
-        yield _stop(side, way)
+def _of_outline(k: int, outline: Outline, before: int, widest: Fraction) -> list[Obstacle]:
+    """Return the obstacles of a wall: the left and the right side of each run of edges, then its vertices and stops.
 
-
-def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
-    """Return the obstacles of a chain: the left and the right side of each run of edges, then its vertices.
-
-    `before` is the number of obstacles that there are already.
+    `before` is the number of obstacles that there are already; a disc's radius is `widest` at most, metres.
     """
     runs, thick = runs_of(outline), Fraction(outline.half_width)
+    if outline.radius == 0.0:
+        return [Obstacle(k, Round(exact(outline.points[0]), _NOWHERE), thick, EdgeKind.VERTEX, (0,))]
     sides = [Obstacle(k, *side, run.numbers) for run in runs for side in _sides(run, thick)]
-    ways = [stops_of(runs, n, closed=outline.closed) for n in range(len(runs))]
-    stops = [_stop(side, way) for side, of_run in zip(sides[::2], ways, strict=True) for way in of_run]
+    stops = [
+        _stop(side, side.shape, way)
+        for n, side in enumerate(sides[::2])
+        if isinstance(side.shape, Round) and (widest + thick) ** 2 >= side.shape.radius2
+        for way in stops_of(runs, n, closed=outline.closed)
+    ]
     if runs[0].edge.a == runs[-1].edge.b and len(runs) == 1:  # a whole circle, which has no joint
         return [*sides, *stops]
     vertices: list[Obstacle] = []
@@ -153,10 +142,9 @@ def _of_chain(k: int, outline: Outline, before: int) -> list[Obstacle]:
     return [*sides, *vertices, *stops]
 
 
-def _stop(side: Obstacle, way: Exact) -> Obstacle:
+def _stop(side: Obstacle, arc: Round, way: Exact) -> Obstacle:
     """Return the point of an arc, this way from its centre, at which it stops discs that do not fit inside."""
-    assert isinstance(side.shape, Round)  # noqa: S101 - which alone has ways
-    ((cx, cy), radius2, *_), (_, left, _, right) = side.shape, quarters_of(way)
+    ((cx, cy), radius2, *_), (_, left, _, right) = arc, quarters_of(way)
     shape = Round((cx + way[0], cy + way[1]), _NOWHERE, sector=Between(left, right), stops2=radius2)
     return replace(side, shape=shape, neighbours=(None, None))
 
