@@ -28,6 +28,8 @@ WHEELS ?= rapier,dart,drake,ode,newton
 NPM_ENGINES := adapters/carom_adapters/npm
 # For hazards and atlas: figures over many starts.
 HAZARDS := reports/hazards.json
+# For wheels: interpreters by name or path, to try a wheel on; CPython 3.11 to 3.13 by their names where none are given.
+PYTHONS ?=
 # For bench: the interpreter of another build, timed beside this one.
 BASELINE ?=
 
@@ -36,7 +38,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
 export PIP_NO_COMPILE := 1
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm bench bench-clones weight check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm wheels bench bench-clones weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -60,6 +62,7 @@ help:
 	@echo "make campaign-tables TABLES=20000: compare PIC on random tables of finite walls with brute force of 600 bits"
 	@echo "make campaign-contact   SCENES=10000: compare PIC of discs in contact with small steps that know no modes"
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
+	@echo "make wheels             PYTHONS='python3.11 python3.12': make a wheel and try it on each of these, and make one for musl"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make bench-clones       SINCE=80e3cd0: make report, make test, the suite and one cell in fresh clones of both commits"
@@ -163,6 +166,9 @@ campaign-tables: $(BUILT)
 # Downloads some 250 MB, once, into build/arm; needs apt-get and dpkg, not root.
 arm: $(BUILT)
 	$(BIN)/python -m tests.packaging.arm build/arm
+
+wheels: $(BUILT)
+	$(BIN)/python -m tests.packaging.wheels build/wheels $(PYTHONS)
 
 mutants: $(BUILT)
 	$(BIN)/python -m tests.mutants --faults $(FAULTS) --minutes $(MINUTES) --write docs/reliability.md
