@@ -155,3 +155,20 @@ def test_a_far_graze_along_an_axis_divides_by_nothing() -> None:
 def test_a_time_beyond_the_largest_float_is_never() -> None:
     """A metre at the least speed there is takes 2e323 s, which no float can say."""
     assert time_of_impact((0.0, 0.0), (5e-324, 0.0), 0.25, (1.0, 0.0), (0.0, 0.0), 0.25) == math.inf
+
+
+@each(
+    ("place", "velocity", "time_s"),
+    [
+        ((2.0**1000, 0.0), (-1.0, 0.0), 2.0**1000),
+        ((0.0, 2.0**1000), (0.0, -1.0), 2.0**1000),
+        ((3.0, 0.0), (-(2.0**1000), 0.0), 2.0**-999),
+        ((0.0, 3.0), (0.0, -(2.0**1000)), 2.0**-999),
+    ],
+)
+def test_two_discs_as_far_or_as_fast_on_both_sides_meet_in_the_middle(
+    place: tuple[float, float], velocity: tuple[float, float], time_s: float
+) -> None:
+    """Head-on, each of a metre: what counts is how far apart they are and how fast they close, and not the sum, 0."""
+    (x, y), (vx, vy) = place, velocity
+    assert pair_time_any_size.any_pair_time(-x, -y, -vx, -vy, 1.0, x, y, vx, vy, 1.0) == time_s
