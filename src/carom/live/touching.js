@@ -134,8 +134,10 @@ function innerArcTime(disc, arc, justLeft) {
     b = innerProduct(x, y, disc.ux, disc.uy),
     c = justLeft ? [0, 0] : excess(x, y, reach);
   let { time, glides } = never;
-  if (c[0] === 0 && b[0] < 0) time = quotient([2 * b[0], 2 * b[1]], a);
-  else if (c[0] < 0 || b[0] < 0) [time, glides] = laterRoot(x, y, disc, reach, a, b, c);
+  if (c[0] === 0 && b[0] < 0) {
+    const chord = quotient([2 * b[0], 2 * b[1]], a);
+    if (chord * (abs(disc.ux[0]) + abs(disc.uy[0])) > ERROR * reach[0]) time = chord;
+  } else if (c[0] < 0 || b[0] < 0) [time, glides] = laterRoot(x, y, disc, reach, a, b, c);
   if (time < INF && touches(arc.sector, x, y, disc, time, glides)) return { time, glides };
   const staysOut = b[0] < 0 && time === INF;
   if (c[0] >= 0 && (staysOut || b[0] >= 0) && (justLeft || isBeforeArc(disc, arc))) {

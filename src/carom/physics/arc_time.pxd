@@ -175,7 +175,9 @@ cdef inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bint jus
     b = inner_product(x, y, disc.ux, disc.uy)
     c = DoubleDouble(0.0, 0.0) if just_left else excess(x, y, reach)
     if c.high == 0.0 > b.high:
-        touch = Touch(quotient(DoubleDouble(2.0 * b.high, 2.0 * b.low), a), False)
+        chord = quotient(DoubleDouble(2.0 * b.high, 2.0 * b.low), a)
+        if chord * (fabs(disc.ux.high) + fabs(disc.uy.high)) > ERROR * reach.high:
+            touch = Touch(chord, False)
     elif c.high < 0.0 or b.high < 0.0:
         touch = later_root(x, y, disc, reach, a, b, c)
     if touch.time < INF and touches(arc, x, y, disc, touch.time, touch.glides):

@@ -15,6 +15,7 @@ it goes over into, or its end, are touched alike.
 Floats leave a disc that touches an arc from inside an ulp too far out, and one that slides along a straight edge, too,
 until the edge goes over into an arc. A path that from there never comes back into the circle is the arc's tangent, as
 far as floats tell: ``D < 0``, and the disc glides. It is lost otherwise, as only what comes from inside meets the arc.
+So is a path that leaves the arc by a chord that is rounding of its velocity: what an impact without restitution leaves.
 """
 
 from __future__ import annotations
@@ -142,7 +143,9 @@ def inner_arc_time(disc: Mover, arc: Arc, *, just_left: bool = False) -> Touch:
     c = (0.0, 0.0) if just_left else excess(x, y, reach)
     touch = _NEVER
     if c[0] == 0.0 > b[0]:
-        touch = Touch(quotient((2.0 * b[0], 2.0 * b[1]), a))
+        chord = quotient((2.0 * b[0], 2.0 * b[1]), a)
+        if chord * (abs(disc.ux[0]) + abs(disc.uy[0])) > ERROR * reach[0]:
+            touch = Touch(chord)
     elif c[0] < 0.0 or b[0] < 0.0:
         touch = _later_root(x, y, disc, reach, a, b, c)
     if touch.time < math.inf and _touches(arc.sector, x, y, disc, touch.time, glides=touch.glides):
