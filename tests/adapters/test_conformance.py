@@ -109,8 +109,11 @@ def test_a_scene_is_the_same_to_the_bit_in_a_world_that_was_used_before(named: N
         assert run(adapter, scene, profile) == bytes.fromhex(bits), (profile, scene_name)
 
 
-def test_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybullet: Adapter) -> None:
-    """Of one pair of spheres, only the start state is set anew; of more bodies Bullet keeps an order that can't be."""
+def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybullet: Adapter) -> None:
+    """Of one pair of spheres, only the start state is set anew; of more bodies Bullet keeps an order that can't be.
+
+    For those the client is emptied.
+    """
     import carom_adapters.pybullet.world as module
 
     run(pybullet, _pair(), "tuned")
@@ -121,6 +124,27 @@ def test_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing_else(pybulle
     run(pybullet, oblique(), "tuned")
     (after,) = module._KEPT.values()  # noqa: SLF001 - as above
     assert after[0] == again[0]
+
+
+def test_a_pybullet_client_that_is_emptied_is_that_of_the_closed_world_and_no_other(pybullet: Adapter) -> None:
+    """Beside a world that is open, and beside a client of somebody else's, a world after another is as a first one."""
+    import pybullet as bullet
+
+    own = bullet.connect(bullet.DIRECT)
+    bullet.createMultiBody(
+        1.0, bullet.createCollisionShape(bullet.GEOM_SPHERE, 1.0, physicsClientId=own), -1, [0, 0, 0]
+    )
+    try:
+        scene, settings = oblique(), pybullet.profiles["tuned"].settings(1 / 240)
+        alone = run(pybullet, scene, "tuned")
+        beside = pybullet.prepare(scene, settings)
+        run(pybullet, _pair(), "tuned")
+        assert run(pybullet, scene, "tuned") == alone
+        assert bullet.getNumBodies(own) == 1
+        assert beside.observe().position_m.tolist() == scene.arrays.position_m.tolist()
+        beside.close()
+    finally:
+        bullet.disconnect(own)
 
 
 def test_a_mujoco_model_is_compiled_once_for_a_sweep(mujoco: Adapter) -> None:

@@ -191,7 +191,7 @@ class PybulletWorld:
             # Its step may have been cut.
             self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
         elif self._client >= 0:
-            self._bullet.resetSimulation(self._client)
+            self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument is flags
         else:
             self._client = self._bullet.connect(self._bullet.DIRECT)
             if self._client < 0:
