@@ -76,12 +76,12 @@ def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Ob
             tangential_impulse_n_s=None if tangential is None else tangential / speed,
         )
 
-    return replace(
-        seen,
-        position_m=seen.position_m / length,
-        velocity_m_s=seen.velocity_m_s / speed,
-        contacts=tuple(map(contact, seen.contacts)),
-        spin_rad_s=None if seen.spin_rad_s is None else seen.spin_rad_s * time,
+    return Observation(
+        seen.position_m / length,
+        seen.velocity_m_s / speed,
+        tuple(map(contact, seen.contacts)),
+        seen.warning,
+        None if seen.spin_rad_s is None else seen.spin_rad_s * time,
     )
 
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from carom.adapter import Observation
 from carom.adapter.checks import MANTISSA_BITS
-from carom.scene import Chain, Ring, Scene, Wall
+from carom.outline import Outline
+from carom.scene import Scene, Wall
 
 Array = NDArray[np.float64]
 
@@ -56,7 +57,13 @@ class FreeFlight:
         first, second = np.triu_indices(n, 1)
         kept = movable[first] | movable[second]
         self._first, self._second = first[kept], second[kept]
-        self._radius = np.array([disc.radius_m for disc in scene.discs])
+        radius = scene.arrays.radius_m
+        self._touching, self._margin = radius[self._first] + radius[self._second], _MARGIN_RADII * radius
+        self._near = self._margin[self._first] + self._margin[self._second]
+        self._walls = [
+            (np.array(wall.point_m), np.array(wall.normal)) if isinstance(wall, Wall) else wall.outline
+            for wall in scene.walls
+        ]
 
     def begins(self, time_s: float, now: Observation) -> bool:
         """Whether the rest of the run is free flight; to be asked after every step."""
@@ -77,45 +84,49 @@ class FreeFlight:
         motion = self._motion(first)
         if any(now.contacts or self._motion(now) != motion for _, now in later):
             return False
-        places = [now.position_m for _, now in self._seen]
-        steps = zip(places, places[1:], (time_s for time_s, _ in later), strict=False)
-        return all(self._moved_straight_on(*step, first.velocity_m_s) for step in steps)
+        return self._moved_straight_on(first.velocity_m_s)
 
     def _motion(self, now: Observation) -> bytes:
         """Return the bits of velocities, and of spins where discs turn."""
         spins = now.spin_rad_s if self._turns else None
         return now.velocity_m_s.tobytes() + (b"" if spins is None else spins.tobytes())
 
-    def _moved_straight_on(self, before: Array, after: Array, time_s: float, velocity: Array) -> bool:
-        """Whether a step moved every disc by its velocity, except for rounding of coordinates and instants."""
-        off = np.abs(after - before - velocity * self._dt_s)
-        largest = np.max(np.abs([before, after, velocity * time_s]))
-        return bool(np.all(off <= _ROUNDINGS * self._unit * largest))
+    def _moved_straight_on(self, velocity: Array) -> bool:
+        """Whether each step moved every disc by its velocity, except for rounding of coordinates and instants."""
+        places, fastest = np.array([now.position_m for _, now in self._seen]), float(np.abs(velocity).max())
+        far = np.abs(places).max(axis=(1, 2)).tolist()
+        off = np.abs(places[1:] - places[:-1] - velocity * self._dt_s).max(axis=(1, 2)).tolist()
+        return all(
+            off[k] <= _ROUNDINGS * self._unit * max(far[k], far[k + 1], fastest * self._seen[k + 1][0])
+            for k in range(len(off))
+        )
 
     def _earliest(self, now: Observation, left_s: float) -> float:
         """Return after how many seconds something may happen; a wall within what is left of the scene says enough."""
-        p, v, a, b = now.position_m, now.velocity_m_s, self._first, self._second
-        if np.any(np.hypot(*(p[b] - p[a]).T) <= self._radius[a] + self._radius[b]):
+        p, v = now.position_m, now.velocity_m_s
+        apart = p[self._second] - p[self._first]
+        if (np.hypot(apart[:, 0], apart[:, 1]) <= self._touching).any():
             return 0.0  # what overlaps may still be pushed apart
-        r = _MARGIN_RADII * self._radius
-        nearest = float(np.min([self._reaches(wall, p, v, r) for wall in self._scene.walls], initial=math.inf))
-        if nearest <= left_s or not len(a):
+        nearest = min((self._reaches(wall, p, v) for wall in self._walls), default=math.inf)
+        if nearest <= left_s or not len(apart):
             return nearest
-        return min(nearest, float(np.min(near_after(p[b] - p[a], v[b] - v[a], r[a] + r[b]))))
+        return min(nearest, float(near_after(apart, v[self._second] - v[self._first], self._near).min()))
 
-    @staticmethod
-    def _reaches(wall: Wall | Chain | Ring, p: Array, v: Array, r: Array) -> float:
-        if not isinstance(wall, Wall):  # no disc is there before it has flown as far as that
+    def _reaches(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
+        if not isinstance(wall, tuple):  # no disc is there before it has flown as far as that
             away = np.array(
-                [wall.outline.gap(x, y, reach) for (x, y), reach in zip(p.tolist(), r.tolist(), strict=True)]
+                [wall.gap(x, y, reach) for (x, y), reach in zip(p.tolist(), self._margin.tolist(), strict=True)]
             )
             speed = np.hypot(v[:, 0], v[:, 1])
             waits = np.maximum(away[speed > 0.0], 0.0) / speed[speed > 0.0]
             return float(np.min(waits, initial=math.inf))
-        gap = (p - np.array(wall.point_m)) @ np.array(wall.normal) - r
-        along = v @ np.array(wall.normal)
-        waits = np.maximum(gap[along < 0.0], 0.0) / -along[along < 0.0]
-        return float(np.min(waits, initial=math.inf))
+        point, normal = wall
+        along = v @ normal
+        closes = along < 0.0
+        if not closes.any():
+            return math.inf
+        gap = (p - point) @ normal - self._margin
+        return float((np.maximum(gap[closes], 0.0) / -along[closes]).min())
 
 
 def near_after(apart: Array, velocity: Array, reach: Array) -> Array:

@@ -149,14 +149,17 @@ class EventDrivenRun:
         """Centres now, metres, shape ``(n, 2)``."""
         discs = self._kernel.discs
         wait = self._since_epoch(self.time_s) - discs["time"]
-        position_m = np.stack([discs["x"] + discs["vx"] * wait, discs["y"] + discs["vy"] * wait], axis=1)
+        position_m = np.empty((len(discs), 2))
+        position_m[:, 0], position_m[:, 1] = discs["x"] + discs["vx"] * wait, discs["y"] + discs["vy"] * wait
         for disc, leg in self._legs():
             position_m[disc] = self._driven_from[disc] + leg.moved_at(self._since_epoch(self.time_s))
         return position_m
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
-        velocity_m_s = np.stack([self._kernel.discs["vx"], self._kernel.discs["vy"]], axis=1)
+        discs = self._kernel.discs
+        velocity_m_s = np.empty((len(discs), 2))
+        velocity_m_s[:, 0], velocity_m_s[:, 1] = discs["vx"], discs["vy"]
         for disc, leg in self._legs():
             velocity_m_s[disc] = leg.velocity
         return velocity_m_s
