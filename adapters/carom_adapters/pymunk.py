@@ -279,8 +279,12 @@ class PymunkWorld:
         """Put positions, velocities and spins back."""
         time_s, bodies, self._legs.told = state
         self._clock.restart(time_s)
+        put = object.__setattr__  # pymunk's own is there for types alone, and takes as long as what it calls
         for body, position, velocity, spin in bodies:
-            body.position, body.velocity, body.angular_velocity = position, velocity, spin
+            put(body, "position", position)
+            put(body, "velocity", velocity)
+            if self._turns:
+                put(body, "angular_velocity", spin)
 
     def close(self) -> None:
         """Let go of the space; its memory goes with the last reference."""

@@ -81,6 +81,7 @@ class MujocoWorld:
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
         self._shared = True
+        self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and each by a step
         self._probe: Any = None
         self._clock = StepClock(float(self._model.opt.timestep))
         # What a step of any length makes of a velocity, see `_solref`.
@@ -247,12 +248,18 @@ class MujocoWorld:
         """Take steps of another length from here on; a contact's damping is so much per step."""
         if self._shared:  # with other worlds, whose step is another
             self._model, self._shared = copy.copy(self._model), False
+            model = self._model
+            dampings = (
+                (model.geom_solref, self._geom_damping),
+                (model.pair_solref, self._pair_damping),
+                (model.pair_solreffriction, self._rub_damping),
+            )
+            by_step = float(self._asked["stiffness"]) == 0
+            self._dampings = [(of[:, 1], damping) for of, damping in dampings if by_step and len(of)]
         self._clock.cut(dt_s)
         self._model.opt.timestep = dt_s
-        if float(self._asked["stiffness"]) == 0:
-            self._model.geom_solref[:, 1] = self._geom_damping / dt_s
-            self._model.pair_solref[:, 1] = self._pair_damping / dt_s
-            self._model.pair_solreffriction[:, 1] = self._rub_damping / dt_s
+        for of_contacts, damping in self._dampings:
+            np.divide(damping, dt_s, out=of_contacts)
 
     def touching(self) -> frozenset[tuple[int, int]]:
         """Return the pairs that MuJoCo's collision detection finds to overlap, in a copy of the state."""
@@ -276,4 +283,4 @@ class MujocoWorld:
 
     def close(self) -> None:
         """Let go of model and data; their memory goes with the last reference."""
-        del self._data, self._probe, self._model
+        del self._data, self._probe, self._dampings, self._model

@@ -81,23 +81,22 @@ class BodyStates:
 
     def fly(self, seconds: float, resting: Pair | None = None) -> None:
         """Move all discs along their free paths; what rests on a wall is not pulled into it."""
-        law = self.law
+        law, half = self.law, 0.5 * seconds * seconds
         # There is no gravity where something slows discs down, so that only one of them bends a path in time.
         for disc, (x, y) in self.xy.items():
-            if (drive := law.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
+            if law.disc_drives and (drive := law.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
                 self._drive_on(disc, drive, seconds)
                 continue
             vx, vy = self.velocity[disc]
             flown, kept = seconds, 1.0
-            if law.slowing:
+            if law.slows:
                 speed = math.hypot(vx, vy)
                 flown, kept = law.slowing.flown(seconds, speed), law.slowing.kept(seconds, speed)
-            ax, ay = law.gravity if law.falls(disc) else (0.0, 0.0)
+            ax, ay = law.pulls[disc]
             if resting is not None and resting[0] == disc and resting[1] >= law.n:
                 _, nx, ny = law.side_of(resting[1] - law.n, x, y, self.time_s)
                 pull = min(ax * nx + ay * ny, 0.0)
                 ax, ay = ax - pull * nx, ay - pull * ny
-            half = 0.5 * seconds * seconds
             self.xy[disc] = (x + vx * flown + ax * half, y + vy * flown + ay * half)
             self.velocity[disc] = (vx * kept + ax * seconds, vy * kept + ay * seconds)
             self.spin[disc] *= kept

@@ -345,13 +345,14 @@ def _price(window: Window, judged: Comparison, found: Difference) -> None:
     kept = slowing.damping.kept(window.lasts - until_s)
     if slowing.table_m_s2:
         told_s = window.lasts
+    flown: dict[int, BodyStates] = {}
     costs: list[tuple[float, float, float]] = []
     finds: list[bool] = []
     for first_s in looks:
         met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
         end = (met[-1].after if met else window.start).copy()
         end.fly(told_s - (met[-1].time_s if met else 0.0))
-        off = window.nearest(end, until_there, told_s, None)
+        off = window.nearest(end, until_there, told_s, None, flown)
         costs.append((off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2))
         finds.append(len(met) >= min(need, len(until_there)))
     paid = [cost for cost, found_it in zip(costs, finds, strict=True) if found_it] or costs

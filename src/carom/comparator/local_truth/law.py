@@ -45,6 +45,12 @@ class Law:
         self.gravity: tuple[float, float] = scene.gravity_m_s2
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.slowing = Slowing.of(scene)
+        # What is asked of every body in every step of every window, and is the same in all of them.
+        self._moves = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
+        self._stand = [drive.stands for drive in self.wall_drives]
+        self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
+        self.slows = bool(self.slowing)
+        self.pulls = [scene.gravity_m_s2 if self.falls(disc) else (0.0, 0.0) for disc in range(self.n)]
         #: What speeds on a table round to besides their own, metres a second: what is slow there was fast before.
         self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
         self.rolling_resistance = scene.wall_rolling_resistance
@@ -58,11 +64,11 @@ class Law:
 
     def movable(self, body: int) -> bool:
         """Whether a body is a disc that an impact moves."""
-        return body < self.n and self.inverse_mass[body] > 0.0
+        return self._moves[body]
 
     def is_driven(self, body: int) -> bool:
         """Whether a body moves as the scene says, whatever meets it."""
-        return body in self.disc_drives if body < self.n else not self.wall_drives[body - self.n].stands
+        return body in self.disc_drives if body < self.n else not self._stand[body - self.n]
 
     def falls(self, body: int) -> bool:
         """Whether gravity acts on a body."""
@@ -103,9 +109,9 @@ class Law:
 
     def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
         """Return a point as seen from a wall, which stands where it began."""
-        if (drive := self.wall_drives[wall]).stands:
+        if self._stand[wall]:
             return x, y
-        wx, wy = drive.leg_at(time_s * TOUCH).moved_at(time_s)
+        wx, wy = self.wall_drives[wall].leg_at(time_s * TOUCH).moved_at(time_s)
         return x - wx, y - wy
 
     def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
@@ -114,6 +120,8 @@ class Law:
 
     def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
         """Return the legs that a driven body of a pair has yet to begin, where its velocity changes."""
+        if not self._has_legs:
+            return ()
         drives = [self.disc_drives.get(body) for body in pair if body < self.n]
         drives += [self.wall_drives[body - self.n] for body in pair if body >= self.n]
         drive = next((drive for drive in drives if drive is not None and len(drive.legs) > 1), None)

@@ -63,17 +63,30 @@ class Window:
             max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
         )
 
-    def nearest(self, state: BodyStates, truth: Sequence[Met], seconds: float, resting: Pair | None) -> Difference:
-        """Return how a state differs from PIC's after as many impacts as it has come to."""
+    def nearest(
+        self,
+        state: BodyStates,
+        truth: Sequence[Met],
+        seconds: float,
+        resting: Pair | None,
+        flown: dict[int, BodyStates] | None = None,
+    ) -> Difference:
+        """Return how a state differs from PIC's after as many impacts as it has come to.
+
+        `flown` holds PIC's states after so many impacts, for who asks of several states with all else the same.
+        """
         best: Difference | None = None
+        flown = {} if flown is None else flown
         for count in range(len(truth), -1, -1):
             if count < len(truth) and not self.lies_ahead(state, truth[count]):
                 break  # and so it does not with fewer
-            there = (truth[count - 1].after if count else self.start).copy()
-            there.fly(seconds - (truth[count - 1].time_s if count else 0.0), resting if count == len(truth) else None)
-            velocity, spin, place = self.difference(state, there)
+            if count not in flown:
+                flown[count] = (truth[count - 1].after if count else self.start).copy()
+                since_s = truth[count - 1].time_s if count else 0.0
+                flown[count].fly(seconds - since_s, resting if count == len(truth) else None)
+            velocity, spin, place = self.difference(state, flown[count])
             if best is None or velocity + spin < best.velocity + best.spin - self.still:
-                best = Difference(velocity, spin, place, count, there)
+                best = Difference(velocity, spin, place, count, flown[count])
         assert best is not None  # noqa: S101 - all of PIC's impacts are always admitted
         return best
 
