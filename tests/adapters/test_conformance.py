@@ -130,10 +130,14 @@ def test_a_pybullet_client_that_is_emptied_is_that_of_the_closed_world_and_no_ot
     """Beside a world that is open, and beside a client of somebody else's, a world after another is as a first one."""
     import pybullet as bullet
 
+    import carom_adapters.pybullet.world as module
+
+    for client, *_ in module._KEPT.values():  # noqa: SLF001 - the first number, a default everywhere, is to be another's
+        bullet.disconnect(client)
+    module._KEPT.clear()  # noqa: SLF001 - as above
     own = bullet.connect(bullet.DIRECT)
-    bullet.createMultiBody(
-        1.0, bullet.createCollisionShape(bullet.GEOM_SPHERE, 1.0, physicsClientId=own), -1, [0, 0, 0]
-    )
+    ball = bullet.createCollisionShape(bullet.GEOM_SPHERE, 1.0, physicsClientId=own)
+    bullet.createMultiBody(1.0, ball, physicsClientId=own)
     try:
         scene, settings = oblique(), pybullet.profiles["tuned"].settings(1 / 240)
         alone = run(pybullet, scene, "tuned")
