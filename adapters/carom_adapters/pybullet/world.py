@@ -181,23 +181,22 @@ class PybulletWorld:
         self._driven: list[tuple[int, Driven]] = []
         self._legs = Legs[tuple[int, float]]()  # of bodies with their spins
         self._pieced = pieced(scene)
-        self._client = -1
-        kept = None
-        if _KEPT:
-            key, (self._client, *bodies) = _KEPT.popitem()
-            kept = bodies if key is not None and key == self._key else None
-        if kept is not None:
-            self._discs, self._movable, self._number = kept
-            # Its step may have been cut.
-            self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
-        elif self._client >= 0:
-            self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument is flags
-        else:
+        is_built = False
+        if not _KEPT:
             self._client = self._bullet.connect(self._bullet.DIRECT)
             if self._client < 0:
                 raise AdapterError("PyBullet gave no client; are there worlds that were not closed?")
+        else:
+            key, (self._client, discs, movable, number) = _KEPT.popitem()
+            is_built = key is not None and key == self._key
+            if is_built:
+                self._discs, self._movable, self._number = discs, movable, number
+                # Its step may have been cut.
+                self._bullet.setPhysicsEngineParameter(fixedTimeStep=self._clock.dt_s, physicsClientId=self._client)
+            else:
+                self._bullet.resetSimulation(physicsClientId=self._client)  # the first argument is flags
         try:
-            if kept is None:
+            if not is_built:
                 self._build(scene)
             self._start(scene)
         except BaseException:

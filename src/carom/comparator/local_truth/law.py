@@ -46,7 +46,7 @@ class Law:
         self.pull = math.hypot(*scene.gravity_m_s2)
         self.slowing = Slowing.of(scene)
         # What is asked of every body in every step of every window, and is the same in all of them.
-        self._moves = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
+        self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
         self._stand = [drive.stands for drive in self.wall_drives]
         self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
         self.slows = bool(self.slowing)
