@@ -136,7 +136,7 @@ function innerArcTime(disc, arc, justLeft) {
   let { time, glides } = never;
   if (c[0] === 0 && b[0] < 0) {
     const chord = quotient([2 * b[0], 2 * b[1]], a);
-    if (chord * (abs(disc.ux[0]) + abs(disc.uy[0])) > ERROR * reach[0]) time = chord;
+    if (chord * (abs(disc.ux[0]) + abs(disc.uy[0])) > 2 * ERROR * reach[0]) time = chord;
   } else if (c[0] < 0 || b[0] < 0) [time, glides] = laterRoot(x, y, disc, reach, a, b, c);
   if (time < INF && touches(arc.sector, x, y, disc, time, glides)) return { time, glides };
   const staysOut = b[0] < 0 && time === INF;

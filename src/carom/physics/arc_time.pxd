@@ -176,7 +176,7 @@ cdef inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bint jus
     c = DoubleDouble(0.0, 0.0) if just_left else excess(x, y, reach)
     if c.high == 0.0 > b.high:
         chord = quotient(DoubleDouble(2.0 * b.high, 2.0 * b.low), a)
-        if chord * (fabs(disc.ux.high) + fabs(disc.uy.high)) > ERROR * reach.high:
+        if chord * (fabs(disc.ux.high) + fabs(disc.uy.high)) > 2.0 * ERROR * reach.high:
             touch = Touch(chord, False)
     elif c.high < 0.0 or b.high < 0.0:
         touch = later_root(x, y, disc, reach, a, b, c)

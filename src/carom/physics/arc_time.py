@@ -144,7 +144,7 @@ def inner_arc_time(disc: Mover, arc: Arc, *, just_left: bool = False) -> Touch:
     touch = _NEVER
     if c[0] == 0.0 > b[0]:
         chord = quotient((2.0 * b[0], 2.0 * b[1]), a)
-        if chord * (abs(disc.ux[0]) + abs(disc.uy[0])) > ERROR * reach[0]:
+        if chord * (abs(disc.ux[0]) + abs(disc.uy[0])) > 2.0 * ERROR * reach[0]:
             touch = Touch(chord)
     elif c[0] < 0.0 or b[0] < 0.0:
         touch = _later_root(x, y, disc, reach, a, b, c)
