@@ -153,6 +153,17 @@ def test_where_an_overlap_began_the_rim_touched(
     assert abs(gap_of(back, feature)) < 1e-15
 
 
+@each(
+    ("feature", "place"),
+    [(Face.between((0.0, 0.0), (2.0, 0.0)), (1.0, 0.25)), (Arc.on(CIRCLE, None, inside=True), (0.0, -1.75))],
+)
+def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
+    feature: Feature, place: tuple[float, float]
+) -> None:
+    """No speed at which it closes divides what is no gap."""
+    assert overlap_since(Mover.at(place, (1.0, 0.0), 0.25), feature) == 0.0
+
+
 def test_inside_an_arc_without_room_for_the_disc_its_rim_is_beyond_by_all_that_is_missing() -> None:
     """A disc of radius 1, 0.2 from the centre of an arc whose inner side has radius 0.4: its rim is 0.8 beyond that."""
     feature = Arc.on(CIRCLE._replace(radius2=Fraction(1, 4)), None, 0.1, inside=True)

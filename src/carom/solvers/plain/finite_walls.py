@@ -102,19 +102,22 @@ def gap_of(disc: Mover, feature: Feature) -> float:
 def overlap_since(disc: Mover, feature: Feature) -> float:
     """Return when the rim of a disc that overlaps a feature, and closes on it, came to it: seconds from now, 0 or less.
 
-    On a straight path, by plain formulas.
+    On a straight path, by plain formulas; now, where these leave no speed at which it closes.
     """
     (vx, _), (vy, _) = disc.ux, disc.uy
     gap = min(gap_of(disc, feature), 0.0)
     if isinstance(feature, Face):
-        return -gap / (vx * feature.normal[0] + vy * feature.normal[1])
+        speed = vx * feature.normal[0] + vy * feature.normal[1]
+        return -gap / speed if speed < 0.0 else 0.0
     away, reach = _away(disc, feature)
     nx, ny = normal_at(feature, disc)
     sign = -1.0 if feature.inside else 1.0
     # |d + t u| = reach, with d out from the centre: the root in the past that is nearer.
     a, b, c = vx * vx + vy * vy, sign * away * (vx * nx + vy * ny), sign * gap * (away + reach)
     root = math.sqrt(max(b * b - a * c, 0.0))
-    return (-b - root) / a if sign > 0.0 else -c / (b + root)
+    if sign > 0.0:
+        return (-b - root) / a
+    return -c / (b + root) if b + root > 0.0 else 0.0
 
 
 def bend_of(feature: Feature, disc: Mover) -> float:
