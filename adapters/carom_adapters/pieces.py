@@ -68,16 +68,16 @@ def summed(contacts: Iterable[Contact], walls: frozenset[int]) -> tuple[Contact,
 
 
 def _sum(group: list[Contact]) -> list[Contact]:
-    pushes = [(one.normal, one.impulse_n_s or 0.0, one.tangential_impulse_n_s) for one in group]
-    along = [math.fsum(normal[axis] * push for normal, push, _ in pushes) for axis in (0, 1)]
+    impulses = [(one.normal, one.impulse_n_s or 0.0, one.tangential_impulse_n_s) for one in group]
+    along = [math.fsum(normal[axis] * impulse for normal, impulse, _ in impulses) for axis in (0, 1)]
     size = math.hypot(*along)
     if len(group) == 1 or size == 0.0:
         return group
     nx, ny = along[0] / size, along[1] / size
-    x = along[0] - math.fsum(normal[1] * (rub or 0.0) for normal, _, rub in pushes)
-    y = along[1] + math.fsum(normal[0] * (rub or 0.0) for normal, _, rub in pushes)
-    rub = None if pushes[0][2] is None else y * nx - x * ny
-    return [replace(group[0], normal=(nx, ny), impulse_n_s=x * nx + y * ny, tangential_impulse_n_s=rub)]
+    x = along[0] - math.fsum(normal[1] * (tangential or 0.0) for normal, _, tangential in impulses)
+    y = along[1] + math.fsum(normal[0] * (tangential or 0.0) for normal, _, tangential in impulses)
+    tangential = None if impulses[0][2] is None else y * nx - x * ny
+    return [replace(group[0], normal=(nx, ny), impulse_n_s=x * nx + y * ny, tangential_impulse_n_s=tangential)]
 
 
 def _cut(a: Point, b: Point, pieces: int) -> list[Point]:

@@ -207,10 +207,10 @@ class PymunkWorld:
 
         Chipmunk moves the bodies and then looks for contacts, so those of step k (from 0) stand at ``(k + 1) dt_s``.
         """
-        pushes: dict[Pair, list[Push]] = {}
+        impulses: dict[Pair, list[Push]] = {}
         for body in self._movable:
-            body.each_arbiter(self._collect, pushes)
-        found = [self._contact(pair, told) for pair, told in pushes.items()]
+            body.each_arbiter(self._collect, impulses)
+        found = [self._contact(pair, told) for pair, told in impulses.items()]
         return Observation(
             np.array([body.position for body in self._bodies], dtype=np.float64),
             np.array([body.velocity for body in self._bodies], dtype=np.float64),
@@ -218,7 +218,7 @@ class PymunkWorld:
             spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
         )
 
-    def _collect(self, arbiter: pymunk.Arbiter, pushes: dict[Pair, list[Push]]) -> None:
+    def _collect(self, arbiter: pymunk.Arbiter, impulses: dict[Pair, list[Push]]) -> None:
         """Note a push, as seen by the body that was asked: it is the arbiter's first."""
         normal = arbiter.normal
         total = -arbiter.total_impulse
@@ -229,19 +229,21 @@ class PymunkWorld:
         first, second = self._number[asked], self._number[other]
         if 0 <= second < first and other.body is not None and other.body.body_type == other.body.DYNAMIC:
             return  # that one was asked before, and told
-        rub = total.dot(normal.perpendicular()) if self._turns else None
-        pushes.setdefault((first, second), []).append((normal, impulse, rub))
+        tangential = total.dot(normal.perpendicular()) if self._turns else None
+        impulses.setdefault((first, second), []).append((normal, impulse, tangential))
 
-    def _contact(self, pair: Pair, pushes: list[Push]) -> Contact:
+    def _contact(self, pair: Pair, impulses: list[Push]) -> Contact:
         """Return the contact of a pair: several segments of one chain may push at once, and their sum is told."""
-        if len(pushes) > 1:
-            along = sum((impulse * normal for normal, impulse, _ in pushes[1:]), pushes[0][1] * pushes[0][0])
-            across = [rub * normal.perpendicular() for normal, _, rub in pushes if rub is not None]
+        if len(impulses) > 1:
+            along = sum((impulse * normal for normal, impulse, _ in impulses[1:]), impulses[0][1] * impulses[0][0])
+            across = [
+                tangential * normal.perpendicular() for normal, _, tangential in impulses if tangential is not None
+            ]
             normal = along.normalized()
             total = sum(across, along)
-            pushes = [(normal, total.dot(normal), total.dot(normal.perpendicular()) if across else None)]
-        ((normal, impulse, rub),) = pushes
-        return oriented_contact(*pair, self._clock.now_s, (normal.x, normal.y), impulse, rub)
+            impulses = [(normal, total.dot(normal), total.dot(normal.perpendicular()) if across else None)]
+        ((normal, impulse, tangential),) = impulses
+        return oriented_contact(*pair, self._clock.now_s, (normal.x, normal.y), impulse, tangential)
 
     def cut(self, dt_s: float) -> None:
         """Take steps of another length from here on.

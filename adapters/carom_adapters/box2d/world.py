@@ -259,8 +259,8 @@ class Box2dWorld:
             def PostSolve(self, contact: Any, impulse: Any) -> None:  # noqa: N802 - Box2D's name
                 # By now the bodies have moved on, and the manifold's normal with them.
                 pair = (contact.fixtureA.body.userData, contact.fixtureB.body.userData)
-                rub = sum(impulse.tangentImpulses)
-                solved.append((*pair, normals[_key(contact)], sum(impulse.normalImpulses), rub))
+                tangential = sum(impulse.tangentImpulses)
+                solved.append((*pair, normals[_key(contact)], sum(impulse.normalImpulses), tangential))
 
         self._listener = Listener()
         self._world.contactListener = self._listener
@@ -268,10 +268,10 @@ class Box2dWorld:
     def _contacts(self) -> tuple[Contact, ...]:
         at_s = self._clock.step_began_s
         found = []
-        for a, b, (nx, ny), impulse, rub in self._summed():
+        for a, b, (nx, ny), impulse, tangential in self._summed():
             length = math.hypot(nx, ny)  # a unit vector to 32 bits only
             # Box2D's tangent is the normal turned by -90 degrees.
-            along = -rub if self._turns else None
+            along = -tangential if self._turns else None
             found.append(oriented_contact(a, b, at_s, (nx / length, ny / length), impulse, along))
         return tuple(found)
 
@@ -284,8 +284,8 @@ class Box2dWorld:
             of_pair = [push[2:] for push in pushes if push[:2] == pair]
             along_x, along_y = (sum(normal[i] * impulse for normal, impulse, _ in of_pair) for i in (0, 1))
             # Box2D's tangent is the normal turned by -90 degrees.
-            across_x = sum(normal[1] * rub for normal, _, rub in of_pair)
-            across_y = sum(-normal[0] * rub for normal, _, rub in of_pair)
+            across_x = sum(normal[1] * tangential for normal, _, tangential in of_pair)
+            across_y = sum(-normal[0] * tangential for normal, _, tangential in of_pair)
             size = math.hypot(along_x, along_y)
             if len(of_pair) == 1 or not size:  # or edges that face one another push as hard, and have no sum
                 found += [(*pair, *push) for push in of_pair]

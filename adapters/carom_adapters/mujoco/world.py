@@ -198,19 +198,22 @@ class MujocoWorld:
         # Read as arrays: MuJoCo's bindings take long to make an object of every contact.
         rows, geoms, frames = data.contact.efc_address, data.contact.geom, data.contact.frame
         for k, (row, (geom1, geom2), frame) in enumerate(zip(rows, geoms, frames, strict=True)):
-            force, rub = float(data.efc_force[row]) if row >= 0 else 0.0, None  # -1: left out of the solver's rows
+            force, tangential = (
+                float(data.efc_force[row]) if row >= 0 else 0.0,
+                None,
+            )  # -1: left out of the solver's rows
             if self._turns and row >= 0:
-                force, rub = self._push_and_rub(k, frame)
+                force, tangential = self._impulses_of(k, frame)
             if force <= 0:
                 continue
             normal = (float(frame[0]), float(frame[1]))  # from the first geom to the second
             impulse = force * self._clock.dt_s
             if self._leans:
                 normal, impulse = flattened(normal, impulse)
-            found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse, rub))
+            found.append(oriented_contact(self._number[geom1], self._number[geom2], at_s, normal, impulse, tangential))
         return found
 
-    def _push_and_rub(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
+    def _impulses_of(self, contact: int, frame: NDArray[np.float64]) -> tuple[float, float]:
         """Return a contact's force along its normal, and friction's impulse along that turned by +90 degrees.
 
         Of a pyramidal cone the solver's rows are its edges, and MuJoCo puts both together.
@@ -219,8 +222,8 @@ class MujocoWorld:
         self._mujoco.mj_contactForce(self._model, self._data, contact, force)
         along = force[1:3] @ frame[3:9].reshape(2, 3)
         nx, ny = flattened((float(frame[0]), float(frame[1])), 0.0)[0] if self._leans else frame[:2]
-        rub = float(nx * along[1] - ny * along[0])
-        return float(force[0]) / self._unit, rub * self._clock.dt_s / self._unit
+        tangential = float(nx * along[1] - ny * along[0])
+        return float(force[0]) / self._unit, tangential * self._clock.dt_s / self._unit
 
     def _warning(self) -> str:
         number, told = self._data.warning.number, []

@@ -383,11 +383,13 @@ class PybulletWorld:
             normal, impulse = (normal_from_b_to_a[0], normal_from_b_to_a[1]), force * self._clock.dt_s
             if self._leans:
                 normal, impulse = flattened(normal, impulse)
-            rub = self._rub(point, normal) if self._turns else None
-            found.append(oriented_contact(self._number[body_b], self._number[body_a], at_s, normal, impulse, rub))
+            tangential = self._tangential_impulse(point, normal) if self._turns else None
+            found.append(
+                oriented_contact(self._number[body_b], self._number[body_a], at_s, normal, impulse, tangential)
+            )
         return found
 
-    def _rub(self, point: Sequence[Any], normal: tuple[float, float]) -> float:
+    def _tangential_impulse(self, point: Sequence[Any], normal: tuple[float, float]) -> float:
         """Return friction's impulse on body A, along the normal (from B to A) turned by +90 degrees."""
         (nx, ny), (force, along), (force_2, along_2) = normal, point[10:12], point[12:14]
         x, y = (force * along[axis] + force_2 * along_2[axis] for axis in (0, 1))
