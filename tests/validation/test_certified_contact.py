@@ -116,6 +116,16 @@ def test_bounces_are_told_as_far_as_the_digits_tell_them_apart() -> None:
         assert abs(mpf(float(certified.trace.modes["time_s"][0])) - ends) <= certified.mode_radii["time_s"][0]
 
 
+def test_a_landing_on_a_slope_keeps_what_friction_can_not_change() -> None:
+    """Of ``2 u - R w`` friction takes nothing, and rolling is a third of it: at three digits, too."""
+    pull = (10 * math.sin(0.3), -10 * math.cos(0.3))
+    laws = {"wall_restitution": 0.5, "wall_friction": 1.0, "wall_tangential_restitution": 0.5}
+    scene = staged("slope", disc_at(0.0, 1.0, 0.3), wall_at(0, 0, 0, 1), gravity_m_s2=pull, **laws, duration_s=4.0)
+    certified = certify(scene, digits=3)
+    assert certified.ending is Ending.COMPLETED
+    assert certified.trace.final_velocity_m_s[0, 0] == pytest.approx(2 * (0.3 + 4 * pull[0]) / 3, rel=1e-14)
+
+
 def test_a_disc_that_slides_on_a_face_meets_another_vertex_of_the_same_wall() -> None:
     """The wall bends back over its floor: its end, .3 m above the centre, is met .4 m before, after 2 m at 2 m/s."""
     hook = Chain(points_m=[(0.0, 0.0), (8.0, 0.0), (8.0, 3.0), (4.0, 0.8)])

@@ -152,6 +152,18 @@ def test_a_disc_struck_into_an_arc_that_it_touches_is_in_contact_with_it() -> No
     assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
 
 
+def test_a_disc_struck_along_an_arc_from_inside_is_in_contact_with_it() -> None:
+    """At rest against a circle, and driven along its tangent: D is 0, and it does not pass through."""
+    discs = (
+        Disc(position_m=(2.5, 0.0), radius_m=0.5),
+        Disc(position_m=(2.5, -1.125), velocity_m_s=(0.0, 1.0), radius_m=0.125),
+    )
+    certified = certify(Scene(name="along", discs=discs, walls=(Ring(centre_m=(0, 0), radius_m=3.0),), duration_s=2.0))
+    assert certified.trace.impacts["time_s"].tolist() == [0.5]
+    assert certified.degeneracy is not None
+    assert (certified.degeneracy.kind, certified.degeneracy.bodies) == (Degenerate.RESTING_CONTACT, (-1, 0, 1))
+
+
 def test_a_disc_that_passes_an_arc_as_far_inside_as_it_is_wide_meets_it() -> None:
     """At a distance of R - r from the centre squaring has the equation of a graze, too, which is at R + r."""
     certified = certify(table((1, 0), Ring(centre_m=(3, -0.5), radius_m=1.0)), max_impacts=1)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from tests.drawn import drawn
 from tests.lengths import each, long_after
-from tests.stage import disc_at, staged, wall_at
+from tests.stage import disc_at, on_legs, staged, wall_at
 
 from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import InputError
@@ -63,6 +63,14 @@ def test_gravity_along_a_wall_presses_nothing_to_it() -> None:
     trace = solve_pic(scene)
     assert (trace.outcome, len(trace.impacts)) == (Outcome.COMPLETED, 0)
     assert trace.final_position_m.tolist() == [[0.5, -16.0]]
+
+
+def test_a_ball_comes_back_to_a_floor_that_rises_since_at_the_speed_of_both() -> None:
+    """After 1 s at 2 m/s; from 1.5 s on the floor rises at 1 m/s, and is met at a relative speed of the root of 3."""
+    floor = wall_at(0.0, 0.0, 0.0, 1.0, **on_legs((0.0, (0.0, 0.0)), (1.5, (0.0, 1.0))))
+    impacts = solve_pic(staged("rises", disc_at(0.0, 1.5), floor, gravity_m_s2=(0.0, -2.0), duration_s=2.5)).impacts
+    assert impacts["time_s"].tolist() == pytest.approx([1.0, 1.5 + math.sqrt(0.75)], rel=1e-15)
+    assert impacts["velocity_first_after"][1, 1] == pytest.approx(1 + math.sqrt(3.0), rel=1e-15)
 
 
 def test_a_ball_that_has_left_one_face_meets_the_next_at_its_speed_there() -> None:

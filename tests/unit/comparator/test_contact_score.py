@@ -6,6 +6,8 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +21,8 @@ from carom.comparator.align import Reach
 from carom.comparator.compare import Score
 from carom.comparator.contact import motion_at
 from carom.comparator.settling import before_rest
+from carom.comparator.step_findings import polygons
+from carom.comparator.touches import kept
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.runs.wire import CarriedTrace, Codec
@@ -372,3 +376,21 @@ def test_without_gravity_nothing_comes_to_rest() -> None:
     scene = staged("slow", disc_at(0, 0.51, 0, -0.001), wall_at(0, 0, 0, 1), wall_restitution=0.5, duration_s=30)
     reference = solve_pic(scene)
     assert before_rest(reference, WHOLE, 1 / 60, solve_pit(scene, frame_rate_hz=60)) is WHOLE
+
+
+def test_contact_that_only_the_last_look_finds_is_told() -> None:
+    """A disc falls a metre at 2 m/s^2 and lies: of two looks, at 0.5 and 1.25 s, the second finds it on its floor."""
+    bodies = disc_at(0.0, 1.5), wall_at(0.0, 0.0, 0.0, 1.0)
+    truth = solve_pic(staged("drop", *bodies, wall_restitution=0.0, gravity_m_s2=(0.0, -2.0), duration_s=1.25))
+    places, speeds = np.array([[[0.0, 1.25]], [[0.0, 0.5]]]), np.array([[[0.0, -1.0]], [[0.0, 0.0]]])
+    seen = States(np.array([0.5, 1.25]), places, speeds)
+    found = kept(truth, seen, replace(seen, position_m=places + 0.25), 1 / 8)
+    assert (found.gap_m, found.hop_m_s) == (0.25, 0.0)
+
+
+def test_how_far_straight_steps_are_off_a_parabola_is_half_of_what_is_fallen_in_one() -> None:
+    """At 2 m/s^2 and a step of a quarter of a second, half of an eighth of a metre."""
+    evidence: Any = SimpleNamespace(local_truth=SimpleNamespace(polygon=True), observed=SimpleNamespace(dt_s=0.25))
+    evidence.reference = solve_pic(staged("falls", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -2.0), duration_s=1.0))
+    (finding,) = polygons(evidence)
+    assert ", 0.0625 m;" in finding.reason

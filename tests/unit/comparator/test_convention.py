@@ -43,6 +43,18 @@ def test_one_disc_into_two_has_two_orders_and_one_symmetric_answer() -> None:
     assert [outcome.how for outcome in outcomes][2] == "all at once"
 
 
+def test_all_at_once_nothing_closes_that_does_not_push() -> None:
+    """Two discs 70 degrees apart are met at 83: the first pushes by less than nothing, so only the second does.
+
+    Of the first alone the second would still be closed on: that is no outcome.
+    """
+    way, other = (math.cos(math.radians(83)), math.sin(math.radians(83))), math.radians(70)
+    discs = disc_at(-way[0], -way[1], *way), disc_at(1.0, 0.0), disc_at(math.cos(other), math.sin(other))
+    scene = staged("aside", *discs, duration_s=2.0)
+    outcomes = admissible_outcomes(scene, sure(first_group(solve_pic(scene))), 1.0)
+    assert [outcome.how for outcome in outcomes] == ["0 on 1, then 0 on 2", "0 on 2"]
+
+
 def test_a_wall_strikes_at_the_velocity_that_it_has_at_the_instant() -> None:
     """A wall that is on its second leg strikes a disc as another does: every order ends at 1 and 3/2 m/s.
 

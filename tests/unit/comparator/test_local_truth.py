@@ -174,6 +174,12 @@ def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)
 
 
+def test_what_finds_each_impact_late_is_sampled_step_by_step() -> None:
+    """PIT of one impact pays its own price: that is no exact run, though nothing is missed and nothing sinks."""
+    scene = all_scenes()["paper/late"].scene
+    assert local_score(steps_of(scene, "pit"), scales_of(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
+
+
 def test_a_disc_that_falls_slowly_onto_a_fixed_one_is_due_when_it_is_there() -> None:
     """A metre at 0.5 m/s^2 takes 2 s: on a straight path a disc that begins at rest would never come."""
     bodies = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
