@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 from tests.adapters.conftest import NAMES
@@ -128,10 +130,9 @@ def test_the_world_of_a_pybullet_client_is_used_again_for_a_pair_and_for_nothing
 
 def test_a_pybullet_client_that_is_emptied_is_that_of_the_closed_world_and_no_other(pybullet: Adapter) -> None:
     """Beside a world that is open, and beside a client of somebody else's, a world after another is as a first one."""
-    import pybullet as bullet
-
     import carom_adapters.pybullet.world as module
 
+    bullet: Any = importlib.import_module("pybullet")  # untyped: PyBullet ships no stubs
     for client, *_ in module._KEPT.values():  # noqa: SLF001 - the first number, a default everywhere, is to be another's
         bullet.disconnect(client)
     module._KEPT.clear()  # noqa: SLF001 - as above
