@@ -30,9 +30,8 @@ export function gapOf(disc, feature) {
   if (feature.kind === "face") return faceGap(disc, feature)[0] / feature.length[0];
   const centre = centreOf(feature),
     reach = feature.kind === "vertex" ? twoSum(disc.radius, feature.halfWidth) : reachOfArc(disc, feature),
-    [away] = awayFrom(disc, feature);
-  if (!(reach[0] > 0)) return reach[0] - away;
-  const gap = excess(fromPair(disc.x, centre[0]), fromPair(disc.y, centre[1]), reach)[0] / (away + reach[0]);
+    [away] = awayFrom(disc, feature),
+    gap = excess(fromPair(disc.x, centre[0]), fromPair(disc.y, centre[1]), reach)[0] / (away + reach[0]);
   return isInside(feature) ? -gap : gap;
 }
 // How the normal turns as a disc moves along a feature, radians a metre.

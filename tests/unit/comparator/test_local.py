@@ -164,12 +164,6 @@ def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
     assert overlap_since(Mover.at(place, (1.0, 0.0), 0.25), feature) == 0.0
 
 
-def test_inside_an_arc_without_room_for_the_disc_its_rim_is_beyond_by_all_that_is_missing() -> None:
-    """A disc of radius 1, 0.2 from the centre of an arc whose inner side has radius 0.4: its rim is 0.8 beyond that."""
-    feature = Arc.on(CIRCLE._replace(radius2=Fraction(1, 4)), None, 0.1, inside=True)
-    assert gap_of(Mover.at((0.2, 0.0), (0.0, 0.0), 1.0), feature) == pytest.approx(-0.8, rel=1e-15)
-
-
 @pytest.mark.parametrize("name", long_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))
 def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
     """The closed form from its own state before each impact leaves nothing to the method but checking once per step."""

@@ -92,10 +92,7 @@ def gap_of(disc: Mover, feature: Feature) -> float:
     if isinstance(feature, Face):
         return float(face_gap(disc, feature)[0]) / feature.length[0]
     at, reach = feature.centre, reach_of(disc, feature)
-    away = _away(disc, feature)[0]
-    if not reach[0] > 0.0:  # inside an arc in which the disc has no room
-        return reach[0] - away
-    gap = excess(from_pair(disc.x, at[0]), from_pair(disc.y, at[1]), reach)[0] / (away + reach[0])
+    gap = excess(from_pair(disc.x, at[0]), from_pair(disc.y, at[1]), reach)[0] / (_away(disc, feature)[0] + reach[0])
     return -gap if feature.inside else gap
 
 
