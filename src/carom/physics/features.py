@@ -26,7 +26,7 @@ Point = tuple[float, float]
 #: Bits of a square root before it becomes a pair: more than a pair's 106, and some to round by.
 _ROOT_BITS = 160
 
-#: Room in a circle, in parts of its coordinates, that holds four to eight floats each way: below, a normal is of rounding.
+#: Room in a circle, in parts of its coordinates, that holds four to eight floats each way: below, normals are rounding.
 _PLACES = 2.0**-50
 
 
