@@ -19,6 +19,8 @@ def finite_impacts(trace: Trace) -> NDArray[np.bool_]:
     """Return for each impact whether all of its own numbers are finite, shape ``(m,)``."""
     numbers = [trace.impacts[name] for name in _NUMBERS]
     numbers += [] if trace.spins is None else [trace.spins[name] for name in _SPINS]
+    if all(np.isfinite(values).all() for values in numbers):  # the rule
+        return np.ones(len(trace.impacts), dtype=np.bool_)
     sound: NDArray[np.bool_] = np.all([_rows(values) for values in numbers], axis=0)
     return sound
 

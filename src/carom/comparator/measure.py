@@ -148,7 +148,7 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
         position, velocity = float(np.max(ends[0])) / scales.length_m, float(np.max(ends[1])) / scales.speed_m_s
         spin = float(np.max(ends[2])) / scales.rim_m_s
     # Where the reference's end is no answer, it is an answer still that elastic, smooth impacts alone conserve energy.
-    conserved = not reference.scene.needs & _NOT_CONSERVED
+    energy_is_known = together or not reference.scene.needs & _NOT_CONSERVED
     errors = tuple(_impact_errors(reference, observed, alignment, scales))
     return Measured(
         reference=reference,
@@ -157,7 +157,7 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
         largest=Errors(
             **{name: largest(getattr(error, name) for error in errors) for name in _OF_IMPACTS},
             restitution=largest(e.restitution_error for e in errors if not math.isnan(e.restitution_error)),
-            energy=_energy_error(reference, observed, scales) if together or conserved else 0.0,
+            energy=_energy_error(reference, observed, scales) if energy_is_known else 0.0,
             momentum=momentum,
             final_position=position,
             final_velocity=velocity,
@@ -169,7 +169,7 @@ def measure(reference: Trace, observed: Trace, scales: Scales, reach: Reach) -> 
 
 def worse(difference: Array) -> Array:
     """Return the length of the error of the worse of two bodies; shape ``(2, m, 2)`` to ``(m,)``."""
-    lengths: Array = np.max(np.hypot(difference[..., 0], difference[..., 1]), axis=0)  # which keeps NaN
+    lengths: Array = np.hypot(difference[..., 0], difference[..., 1]).max(axis=0)  # which keeps NaN
     return lengths
 
 
@@ -181,9 +181,9 @@ def restitutions(before: Array, after: Array, normal: Array) -> Array:
         after: The same after.
         normal: From first to second, shape ``(m, 2)``.
     """
-    approach = np.sum((before[1] - before[0]) * normal, axis=1)
+    approach = ((before[1] - before[0]) * normal).sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(approach < 0.0, -np.sum((after[1] - after[0]) * normal, axis=1) / approach, math.nan)
+        return np.where(approach < 0.0, -((after[1] - after[0]) * normal).sum(axis=1) / approach, math.nan)
 
 
 def _number(error: float) -> float:
@@ -236,7 +236,7 @@ def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scal
         effective - expected["time_s"],
         *(np.where(np.isnan(part), math.inf, part) / scales.speed_m_s for part in parts),
         _spin_errors(reference, observed, r, o, told) / scales.rim_m_s,
-        np.max(np.where(told, _angles(after, true_after, AT_REST * scales.speed_m_s), 0.0), axis=0),
+        np.where(told, _angles(after, true_after, AT_REST * scales.speed_m_s), 0.0).max(axis=0),
         _angles(found["normal"], normal, 0.0),
         restitution,
         restitution - restitutions(velocities(expected, "before"), true_after, normal),
@@ -273,18 +273,18 @@ def _spin_errors(
     if reference.spins is None or observed.spins is None:
         return np.full(len(r), math.nan)
     apart = np.abs(rim_speeds(observed, "after")[:, o] - rim_speeds(reference, "after")[:, r])
-    off: Array = np.max(np.where(told, apart, 0.0), axis=0)
+    off: Array = np.where(told, apart, 0.0).max(axis=0)
     return np.where(np.isnan(off), math.inf, off)
 
 
 def _largest_part(difference: Array, direction: Array) -> Array:
     """Largest part along a direction of the difference of either body's velocity, shape ``(2, m, 2)`` to ``(m,)``."""
-    parts: Array = np.max(np.abs(np.matmul(difference.transpose(1, 0, 2), direction[:, :, None])), axis=(1, 2))
+    parts: Array = np.abs(np.matmul(difference.transpose(1, 0, 2), direction[:, :, None])).max(axis=(1, 2))
     return parts
 
 
 def _angles(a: Array, b: Array, nothing: float) -> Array:
     """Angles between vectors, radians; 0 where either is no longer than `nothing` and so has no direction."""
-    turned = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], np.sum(a * b, axis=-1))
+    turned = np.arctan2(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0], (a * b).sum(axis=-1))
     shorter = np.minimum(np.hypot(a[..., 0], a[..., 1]), np.hypot(b[..., 0], b[..., 1]))
     return np.where(shorter <= nothing, 0.0, np.abs(turned))
