@@ -19,7 +19,7 @@ from tests.campaign.tally import Finding, Tally
 from tests.checker import Report, Violation, check, watch
 
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.falling.run import BallisticRun
+from carom.solvers.falling.run import FallingRun
 from carom.solvers.run import Run
 from carom.trace import ModeRecord, Outcome
 
@@ -28,7 +28,7 @@ from carom.trace import ModeRecord, Outcome
 LONGEST_S = 1e6
 
 
-class FlightAlone(BallisticRun):
+class FlightAlone(FallingRun):
     """A fall that ends where contact begins that lasts: the checker knows of flights and impacts."""
 
     def _keep_mode(self, mode: ModeRecord | None) -> None:
@@ -55,7 +55,7 @@ def checked(gas: Gas, impacts: int | None = None) -> Report:
     """
     report = Report()
     run = run_of(gas)
-    renew = None if isinstance(run, BallisticRun) else partial(_renewed, gas)
+    renew = None if isinstance(run, FallingRun) else partial(_renewed, gas)
     most = gas.impacts if impacts is None else min(gas.impacts, impacts)
     stretches = watch(run, gas.start, LONGEST_S, most, renew)
     try:

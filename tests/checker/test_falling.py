@@ -22,7 +22,7 @@ from carom import DiscArrays
 from carom.physics.pair_time import pair_time
 from carom.solvers.falling import run as falling
 from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.falling.run import BallisticRun
+from carom.solvers.falling.run import FallingRun
 from carom.solvers.plain.instants import NEVER, Instant, after, between
 from carom.trace import Outcome
 
@@ -165,7 +165,7 @@ class RestsInTheAir(campaign_run.FlightAlone):
 
 
 @pytest.mark.parametrize("run", [RestsTooSoon, RestsInTheAir])
-def test_a_rest_that_is_none_is_found(run: Callable[..., BallisticRun], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rest_that_is_none_is_found(run: Callable[..., FallingRun], monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that ends at rest although each of its discs moves on, or touches nothing, breaks the rule of ends."""
     monkeypatch.setattr(campaign_run, "FlightAlone", run)
     assert "end" in rules(checked(gas(), IMPACTS))
@@ -202,7 +202,7 @@ def test_a_flight_that_reaches_into_a_wall_or_a_disc_and_back_is_found(over: flo
         back = np.array([[0.0, -3.0], [0.0, 0.0]][:count])
         stretch = Stretch(
             0,
-            BallisticRun(gas()).log.array(),
+            FallingRun(gas()).log.array(),
             np.array([0, 0]),
             np.array([0.0, 0.6]),
             np.array([place, place]),

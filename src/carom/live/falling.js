@@ -271,7 +271,7 @@ export class FallingBodies extends Bodies {
 }
 
 // carom/solvers/falling/run.py: it goes on where gravity presses a disc to a half-plane, and ends at other contact.
-class Ballistic extends AllPairs {
+class Falling extends AllPairs {
   constructor(scene) {
     super(scene, new FallingBodies(scene), INF);
     this.contacts = new Contacts(this.bodies);
@@ -391,6 +391,6 @@ class Ballistic extends AllPairs {
     this.outcome = pressed ? "pressed" : this.contacts.grounds[i] !== null ? "corner" : "at_rest";
   }
 }
-export const solvePicFalling = (scene, maxImpacts = INF) => new Ballistic(scene).run(maxImpacts);
+export const solvePicFalling = (scene, maxImpacts = INF) => new Falling(scene).run(maxImpacts);
 export const solvePitFalling = (scene, rate, options = {}) =>
   solvePit(scene, rate ?? scene.frame_rate_hz, { ...options, bodies: new FallingBodies(scene) });

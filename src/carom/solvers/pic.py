@@ -55,10 +55,10 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
             del asked["contact_duration_s"]
             return TableRun(start, **asked)
         if start.gravity_m_s2 != (0.0, 0.0):
-            from carom.solvers.falling.run import BallisticRun
+            from carom.solvers.falling.run import FallingRun
 
             del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
-            return BallisticRun(start, **asked)
+            return FallingRun(start, **asked)
         if extension_available() and not all_pairs and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
             return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun

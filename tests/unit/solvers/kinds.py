@@ -8,7 +8,7 @@ from typing import Any
 from carom import Outcome, Scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.falling.run import BallisticRun
+from carom.solvers.falling.run import FallingRun
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import FrameRun, pit_run
 from carom.solvers.plain.run import AllPairsRun
@@ -31,7 +31,7 @@ def of_frames(scene: Scene) -> Run:
 RUNS: dict[str, Callable[[Scene], Run]] = {
     "event-driven": EventDrivenRun,
     "all pairs": AllPairsRun,
-    "ballistic": BallisticRun,
+    "falling": FallingRun,
     "frames": of_frames,
     "certified": certified,
 }

@@ -11,7 +11,7 @@ from tests.lengths import each
 
 from carom import Chain, Disc, Outcome, Scene, solve_pic
 from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.falling.run import BallisticRun
+from carom.solvers.falling.run import FallingRun
 
 GRAVITY = {"gravity_m_s2": (0.0, -1.0)}
 
@@ -58,7 +58,7 @@ def test_many_bounces_on_an_immovable_disc_take_the_place_no_further_off_than_on
         Disc(position_m=(0.1, 0.1), radius_m=0.3, mass_kg=math.inf),
         Disc(position_m=(0.1, 1.3), radius_m=0.2),
     ]
-    run = BallisticRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
+    run = FallingRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
     worst = 0.0
     for impacts in range(1, 301):
         run.advance_to(1e3, impacts)
@@ -108,7 +108,7 @@ def test_a_disc_comes_to_rest_on_an_arc_of_any_radius_when_it_does_on_a_floor(bu
     disc = Disc(position_m=(0, middle + 1.25), radius_m=0.25)
     arc = Chain(points_m=points, bulges=[bulge])
     scene = Scene(name="arc", discs=[disc], walls=[arc], wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=9.0)
-    run = BallisticRun(scene)
+    run = FallingRun(scene)
     assert run.advance_to(9.0) is Outcome.AT_REST
     # It rests once v^2 <= 2 g gap, with a gap of 5 units in the last place of its coordinates and radius, 3/4 m:
     # the hops that are left out take v / g + v / 2 g + ...

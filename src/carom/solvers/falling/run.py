@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from carom.trace import ImpactRecord, ModeRecord
 
 
-class BallisticRun(AllPairsRun):
+class FallingRun(AllPairsRun):
     """A PIC run under gravity: `carom.solvers.run.Run`.
 
     It goes on where gravity presses a disc to a half-plane or a straight edge: the disc slides, rolls or rests there,

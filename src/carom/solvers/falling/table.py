@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from carom.physics.features import Face
 from carom.solvers.falling.bodies import FallingBodies
 from carom.solvers.falling.contacts import Contacts
-from carom.solvers.falling.run import BallisticRun
+from carom.solvers.falling.run import FallingRun
 from carom.solvers.impact_log import gliding_note
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.instants import NEVER, Instant, after, between
@@ -122,8 +122,8 @@ class _Stops(Contacts):
         """Nothing but velocities, on which the bodies go on."""
 
 
-class TableRun(BallisticRun):
-    """A PIC run on a table: `carom.solvers.run.Run`. The arguments are those of `BallisticRun`."""
+class TableRun(FallingRun):
+    """A PIC run on a table: `carom.solvers.run.Run`. The arguments are those of `FallingRun`."""
 
     def _bodies_of(self, start: Start) -> FallingBodies:
         bodies = TableBodies(start)
