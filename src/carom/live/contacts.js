@@ -89,11 +89,9 @@ export class Contacts {
   land(i, ground, approach) {
     const b = this.bodies,
       e = b.wallRestitution[ground.wall],
-      back = b.wallGrip[ground.wall][1],
       press = this.press(i, ground),
-      // What the only impact has given back of a slip is left, and so is what impacts leave of it that keep its sign; of
-      // infinitely many that turn it round, the last gives back next to nothing.
-      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall) && (back === 0 || (back > 0 && e > 0)),
+      // What an impact has given back of a slip is left; what infinitely many leave of it, leftOfSlip says.
+      gripped = b.gripped[i] && b.lastPartner[i] === wallBody(ground.wall) && b.wallGrip[ground.wall][1] === 0,
       bounces = approach > 0 && e < 1;
     let slip = this.slip(i, ground),
       rim = this.rim(i),
@@ -104,8 +102,7 @@ export class Contacts {
       if (left === 0) [by, slip, rim] = [speed + leftOfRim, 0, leftOfRim];
       else if (leftOfRim === 0) [slip, rim] = [speed, 0];
     } else if (gripped) {
-      by = back ? slip / (1 + press.ease) : 0; // where nothing is given back, what is left is rounding
-      slip = 0;
+      slip = 0; // what is left of it is rounding
     } else if (bounces && leftOfSlip(press, slip, approach, e) === 0) {
       by = slip / (1 + press.ease);
       slip = 0;
