@@ -67,7 +67,7 @@ class Gains(EventDrivenRun):
 
 
 @pytest.mark.parametrize(
-    ("factor", "rule"), long_after(2, [(1.0 + 1e-9, "law"), (1e150, "row"), (2.0, "law"), (100.0, "row")])
+    ("factor", "rule"), long_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (2.0, "law"), (100.0, "row")])
 )
 def test_a_kernel_that_gains_energy_without_bound_is_found(
     factor: float, rule: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

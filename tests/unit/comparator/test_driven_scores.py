@@ -168,7 +168,7 @@ def crush() -> Scene:
     )
 
 
-@pytest.mark.parametrize(("steps_per_s", "expected"), long_after(1, [(60.0, 4), (55.5, 4), (7.0, 1)]))
+@pytest.mark.parametrize(("steps_per_s", "expected"), long_after(1, [(7.0, 1), (60.0, 4), (55.5, 4)]))
 def test_a_crush_is_compared_up_to_where_looks_can_tell_its_impacts_apart(steps_per_s: float, expected: int) -> None:
     """PIC is exact and PIT sampled up to there, also at steps that end at the crush; beyond it nothing is compared."""
     results = cross_checked([crush()], ["pic", "pit"], dts=[1 / steps_per_s], profiles=["tuned"])

@@ -71,6 +71,7 @@ def test_no_bound_in_any_unit_is_above_the_time_of_impact(kind: str) -> None:
         assert too_late(kind, range(begin, begin + 20), 2.0**a, 2.0**b) == []
 
 
+@pytest.mark.long
 def test_the_attack_notices_a_bound_that_is_hardly_too_late() -> None:
     """Of bounds put 1e-5 of their wait later, most are found to be above the time of impact."""
     noticed = hits = 0

@@ -256,6 +256,7 @@ def test_numpy_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
     assert found.tobytes() == np.array([error for _, error in jobs["errors"]]).tobytes()
 
 
+@pytest.mark.long
 def test_pandas_reads_a_journal_in_a_line(jobs: dict[str, Any]) -> None:
     """The documented line gives a frame with a row a job, whose errors are numbers."""
     jobs["pd"] = pytest.importorskip("pandas", reason="pandas is not installed")
