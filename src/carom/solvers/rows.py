@@ -90,7 +90,7 @@ class RecordedImpacts:
         return None if self._spins is None else self._spins.array()
 
     def modes(self) -> None:
-        """Return None: compiled runs have no gravity, so nothing is pressed to a wall."""
+        """Return None: no compiled run knows contact that lasts."""
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges that the impacts were on; None without finite walls."""

@@ -1,4 +1,4 @@
-"""PIT compiled: any number of discs, without gravity. To be read after `layout.pxd`.
+"""PIT compiled: any number of discs; under gravity without friction, and each frame is looked at. To be read after `layout.pxd`.
 
 `run` is the loop. It skips the frames at which no disc is due, and looks at the others; or it loops plainly, where that
 is asked for or costs less.
@@ -8,6 +8,8 @@ from libc.stdlib cimport calloc, free
 
 import numpy as np
 
+from carom.solvers.impact.resolution import too_far_out
+
 from carom.constants cimport INF
 from carom.solvers.impact.ambiguity cimport forget
 from carom.solvers.impact.law cimport law_of, write_wall_laws
@@ -16,7 +18,7 @@ from carom.solvers.impact.structs cimport NOBODY, Index, Law, Recent, Turning, W
 from carom.solvers.pit.bounds cimport MOST_FRAMES
 from carom.solvers.pit.grid cimport settle
 from carom.solvers.pit.layout cimport MOST_LEVELS, NOWHERE, Disc, Level, Normal, State
-from carom.solvers.pit.look cimport look, loops_plainly, skip, test_all
+from carom.solvers.pit.look cimport fall, look, loops_plainly, skip, test_all
 from carom.solvers.pit.stretches cimport Finite, Stretch
 
 #: Up to this many discs, all count as near each other. Measured: looking through nine cells costs as much.
@@ -30,7 +32,7 @@ _LEEWAY, _LEAST_LEEWAY = 0.2, 0.25
 
 cdef void run(State *s, Index until, Index most) noexcept nogil:
     """Pass frames before number `until`, until work or memory is used up or there have been `most` impacts."""
-    while s.counts.frames < until and s.work > 0.0 and not s.no_memory:
+    while s.counts.frames < until and s.work > 0.0 and not s.no_memory and not s.too_far:
         if s.row > 0:
             test_all(s)
         elif s.record.taken + s.record.count >= most:
@@ -63,11 +65,12 @@ cdef class FrameLoop:
         skips: Whether tests that can find nothing are left out.
         most_waste: How many times the work of looking around all discs once may be wasted before plain looping takes over
             for a while; infinity for as often as it likes.
+        gravity: Uniform gravity, metres a second squared.
     """
 
     cdef State s
 
-    def __cinit__(self, start, clock, bint skips, double most_waste):
+    def __cinit__(self, start, clock, bint skips, double most_waste, gravity=(0.0, 0.0)):
         s = &self.s
         cdef Index i
         cdef const double[:, :] position = start.position_m, velocity = start.velocity_m_s
@@ -79,7 +82,9 @@ cdef class FrameLoop:
         s.horizon = MOST_FRAMES * clock.frame_s
         s.law = law_of(start, 0.0)
         s.record.turns = start.turns
-        s.skips, s.most_waste = skips, most_waste
+        s.gx, s.gy = gravity
+        s.falls = s.gx != 0.0 or s.gy != 0.0
+        s.skips, s.most_waste = skips and not s.falls, most_waste
         s.discs = <Disc *>memory(s.disc_count, sizeof(Disc))
         s.walls = <Wall *>memory(s.wall_count, sizeof(Wall))
         s.due = <double *>memory(s.disc_count, sizeof(double))
@@ -97,7 +102,7 @@ cdef class FrameLoop:
             for i, (spin, inertia) in enumerate(zip(start.spins, start.inertia)):
                 s.turning[i] = Turning(spin, 1.0 / <double>inertia)
         self.take_walls(start)
-        if skips and s.disc_count > _FEW_DISCS:
+        if s.skips and s.disc_count > _FEW_DISCS:
             self.lay_out(start)
 
     cdef take_walls(self, start):
@@ -169,12 +174,17 @@ cdef class FrameLoop:
             until: Number of a frame.
             most: Number of impacts, counted from the start, from which on no other frame is begun.
             work: In tests of two discs by plain looping.
+
+        Raises:
+            InputError: Discs have met so far out that floats do not tell their centres apart.
         """
         self.s.work = work
         with nogil:
             loop(&self.s, until, most)
         if self.s.no_memory:
             raise MemoryError(f"no memory for more than {self.recorded} recorded impacts")
+        if self.s.too_far:
+            raise too_far_out()
 
     @property
     def frames(self):
@@ -203,24 +213,30 @@ cdef class FrameLoop:
 
     def positions(self, double time):
         """Return where the discs are at a time not before the last frame passed, metres, shape ``(n, 2)``."""
-        states = self.states()
-        return states[:, :2] + states[:, 2:] * (time - self.s.now)
+        return self.states(time)[:, :2].copy()
 
     def velocities(self, double time):
         """Return the velocities at such a time, metres a second, shape ``(n, 2)``."""
-        return self.states()[:, 2:].copy()
+        return self.states(time)[:, 2:].copy()
 
     def present_spins(self):
         """Return the spins, radians a second, shape ``(n,)``; None if no disc spins."""
         cdef Index i
         return np.array([self.s.turning[i].spin for i in range(self.s.disc_count)]) if self.s.record.turns else None
 
-    cdef states(self):
-        """Return x, y, vx, vy of each disc."""
-        states = np.empty((self.s.disc_count, 4))
+    cdef states(self, double time):
+        """Return x, y, vx, vy of each disc at a time."""
+        s = &self.s
+        states = np.empty((s.disc_count, 4))
         cdef double[:, ::1] state = states
         cdef Index i
-        for i in range(self.s.disc_count):
-            a = &self.s.discs[i]
+        step = time - s.now
+        for i in range(s.disc_count):
+            a = &s.discs[i]
             state[i, 0], state[i, 1], state[i, 2], state[i, 3] = a.x, a.y, a.vx, a.vy
+            if not s.falls:
+                state[i, 0] += a.vx * step
+                state[i, 1] += a.vy * step
+            elif step != 0.0 and a.inverse_mass != 0.0:
+                fall(s, &state[i, 0], &state[i, 2], step)
         return states

@@ -7,6 +7,7 @@ from carom.physics.double_double cimport greater
 from carom.solvers.impact.law cimport collide_discs
 from carom.solvers.impact.law cimport collide_wall as collide_with_wall
 from carom.solvers.impact.record cimport has_capacity, record_impact
+from carom.solvers.impact.resolution cimport are_told_apart
 from carom.solvers.impact.structs cimport NO_FEATURE, Before, Body, Index, Spins, Wall
 from carom.solvers.pit.layout cimport ON_WALL, Disc, Normal, State
 from carom.solvers.pit.stretches cimport Finite, nearest
@@ -55,20 +56,25 @@ cdef inline bint finite_interferes(const State *s, Index i, Index k) noexcept no
     distance = sqrt(dx * dx + dy * dy)
     if distance == 0.0 or not (a.vx * dx + a.vy * dy < 0.0 and dx * dx + dy * dy <= reach * reach):
         return False
-    return a.last != ON_WALL - k or dx / distance != s.normals[i].x or dy / distance != s.normals[i].y
+    return s.falls or a.last != ON_WALL - k or dx / distance != s.normals[i].x or dy / distance != s.normals[i].y
 
 
 cdef inline bint is_due(const State *s, Index i, Index k) noexcept nogil:
     """Return whether disc `i` and wall `k` have an impact at this frame."""
     if s.finite != NULL and s.finite[k].count > 0:
         return finite_interferes(s, i, k)
-    return wall_interferes(&s.discs[i], &s.walls[k]) and s.discs[i].last != ON_WALL - k
+    return wall_interferes(&s.discs[i], &s.walls[k]) and (s.falls or s.discs[i].last != ON_WALL - k)
 
 
 cdef inline bint discs_part(const State *s, Index i, Index j) noexcept nogil:
-    """Return whether two discs are on the paths that their own impact gave them; one that never moves always is."""
+    """Return whether two discs are on the paths that their own impact gave them; one that never moves always is.
+
+    A fall onto what does not fall comes back.
+    """
     a = &s.discs[i]
     b = &s.discs[j]
+    if s.falls and (a.inverse_mass == 0.0 or b.inverse_mass == 0.0):
+        return False
     return (a.last == j or a.inverse_mass == 0.0) and (b.last == i or b.inverse_mass == 0.0)
 
 
@@ -88,6 +94,9 @@ cdef inline void collide_pair(State *s, Index i, Index j) noexcept nogil:
         return
     a = &s.discs[i]
     b = &s.discs[j]
+    if not are_told_apart(a.x, a.y, b.x, b.y, a.radius + b.radius):
+        s.too_far = True
+        return
     dx = b.x - a.x
     dy = b.y - a.y
     cdef Before before = Before([a.vx, a.vy], [b.vx, b.vy])

@@ -84,7 +84,10 @@ cdef struct State:  # all that a run consists of
     double now  # the frame that was passed last
     double next_look  # before which no disc is due
     double horizon  # for how long a bound holds at most, seconds: `MOST_FRAMES` of bounds.pxd
-    bint skips  # whether tests that can find nothing are left out
+    bint falls  # whether there is gravity
+    double gx  # gravity
+    double gy
+    bint skips  # whether tests that can find nothing are left out; those bounds are of straight paths
     Index row  # plain looping: the disc whose tests come next at this frame; 0 between frames
     double excess  # work of skipping beyond that of plain looping
     double first_look  # work of looking around all discs once
@@ -92,6 +95,7 @@ cdef struct State:  # all that a run consists of
     bint pays_back  # loops plainly, since there was more
     double work  # that is left until a pause; all work is counted in tests of two discs by plain looping
     bint no_memory  # was found where it was needed
+    bint too_far  # discs met so far out that floats do not tell their centres apart
     Law law
     Clock clock
     Counts counts

@@ -74,6 +74,14 @@ cdef inline void move_two(Disc *a, Disc *b, const double *steps, Index count) no
         b.x, b.y = bx, by
 
 
+cdef inline void fall(const State *s, double *centre, double *velocity, double step) noexcept nogil:
+    """Take a disc along its parabola."""
+    centre[0] += step * (velocity[0] + 0.5 * s.gx * step)
+    centre[1] += step * (velocity[1] + 0.5 * s.gy * step)
+    velocity[0] += s.gx * step
+    velocity[1] += s.gy * step
+
+
 cdef inline void go_to_next_frame(State *s) noexcept nogil:
     """Take every disc to the frame that comes next."""
     cdef Index i
@@ -82,7 +90,11 @@ cdef inline void go_to_next_frame(State *s) noexcept nogil:
     if s.counts.frames > 0:
         for i in range(s.disc_count):
             disc = &s.discs[i]
-            if disc.inverse_mass != 0.0:
+            if disc.inverse_mass == 0.0:
+                continue
+            if s.falls:
+                fall(s, &disc.x, &disc.vx, step)
+            else:
                 disc.x += disc.vx * step
                 disc.y += disc.vy * step
     s.now = time

@@ -145,7 +145,8 @@ class FrameRun:
 def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
     """Return a PIT run at the start of a scene: compiled, or else the definition.
 
-    The definition runs under gravity, with damping, and without the extension.
+    The definition runs with damping, on a table that slows discs down, under gravity where anything rubs or turns,
+    where a body is driven, and without the extension.
 
     Args:
         scene: The scene.
@@ -168,14 +169,16 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
 
 def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
-    straight = start.gravity_m_s2 == (0.0, 0.0) and not start.table_deceleration_m_s2
-    driven = start.arrays.driven
-    if straight and extension_available() and not driven:
+    arrays, gravity = start.arrays, start.gravity_m_s2
+    alone = gravity == (0.0, 0.0) or not (arrays.turns or start.wall_rolling_resistance)
+    compiled = alone and not arrays.driven and not start.table_deceleration_m_s2
+    if compiled and extension_available():
         from carom.solvers.pit import frame_loop
 
-        edges_of = None if start.arrays.has_half_planes else partial(nearest_edges, start.arrays.walls)
-        return FrameRun(frame_loop.FrameLoop(start.arrays, clock, skipping, MOST_WASTE), clock, edges_of=edges_of)
-    return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if straight and not driven else ())
+        edges_of = None if arrays.has_half_planes else partial(nearest_edges, arrays.walls)
+        loop = frame_loop.FrameLoop(arrays, clock, skipping, MOST_WASTE, gravity)
+        return FrameRun(loop, clock, edges_of=edges_of)
+    return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if compiled else ())
 
 
 def nearest_edges(walls: Sequence[HalfPlane | Outline], contacts: NDArray[np.void]) -> NDArray[np.void]:

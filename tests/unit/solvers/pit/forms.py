@@ -31,7 +31,7 @@ def compiled_forms() -> dict[str, Form]:
 
     def form(*, skips: bool, most_waste: float) -> Form:
         return lambda scene, clock: FrameRun(
-            FrameLoop(scene.arrays, clock, skips, most_waste), clock, edges_of=edges_of(scene)
+            FrameLoop(scene.arrays, clock, skips, most_waste, scene.gravity_m_s2), clock, edges_of=edges_of(scene)
         )
 
     return {

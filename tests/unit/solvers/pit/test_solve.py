@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from tests.forms import needs_extension, plain_form
 from tests.stage import line
+from tests.unit.solvers.pit.forms import compiled_forms, definition, finished
 
 from carom import extension
+from carom.errors import InputError
 from carom.scene import Scene
 from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit.clock import FrameClock
@@ -17,24 +21,37 @@ from carom.trace import Outcome
 CLOCK = FrameClock(rate_hz=60.0)
 
 
-def falling() -> Scene:
-    return Scene(**{**line(0.0, 3.0, velocities=(1.0, 0.0)).model_dump(), "gravity_m_s2": (0.0, -9.8)})
+def falling(**changes: Any) -> Scene:
+    fields = {"gravity_m_s2": (0.0, -9.8), **changes}
+    return Scene(**{**line(0.0, 3.0, velocities=(1.0, 0.0)).model_dump(), **fields})
 
 
 @needs_extension
-def test_compiled_code_serves_scenes_without_gravity() -> None:
+def test_compiled_code_serves_scenes_in_which_nothing_rubs_or_turns_under_gravity() -> None:
     """So it does whatever the number of discs, and for plain looping, too; there is nothing to note."""
-    for skipping in (True, False):
-        run = pit_run(line(0.0, velocities=(1.0,)), CLOCK, skipping=skipping)
-        assert isinstance(run.log, RecordedImpacts)
+    for scene in (line(0.0, velocities=(1.0,)), falling(friction=0.5, gravity_m_s2=(0.0, 0.0)), falling()):
+        for skipping in (True, False):
+            run = pit_run(scene, CLOCK, skipping=skipping)
+            assert isinstance(run.log, RecordedImpacts)
+            assert run.notes == ()
+
+
+def test_the_definition_serves_what_rubs_under_gravity() -> None:
+    """Where no faster form is left out there is nothing to note."""
+    for scene in (falling(friction=0.5), falling(wall_rolling_resistance=0.1)):
+        run = pit_run(scene, CLOCK)
+        assert isinstance(run.log, ImpactLog)
         assert run.notes == ()
 
 
-def test_the_definition_serves_under_gravity() -> None:
-    """Where no faster form is left out there is nothing to note."""
-    run = pit_run(falling(), CLOCK)
-    assert isinstance(run.log, ImpactLog)
-    assert run.notes == ()
+def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -> None:
+    """Discs that have fallen for 5e8 s meet at 1e18 m, where floats do not tell their centres apart."""
+    scene = falling(duration_s=1e9, frame_rate_hz=1e-7)
+    discs = [disc.model_copy(update={"velocity_m_s": (4e-9 * (k == 0), 0.0)}) for k, disc in enumerate(scene.discs)]
+    scene = scene.model_copy(update={"discs": tuple(discs)})
+    for form in (definition, *(compiled_forms().values() if extension.extension_available() else ())):
+        with pytest.raises(InputError, match="do not tell their centres apart"):
+            finished(scene, FrameClock(rate_hz=1e-7), form)
 
 
 def test_without_the_extension_the_definition_serves_and_says_so() -> None:
