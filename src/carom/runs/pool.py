@@ -184,8 +184,8 @@ class LocalPool(Pool):
             self._template.close()
 
     def worker(self, engine: str) -> Worker:
-        """Return the worker of an engine in the first lane, in which what is asked alone is carried out."""
-        return self._lanes[0].of(engine)
+        """Return the worker of an engine in which what is asked alone is carried out: one that is there already."""
+        return self._lane_of(engine).of(engine)
 
     def renew(self) -> None:
         """End the processes; the next tasks start anew."""
@@ -193,8 +193,11 @@ class LocalPool(Pool):
             lane.renew()
 
     def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
-        """Have tasks carried out in the first lane."""
-        return self._lanes[0].ask_each(tasks)
+        """Have tasks carried out in a lane that has their engine already, or else in the first."""
+        return self._lane_of(tasks[0].engine if tasks else "").ask_each(tasks)
+
+    def _lane_of(self, engine: str) -> Lane:
+        return next((lane for lane in self._lanes if engine in lane.engines), self._lanes[0])
 
     def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
         """Work on items in all lanes; what has come by now comes together, so that it can be written together."""
