@@ -7,8 +7,8 @@ FOR_TESTS := $(VENV)/installed-for-tests
 FOR_REPORTS := $(VENV)/installed-for-reports
 BUILT := $(VENV)/built
 REPORT ?= reports/latest
-#: What the extension is made of; each .pyx is a module of it.
-SOURCES := $(shell find src tests -name '*.pyx' -o -name '*.pxd' -o -name '*.h')
+#: Sources of the extension; each .pyx is a module of it.
+SOURCES := $(shell find src tests -name '*.pyx' -o -name '*.pxd' -o -name '*.h' -o -name '*.c')
 MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 
 # For campaign-pic: impacts in all (counts add up in reports/campaign-pic.json), and processes.

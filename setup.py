@@ -1,6 +1,6 @@
-"""Builds the compiled extension: every .pyx below src is a module of it. All else stands in pyproject.toml.
+"""Build of the compiled extension: each .pyx below src is a module of it. pyproject.toml contains everything else.
 
-Where the extension is built in place, so is what the tests call its inlined functions by.
+A build in place also builds the module by which the tests call inlined functions.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from setuptools.command.build_ext import build_ext
 
 #: None of these changes a bit: no fused multiply-add; and no code for errno or floating-point traps, which nobody reads
 #: and which keep GCC from taking branches out of hot loops (a quarter of the speed).
-_GCC = ["-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-g0", "-Wno-unused-function"]
-FLAGS = ["/O2", "/fp:precise"] if sys.platform == "win32" else _GCC
+_GCC = ["-std=c11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math", "-g0", "-Wno-unused-function"]
+FLAGS = ["/std:c11", "/O2", "/fp:precise"] if sys.platform == "win32" else _GCC
 
-#: Given here and not at the head of a .pyx: from there they do not reach the functions of .pxd files.
+#: Set here instead of in a .pyx, from which they would not reach the functions of .pxd files.
 DIRECTIVES = {
     "language_level": 3,
     "cdivision": True,
@@ -88,12 +88,17 @@ class HonestWheel(bdist_wheel):
 
 
 def _extension(name: str, source: str, sources: list[str]) -> Extension:
-    """Return a module, compiled anew where what it is made of has changed: Cython knows what each takes from where."""
+    """Return a module, which is compiled again when one of its sources has changed.
+
+    Cython finds the .pxd files that a .pyx uses, and the .c files that its first line names. Every module depends on
+    all .h and .c files, so that no list of includes is needed.
+    """
     stands_for_all = name == BUILT
+    c_files = [path for path in sources if path.endswith((".h", ".c"))]
     return Extension(
         name,
         [source],
-        depends=[*(sources if stands_for_all else [path for path in sources if path.endswith(".h")]), "setup.py"],
+        depends=[*(sources if stands_for_all else c_files), "setup.py"],
         include_dirs=["src"],
         extra_compile_args=FLAGS,
         extra_link_args=["--coverage"] if COVERAGE else [],
@@ -108,7 +113,7 @@ def _directives_may_differ() -> bool:
 
 
 sources = sorted(
-    path.as_posix() for path in [*Path("src").rglob("*.p[yx][xd]"), *Path("src").rglob("*.h"), *PROBE_SOURCES]
+    path.as_posix() for path in [*Path("src").rglob("*.p[yx][xd]"), *Path("src").rglob("*.[hc]"), *PROBE_SOURCES]
 )
 extensions = [
     _extension(path.removeprefix("src/").removesuffix(".pyx").replace("/", "."), path, sources)

@@ -46,7 +46,7 @@ THROWN = "throw.html"
 _THROW = "<!-- throw -->"
 #: Where no such page can stand, pictures of its scenes do, which end here.
 _PICTURES = re.compile(rf"{_THROW}\n.*?<!-- thrown -->", re.DOTALL)
-_LANGUAGES = {".md": "markdown", ".pxd": "cython", ".py": "python", ".pyx": "cython", ".toml": "toml"}
+_LANGUAGES = {".c": "c", ".h": "c", ".md": "markdown", ".py": "python", ".pyx": "cython", ".toml": "toml"}
 
 #: What a terminal takes for bold and plain.
 _BOLD = re.compile(r"\x1b\[[\d;]*m")

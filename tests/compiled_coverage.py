@@ -1,8 +1,8 @@
 """Coverage of the compiled code: ``make coverage-compiled``; ``python -m tests.compiled_coverage`` hands on arguments.
 
-The extension is built once more, into ``build/coverage``, so that every line of C belongs to a line of a .pyx or .pxd
-file and is counted; the tests run on that build; gcov says which lines and branches they reached. A line that several
-modules inline counts once, as reached by whichever.
+The extension is built once more, into ``build/coverage``, with counters for the lines of the core and of the .pyx and
+.pxd files. The tests run on that build, and gcov reports which lines and branches they reached. A line that several
+modules inline counts once: as reached if any of them reached it.
 
 Branches are those of the C code: a comparison in a loop has two, a chain of `and` one pair a link; and in what Python
 calls (`def`) there is one more for each error that Cython looks for.
@@ -43,7 +43,7 @@ def build() -> Path:
 
 
 def counted(notes: Path) -> list[dict[str, Any]]:
-    """Return what gcov says of a module, source by source."""
+    """Return gcov's report of an object file, source by source."""
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run(
             ["gcov", "--json-format", "--branch-probabilities", str(notes)], cwd=folder, check=True, capture_output=True
@@ -60,17 +60,22 @@ def collect() -> tuple[Lines, Branches]:
     branches: Branches = defaultdict(lambda: defaultdict(int))
     for notes in sorted(BUILD.rglob("*.gcno")):
         for source in counted(notes):
-            name = str(source["file"])
-            if not name.endswith((".pyx", ".pxd")):
+            name = source_name(str(source["file"]))
+            if name is None:
                 continue
-            if "carom/" not in name:  # a probe of the tests
-                continue
-            name = name[name.index("carom/") :]
             for line in source["lines"]:
                 lines[name][line["line_number"]] += line["count"]
                 for k, branch in enumerate(line["branches"]):
                     branches[name][line["line_number"], k] += branch["count"]
     return lines, branches
+
+
+def source_name(file: str) -> str | None:
+    """Return a source's path in the package; None for what Cython wrote, for headers of others, and for the probe."""
+    if not file.endswith((".pyx", ".pxd", ".h", ".c")):
+        return None
+    path = next((path for path in (ROOT / file, ROOT / "src" / file) if path.exists()), None)
+    return path.relative_to(ROOT / "src").as_posix() if path and path.is_relative_to(ROOT / "src" / "carom") else None
 
 
 def share(counts: list[int]) -> str:

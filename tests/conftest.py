@@ -82,7 +82,7 @@ def pytest_configure(config: pytest.Config) -> None:
         return  # plain Python serves; `CAROM_REQUIRE_EXTENSION=1` makes the build fail instead
     if extension.sources_digest() != DIGEST:
         raise pytest.UsageError(
-            "the compiled extension is not built from the .pyx, .pxd and .h files beside it; build it again: "
+            "the compiled extension was built from other .pyx, .pxd, .h or .c files than those here; build it again: "
             f"{sys.executable} setup.py build_ext --inplace --force"
         )
 

@@ -1,26 +1,11 @@
-"""What is inlined wherever it runs, one function at a time, for tests: nothing else can call it.
+"""Inlined functions of the core, one at a time, for tests: nothing else can call them.
 
-Built with the extension where that is built in place, see setup.py; it is in no wheel.
+Built with the extension if that is built in place, see setup.py. No wheel contains this module.
 """
 
-from carom.constants cimport INF
-from carom.physics cimport double_double, wall_time as wall
-from carom.physics.feature_time cimport feature_time as compiled_feature_time, normal_at as compiled_normal_at
-from carom.physics.double_double cimport DoubleDouble
-from carom.physics.features cimport FEATURE_NUMBERS, Mover, feature_from
-from carom.physics.pair_time cimport encounter, exact_pair_time
-from carom.physics.pair_time cimport pair_time as compiled_pair_time
-from carom.solvers.event_driven.grid cimport box_of, cell_count, choose_grid, note_sizes, put, take, tile_count, tile_of
-from carom.solvers.event_driven.layout cimport (
-    NO_OBSTACLE, NOBODY, PLACES, Block, Cell, Disc, Index, Prediction, Queue, State, Wall,
-)
-from carom.solvers.event_driven.obstacles cimport find_obstacles
-from carom.solvers.event_driven.queue cimport earliest, earliest_but, lay_out_queue, next_at, set_time
-from carom.solvers.event_driven.scan cimport Chains, gather, gather_chained
-from carom.solvers.impact cimport law
-from carom.solvers.impact.ambiguity cimport add_contact, forget
-from carom.solvers.impact.structs cimport NO_FEATURE, Contact, ContactFriction, Corners, Impact, Recent, Spins
-from carom.solvers.impact.resolution cimport clock_resolution, pair_resolution, wall_resolution
+from carom.core cimport primitives
+from carom.core.carom_core cimport ContactFriction, Corners, Index, NO_FEATURE, NOBODY, Recent, Resize, Wall
+from carom.core.primitives cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, encounter, exact_pair_time, feature_from
 
 from libc.stdlib cimport free
 
@@ -29,29 +14,182 @@ import numpy as np
 cdef extern from "float.h":
     int FLT_EVAL_METHOD
 
+cdef extern from "carom/core/binding_memory.h":
+    void *carom_enlarge(void *memory, size_t used, size_t size) noexcept nogil
+
+cdef extern from "carom/core/impact.h" nogil:
+    double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution)
+    double tangential_impulse "pair_tangential_impulse"(
+        const ContactFriction *contact, double dx, double dy, double ux, double uy, double surface,
+        double inverse_effective_mass, double normal,
+    )
+
+cdef extern from "carom/core/ambiguity.h" nogil:
+    void clear_recent(Recent *recent)
+    bint add_contact(
+        Recent *recent, double time, double resolution, double nx, double ny, int feature, bint elastic,
+        const Corners *corners,
+    )
+
+cdef extern from "carom/core/resolution.h" nogil:
+    double pair_resolution(double sizes, double reach, double ux, double uy, double speed)
+    double wall_resolution(double sizes, double speed)
+    double clock_resolution(double time)
+
+cdef extern from "carom/core/state.h" nogil:
+    enum:
+        NO_OBSTACLE
+        PLACES
+
+    struct Disc:
+        double radius
+
+    struct Prediction:
+        pass
+
+    struct Cell:
+        int disc[2]
+
+    struct Box:
+        pass
+
+    struct Grid:
+        Cell *cells
+        int *chain
+        unsigned int *list_of
+        int *lists
+        double extent
+        double x0
+        double y0
+        double width
+        Index columns
+        Index rows
+        Index stride
+
+    struct Block:
+        pass
+
+    struct Candidates:
+        int *disc
+
+    struct Queue:
+        double *time
+        int *holder
+
+    struct State:
+        Disc *discs
+        Prediction *predictions
+        Wall *walls
+        Index disc_count
+        Index wall_count
+        Grid grid
+        Candidates candidates
+        Box visited
+        Resize resize
+
+cdef extern from "carom/core/queue.h" nogil:
+    bint lay_out_queue(Queue *q, Index discs)
+    Index queue_length(const Queue *q)
+    void set_time(Queue *q, Index i, double time)
+    Index earliest(const Queue *q)
+    double earliest_except(const Queue *q, Index i, Index j)
+    Index next_not_after(const Queue *q, Index i, double time)
+
+cdef extern from "carom/core/grid.h" nogil:
+    void set_sizes(Grid *g, const double *radius, Index discs, double factor)
+    Box box_around(const double *position, Index discs)
+    double wall_extent(const Wall *w)
+    void choose_grid(Grid *g, const Box *box, Index discs, Index feature_count)
+    Index cell_count(const Grid *g)
+    Index tile_count(const Grid *g)
+    Index tile_of(const Grid *g, Index row, Index column)
+    void add_to_cell(State *s, Index i, Index row, Index column)
+    void remove_from_cell(State *s, Index i, Index row, Index column)
+
+cdef extern from "carom/core/obstacles.h" nogil:
+    bint list_obstacles(State *s)
+
+cdef extern from "carom/core/scan.h" nogil:
+    struct Chains:
+        Index left
+
+    Index gather(State *s, Block block, Chains *chains)
+    Index gather_chained(State *s, Block block, Chains *chains)
+
+cdef extern from *:
+    """
+    #include <stddef.h>
+
+    /* The cells around one, as `cells_around` returns them for a disc there. */
+    static Block carom_block(const Grid *g, Index row, Index column) {
+        return (Block){(row - 1) * g->stride + column - 1, 3, g->stride, 1};
+    }
+
+    /* Fields of the structs that are rows of arrays, as the C compiler places them. */
+    #define FIELD(row, field) {                                                                               \
+        #row, #field, offsetof(row, field), sizeof(((row *)0)->field), sizeof(row),                           \
+        _Generic(((row *)0)->field, double: "f8", double *: "f8", int64_t: "i8", int: "i4", int *: "i4",      \
+                 short: "i2", signed char: "i1")                                                              \
+    }
+    static const struct CaromField {
+        const char *row;
+        const char *name;
+        size_t place;
+        size_t size;
+        size_t row_size;
+        const char *type;
+    } carom_fields[] = {
+        FIELD(Disc, x), FIELD(Disc, y), FIELD(Disc, vx), FIELD(Disc, vy), FIELD(Disc, time), FIELD(Disc, radius),
+        FIELD(Disc, inverse_mass), FIELD(Disc, impacts), FIELD(Disc, last),
+        FIELD(Prediction, impact_time), FIELD(Prediction, exit_time), FIELD(Prediction, partner),
+        FIELD(Prediction, partner_impacts), FIELD(Prediction, cell), FIELD(Prediction, obstacle),
+        FIELD(Prediction, edge), FIELD(Prediction, exact),
+        FIELD(Cell, disc),
+        FIELD(Impact, time), FIELD(Impact, first), FIELD(Impact, second), FIELD(Impact, normal),
+        FIELD(Impact, first_before), FIELD(Impact, second_before), FIELD(Impact, first_after),
+        FIELD(Impact, second_after),
+        FIELD(Spins, first_before), FIELD(Spins, second_before), FIELD(Spins, first_after), FIELD(Spins, second_after),
+        FIELD(Contact, x), FIELD(Contact, y), FIELD(Contact, feature),
+    };
+    enum { CAROM_FIELDS = sizeof(carom_fields) / sizeof(carom_fields[0]) };
+    """
+    struct CaromField:
+        const char *row
+        const char *name
+        size_t place
+        size_t size
+        size_t row_size
+        const char *type
+
+    const CaromField carom_fields[1]
+    enum:
+        CAROM_FIELDS
+
+    Block carom_block(const Grid *g, Index row, Index column) nogil
+
 #: 0 where every operation is rounded to its own type, as IEEE 754 demands.
 EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
 def two_sum(double a, double b):
-    s = double_double.two_sum(a, b)
+    s = primitives.two_sum(a, b)
     return s.high, s.low
 
 
 def two_diff(double a, double b):
-    s = double_double.two_diff(a, b)
+    s = primitives.two_diff(a, b)
     return s.high, s.low
 
 
 def two_prod(double a, double b):
-    p = double_double.two_prod(a, b)
+    p = primitives.two_prod(a, b)
     return p.high, p.low
 
 
 def pair_time(
     double x1, double y1, double vx1, double vy1, double r1, double x2, double y2, double vx2, double vy2, double r2
 ):
-    return compiled_pair_time(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
+    return primitives.pair_time(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
 
 
 def exact_time(
@@ -62,7 +200,7 @@ def exact_time(
 
 
 def wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny):
-    return wall.wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
+    return primitives.wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
 
 
 cdef Mover mover_of(disc):
@@ -71,50 +209,45 @@ cdef Mover mover_of(disc):
 
 
 def feature_time(const double[::1] numbers, disc, bint just_left):
-    """Return when a disc touches a feature, given by its numbers, and whether it glides there."""
+    """Return when a disc touches a feature, given by its row of numbers, and whether it glides there."""
     if numbers.shape[0] != FEATURE_NUMBERS:
         raise ValueError("not the numbers of a feature")
-    feature = feature_from(&numbers[0])
-    mover = mover_of(disc)
-    touch = compiled_feature_time(&mover, &feature, just_left)
+    cdef Feature feature = feature_from(&numbers[0])
+    cdef Mover mover = mover_of(disc)
+    touch = primitives.feature_time(&mover, &feature, just_left)
     return touch.time, touch.glides
 
 
 def normal_at(const double[::1] numbers, disc):
     """Return the unit vector from a feature to a disc."""
-    feature = feature_from(&numbers[0])
-    mover = mover_of(disc)
-    normal = compiled_normal_at(&feature, &mover)
+    cdef Feature feature = feature_from(&numbers[0])
+    cdef Mover mover = mover_of(disc)
+    normal = primitives.normal_at(&feature, &mover)
     return normal.x, normal.y
 
 
 def pair_normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    return law.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
+    return normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
 
 
 def pair_tangential_impulse(
     contact, double dx, double dy, double ux, double uy, double surface, double inverse_effective_mass, double normal
 ):
     cdef ContactFriction friction = ContactFriction(contact[0], contact[1])
-    return law.pair_tangential_impulse(&friction, dx, dy, ux, uy, surface, inverse_effective_mass, normal)
+    return tangential_impulse(&friction, dx, dy, ux, uy, surface, inverse_effective_mass, normal)
 
 
 def layouts():
-    """Return the dtypes of the structs that are rows: as the C compiler has laid them out."""
-    cdef Disc disc
-    cdef Prediction prediction
-    cdef Cell cell
-    cdef Impact impact
-    cdef Spins spins
-    cdef Contact contact
-    return {
-        "Disc": np.asarray(<Disc[:1]>&disc).dtype,
-        "Prediction": np.asarray(<Prediction[:1]>&prediction).dtype,
-        "Cell": np.asarray(<Cell[:1]>&cell).dtype,
-        "Impact": np.asarray(<Impact[:1]>&impact).dtype,
-        "Spins": np.asarray(<Spins[:1]>&spins).dtype,
-        "Contact": np.asarray(<Contact[:1]>&contact).dtype,
-    }
+    """Return the dtypes of the structs that are rows of arrays, by name, as the C compiler has laid them out."""
+    rows = {}
+    for k in range(CAROM_FIELDS):
+        field = &carom_fields[k]
+        row = rows.setdefault(field.row.decode(), dict(names=[], formats=[], offsets=[], itemsize=field.row_size))
+        base = np.dtype(field.type.decode())
+        row["names"].append(field.name.decode())
+        row["formats"].append(base if field.size == base.itemsize else (base, field.size // base.itemsize))
+        row["offsets"].append(field.place)
+    return {name: np.dtype(row) for name, row in rows.items()}
 
 
 def resolutions(double sizes, double reach, double ux, double uy, double speed, double time):
@@ -126,7 +259,7 @@ def ambiguous(impacts):
     """Return which of a disc's impacts, ``(time, resolution, nx, ny)`` each, are ambiguous."""
     cdef Recent recent
     cdef Corners none
-    forget(&recent)
+    clear_recent(&recent)
     return [
         add_contact(&recent, time, resolution, nx, ny, NO_FEATURE, False, &none) for time, resolution, nx, ny in impacts
     ]
@@ -140,7 +273,9 @@ cdef class EventQueue:
     cdef int[::1] holder
 
     def __cinit__(self, Index discs):
-        cdef Index length = lay_out_queue(&self.q, discs)
+        if not lay_out_queue(&self.q, discs):
+            raise ValueError("more discs than an event queue can hold")
+        cdef Index length = queue_length(&self.q)
         self.time = np.full(length, np.inf)
         self.holder = np.zeros(length, np.int32)
         self.q.time = &self.time[0]
@@ -152,55 +287,58 @@ cdef class EventQueue:
     def earliest(self):
         return earliest(&self.q)
 
-    def earliest_but(self, Index i, Index j):
-        return earliest_but(&self.q, i, j)
+    def earliest_except(self, Index i, Index j):
+        return earliest_except(&self.q, i, j)
 
-    def next_at(self, Index i, double time):
-        return next_at(&self.q, i, time)
+    def next_not_after(self, Index i, double time):
+        return next_not_after(&self.q, i, time)
 
 
 cdef class Cells:
-    """The cells of a run, with no disc in them yet."""
+    """The cells of a run, without discs."""
 
     cdef State s
-    cdef Prediction[::1] predictions
     cdef int[::1] cells, chain
     cdef unsigned int[::1] list_of
-    cdef object kept
+    cdef object memory
 
-    def __cinit__(self, double[:, ::1] position, double[::1] radius, double[:, ::1] walls):
+    def __cinit__(self, const double[:, ::1] position, const double[::1] radius, const double[:, ::1] walls):
         s = &self.s
         cdef Index n = radius.shape[0]
-        s.disc_count, s.wall_count = n, walls.shape[0]
-        s.visited = box_of(&position[0, 0], n)
-        note_sizes(&s.grid, &radius[0], n, 1.0)
-        choose_grid(&s.grid, &s.visited, n, <Wall *>&walls[0, 0], s.wall_count, NULL, 0)
-        cdef Disc[::1] discs = np.zeros(n, layouts()["Disc"])
-        for i in range(n):
-            discs[i].radius = radius[i]
-        self.kept = discs, walls
-        self.predictions = np.zeros(n, layouts()["Prediction"])
+        cdef Index k
+        s.disc_count, s.wall_count, s.walls, s.resize = n, walls.shape[0], <Wall *>&walls[0, 0], carom_enlarge
+        for k in range(s.wall_count):
+            s.grid.extent = primitives.greater(s.grid.extent, wall_extent(&s.walls[k]))
+        s.visited = box_around(&position[0, 0], n)
+        set_sizes(&s.grid, &radius[0], n, 1.0)
+        choose_grid(&s.grid, &s.visited, n, 0)
+        cdef char[::1] discs = np.zeros(n * sizeof(Disc), np.int8)
+        cdef char[::1] predictions = np.zeros(n * sizeof(Prediction), np.int8)
+        s.discs, s.predictions = <Disc *>&discs[0], <Prediction *>&predictions[0]
+        for k in range(n):
+            s.discs[k].radius = radius[k]
+        self.memory = discs, predictions, walls
         self.cells = np.full(cell_count(&s.grid) * PLACES, NOBODY, np.int32)
         self.chain = np.zeros(n, np.int32)
         self.list_of = np.zeros(tile_count(&s.grid), np.uint32)
-        s.discs, s.walls, s.predictions = &discs[0], <Wall *>&walls[0, 0], &self.predictions[0]
         s.grid.cells, s.grid.chain, s.grid.list_of = <Cell *>&self.cells[0], &self.chain[0], &self.list_of[0]
-        find_obstacles(s)
+        if not list_obstacles(s):
+            raise MemoryError
 
     def __dealloc__(self):
         free(self.s.grid.lists)
 
-    def put(self, Index i, Index row, Index column):
-        put(&self.s, i, row, column)
+    def add(self, Index i, Index row, Index column):
+        add_to_cell(&self.s, i, row, column)
 
-    def take(self, Index i, Index row, Index column):
-        take(&self.s, i, row, column)
+    def remove(self, Index i, Index row, Index column):
+        remove_from_cell(&self.s, i, row, column)
 
     def around(self, Index row, Index column):
         """Return the discs of a cell and of its eight neighbours, in the batches in which a scan finds them."""
         s = &self.s
         cdef Chains chains
-        cdef Block block = Block((row - 1) * s.grid.stride + column - 1, 3, s.grid.stride, 1)
+        cdef Block block = carom_block(&s.grid, row, column)
         batches = [[s.candidates.disc[k] for k in range(gather(s, block, &chains))]]
         while chains.left > 0:
             batches.append([s.candidates.disc[k] for k in range(gather_chained(s, block, &chains))])
@@ -212,7 +350,7 @@ cdef class Cells:
         return self.s.grid.x0, self.s.grid.y0, self.s.grid.width, self.s.grid.columns, self.s.grid.rows
 
     def walls_near(self, Index row, Index column):
-        """Return the numbers of the walls that a disc in a cell may meet, as the cell knows them; the ring is row 0."""
+        """Return the numbers of the walls that a disc in a cell may meet, by the list of its tile; the ring is row 0."""
         numbers = self.s.grid.lists + (self.list_of[tile_of(&self.s.grid, row, column)] >> 1)
         found = []
         while numbers[0] != NO_OBSTACLE:

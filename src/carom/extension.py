@@ -59,9 +59,9 @@ class Patience:
 
 
 def sources_digest() -> str:
-    """Return the digest of all that the extension is made of: the .pyx, .pxd and .h files, with their names.
+    """Return a digest of all sources of the extension, with their names: .pyx, .pxd, .h and .c files.
 
-    The build calls it too, so nothing of Carom may be imported here.
+    The build calls this function too, so it must not import Carom.
     """
     import hashlib
 
@@ -74,8 +74,8 @@ def sources_digest() -> str:
 
 
 def _sources(package: Path) -> list[Path]:
-    """Return all that the extension is made of."""
-    kinds = (".pyx", ".pxd", ".h")  # one walk: each process that runs a scene asks
+    """Return all sources of the extension."""
+    kinds = (".pyx", ".pxd", ".h", ".c")  # in one walk, because each process that runs a scene calls this
     return sorted(Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds))
 
 

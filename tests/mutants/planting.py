@@ -1,8 +1,8 @@
 """Faults and the places for them: an operator, a comparison, a number or a constant that is another.
 
-A tool for Python alone would leave out the compiled rooms, in which most of the numerics is; so faults are found in the
-text, in Python and in Cython alike. In a copy of the sources each place becomes ``(another if chosen(7) else itself)``:
-one build holds many faults, and a process has the one whose number it is told.
+A tool for Python alone would leave out the compiled core, which contains most of the numerics. So faults are found in
+the text of Python, Cython and C. In a copy of the sources each place becomes ``(another if chosen(7) else itself)``, in
+C ``(chosen(7) ? another : itself)``. One build contains many faults; a process has the one whose number it is given.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import shutil
 import subprocess
 import sys
 import tokenize
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ from tests.mutants.rooms import ROOMS
 #: Environment variable with the number of the fault that a process has.
 VARIABLE = "CAROM_FAULT"
 
-_PAIRS = ("< <=", "> >=", "== !=", "+ -", "and or", "True False", "min max", "greater lesser")
+_PAIRS = ("< <=", "> >=", "== !=", "+ -", "and or", "&& ||", "True False", "true false", "min max", "greater lesser")
 _OTHER = {one: other for pair in _PAIRS for one, other in (pair.split(), pair.split()[::-1])} | {"*": "+", "/": "*"}
 #: What may stand before an operator of two sides.
 _ENDS = re.compile(r"[\w\])]$")
@@ -36,24 +36,43 @@ _LEFT_OUT = re.compile(
     r"(?:^|[(,=\s])&\s*[a-z]|<\w[\w ]*\**>| = |<<|:=|lambda|yield|await|\bfor\b|unlikely|likely|sizeof|range\("
 )
 
-_SWITCH_C = '''
-cdef extern from *:
-    """
-    #include <pthread.h>
-    #include <stdlib.h>
-    static int carom_fault = -1;
-    static void carom_fault_again(void) { carom_fault = -1; }
-    static int carom_has_fault(int number) {
-        if (carom_fault < 0) {
-            const char *chosen = getenv("CAROM_FAULT");
-            carom_fault = chosen ? atoi(chosen) : 0;
-            pthread_atfork(NULL, NULL, carom_fault_again);
-        }
-        return carom_fault == number;
+#: A statement of C on one line; a comment may follow. The values of braces and of `static` are constants.
+_C_HEAD = r"\s+(?:return |(?:\}? ?else )?if \(|while \(|(?!static )(?:(?:const )?\w+ \**)?[\w.\[\]>-]+ [-+*/]?= (?!\{))"
+_C_STATEMENT = re.compile(rf"^(?P<head>{_C_HEAD})(?P<what>.+?)(?P<tail>(?:;|\)|\) \{{)(?:\s*/\*.*\*/)?)$")
+_C_TOKEN = re.compile(
+    r"0x[\da-f.]+p[-+]?\d+|\.?\d[\d.]*(?:e[-+]?\d+)?\w*|\w+|->|<<|>>|&&|\|\||[<>=!]=|\+\+|--|[-+*/%&|^]=|\S"
+)
+#: What an expression of C that is written twice must not contain: a cast to a pointer, another assignment.
+_C_LEFT_OUT = re.compile(r"\w \*+\)| = |\+\+|--")
+
+_SWITCH_H = """
+#ifndef CAROM_PLANTED_H
+#define CAROM_PLANTED_H
+
+#include <pthread.h>
+#include <stdlib.h>
+
+static int carom_fault = -1;
+
+static void carom_fault_again(void) {
+    carom_fault = -1;
+}
+
+static int carom_has_fault(int number) {
+    if (carom_fault < 0) {
+        const char *chosen = getenv("CAROM_FAULT");
+        carom_fault = chosen ? atoi(chosen) : 0;
+        pthread_atfork(NULL, NULL, carom_fault_again);
     }
-    """
+    return carom_fault == number;
+}
+
+#endif
+"""
+_SWITCH_PXD = """
+cdef extern from "carom/planted.h":
     bint has_fault "carom_has_fault" (int number) noexcept nogil
-'''
+"""
 _SWITCH_PYTHON = f'''
 """The fault that this process has."""
 import os
@@ -86,6 +105,13 @@ class Fault(NamedTuple):
         return f"{self.path}: {self.before} -> {self.after}"
 
 
+class _Token(NamedTuple):
+    kind: str  # "name", "number" or "operator"
+    text: str
+    begin: int
+    end: int
+
+
 def faults_in(root: Path) -> list[Fault]:
     """Return all faults that the sources of all rooms have room for, by path and line."""
     return list({fault.key: fault for room in ROOMS for fault in faults_of(root, room)}.values())
@@ -93,9 +119,36 @@ def faults_in(root: Path) -> list[Fault]:
 
 def faults_of(root: Path, room: str) -> Iterator[Fault]:
     """Yield the faults of one room, each as it is found."""
-    for path in sorted({path for pattern in ROOMS[room].sources for path in root.glob(pattern)}):
+    for path in sorted(sources_of(root, room)):
         if path.suffix in (".py", ".pyx", ".pxd"):
             yield from _faults_of(room, path.relative_to(root).as_posix(), path.read_text())
+        elif path.suffix in (".h", ".c"):
+            yield from _faults_of_c(room, path.relative_to(root).as_posix(), path.read_text())
+
+
+def sources_of(root: Path, room: str) -> set[Path]:
+    """Return the sources of a room: those of its patterns, without those of patterns that begin with "!"."""
+    patterns = ROOMS[room].sources
+    found = {path for pattern in patterns if pattern[0] != "!" for path in root.glob(pattern)}
+    return found - {path for pattern in patterns if pattern[0] == "!" for path in root.glob(pattern[1:])}
+
+
+def _faults_of_c(room: str, path: str, text: str) -> Iterator[Fault]:
+    known, commented = {*re.findall(r"\w+", text), "true", "false"}, False
+    for number, line in enumerate(text.splitlines(), start=1):
+        place = None if commented else _C_STATEMENT.match(line)
+        commented = line.rfind("/*") > line.rfind("*/") or (commented and "*/" not in line)
+        if place is None or not _is_whole(place["what"]) or _C_LEFT_OUT.search(place["what"]):
+            continue
+        for other in _others(place["what"], _tokens_of_c(place["what"]), known):
+            yield Fault(room, path, number, line.strip(), f"{place['head']}{other}{place['tail']}".strip())
+
+
+def _tokens_of_c(expression: str) -> Iterator[_Token]:
+    for token in _C_TOKEN.finditer(expression):
+        first = token[0].lstrip(".")[:1]
+        kind = "number" if first.isdigit() else "name" if first.isidentifier() else "operator"
+        yield _Token(kind, token[0], token.start(), token.end())
 
 
 def _faults_of(room: str, path: str, text: str) -> Iterator[Fault]:
@@ -107,7 +160,7 @@ def _faults_of(room: str, path: str, text: str) -> Iterator[Fault]:
             yield Fault(room, path, number, line, f"{constant['head']}2 * ({value})", name)
         place = _STATEMENT.match(line) if inside else None
         if place is not None and not _LEFT_OUT.search(place["what"]) and ": " not in place["what"]:
-            for other in _others(place["what"], known):
+            for other in _others(place["what"], _tokens_of_python(place["what"]), known):
                 after = f"{place['head']}{other}{place['tail']}"
                 yield Fault(room, path, number, line.strip(), after.strip())
 
@@ -134,25 +187,29 @@ def _is_whole(line: str) -> bool:
     )
 
 
-def _others(expression: str, known: set[str]) -> Iterator[str]:
-    """Yield an expression with one thing otherwise, each in turn; a name only by one that the source knows."""
+def _tokens_of_python(expression: str) -> list[_Token]:
+    kinds = {tokenize.NAME: "name", tokenize.NUMBER: "number", tokenize.OP: "operator"}
     try:
         tokens = list(tokenize.generate_tokens(io.StringIO(expression).readline))
     except (tokenize.TokenError, IndentationError):
-        return
-    for token in tokens:
-        (_, begin), (_, end) = token.start, token.end
-        other = _OTHER.get(token.string)
-        if token.type == tokenize.NAME and other not in known:
+        return []
+    return [_Token(kinds[t.type], t.string, t.start[1], t.end[1]) for t in tokens if t.type in kinds]
+
+
+def _others(expression: str, tokens: Iterable[_Token], known: set[str]) -> Iterator[str]:
+    """Yield an expression with one thing otherwise, each in turn; a name only by one that the source contains."""
+    for kind, text, begin, after in tokens:
+        other, end = _OTHER.get(text), after
+        if kind == "name" and other not in known:
             other = None
         before = expression[:begin].rstrip()
-        if token.type == tokenize.OP and not _ENDS.search(before):
-            continue  # a sign, or a star before arguments
-        if token.string == "not":
-            other, end = "", end + 1
-        if token.type == tokenize.NUMBER:
-            other = "1" if token.string in ("0", "0.0") else f"(2 * {token.string})"
-        if other is not None and token.type != tokenize.STRING:
+        if text in ("not", "!"):
+            other, end = "", after + (text == "not")
+        elif kind == "operator" and not _ENDS.search(before):
+            continue  # a sign, a star before arguments, or what a pointer points to
+        if kind == "number":
+            other = "1" if text in ("0", "0.0") else f"(2 * {text})"
+        if other is not None:
             yield expression[:begin] + other + expression[end:]
 
 
@@ -163,15 +220,30 @@ def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
         shutil.copytree(root / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.so", "node_modules"))
     for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
         shutil.copy(root / name, copy / name)
-    (copy / "src/carom/planted.pxd").write_text(_SWITCH_C)
+    (copy / "src/carom/planted.h").write_text(_SWITCH_H)
+    (copy / "src/carom/planted.pxd").write_text(_SWITCH_PXD)
     (copy / "src/carom/planted.py").write_text(_SWITCH_PYTHON)
     by_path: dict[str, list[tuple[int, Fault]]] = {}
     for number, fault in faults:
         by_path.setdefault(fault.path, []).append((number, fault))
     for path, planted in by_path.items():
-        _plant(copy / path, planted)
+        (_plant_c if path.endswith((".h", ".c")) else _plant)(copy / path, planted)
     if (copy / "src/carom/built.pyx").exists():
         subprocess.run([sys.executable, "setup.py", "--quiet", "build_ext", "--inplace"], cwd=copy, check=True)
+
+
+def _plant_c(path: Path, planted: list[tuple[int, Fault]]) -> None:
+    lines = path.read_text().splitlines()
+    for number, fault in planted:
+        place, other = _C_STATEMENT.match(lines[fault.line - 1]), _C_STATEMENT.match(f"    {fault.after}")
+        if place is None or other is None:
+            raise ValueError(f"{fault.path}:{fault.line} is no place for a fault")
+        # The two values of a condition must have one type, and one of them may be a pointer.
+        truth = "!!" if place["head"].rstrip().endswith("(") else ""
+        switched = f"(carom_has_fault({number}) ? {truth}({other['what']}) : {truth}({place['what']}))"
+        lines[fault.line - 1] = f"{place['head']}{switched}{place['tail']}"
+    at = next(k for k, line in enumerate(lines) if line.startswith("#include"))
+    path.write_text("\n".join([*lines[:at], '#include "carom/planted.h"', *lines[at:]]) + "\n")
 
 
 def _plant(path: Path, planted: list[tuple[int, Fault]]) -> None:

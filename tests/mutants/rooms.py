@@ -6,13 +6,21 @@ from typing import NamedTuple
 
 
 class Room(NamedTuple):
-    """Patterns of the sources, and the tests that must notice a fault in them."""
+    """Patterns of the sources, without those after "!", and the tests that must notice a fault in them."""
 
     sources: tuple[str, ...]
     tests: tuple[str, ...]
 
 
 _S, _U, _V = "src/carom/solvers", "tests/unit/solvers", "tests/validation"
+#: Files of the core by what they compute; all others are of the event-driven loop.
+_CORE = "src/carom/core"
+_PRIMITIVES = tuple(
+    f"{_CORE}/{name}"
+    for name in ("primitives.pyx", "double_double.h", "feature*.h", "pair.h", "half_plane.h", "face.h", "arc.h")
+)
+_PIT = tuple(f"{_CORE}/{name}" for name in ("pit*", "frame_sampled.c", "chain_distance.h"))
+_LOOP = (f"{_CORE}/*", *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)))
 _PIC = (
     *(f"{_U}/event_driven", f"{_U}/plain", f"{_U}/test_pic.py", f"{_U}/test_impact_log.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
@@ -22,8 +30,8 @@ _PIC = (
 )
 
 ROOMS = {
-    "physics": Room(("src/carom/physics/*.p[yx]*",), ("tests/unit/physics",)),
-    "event-driven": Room((f"{_S}/event_driven/*.p[yx]*", f"{_S}/impact/*.p[yx]*", f"{_S}/two_discs.pyx"), _PIC),
+    "physics": Room(("src/carom/physics/*.py", *_PRIMITIVES), ("tests/unit/physics",)),
+    "event-driven": Room((f"{_S}/event_driven/*.py", f"{_S}/impact/*.py", *_LOOP), _PIC),
     "plain": Room(
         (f"{_S}/*.py", f"{_S}/plain/*.py"),
         (
@@ -39,7 +47,7 @@ ROOMS = {
             *(f"{_U}/test_falling.py", f"{_U}/test_contacts.py", f"{_U}/test_run.py"),
         ),
     ),
-    "pit": Room((f"{_S}/pit/*.p[yx]*",), (f"{_U}/pit", f"{_U}/test_run.py", f"{_V}/test_equivalences.py")),
+    "pit": Room((f"{_S}/pit/*.py", *_PIT), (f"{_U}/pit", f"{_U}/test_run.py", f"{_V}/test_equivalences.py")),
     "certified": Room(
         (f"{_S}/certified/*.p[yx]*",),
         (

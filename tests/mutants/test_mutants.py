@@ -1,9 +1,10 @@
-"""Faults are planted where they are said to be, and a process has the one whose number it is told."""
+"""Faults are planted in their places, and a process has the one whose number it is given."""
 
 from __future__ import annotations
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -12,7 +13,7 @@ from pathlib import Path
 import pytest
 from tests.mutants import running
 from tests.mutants.__main__ import drawn, listed
-from tests.mutants.planting import VARIABLE, Fault, faults_in, faults_of, make_copy
+from tests.mutants.planting import VARIABLE, Fault, faults_in, faults_of, make_copy, sources_of
 from tests.mutants.rooms import ROOMS
 
 ROOT = Path(__file__).parents[2]
@@ -31,6 +32,25 @@ def middle(a: float, b: float) -> float:
         return a + (b - a) / 2
     return min(a, b)
 '''.lstrip()
+
+SOURCE_C = """
+/* A header: a < b. */
+
+#include <stdbool.h>
+
+/* Return what is between two numbers,
+   if (a < b) { */
+static inline double middle(double a, double b) {
+    const double *smallest = &b;
+    bool is_first = !(b < a); /* if (a < b) */
+    if (is_first) {
+        smallest = &a;
+        return *smallest + 0.5 * (b - a);
+    } else if (*smallest < a)
+        return b;
+    return (double)a;
+}
+""".lstrip()
 
 
 @pytest.fixture(scope="module")
@@ -83,6 +103,57 @@ def test_a_process_has_the_fault_whose_number_it_is_told_and_no_other(project: P
     assert middles(0, (1.0, 4.0), (4.0, 1.0)) == [2.5, 1.0]
     assert middles(numbers["return a + (b - a) * 2"], (1.0, 4.0), (4.0, 1.0)) == [7.0, 1.0]
     assert middles(numbers["return max(a, b)"], (1.0, 4.0), (4.0, 1.0)) == [2.5, 4.0]
+
+
+def test_faults_are_found_in_c(tmp_path: Path) -> None:
+    """As in Python: not in comments, and neither in a pointer's star nor in a cast."""
+    (tmp_path / "src/carom/core").mkdir(parents=True)
+    (tmp_path / "src/carom/core/pair.h").write_text(SOURCE_C)
+    found = {(fault.before, fault.after) for fault in faults_of(tmp_path, "physics")}
+    first, sum_ = "bool is_first = !(b < a); /* if (a < b) */", "return *smallest + 0.5 * (b - a);"
+    assert found == {
+        (first, "bool is_first = (b < a); /* if (a < b) */"),
+        (first, "bool is_first = !(b <= a); /* if (a < b) */"),
+        (sum_, "return *smallest - 0.5 * (b - a);"),
+        (sum_, "return *smallest + (2 * 0.5) * (b - a);"),
+        (sum_, "return *smallest + 0.5 + (b - a);"),
+        (sum_, "return *smallest + 0.5 * (b + a);"),
+        ("} else if (*smallest < a)", "} else if (*smallest <= a)"),
+    }
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
+def test_a_process_of_c_has_the_fault_whose_number_it_is_given(project: Path, tmp_path: Path) -> None:
+    """As in Python, for faults in a header."""
+    (project / "src/carom/core").mkdir()
+    (project / "src/carom/core/pair.h").write_text(SOURCE_C)
+    faults = [fault for fault in faults_in(project) if fault.path.endswith(".h")]
+    copy = tmp_path / "copy"
+    make_copy(project, copy, list(enumerate(faults, start=1)))
+    shutil.rmtree(project / "src/carom/core")
+    main = tmp_path / "main.c"
+    main.write_text(
+        '#include "carom/core/pair.h"\n#include <stdio.h>\n'
+        'int main(void) { printf("%g %g", middle(1.0, 4.0), middle(4.0, 1.0)); }\n'
+    )
+    program = tmp_path / "main"
+    subprocess.run(["cc", "-std=c11", "-I", copy / "src", main, "-o", program, "-lpthread"], check=True)
+
+    def middles(number: int) -> str:
+        environment = {**os.environ, VARIABLE: str(number)}
+        return subprocess.run([program], env=environment, capture_output=True, text=True, check=True).stdout
+
+    numbers = {fault.after: number for number, fault in enumerate(faults, start=1)}
+    assert middles(0) == "2.5 1"
+    assert middles(numbers["return *smallest - 0.5 * (b - a);"]) == "-0.5 1"
+    assert middles(numbers["bool is_first = (b < a); /* if (a < b) */"]) == "1 2.5"
+
+
+def test_every_source_of_the_core_is_in_one_room() -> None:
+    """A new file is in a room without an entry: in that of the event-driven loop."""
+    for path in (ROOT / "src/carom/core").iterdir():
+        if path.suffix in (".pyx", ".pxd", ".h", ".c"):
+            assert sum(path in sources_of(ROOT, room) for room in ROOMS) == 1, path
 
 
 def test_every_room_has_places_for_faults_and_tests_that_must_notice() -> None:

@@ -1,8 +1,9 @@
 """Try the extension on ARM without an ARM machine: ``make arm``, or ``python -m tests.packaging.arm FOLDER``.
 
-zig compiles the C that Cython made for aarch64, twice: as every wheel is, and with products fused into sums. Debian's
-arm64 Python runs both under qemu-user. The first must give the digests of this machine, `tests.packaging.digests`; the
-second must not, or the comparison would see nothing. All that is downloaded, some 250 MB, stays in the folder.
+zig compiles the core and the C that Cython made for aarch64, twice: as every wheel is, and with products fused into
+sums. Debian's arm64 Python runs both under qemu-user. The first must give the digests of this machine,
+`tests.packaging.digests`; the second must not, or the comparison would see nothing. Downloads, some 250 MB, stay in the
+folder.
 
 Needs a Debian or Ubuntu of any version (apt-get, dpkg), and the network; not root, and no container.
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -37,7 +39,7 @@ _PACKAGES = (
 #: With code of their own for each processor; what else is imported is plain Python, taken from this environment.
 _WHEELS = ("numpy", "pydantic_core", "python-flint")
 #: As in setup.py, but for the last.
-_FLAGS = ("-O3", "-fno-math-errno", "-fno-trapping-math", "-g0", "-w", "-DPy_LIMITED_API=0x030B0000")
+_FLAGS = ("-std=c11", "-O3", "-fno-math-errno", "-fno-trapping-math", "-g0", "-w", "-DPy_LIMITED_API=0x030B0000")
 _FORMS = {"as wheels are": "-ffp-contract=off", "with products fused into sums": "-ffp-contract=fast"}
 
 
@@ -104,21 +106,27 @@ def _build(out: Path, system: Path, flag: str) -> Path:
     package = Path(carom.__file__).parent
     shutil.copytree(package, out / "carom", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
     made = ROOT / "build" / "cython"
-    sources = {made / "src" / path.relative_to(package.parent).with_suffix(".c") for path in package.rglob("*.pyx")}
+    modules = {path.relative_to(package.parent).with_suffix(""): _sources(path) for path in package.rglob("*.pyx")}
+    modules[Path("carom", "_cython")] = [made / "carom" / "_cython.c"]
     include = system / "usr" / "include"
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", f"aarch64-linux-gnu.{_GLIBC}", "-shared", "-fPIC", *_FLAGS]
     zig += [flag, f"-DCAROM_SOURCES={sources_digest()}", f"-I{include / f'python{_PYTHON}'}", f"-I{include}"]
 
-    def compiled(source: Path) -> None:
-        module = out / source.relative_to(made / "src" if source.is_relative_to(made / "src") else made)
-        _call(
-            [*zig, f"-I{package.parent}", source, "-o", module.with_suffix(".abi3.so")],
-            PYTHONPATH=system.parent / "zig",
-        )
+    def compile_module(name: Path) -> None:
+        module = (out / name).with_suffix(".abi3.so")
+        command: list[str | Path] = [*zig, f"-I{package.parent}", *modules[name], "-o", module]
+        _call(command, PYTHONPATH=system.parent / "zig")
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        list(pool.map(compiled, sorted({*sources, made / "carom" / "_cython.c"})))
+        list(pool.map(compile_module, sorted(modules)))
     return out
+
+
+def _sources(module: Path) -> list[Path]:
+    """Return the C files of a module: what Cython made of its .pyx, and those that its first line names."""
+    made = ROOT / "build" / "cython" / "src" / module.relative_to(Path(carom.__file__).parents[1]).with_suffix(".c")
+    named = re.match(r"# distutils: sources = (.+)", module.read_text(encoding="utf-8"))
+    return [made, *(ROOT / name for name in (named[1].split() if named else ()))]
 
 
 def _run(folder: Path, package: Path) -> dict[str, str]:

@@ -64,7 +64,7 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
         if module.name != "built.pyx":  # the one that stands for all: the others would only take time
             module.unlink()
     command = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", "--force")
-    source = tree / "src/carom/solvers/impact/law.pxd"
+    source = tree / "src/carom/core/impact.h"
 
     def collects() -> bool:
         pytest_ = (sys.executable, "-m", "pytest", "--collect-only", "-q", "tests/unit/test_errors.py")
@@ -75,10 +75,10 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
     run(*command, cwd=tree)
     assert collects()
     text = source.read_text()
-    source.write_text(text + "# A comment more.\n")
+    source.write_text(text + "/* A comment more. */\n")
     assert not collects()
     source.write_text(text)
-    source.rename(source.with_name("renamed.pxd"))
+    source.rename(source.with_name("renamed.h"))
     assert not collects()
     run(*command, cwd=tree)
     assert collects()
@@ -89,10 +89,10 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
 
 @needs_extension
 def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
-    """After an edit those modules are compiled that are made of it, and the one that knows the digest of all."""
+    """After an edit the modules that depend on it are compiled, and the one that contains the digest of all sources."""
     tree = copy_of_the_tree(tmp_path)
     for module in tree.rglob("*.pyx"):
-        if module.name not in ("built.pyx", "tree.pyx", "pair_times.pyx"):  # the others would only take time
+        if module.name not in ("built.pyx", "tree.pyx", "primitives.pyx"):  # the others would only take time
             module.unlink()
 
     def compiled() -> set[str]:
@@ -101,22 +101,23 @@ def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
         after = {path: path.stat().st_mtime_ns for path in tree.rglob("*.so")}
         return {path.name.partition(".")[0] for path in after if before.get(path) != after[path]}
 
-    assert compiled() == {"_cython", "built", "tree", "pair_times"}
+    assert compiled() == {"_cython", "built", "tree", "primitives"}
     assert compiled() == set()
-    for name, made_of_it in (
+    for name, dependent in (
         ("broad_phase/tree.pyx", {"tree"}),
-        ("physics/double_double.pxd", {"pair_times"}),
-        ("solvers/pit/layout.pxd", set()),
+        ("core/primitives.pxd", {"primitives"}),
+        ("core/laws.pxd", set()),
     ):
         source = tree / "src/carom" / name
         source.write_text(source.read_text() + "# A comment more.\n")
-        assert compiled() == {"built"} | made_of_it
-    header = tree / "src/carom/constants.h"
-    header.write_text(header.read_text() + "/* A comment more. */\n")
-    assert compiled() == {"built", "tree", "pair_times"}
+        assert compiled() == {"built"} | dependent
+    for name in ("pair.h", "event_driven.c"):
+        source = tree / "src/carom/core" / name
+        source.write_text(source.read_text() + "/* A comment more. */\n")
+        assert compiled() == {"built", "tree", "primitives"}
     with (tree / "setup.py").open("a") as setup:
         setup.write("# A comment more.\n")
-    assert compiled() == {"_cython", "built", "tree", "pair_times"}
+    assert compiled() == {"_cython", "built", "tree", "primitives"}
 
 
 @needs_extension

@@ -31,6 +31,11 @@ def wheel_names(built: Path) -> set[str]:
         return set(archive.namelist())
 
 
+def c_sources() -> set[str]:
+    """Return the C files of the package, without what Cython writes."""
+    return {path.relative_to(ROOT / "src").as_posix() for path in (ROOT / "src").rglob("*.c")}
+
+
 def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
     """The sdist carries adapters, tests, docs, the Makefile, the extension's sources; nothing compiled, no report."""
     with tarfile.open(next(built.glob("*.tar.gz"))) as archive:
@@ -39,7 +44,9 @@ def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
         "adapters/carom_adapters/pymunk.py",
         "src/carom/results.schema.json",
         "src/carom/scene.schema.json",
-        "src/carom/physics/pair_time.pxd",
+        "src/carom/core/pair.h",
+        "src/carom/core/event_driven.c",
+        "src/carom/core/primitives.pyx",
         "tests/packaging/test_distribution.py",
         "docs/scoring.md",
         "setup.py",
@@ -47,7 +54,8 @@ def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
         ".ci/run",
     }
     assert wanted <= names
-    assert not [name for name in names if name.endswith((".so", ".pyd", ".pyc", ".c")) or name.startswith("reports")]
+    assert not [name for name in names if name.endswith((".so", ".pyd", ".pyc")) or name.startswith("reports")]
+    assert {name for name in names if name.endswith(".c")} == {f"src/{name}" for name in c_sources()}
 
 
 def test_one_wheel_serves_all_versions_of_python(built: Path) -> None:
@@ -67,7 +75,8 @@ def test_the_wheel_holds_code_data_and_nothing_else(built: Path) -> None:
             if path.is_file() and made.isdisjoint(path.parts) and path.suffix not in {".so", ".pyd"}:
                 assert path.relative_to(ROOT / folder).as_posix() in names
     assert not [name for name in names if not name.startswith(("carom/", "carom_adapters/", "carom-"))]
-    assert not [name for name in names if name.endswith((".c", ".pyc")) or "node_modules" in name]
+    assert not [name for name in names if name.endswith(".pyc") or "node_modules" in name]
+    assert {name for name in names if name.endswith(".c")} == c_sources()
 
 
 def test_the_wheel_holds_every_module_of_the_extension(built: Path) -> None:

@@ -1,4 +1,4 @@
-"""The constants of the compiled rooms: each has its reason, and is that of plain Python where it has it too."""
+"""Constants of the core: each has a reason and a use, and equals that of plain Python where there is one."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from tests.lengths import each
 
 import carom
 
-HEADER = (Path(carom.__file__).parent / "constants.h").read_text(encoding="utf-8")
-NAMES = (Path(carom.__file__).parent / "constants.pxd").read_text(encoding="utf-8")
+PACKAGE = Path(carom.__file__).parent
+CORE = PACKAGE / "core"
+HEADER = (CORE / "constants.h").read_text(encoding="utf-8")
 
-#: Where plain Python has it, by its name in the header.
+#: Constants of plain Python, by their names in the header.
 PLAIN = {
     "INF": "math.inf",
     "SPLITTER": "carom.physics.double_double._SPLITTER",
@@ -34,14 +35,14 @@ PLAIN = {
 }
 
 
-#: Numbers of an enum, by the source that has it, and where plain Python has them.
+#: Constants of plain Python that are members of enums, by the header with the enum.
 NUMBERED = {
-    "physics/features.pxd": {
+    "feature.h": {
         **{name: f"carom.physics.numbered._{name}" for name in ("PLANE", "FACE", "VERTEX", "OUTER_ARC", "INNER_ARC")},
         "FEATURE_NUMBERS": "carom.physics.numbered.FEATURE_NUMBERS",
     },
-    "physics/pair_time.pxd": {"LARGEST_EXPONENT": "carom.physics.pair_time._LARGEST_EXPONENT"},
-    "solvers/event_driven/layout.pxd": {
+    "pair.h": {"LARGEST_EXPONENT": "carom.physics.pair_time._LARGEST_EXPONENT"},
+    "state.h": {
         "NO_BODY": "carom.solvers.event_driven.driven.NO_BODY",
         "MOST_OBSTACLES": "carom.solvers.event_driven.obstacles.MOST_OBSTACLES",
         **{
@@ -56,12 +57,14 @@ def number(text: str) -> float:
     """Return the value of a C constant: a float, decimal or hexadecimal, or an integer."""
     if text.endswith("ull"):
         return int(text.removesuffix("ull"), 16)
+    if text == "INT32_MIN":
+        return -(2**31)
     return float.fromhex(text) if text.startswith("0x") else float(text.replace("HUGE_VAL", "inf"))
 
 
 def values() -> dict[str, float]:
-    """Return the header's constants, sums of numbers."""
-    found = re.findall(r"^#define CAROM_(\w+) +(\S.*)$", HEADER, re.MULTILINE)
+    """Return the header's constants, which are numbers and sums of numbers."""
+    found = re.findall(r"^#define CAROM_(\w+) +([-(\dH].*)$", HEADER, re.MULTILINE)
     return {name: sum(map(number, text.strip("()").split(" + "))) for name, text in found}
 
 
@@ -80,22 +83,33 @@ def plain(where: str) -> float:
 
 @each("source", NUMBERED)
 def test_plain_python_has_the_numbers_of_enums(source: str) -> None:
-    """What is numbered in a compiled room has the same number in Python."""
-    text = (Path(carom.__file__).parent / source).read_text(encoding="utf-8")
+    """A member of an enum of the core has the same number in Python."""
+    text = (CORE / source).read_text(encoding="utf-8")
     for name, where in NUMBERED[source].items():
-        assert re.findall(rf"^    {name} = (-?\d+)", text, re.MULTILINE) == [str(plain(where))]
+        assert [number(value) for value in re.findall(rf"\b{name} = (-?\w+)", text)] == [plain(where)]
 
 
-def test_every_constant_is_named_for_cython_and_has_a_reason() -> None:
-    """`constants.pxd` names each once, and in the header a comment stands above each or its neighbours."""
-    assert re.findall(r'"CAROM_(\w+)"', NAMES) == list(values())
-    assert re.findall(r"const [a-z ]+ (\w+) ", NAMES) == list(values())
-    for block in re.findall(r"((?:^#define CAROM_\w+ +\S.*\n)+)", HEADER, re.MULTILINE):
+def test_every_constant_has_a_reason_and_a_use() -> None:
+    """In the header a comment precedes each constant or its neighbours, and another source uses it."""
+    assert len(values()) > 40
+    for block in re.findall(r"((?:^#define CAROM_\w+ +[-(\dH].*\n)+)", HEADER, re.MULTILINE):
         above = HEADER[: HEADER.index(block)].rstrip("\n").splitlines()[-1]
         assert above.endswith("*/"), block
+    used = {name for path in sources() if path.name != "constants.h" for name in re.findall(r"CAROM_(\w+)", text(path))}
+    assert set(values()) <= used
 
 
-def test_no_room_defines_constants_of_its_own() -> None:
-    """All `#define` of a number stand in the header."""
-    for source in Path(carom.__file__).parent.rglob("*.p[yx][xd]"):
-        assert not re.search(r"#define carom_[A-Z_]+ [-(\d]", source.read_text(encoding="utf-8")), source
+def test_no_other_source_defines_a_constant() -> None:
+    """All macros that are numbers are in the header."""
+    for path in sources():
+        if path.name != "constants.h":
+            assert not re.search(r"#define \w+ +[-(]?\d", text(path)), path
+
+
+def sources() -> list[Path]:
+    """Return all sources of the extension."""
+    return [path for kind in ("pyx", "pxd", "h", "c") for path in PACKAGE.rglob(f"*.{kind}")]
+
+
+def text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")

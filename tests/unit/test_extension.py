@@ -54,13 +54,13 @@ def test_compiled_runs_have_nothing_to_note() -> None:
 def test_an_edited_source_of_an_editable_install_is_warned_of_and_noted(
     edited: bool, touched: bool, stale: bool, tmp_path: Path
 ) -> None:
-    """A change of a .pxd that nobody has built is said at the first run and in its notes; a new date alone is none."""
+    """A change of a header that is not built yet is reported at the first run and in its notes, a new date is not."""
     package = tmp_path / "carom"
     skipped = shutil.ignore_patterns("__pycache__", "*.js", "*.html")
     shutil.copytree(PACKAGE, package, ignore=skipped, copy_function=shutil.copy2)
-    source = package / "solvers/impact/law.pxd"
+    source = package / "core/impact.h"
     if edited:
-        source.write_text(source.read_text() + "# A comment more.\n")
+        source.write_text(source.read_text() + "/* A comment more. */\n")
     if touched:
         later = Path(package / "built.abi3.so").stat().st_mtime + 10.0
         os.utime(source, (later, later))
@@ -106,6 +106,7 @@ def test_the_digest_sees_every_change_of_a_source(tmp_path: Path, monkeypatch: p
     digests.append(extension.sources_digest())
     (tmp_path / "a.pxd").rename(tmp_path / "b.pxd")
     digests.append(extension.sources_digest())
-    (tmp_path / "c.pyx").write_bytes(b"")
-    digests.append(extension.sources_digest())
+    for name in ("c.pyx", "d.h", "e.c"):
+        (tmp_path / name).write_bytes(b"")
+        digests.append(extension.sources_digest())
     assert len(set(digests)) == len(digests)

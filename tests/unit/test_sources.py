@@ -49,7 +49,11 @@ def tree(path: str) -> ast.Module:
 def texts() -> dict[Path, str]:
     """Sources, adapters and documents, by their paths."""
     files = [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
-    for folder, endings in (("src", ("py", "pyx", "pxd", "j2")), ("adapters", ("py",)), ("docs", ("md", "py"))):
+    for folder, endings in (
+        ("src", ("py", "pyx", "pxd", "h", "c", "j2")),
+        ("adapters", ("py",)),
+        ("docs", ("md", "py")),
+    ):
         files += [path for ending in endings for path in (ROOT / folder).rglob(f"*.{ending}")]
     return {path.relative_to(ROOT): path.read_text(encoding="utf-8") for path in files}
 
@@ -85,6 +89,33 @@ def test_functions_are_of_a_size_that_is_read() -> None:
     many = {name for name, (node, _) in functions.items() if parameters(node) > MOST_PARAMETERS}
     assert (long, many) == (set(), set())
     assert len(inspect.signature(carom.cross_check).parameters) <= 6
+
+
+def core_sources() -> dict[str, str]:
+    """Return the text of each C source of the core, by its name."""
+    return {path.name: path.read_text(encoding="utf-8") for path in (SOURCE / "core").glob("*.[hc]")}
+
+
+def test_each_file_of_the_core_is_short_and_begins_with_what_it_contains() -> None:
+    """One concept a file, at most 500 lines, after a comment about it; a header has a guard named after the file."""
+    found = core_sources()
+    assert len(found) > 20
+    for name, text in found.items():
+        assert len(text.splitlines()) <= 500, name
+        assert re.match(r"/\* \S.*[.:]", text.partition("\n\n")[0].partition("*/")[0].replace("\n", " ")), name
+        guard = f"{name.removesuffix('.h').upper()}_H"
+        guarded = re.search(rf"^#ifndef (CAROM_)?{guard}\n#define (CAROM_)?{guard}$", text, re.MULTILINE)
+        assert guarded or name.endswith(".c"), name
+
+
+def test_the_core_includes_nothing_but_a_few_headers_of_c_and_allocates_nothing() -> None:
+    """The core can be built for any target: it has no library, no allocation and no input or output."""
+    allowed = {"math.h", "stdbool.h", "stddef.h", "stdint.h", "string.h"}
+    calls = re.compile(r"\b(malloc|calloc|realloc|free|printf|pow|sin|cos|exp|log|fma|fmin|fmax|floor|ceil)\(")
+    for name, text in core_sources().items():
+        if name != "binding_memory.h":  # of the bindings
+            assert set(re.findall(r"#include <([^>]+)>", text)) <= allowed, name
+            assert not calls.search(text), name
 
 
 def test_a_word_that_misleads_stands_nowhere() -> None:

@@ -2,7 +2,7 @@
 
 A pair ``(high, low)`` stands for the exact sum of its two parts. Every step is one correctly rounded operation of IEEE
 754, and none may be fused or reordered; all are exact as long as nothing over- or underflows. The compiled form is
-`double_double.pxd`.
+`core/double_double.h`.
 
 Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971);
 D. E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J. Sci.

@@ -13,7 +13,7 @@ and the impulse T, along -t on body 1 and t on body 2, takes the slip to -b time
 It is the law of three parameters (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and Allia,
 Phys. Fluids 6 (1994) 1108; b = 0 is Coulomb's law alone, b = 1 with enough friction Garwin's superball (Am. J. Phys. 37
 (1969) 88). A wall, or an immovable disc, has 1/m = 0. `docs/spin.md` derives it; the compiled form is
-`carom/solvers/impact/law.pxd`.
+`carom/core/impact.h`.
 """
 
 from __future__ import annotations

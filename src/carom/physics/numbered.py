@@ -1,4 +1,4 @@
-"""Features of walls as rows of numbers, which compiled code makes its own of: see `features.pxd`."""
+"""Features of walls as rows of numbers, which the core reads: see `core/feature.h`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 #: Numbers of a row.
 FEATURE_NUMBERS = 22
 
-#: `FeatureKind` of features.pxd.
+#: `FeatureKind` of core/feature.h.
 _PLANE, _FACE, _VERTEX, _OUTER_ARC, _INNER_ARC = range(5)
 _NONE = (0.0, 0.0)
 

@@ -15,7 +15,7 @@ and collide at the earlier root ``t = c / (-b + sqrt(D))``, ``D = b^2 - a c = a 
 3. What either step leaves undecided goes to the *error-free form*: sums of exact products, scaled by powers of two, and
    where these cancel to less than their own error, exact sums.
 
-This is the form on plain floats; `pair_time.pxd` is that of the compiled extension, with the same bits. The bounds are
+This is the form on plain floats; `core/pair.h` is that of the compiled extension, with the same bits. The bounds are
 derived in ``docs/physics.md``; nothing here is a tolerance on time or distance.
 """
 

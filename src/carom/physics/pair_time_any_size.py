@@ -12,7 +12,7 @@ from fractions import Fraction
 from carom.physics.pair_time import pair_time
 
 #: Relative positions and velocities, and sums of radii, are of moderate size if their exponents (those of `math.frexp`)
-#: are this at most in magnitude. The compiled form has the same limits (`pair_times.pyx`).
+#: are this at most in magnitude. The compiled form has the same limits (`core/primitives.pyx`).
 _EXPONENT = 100
 _MOST, _LEAST = 2.0**_EXPONENT, 2.0 ** -(_EXPONENT + 1)
 #: Bits to which a root is taken: three more than a float has, so that a time, rounded once at the end, is off by an

@@ -58,10 +58,10 @@ def time_of_impact(
         return _plain_times(p1, v1, r1, p2, v2, r2)[0]
     if not extension_available():
         return np.array(_plain_times(p1, v1, r1, p2, v2, r2)).reshape(shape)
-    from carom.physics import pair_times
+    from carom.core import primitives
 
     times = np.empty(len(r1))
-    pair_times.fill_pair_times(p1, v1, r1, p2, v2, r2, times)
+    primitives.fill_pair_times(p1, v1, r1, p2, v2, r2, times)
     left = np.isnan(times)
     if left.any():
         times[left] = _plain_times(*(a[left] for a in (p1, v1, r1, p2, v2, r2)))

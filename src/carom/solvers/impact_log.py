@@ -87,7 +87,7 @@ class LastContact(NamedTuple):
 
 
 class Recent:
-    """A disc's impacts, as far as they tell whether its next one is ambiguous; compiled: `impact/ambiguity.pxd`."""
+    """A disc's impacts, as far as they tell whether its next one is ambiguous; compiled: `core/ambiguity.h`."""
 
     def __init__(self) -> None:
         self.furthest = self.across = LastContact()

@@ -126,9 +126,9 @@ def solve_pic(
 
 @functools.cache
 def _compiled_solve() -> Callable[[Disc, Disc, float, float], tuple[bytes, bytes] | None]:
-    from carom.solvers import two_discs
+    from carom.core import pic
 
-    return two_discs.solve
+    return pic.solve_two_discs
 
 
 def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:

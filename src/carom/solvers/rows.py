@@ -13,8 +13,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import DTypeLike, NDArray
 
+    from carom.core import pit
     from carom.solvers.event_driven import kernel
-    from carom.solvers.pit import frame_loop
 
 
 class Rows:
@@ -46,7 +46,7 @@ class Rows:
         return rows
 
 
-#: Where impacts were, and on which feature of a wall: `Contact` of structs.pxd.
+#: Where impacts were, and on which feature of a wall: `Contact` of carom_core.h.
 CONTACT_DTYPE = np.dtype([("x", "f8"), ("y", "f8"), ("feature", "i8")])
 
 
@@ -58,7 +58,7 @@ class RecordedImpacts:
 
     def __init__(
         self,
-        run: kernel.Kernel | frame_loop.FrameLoop,
+        run: kernel.Kernel | pit.FrameLoop,
         turns: bool,
         edges_of: Callable[[NDArray[np.void]], NDArray[np.void]] | None = None,
     ) -> None:

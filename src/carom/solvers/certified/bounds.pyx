@@ -11,8 +11,7 @@ nor does a driven wall, or a driven disc that turns.
 from libc.math cimport fabs, ldexp, sqrt
 from libc.stdlib cimport calloc, free
 
-from carom.constants cimport FASTEST, FLOOR, INF, NORMAL, ROUNDOFF, TINY, WIDER
-from carom.physics.double_double cimport greater
+from carom.core.primitives cimport greater
 
 from math import frexp
 
@@ -22,6 +21,15 @@ from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.units import units_of
 from carom.trace import wall_body, wall_index
+
+cdef extern from "carom/core/constants.h" nogil:
+    const double FASTEST "CAROM_FASTEST"
+    const double FLOOR "CAROM_FLOOR"
+    const double INF "CAROM_INF"
+    const double NORMAL "CAROM_NORMAL"
+    const double ROUNDOFF "CAROM_ROUNDOFF"
+    const double TINY "CAROM_TINY"
+    const double WIDER "CAROM_WIDER"
 
 cdef enum:
     NOBODY = -1

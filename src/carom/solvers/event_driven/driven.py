@@ -9,15 +9,15 @@ import numpy as np
 from carom.solvers.impact_log import crushing_note
 from carom.trace import wall_body
 
-#: That of layout.pxd.
+#: That of state.h.
 NO_BODY = -(2**31)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from carom.core import pic
     from carom.disc_arrays import DiscArrays
     from carom.driving import Drive
-    from carom.solvers.event_driven import kernel
     from carom.solvers.event_driven.obstacles import Obstacles
     from carom.solvers.plain.bodies import Bodies
     from carom.solvers.plain.squeeze import LastMet
@@ -69,7 +69,7 @@ class Crushes:
         self._obstacles = obstacles
         self._bodies: Bodies | None = None
 
-    def __call__(self, run: kernel.Kernel, disc: int) -> bool:
+    def __call__(self, run: pic.Kernel, disc: int) -> bool:
         """Return whether a disc of a run that has just struck a body, and goes to and fro, is crushed.
 
         True, too, where that can't be told: the kernel ends its loop, and `error` says why.
@@ -86,7 +86,7 @@ class Crushes:
             self.error = None
             raise error
 
-    def _is_crushed(self, run: kernel.Kernel, disc: int) -> bool:
+    def _is_crushed(self, run: pic.Kernel, disc: int) -> bool:
         from carom.solvers.plain.bodies import Bodies  # with it pydantic, which arrays do without
         from carom.solvers.plain.squeeze import Squeezes, ToAndFro
 

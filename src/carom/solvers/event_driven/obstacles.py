@@ -9,6 +9,7 @@ import numpy as np
 from carom.outline import Outline
 from carom.physics.numbered import FEATURE_NUMBERS, numbers_of
 from carom.physics.wall_features import WallFeature, are_decidable, features_of
+from carom.solvers.event_driven.driven import driven_rows
 from carom.trace import EDGE_DTYPE, NO_EDGE
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from carom.disc_arrays import DiscArrays
     from carom.physics.features import Feature
 
-#: As many as the kernel numbers: `MOST_OBSTACLES` of layout.pxd.
+#: As many as the kernel numbers: `MOST_OBSTACLES` of state.h.
 MOST_OBSTACLES = 32_767
 
 
@@ -31,7 +32,9 @@ class Obstacles:
     """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients, or are driven.
 
     Attributes:
-        rows: Their numbers, one row each, as `carom.physics.numbered.numbers_of` gives them.
+        rows: Their numbers, one row each, as `carom.physics.numbered.numbers_of` returns them.
+        driven: Driven bodies, and walls whose surface moves, one row each: see `driven_rows`.
+        legs: The legs of their paths, likewise.
     """
 
     def __init__(self, start: DiscArrays) -> None:
@@ -46,6 +49,7 @@ class Obstacles:
                 self._finite[len(rows)] = wall, part
                 rows.append(numbers_of(part.feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
+        self.driven, self.legs = driven_rows(start)
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""

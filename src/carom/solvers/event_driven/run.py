@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
 _EVENTS = 100_000
-#: `Ending` of layout.pxd.
+#: `Ending` of state.h.
 _DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED = range(7)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
@@ -42,7 +42,7 @@ _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyon
 class RunState(NamedTuple):
     """All that a run of the same discs and walls needs to go on; impacts recorded so far are not part of it."""
 
-    kernel: Mapping[str, Any]  # see `Kernel.state` in kernel.pyx
+    kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
     fixed: Mapping[str, Any]  # what no impact changes, by name, except radii and masses, which the kernel's rows hold
     ended: Outcome | None  # how an impact has ended the run
@@ -97,12 +97,12 @@ class EventDrivenRun:
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
         require_compiled("EventDrivenRun")
-        from carom.solvers.event_driven import kernel
+        from carom.core import pic
 
         obstacles = _obstacles_of(start)
         self._crushes = Crushes(start, obstacles, duration_s) if start.driven else None
         contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
-        self._kernel = kernel.Kernel(start, obstacles, self._crushes, contact_s, standstill, cell_factor)
+        self._kernel = pic.Kernel(start, obstacles, self._crushes, contact_s, standstill, cell_factor)
         self._ended: Outcome | None = None
         self._driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
         self._driven_from = start.position_m

@@ -8,7 +8,7 @@ In a graze the speed of approach can be anything down to 0. There the overlap is
 ``u^2 / R`` for a relative speed u and a contact distance R, and an error of the gap moves its zero by no more than half
 its width at that depth: ``sqrt(2 R error) / u``. The lesser of the two holds.
 
-`resolution.pxd` is the compiled form; a test holds the two to the same bits.
+`core/resolution.h` is the compiled form; a test compares bits.
 """
 
 from __future__ import annotations

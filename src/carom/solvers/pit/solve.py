@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from carom.core import pit
     from carom.disc_arrays import HalfPlane
     from carom.outline import Outline
-    from carom.solvers.pit import frame_loop
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
@@ -54,7 +54,7 @@ class FrameRun:
 
     def __init__(
         self,
-        loop: frame_loop.FrameLoop | PlainFrameLoop,
+        loop: pit.FrameLoop | PlainFrameLoop,
         clock: FrameClock,
         notes: tuple[str, ...] = (),
         edges_of: Callable[[NDArray[np.void]], NDArray[np.void]] | None = None,
@@ -173,10 +173,10 @@ def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
     alone = gravity == (0.0, 0.0) or not (arrays.turns or start.wall_rolling_resistance)
     compiled = alone and not arrays.driven and not start.table_deceleration_m_s2
     if compiled and extension_available():
-        from carom.solvers.pit import frame_loop
+        from carom.core import pit
 
         edges_of = None if arrays.has_half_planes else partial(nearest_edges, arrays.walls)
-        loop = frame_loop.FrameLoop(arrays, clock, skipping, MOST_WASTE, gravity)
+        loop = pit.FrameLoop(arrays, clock, skipping, MOST_WASTE, gravity)
         return FrameRun(loop, clock, edges_of=edges_of)
     return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if compiled else ())
 

@@ -209,7 +209,7 @@ class Bodies:
         """Instant of the next impact of discs `i` and `j` on their present paths; infinity for never.
 
         It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair. Two that
-        have just met never meet again on these paths: `just_met` in scan.pxd says why.
+        have just met never meet again on these paths: `last_partner` in core/scan.h says why.
         """
         just_met = self._has_just_met(i, j) and self._has_just_met(j, i)
         start = max(self.time[i], self.time[j])

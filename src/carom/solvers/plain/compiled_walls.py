@@ -18,10 +18,10 @@ class CompiledWall(FiniteWall):
     """A `FiniteWall`, to the bit; it needs the compiled extension."""
 
     def __init__(self, outline: Outline) -> None:
-        from carom.physics import wall_times
+        from carom.core import primitives
 
         super().__init__(outline)
-        self._times = wall_times.Features([numbers_of(part.feature, 0) for part in self.features])
+        self._times = primitives.Features([numbers_of(part.feature, 0) for part in self.features])
 
     def next_time(self, disc: Mover, last: Feature | None) -> tuple[float, WallFeature | None, bool]:
         """Return what `FiniteWall.next_time` does."""

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from carom.solvers.run import Progress, Start
     from carom.trace import ImpactRecord
 
-#: Impacts a disc after which time is counted anew, as in the event-driven kernel: see `new_epoch` in its kernel.pyx.
+#: Impacts a disc after which time is counted anew, as in the event-driven kernel: see core/epochs.h.
 EPOCH_IMPACTS = 32
 
 

@@ -15,7 +15,7 @@ from carom.studies.bench.gas import hard_disc_gas
 
 probe = pytest.importorskip("tests.probe")
 
-#: Discs that a scan looks at in one go, `BATCH` of layout.pxd.
+#: Discs that a scan looks at in one go, `BATCH` of core/state.h.
 BATCH = 64
 
 GAS = hard_disc_gas(200, 0.3)
@@ -42,10 +42,10 @@ def test_discs_are_found_in_the_cells_that_they_were_put_into(data: st.DataObjec
     inside: dict[int, tuple[int, int]] = {}
     for disc in data.draw(st.lists(st.integers(0, 99), max_size=60)):
         if disc in inside:
-            grid.take(disc, *inside.pop(disc))
+            grid.remove(disc, *inside.pop(disc))
         else:
             inside[disc] = data.draw(st.sampled_from([(2, 2), (2, 3), (3, 3)]))
-            grid.put(disc, *inside[disc])
+            grid.add(disc, *inside[disc])
     assert discs_around(grid, 2, 2) == sorted(inside)
     assert discs_around(grid, 1, 1) == sorted(disc for disc, cell in inside.items() if cell == (2, 2))
 
@@ -54,10 +54,10 @@ def test_a_cell_holds_any_number_of_discs() -> None:
     """Far more discs than a scan looks at in one go are all found, and none once they are taken out."""
     grid = cells()
     for disc in range(200):
-        grid.put(disc, 2, 2 + disc % 2)
+        grid.add(disc, 2, 2 + disc % 2)
     assert discs_around(grid, 2, 2) == list(range(200))
     for disc in np.random.default_rng(1).permutation(200).tolist():
-        grid.take(disc, 2, 2 + disc % 2)
+        grid.remove(disc, 2, 2 + disc % 2)
     assert discs_around(grid, 2, 2) == []
 
 

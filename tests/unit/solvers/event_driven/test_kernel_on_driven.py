@@ -20,7 +20,7 @@ from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.plain.squeeze import Squeezes
 
-pytest.importorskip("carom.solvers.event_driven.kernel")
+pytest.importorskip("carom.core.pic")
 
 
 def legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:

@@ -21,7 +21,7 @@ from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.run import AllPairsRun
 
-pytest.importorskip("carom.solvers.event_driven.kernel")
+pytest.importorskip("carom.core.pic")
 
 
 def gas_among(segments: int) -> Scene:

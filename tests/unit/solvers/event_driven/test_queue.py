@@ -30,12 +30,12 @@ def test_the_queue_knows_the_earliest_of_all_and_of_the_others(given_times: list
         assert times[queue.earliest()] == least
         for other in (disc, (disc + 1) % DISCS, (disc + 31) % DISCS):
             left = [times[k] for k in range(DISCS) if k not in (disc, other)]
-            assert queue.earliest_but(disc, other) == min(left)
+            assert queue.earliest_except(disc, other) == min(left)
         for limit in {least, time}:
-            found, after = [], queue.next_at(0, limit)
+            found, after = [], queue.next_not_after(0, limit)
             while after < DISCS:
                 found.append(after)
-                after = queue.next_at(after + 1, limit)
+                after = queue.next_not_after(after + 1, limit)
             assert found == [k for k in range(DISCS) if times[k] <= limit]
 
 

@@ -27,7 +27,7 @@ def definition(scene: Scene, clock: FrameClock) -> FrameRun:
 
 def compiled_forms() -> dict[str, Form]:
     """Return the compiled run as a user gets it, looping plainly, and skipping whatever that costs."""
-    from carom.solvers.pit.frame_loop import FrameLoop
+    from carom.core.pit import FrameLoop
 
     def form(*, skips: bool, most_waste: float) -> Form:
         return lambda scene, clock: FrameRun(

@@ -157,7 +157,7 @@ def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
 @needs_extension
 def test_other_threads_run_meanwhile() -> None:
     """While compiled code passes frames, another thread sees how many it has passed."""
-    from carom.solvers.pit.frame_loop import FrameLoop
+    from carom.core.pit import FrameLoop
 
     loop = FrameLoop(gas_scene(300, 0.3).arrays, CLOCK, False, 0.0)
     thread = threading.Thread(target=loop.run, args=(500, 2**62, 1e18))

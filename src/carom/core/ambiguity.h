@@ -1,0 +1,48 @@
+/* Ambiguous impacts: those whose result depends on an order that physics does not decide.
+
+   `carom.solvers.impact_log` gives the rule and why two earlier impacts of a disc are enough. */
+
+#ifndef CAROM_AMBIGUITY_H
+#define CAROM_AMBIGUITY_H
+
+#include "carom/core/carom_core.h"
+#include "carom/core/constants.h"
+
+/* Return whether an impact not before `begin` may be simultaneous with an earlier one that changes its result. */
+static inline bool has_influence(const LastContact *earlier, double begin, const LastContact *later,
+                                 const Corners *corners) {
+    if (!(begin <= earlier->latest && later->nx * earlier->nx + later->ny * earlier->ny != 0.0))
+        return false;
+    if (earlier->feature == NO_FEATURE || later->feature == NO_FEATURE)
+        return true;
+    return !corners->is_order_free(corners->context, earlier->feature, later->feature,
+                                   earlier->elastic && later->elastic);
+}
+
+/* Add an impact to those of a disc; return whether it is ambiguous. */
+static inline bool add_contact(Recent *recent, double time, double resolution, double nx, double ny, int feature,
+                               bool elastic, const Corners *corners) {
+    LastContact *f = &recent->furthest;
+    double begin = time - resolution;
+    double latest = time + resolution;
+    LastContact last = {latest, nx, ny, feature, elastic};
+    bool found =
+        has_influence(f, begin, &last, corners) || has_influence(&recent->across, begin, &last, corners);
+    bool parallel = nx * f->ny == ny * f->nx;
+    if (CAROM_LIKELY(latest > f->latest)) {
+        if (CAROM_LIKELY(!parallel))
+            recent->across = *f;
+        recent->furthest = last;
+    } else if (!parallel && latest > recent->across.latest) {
+        recent->across = last;
+    }
+    return found;
+}
+
+/* Start with no earlier impacts. */
+static inline void clear_recent(Recent *recent) {
+    recent->furthest = (LastContact){-CAROM_INF, 0.0, 0.0, NO_FEATURE, false};
+    recent->across = recent->furthest;
+}
+
+#endif

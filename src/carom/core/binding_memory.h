@@ -1,0 +1,36 @@
+/* Memory that grows, for the Python bindings: the `Resize` that they give the core. */
+
+#ifndef CAROM_BINDING_MEMORY_H
+#define CAROM_BINDING_MEMORY_H
+
+#include <stdlib.h>
+#include <string.h>
+#if defined(__linux__)
+#include <sys/mman.h>
+#endif
+
+/* Enlarge memory as `realloc` does; the first `used` bytes are kept. Size 0 releases the memory.
+
+   Fresh memory in small pages costs as much as the rest of recording, and enlarged memory never gets large pages. So
+   from a few megabytes on, the rows are copied to new memory in large pages. From a gigabyte on memory is too scarce for
+   a copy. */
+static void *carom_enlarge(void *memory, size_t used, size_t size) {
+#if defined(__linux__)
+    void *fresh;
+    if (size >= (size_t)4 << 20 && size <= (size_t)1 << 30 && posix_memalign(&fresh, (size_t)2 << 20, size) == 0) {
+        madvise(fresh, size, MADV_HUGEPAGE);
+        if (used > 0)
+            memcpy(fresh, memory, used);
+        free(memory);
+        return fresh;
+    }
+#endif
+    (void)used;
+    if (size == 0) { /* `realloc` need not free it */
+        free(memory);
+        return NULL;
+    }
+    return realloc(memory, size);
+}
+
+#endif

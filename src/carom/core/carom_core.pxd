@@ -1,0 +1,91 @@
+"""Declarations of `carom_core.h` for the bindings."""
+
+from libc.stdint cimport int64_t
+
+ctypedef Py_ssize_t Index
+
+cdef extern from "<stdbool.h>":
+    ctypedef bint c_bool "bool"  # of functions that C calls: a bint is an int there
+
+cdef extern from "carom/core/carom_core.h" nogil:
+    enum:
+        NOBODY
+        NO_FEATURE
+
+    ctypedef void *(*Resize)(void *memory, size_t used, size_t size) noexcept nogil
+
+    struct Wall:
+        double x
+        double y
+        double nx
+        double ny
+
+    struct Surface:
+        double vx
+        double vy
+        double belt
+
+    struct Turning:
+        double spin
+        double inverse_inertia_ratio
+
+    struct ContactFriction:
+        double friction
+        double restitution
+
+    struct Law:
+        double restitution
+        double wall_restitution
+        double contact_duration
+        ContactFriction contact
+        ContactFriction wall_contact
+
+    struct Body:
+        double *velocity
+        double inverse_mass
+        double radius
+        Turning *turning
+
+    struct Impact:
+        double time
+        int64_t first
+        int64_t second
+
+    struct Spins:
+        double first_before
+        double second_before
+        double first_after
+        double second_after
+
+    struct Contact:
+        double x
+        double y
+        int64_t feature
+
+    struct Recent:
+        pass
+
+    ctypedef c_bool (*IsOrderFree)(void *context, int one, int other, c_bool elastic) noexcept nogil
+
+    struct Corners:
+        IsOrderFree is_order_free
+        void *context
+
+    struct Record:
+        Impact *rows
+        Spins *spins
+        Contact *contacts
+        bint has_spins
+        bint has_contacts
+        Corners corners
+        Resize resize
+        Index count
+        Index capacity
+        int64_t *ambiguous
+        Index ambiguous_count
+        Index ambiguous_capacity
+        Index released
+        Recent *recent
+        bint is_wanted
+        double begin
+        double end

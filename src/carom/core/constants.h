@@ -1,0 +1,148 @@
+/* Constants of the core: the value of each, its unit where it has one, and its reason.
+
+   A constant without a unit is a ratio or a count. Constants that plain Python also has are compared with it by
+   tests/unit/test_constants.py. Sizes of structs and numbers of kinds are enums next to what they count. */
+
+#ifndef CAROM_CONSTANTS_H
+#define CAROM_CONSTANTS_H
+
+#include <math.h>
+
+/* ---- compilers ---- */
+
+/* Branch hints, and a mark for functions that stay calls: inlined into a hot loop that rarely calls them, they would
+   take its registers. */
+#if defined(__GNUC__)
+#define CAROM_LIKELY(condition) __builtin_expect(!!(condition), 1)
+#define CAROM_UNLIKELY(condition) __builtin_expect(!!(condition), 0)
+#define CAROM_NOINLINE __attribute__((noinline))
+#elif defined(_MSC_VER)
+#define CAROM_LIKELY(condition) (condition)
+#define CAROM_UNLIKELY(condition) (condition)
+#define CAROM_NOINLINE __declspec(noinline)
+#else
+#define CAROM_LIKELY(condition) (condition)
+#define CAROM_UNLIKELY(condition) (condition)
+#define CAROM_NOINLINE
+#endif
+
+/* ---- all files ---- */
+
+/* As a time, in seconds: never. As a resolution: unknown at any time. */
+#define CAROM_INF HUGE_VAL
+
+/* ---- primitives: double_double.h, pair.h, half_plane.h, face.h, arc.h ---- */
+
+/* 2^27 + 1, Veltkamp's constant: splits 53 bits into 26, 26 and a sign. */
+#define CAROM_SPLITTER 134217729.0
+/* 8 roundings: more than accumulate before the last sum in the terms of b (4), of c (5) and, with the factor 2 of its
+   bound, of D. */
+#define CAROM_ERROR 0x1p-50
+/* Where products of this size matter, underflow (2^-1075 each, at most) may matter too: the error-free form decides. */
+#define CAROM_NEGLIGIBLE 0x1p-900
+/* Adding and subtracting 2^28 R rounds to a grid of 2^-25 R to 2^-24 R: about 25 bits for any coordinate up to R. */
+#define CAROM_GRID 0x1p28
+/* b and c have errors of about 2^-150 of their largest product. Below this part of it, the sum is computed exactly. */
+#define CAROM_DOUBTFUL_SUM 0x1p-140
+/* D has an error of about 2^-99 of its terms. Where D is above this part of them, its root has an error of 2^-55 of the
+   roots of its terms. */
+#define CAROM_DOUBTFUL_DISCRIMINANT 0x1p-90
+/* The length of a face has a relative error of 2^-106. Below this part of its terms, a gap is computed from squares. */
+#define CAROM_DOUBTFUL_GAP 0x1p-44
+/* Above the error of the cross product of an end's direction and a place, both of which are rounded pairs. */
+#define CAROM_PAIR_ERROR 0x1p-100
+/* Returned instead of a time of impact, which is 0 or more: the error-free form must decide. */
+#define CAROM_UNCERTAIN (-1.0)
+/* Range of relative positions, relative velocities and sums of radii whose terms of fourth degree stay within the range
+   of floats: `math.frexp` returns exponents from -100 to 100 for them. */
+#define CAROM_PAIR_LEAST 0x1p-101
+#define CAROM_PAIR_MOST 0x1p100
+
+/* ---- numbers that are used unscaled, in metres, metres per second, seconds and kilograms ---- */
+
+/* Formulas are of fourth degree at most: their terms, and the errors of these, stay within the range of floats. */
+#define CAROM_ORDINARY 0x1p200
+#define CAROM_LEAST_ORDINARY 0x1p-200
+
+/* ---- resolution.h ---- */
+
+/* A unit in the last place of 1. Relative to any number, it is at least one unit in the last place of that number. */
+#define CAROM_ULP 0x1p-52
+/* Largest coordinates over the sum of the radii. Each has at most three roundings at an impact, so the offset of one
+   centre from the other has an error of at most 3/16 of their distance. */
+#define CAROM_FARTHEST 0x1p49
+
+/* ---- event_driven.c ---- */
+
+/* Impacts per disc after which a new time epoch begins: see epochs.h. */
+#define CAROM_EPOCH_IMPACTS 32
+/* By how much a cell is wider than the largest sum of two radii, in parts of that sum. Any value works that covers the
+   roundings of a path and of the edges. Where coordinates are too large for it, the second applies, in parts of the
+   largest coordinate: twice the eight roundings (2^-53) of each of two discs' places. */
+#define CAROM_CELL_MARGIN 0x1p-10
+#define CAROM_COORDINATE_ERROR 0x1p-48
+/* Cells per disc, at most: more cells hold too few discs to be worth crossing. Chosen, not tuned: bounds memory. */
+#define CAROM_CELLS_PER_DISC 4.0
+/* Additional cells for each edge, arc or vertex of a wall. With n of these along the rim of m by m cells, a cell at the
+   rim lists n / 4m of them, and as many cells are crossed on the way to it where m^2 = n / 4. */
+#define CAROM_CELLS_PER_FEATURE 0.25
+/* Obstacles that are checked in about the time of one disc's prediction. */
+#define CAROM_LOOKS_PER_PREDICTION 16.0
+/* Two waits that differ by more than this part of the later time never round to the same time. */
+#define CAROM_TIME_ERROR 0x1p-51
+/* Largest relative error of a root of the plain form. The second is the factor by which each of its three terms must
+   exceed its own error to guarantee that. */
+#define CAROM_ROOT_ERROR 0x1p-22
+#define CAROM_CERTAIN 0x1p24
+
+/* ---- frame_sampled.c ---- */
+
+/* A root that rounds to R belongs to a square within two roundings (2^-53) of R^2. */
+#define CAROM_ROOT_ROOM 0x1p-50
+/* Largest rounding error of a disc's path over the frames that a bound is valid for, in parts of its extent, including
+   that of the bound itself: derived in docs/physics.md, section 4. */
+#define CAROM_PATH_MARGIN 0x1p-34
+/* Above the rounding errors of a sum of times and of a frame's time, in parts of it. */
+#define CAROM_TIME_MARGIN 0x1p-50
+/* Returned instead of a wait, which is 0 or more: the two bodies approach and may overlap at this frame. */
+#define CAROM_IN_CONTACT (-1.0)
+/* 2^64 over the golden ratio, odd: spreads rows evenly over any power of 2 of chains (D. E. Knuth, TAOCP vol. 3, 6.4),
+   while neighbouring columns stay neighbours. The second, also odd, separates levels. */
+#define CAROM_ROW_STEP 0x9E3779B97F4A7C15ull
+#define CAROM_LEVEL_STEP 0xC2B2AE3D27D4EB4Full
+/* Cells beyond this one share its number. Floats of this size still represent halves. */
+#define CAROM_LAST_CELL 0x1p51
+/* Leeway of a level of cells, in parts of the mean distance of its discs. The second is the least, in parts of their
+   largest radius. A larger leeway puts discs into cells less often, and more discs are near each. Measured at packing
+   fractions from .05 to .6. */
+#define CAROM_LEEWAY_PART 0.2
+#define CAROM_LEAST_LEEWAY_PART 0.25
+/* Many times the rounding errors of a cell's number and of a reach together, in parts of the reach. */
+#define CAROM_REACH_MARGIN 0x1p-20
+/* Cost of a search around a disc, in a cell, and of a body, in units of one test of the plain loop. Fitted to the times
+   of about a hundred gases, crowds and lattices, and rounded up. */
+#define CAROM_DISC_WORK 24.0
+#define CAROM_CELL_WORK 6.0
+#define CAROM_BODY_WORK 3.0
+/* Where skipping has cost more than it saved, frames use the plain loop until the excess is at most this part of their
+   cost. Chosen. */
+#define CAROM_EXCESS_PART 0x1p-6
+/* Number of frames for which savings count. Chosen. */
+#define CAROM_SAVED_FRAMES 64.0
+
+/* ---- solvers/certified/bounds.pyx, in numbers scaled by powers of two of `carom.solvers.units` ---- */
+
+/* Half a unit in the last place of 1. */
+#define CAROM_ROUNDOFF 0x1p-53
+/* 1 and 32 ROUNDOFF. */
+#define CAROM_WIDER (1.0 + 0x1p-48)
+/* Least error of a coordinate and of a component of a velocity. */
+#define CAROM_TINY 0x1p-500
+/* Above the error of underflow in two products. */
+#define CAROM_FLOOR 0x1p-1060
+/* From this size on, a float has all its bits, and scaling keeps them. */
+#define CAROM_NORMAL 0x1p-1020
+/* Speed up to which an underflow of a wait is covered by TINY. */
+#define CAROM_FASTEST 0x1p400
+
+#endif

@@ -1,0 +1,79 @@
+/* Linear damping v' = -c v as a change of time: docs/damping.md.
+
+   A damped disc moves as an undamped one does in the undamped time s = (1 - e^(-c t)) / c, and 1 - c s of its velocity
+   remains. Rates c are per second and 0 or more, times are in seconds. `carom/damping.py` is the plain form. */
+
+#ifndef CAROM_DAMPING_H
+#define CAROM_DAMPING_H
+
+#include <float.h>
+#include <string.h>
+
+#include "carom/core/exponentials.h"
+
+/* A product c t below this changes a time by less than half a unit in its last place: s = t (1 - c t / 2 + ...). */
+#define CAROM_DAMPING_LEAST 0x1p-54
+
+/* Return the part of a velocity that remains after a time. For a time below 0, it is more than 1, up to infinity. */
+static inline double remaining_velocity(double rate, double time) {
+    return nearest_exp(-rate * time);
+}
+
+/* Return the undamped time in which a disc gets as far as a damped one does in a time. */
+static inline double undamped_time(double rate, double time) {
+    if (!(fabs(rate * time) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
+        return time;
+    }
+    double change = nearest_expm1(-rate * time);
+    return change == CAROM_INF ? -CAROM_INF : -change / rate;
+}
+
+/* Return the time in which a damped disc gets as far as an undamped one does in a time: infinity for never. */
+static inline double damped_time(double rate, double undamped) {
+    double way = rate * undamped;
+    if (!(fabs(way) >= CAROM_DAMPING_LEAST)) { /* NaN stays NaN */
+        return undamped;
+    }
+    return way >= 1.0 ? CAROM_INF : -nearest_log1p(-way) / rate;
+}
+
+/* Return the next float above a time of 0 or more (`step` 1), or below it (-1). It stops at infinity and at 0. */
+static inline double neighbouring_time(double time, int step) {
+    if (step > 0 ? time == CAROM_INF : time == 0.0) {
+        return time;
+    }
+    uint64_t bits;
+    memcpy(&bits, &time, sizeof bits);
+    bits = step > 0 ? bits + 1 : bits - 1;
+    memcpy(&time, &bits, sizeof bits);
+    return time;
+}
+
+/* Return the greatest undamped time, 0 or more, that `damped_time` maps to no later than a time, 0 or more.
+
+   So what is mapped back is never later than the time that was asked for. The result is a few floats from that of
+   `undamped_time`, which is how far the two functions round. */
+static inline double latest_undamped_time(double rate, double time) {
+    if (time > DBL_MAX) { /* what is never met is not met at the end of time */
+        time = DBL_MAX;
+    }
+    double found = undamped_time(rate, time);
+    if (found < 0.0) {
+        found = 0.0;
+    } else if (found > DBL_MAX) {
+        found = DBL_MAX;
+    }
+    for (;;) {
+        double later = neighbouring_time(found, 1);
+        if (later == found || !(damped_time(rate, later) <= time)) {
+            break;
+        }
+        found = later;
+    }
+    while (damped_time(rate, found) > time) {
+        found = neighbouring_time(found, -1);
+    }
+    return found;
+}
+
+#endif

@@ -1,0 +1,166 @@
+/* Double-double arithmetic: a number as the exact sum of two floats, longer sums, and error-free sums and products.
+
+   Every step is one correctly rounded operation of IEEE 754, and none may be fused or reordered. All results are exact
+   as stated if nothing overflows or underflows. `carom/physics/double_double.py` is the plain form.
+
+   Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971);
+   D. E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J.
+   Sci. Comput. 26 (2005) (sums in three parts: SumK with K = 3); J. R. Shewchuk, "Adaptive precision floating-point
+   arithmetic", Discrete Comput. Geom. 18 (1997) (exact_sum: grow-expansion with zero elimination). */
+
+#ifndef CAROM_DOUBLE_DOUBLE_H
+#define CAROM_DOUBLE_DOUBLE_H
+
+#include "carom/core/constants.h"
+
+/* The exact sum of two floats. */
+typedef struct DoubleDouble {
+    double high;
+    double low;
+} DoubleDouble;
+
+/* A sum carried in three parts. */
+typedef struct TripleDouble {
+    double high;
+    double middle;
+    double low;
+} TripleDouble;
+
+/* Terms of an exact sum, at most: those of the discriminant of two discs. */
+enum { MOST_TERMS = 768 };
+
+/* One instruction, where `fmin` would be a call. Neither argument is NaN. */
+static inline double lesser(double a, double b) {
+    return a < b ? a : b;
+}
+
+static inline double greater(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* Split a number into two parts of at most 26 bits each, whose sum is exactly the number. */
+static inline DoubleDouble split_double(double a) {
+    double scaled = CAROM_SPLITTER * a;
+    double high = scaled - (scaled - a);
+    return (DoubleDouble){high, a - high};
+}
+
+/* Return the rounded sum and its rounding error. */
+static inline DoubleDouble two_sum(double a, double b) {
+    double total = a + b;
+    double part = total - a;
+    return (DoubleDouble){total, (a - (total - part)) + (b - part)};
+}
+
+/* Return the rounded difference and its rounding error. */
+static inline DoubleDouble two_diff(double a, double b) {
+    double total = a - b;
+    double part = total - a;
+    return (DoubleDouble){total, (a - (total - part)) - (b + part)};
+}
+
+/* Return the rounded product and its rounding error. */
+static inline DoubleDouble two_prod(double a, double b) {
+    double product = a * b;
+    DoubleDouble x = split_double(a);
+    DoubleDouble y = split_double(b);
+    double error = ((x.high * y.high - product) + x.high * y.low + x.low * y.high) + x.low * y.low;
+    return (DoubleDouble){product, error};
+}
+
+static inline DoubleDouble pair_product(DoubleDouble a, DoubleDouble b) {
+    DoubleDouble p = two_prod(a.high, b.high);
+    return two_sum(p.high, p.low + (a.high * b.low + a.low * b.high));
+}
+
+static inline DoubleDouble negate(DoubleDouble a) {
+    return (DoubleDouble){-a.high, -a.low};
+}
+
+static inline TripleDouble empty_sum(void) {
+    return (TripleDouble){0.0, 0.0, 0.0};
+}
+
+static inline TripleDouble add_term(TripleDouble total, double term) {
+    DoubleDouble high = two_sum(total.high, term);
+    DoubleDouble middle = two_sum(total.middle, high.low);
+    return (TripleDouble){high.high, middle.high, total.low + middle.low};
+}
+
+static inline TripleDouble add_product(TripleDouble total, double a, double b) {
+    DoubleDouble p = two_prod(a, b);
+    return add_term(add_term(total, p.high), p.low);
+}
+
+static inline TripleDouble add_pair_product(TripleDouble total, DoubleDouble p, DoubleDouble q) {
+    total = add_product(total, p.high, q.high);
+    total = add_product(total, p.high, q.low);
+    total = add_product(total, p.low, q.high);
+    return add_product(total, p.low, q.low);
+}
+
+/* Add the square of a pair to a sum (`sign` 1), or subtract it (-1). */
+static inline TripleDouble add_square(TripleDouble total, DoubleDouble p, double sign) {
+    total = add_product(total, p.high, sign * p.high);
+    total = add_product(total, 2.0 * p.high, sign * p.low);
+    return add_product(total, p.low, sign * p.low);
+}
+
+/* Round a sum to a pair whose high part is its nearest float. */
+static inline DoubleDouble round_sum(TripleDouble total) {
+    DoubleDouble top = two_sum(total.high, total.middle);
+    return two_sum(top.high, top.low + total.low);
+}
+
+/* Write terms whose exact sum is the sum of `p` times the sum of `q` times the sign, 1 or -1. Return their number. */
+static inline int write_products(double *terms, const double *p, int p_count, const double *q, int q_count,
+                                 double sign) {
+    int count = 0;
+    for (int i = 0; i < p_count; i++) {
+        for (int j = 0; j < q_count; j++) {
+            DoubleDouble product = two_prod(sign * p[i], q[j]);
+            terms[count] = product.high;
+            terms[count + 1] = product.low;
+            count += 2;
+        }
+    }
+    return count;
+}
+
+/* Write 8 terms whose exact sum is the product of two pairs times the sign, 1 or -1. Return their number. */
+static inline int write_pair_products(double *terms, DoubleDouble p, DoubleDouble q, double sign) {
+    double a[2] = {p.high, p.low};
+    double b[2] = {q.high, q.low};
+    return write_products(terms, a, 2, b, 2, sign);
+}
+
+/* Return the sum of at most MOST_TERMS terms. Its sign is exact. */
+static inline DoubleDouble exact_sum(const double *terms, int count) {
+    /* The parts do not overlap, the smallest is first, and their sum is that of all terms so far. */
+    double parts[MOST_TERMS];
+    int size = 0;
+    for (int i = 0; i < count; i++) {
+        DoubleDouble total = {terms[i], 0.0};
+        int kept = 0;
+        for (int k = 0; k < size; k++) {
+            total = two_sum(total.high, parts[k]);
+            if (total.low != 0.0) {
+                parts[kept] = total.low;
+                kept += 1;
+            }
+        }
+        if (total.high != 0.0) {
+            parts[kept] = total.high;
+            kept += 1;
+        }
+        size = kept;
+    }
+    DoubleDouble sum = {0.0, 0.0};
+    for (int k = size - 1; k >= 0; k--) { /* The largest parts fill `high`; the others add less and less to `low`. */
+        DoubleDouble total = two_sum(sum.high, parts[k]);
+        sum = (DoubleDouble){total.high, sum.low + total.low};
+    }
+    return two_sum(sum.high, sum.low);
+}
+
+#endif

@@ -1,0 +1,353 @@
+/* Event-driven PIC: the loop that takes a run from event to event, and the functions that bindings call.
+
+   Start with `state.h`. No result depends on the cells, on prefetching, or on the pieces in which a run is advanced. */
+
+#include "carom/core/cell_exit.h"
+#include "carom/core/driven.h"
+#include "carom/core/epochs.h"
+#include "carom/core/events.h"
+#include "carom/core/grid.h"
+#include "carom/core/impacts.h"
+#include "carom/core/memory.h"
+#include "carom/core/obstacles.h"
+#include "carom/core/prefetch.h"
+#include "carom/core/prescribed.h"
+#include "carom/core/queue.h"
+#include "carom/core/record.h"
+#include "carom/core/scan.h"
+#include "carom/core/state.h"
+
+/* ---- the loop ---- */
+
+/* What an event has changed. */
+typedef struct Changed {
+    Index disc[2]; /* NOBODY for none */
+    Change change; /* of the future of these discs */
+} Changed;
+
+/* Predict what has changed of disc `i`'s future, and update the queue. */
+static inline void predict(State *s, Index i, Change change) {
+    if (change != OF_TIME) {
+        predict_impact(s, i, change);
+        if (CAROM_UNLIKELY(s->has_special_paths))
+            predict_special(s, i, change);
+        else if (change != OF_PARTNER)
+            predict_exit(s, i, false);
+    }
+    set_time(&s->queue, i, event_time(&s->predictions[i]));
+}
+
+/* Apply an impact, unless it is not to be applied in this call; return how the run ends with it or before it. */
+static inline Ending apply_impact(State *s, Event event, double until, Index impacts, Changed *changed) {
+    double time = event_time(&s->predictions[event.disc]);
+    double reported = reported_time(&s->clock, greater(time, s->clock.now));
+    if (reported > until)
+        return DONE;
+    if (s->counts.impacts >= impacts)
+        return LIMIT;
+    bool is_wanted = is_recorded(&s->record, reported);
+    if (CAROM_UNLIKELY(is_wanted && !reserve_row(&s->record)))
+        return NO_MEMORY;
+    if (event.kind == WALL_IMPACT) {
+        Index obstacle = s->predictions[event.disc].obstacle;
+        if (CAROM_UNLIKELY(s->has_special_impacts)) {
+            if (!apply_special_impact(s, event.disc, -1 - obstacle, time, is_wanted))
+                return s->stopped;
+        } else {
+            apply_wall_impact(s, event.disc, obstacle, time, is_wanted, false);
+        }
+    } else {
+        Bodies pair = pair_of(s, event.disc);
+        if (CAROM_UNLIKELY(s->has_special_impacts)) {
+            if (!apply_special_impact(s, pair.first, pair.second, time, is_wanted))
+                return s->stopped;
+        } else {
+            apply_pair_impact(s, pair.first, pair.second, time, is_wanted, false);
+        }
+        changed->disc[0] = pair.first;
+        changed->disc[1] = pair.second;
+        if (s->needs_prefetch)
+            prefetch_neighbours(s, pair.second);
+    }
+    changed->change = OF_PATH;
+    if (CAROM_UNLIKELY(s->counts.epoch_impacts >= CAROM_EPOCH_IMPACTS * s->disc_count)) {
+        begin_epoch(s);
+        changed->disc[0] = changed->disc[1] = NOBODY; /* START events predict all discs */
+    } else if (CAROM_UNLIKELY(s->counts.beyond - s->grid.beyond > s->grid.beyond_limit)) {
+        return OUTGROWN;
+    }
+    return NOT_ENDED;
+}
+
+/* Apply an event that is no impact; return what it changes. */
+static inline Change apply_other_event(State *s, Event event) {
+    if (event.kind == CROSSING) {
+        s->counts.crossings += 1;
+        cross_edge(s, event.disc);
+        if (!is_stale(s, event.disc))
+            return OF_CELL;
+        s->counts.stale += 1;
+        return OF_PATH;
+    }
+    if (event.kind == STALE) {
+        s->counts.stale += 1;
+        return OF_PARTNER;
+    }
+    return event.kind == START ? OF_PATH : OF_TIME;
+}
+
+/* Advance a run as `carom_advance` does, until its cells are outgrown. Long functions have one call each, so that a
+   compiler inlines them. */
+static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Index events) {
+    while (true) {
+        if (s->counts.at_instant > s->standstill)
+            return STANDSTILL;
+        if (events-- == 0)
+            return PAUSE;
+
+        /* Which event is next? */
+        Event event = {START, NOBODY};
+        Index ahead = NOBODY;
+        if (CAROM_UNLIKELY(s->counts.predicted < s->disc_count)) {
+            event.disc = next_unpredicted(s);
+        } else {
+            Index i = earliest(&s->queue);
+            if (!(s->queue.time[i] < CAROM_INF) || reported_time(&s->clock, s->queue.time[i]) > until)
+                return DONE;
+            if (s->needs_prefetch) {
+                ahead = runner_up(&s->queue, i);
+                prefetch_disc(s, ahead);
+            }
+            event = next_event(s, i);
+        }
+
+        /* Apply it. */
+        Changed changed = {{event.disc, NOBODY}, OF_PATH};
+        if (event.kind == PAIR_IMPACT || event.kind == WALL_IMPACT) {
+            Ending ending = apply_impact(s, event, until, impacts, &changed);
+            if (CAROM_UNLIKELY(ending != NOT_ENDED))
+                return ending;
+        } else {
+            changed.change = apply_other_event(s, event);
+        }
+
+        /* Predict again what it has changed. A disc that never moves has no predictions: the others meet it. */
+        for (const Index *i = changed.disc; i < changed.disc + 2; i++) {
+            if (*i != NOBODY && s->discs[*i].inverse_mass > 0.0) {
+                predict(s, *i, changed.change);
+                if (ahead != NOBODY)
+                    prefetch_surroundings(s, ahead);
+            }
+        }
+        if (ahead != NOBODY) {
+            prefetch_neighbours(s, ahead);
+            prefetch_partner_cells(s, ahead);
+        }
+    }
+}
+
+/* Choose the cells again, for where discs have been, and keep them if that saves more checks than it costs.
+
+   At the rim of a gas that has left its first box, all features are checked. Wider cells, if the box has grown by far,
+   contain more discs, and a prediction searches nine of them. The choice changes no result. */
+static void choose_cells_again(State *s) {
+    Grid *g = &s->grid;
+    Grid old = *g;
+    double old_occupancy = mean_occupancy(s);
+    choose_grid(g, &s->visited, s->disc_count, s->feature_count);
+    size_t cells_size = (size_t)cell_count(g) * sizeof(Cell);
+    g->own_size = cells_size + (size_t)tile_count(g) * sizeof(unsigned int);
+    g->own_memory = s->resize(NULL, 0, g->own_size);
+    g->lists = NULL;
+    g->listed = g->list_capacity = 0;
+    bool is_better = false;
+    if (g->own_memory != NULL) {
+        g->cells = g->own_memory;
+        g->list_of = (unsigned int *)((char *)g->own_memory + cells_size);
+        fill_cells(s);
+        double checks = (double)(s->counts.beyond - old.beyond) * (double)s->feature_count /
+                        (double)(s->counts.predictions - old.predictions + 1);
+        is_better = 9.0 * (mean_occupancy(s) - old_occupancy) < checks && list_obstacles(s);
+    }
+    const Grid *unused = is_better ? &old : g;
+    if (unused->lists != NULL)
+        s->resize(unused->lists, 0, 0);
+    if (unused->own_memory != NULL)
+        s->resize(unused->own_memory, 0, 0);
+    if (!is_better)
+        *g = old;
+    s->counts.choices += is_better;
+    g->beyond_limit = 2 * old.beyond_limit; /* so that all choices cost no more than they can save */
+    g->predictions = s->counts.predictions;
+    g->beyond = s->counts.beyond;
+    s->counts.predicted = 0;
+}
+
+Ending carom_advance(State *s, double until, Index impacts, Index events) {
+    Ending ending = advance(s, until, impacts, events);
+    while (ending == OUTGROWN) {
+        choose_cells_again(s);
+        ending = advance(s, until, impacts, events);
+    }
+    if (ending == CRUSHED) /* if the caller goes on, because its answer was an error, the struck discs need predictions */
+        s->counts.predicted = 0;
+    return ending;
+}
+
+/* ---- the set-up ---- */
+
+/* Return an upper bound of the obstacles' coordinates. */
+static double obstacle_extent(const RunInput *input) {
+    double extent = 0.0;
+    for (Index k = 0; k < input->wall_count && input->walls != NULL; k++) {
+        const double *row = input->walls + 4 * k;
+        Wall wall = {row[0], row[1], row[2], row[3]};
+        extent = greater(extent, wall_extent(&wall));
+    }
+    for (Index k = 0; k < input->feature_count; k++) {
+        Feature feature = feature_from(input->features + FEATURE_NUMBERS * k);
+        extent = greater(extent, feature_extent(&feature));
+    }
+    return extent;
+}
+
+size_t carom_set_up(State *s, const RunInput *input) {
+    memset(s, 0, sizeof(State));
+    Index n = input->disc_count;
+    if (!lay_out_queue(&s->queue, n) || input->wall_count > MOST_OBSTACLES || input->feature_count > MOST_OBSTACLES)
+        return 0;
+    s->disc_count = n;
+    s->wall_count = input->wall_count;
+    s->feature_count = input->feature_count;
+    s->driving.count = input->driven_count;
+    s->driving.leg_count = input->leg_count;
+    s->standstill = input->standstill;
+    s->needs_prefetch = n >= PREFETCH_FROM;
+    s->law = input->law;
+    s->record.has_spins = input->spin != NULL;
+    s->record.has_contacts = input->has_finite_walls;
+    s->record.corners = input->corners;
+    s->record.resize = s->resize = input->resize;
+    s->is_crushed = input->is_crushed;
+    s->context = input->context;
+    s->has_special_paths = s->feature_count > 0 || s->driving.count > 0;
+    s->has_special_impacts = s->has_special_paths || s->record.has_spins;
+    s->visited = box_around(input->position, n);
+    set_sizes(&s->grid, input->radius, n, input->cell_factor);
+    s->grid.extent = obstacle_extent(input);
+    choose_grid(&s->grid, &s->visited, n, s->feature_count);
+    /* A new choice costs a prediction a disc, and about a check a feature. */
+    double checks = (double)(n + s->feature_count) / (1.0 + (double)s->feature_count / CAROM_LOOKS_PER_PREDICTION);
+    s->grid.beyond_limit = (Index)checks;
+    return lay_out(s, NULL);
+}
+
+/* Fill the rows of discs. */
+static void fill_discs(State *s, const RunInput *input) {
+    for (Index i = 0; i < s->disc_count; i++) {
+        s->discs[i] = (Disc){
+            .x = input->position[2 * i],
+            .y = input->position[2 * i + 1],
+            .vx = input->velocity[2 * i],
+            .vy = input->velocity[2 * i + 1],
+            .radius = input->radius[i],
+            .inverse_mass = 1.0 / input->mass[i],
+            .last = NO_BODY,
+        };
+        s->predictions[i] = (Prediction){CAROM_INF, CAROM_INF, NOBODY, 0, 0, NO_OBSTACLE, LEFT, false};
+        if (s->turning != NULL)
+            s->turning[i] = (Turning){input->spin[i], 1.0 / input->inertia[i]};
+        if (s->law.contact_duration > 0.0)
+            s->last_impact[i] = -CAROM_INF;
+        if (s->to_and_fro != NULL)
+            s->to_and_fro[i] = (ToAndFro){NO_BODY, NO_OBSTACLE, NO_BODY, NO_OBSTACLE, 0.0, 0.0, 0};
+    }
+}
+
+/* Fill the rows of walls and features. */
+static void fill_obstacles(State *s, const RunInput *input) {
+    for (Index k = 0; k < s->wall_count && input->walls != NULL; k++) {
+        const double *row = input->walls + 4 * k;
+        s->walls[k] = (Wall){row[0], row[1], row[2], row[3]};
+    }
+    for (Index k = 0; k < s->feature_count; k++)
+        s->features[k] = feature_from(input->features + FEATURE_NUMBERS * k);
+    for (Index k = 0; k < s->wall_count && s->feature_count > 0; k++) {
+        s->wall_laws[k] = s->law;
+        s->wall_laws[k].wall_restitution = input->materials[2 * k];
+        s->wall_laws[k].wall_contact.friction = input->materials[2 * k + 1];
+    }
+}
+
+/* Fill the rows of driven bodies and of their legs. */
+static void fill_driving(State *s, const RunInput *input) {
+    Index first_leg = 0;
+    for (Index i = 0; i < s->driving.count; i++) {
+        const double *numbers = input->driven + 3 * i;
+        Driven *row = &s->driving.rows[i];
+        *row = (Driven){
+            .body = (Index)numbers[0], .first_leg = first_leg, .leg_count = (Index)numbers[1], .belt = numbers[2]
+        };
+        first_leg += row->leg_count;
+        if (row->body >= 0) {
+            row->x = s->discs[row->body].x;
+            row->y = s->discs[row->body].y;
+            continue;
+        }
+        for (Index k = 0; k < s->feature_count; k++) {
+            if (s->features[k].wall == -1 - row->body) {
+                row->first_feature = row->feature_count > 0 ? row->first_feature : k;
+                row->feature_count += 1;
+            }
+        }
+    }
+    for (Index i = 0; i < s->driving.leg_count; i++) {
+        const double *leg = input->legs + 6 * i;
+        s->driving.legs[i] = (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
+    }
+}
+
+bool carom_begin(State *s, const RunInput *input, void *memory) {
+    lay_out(s, memory);
+    fill_discs(s, input);
+    fill_obstacles(s, input);
+    fill_driving(s, input);
+    for (Index i = 0; i < queue_length(&s->queue); i++)
+        s->queue.time[i] = CAROM_INF;
+    for (Index i = s->queue.level[1]; i < queue_length(&s->queue); i++)
+        s->queue.holder[i] = 0;
+    return list_obstacles(s);
+}
+
+void carom_record(State *s, Recent *recent, double begin, double end) {
+    for (Index i = 0; i < s->disc_count; i++)
+        clear_recent(&recent[i]);
+    s->record.recent = recent;
+    s->record.is_wanted = true;
+    s->record.begin = begin;
+    s->record.end = end;
+}
+
+void carom_resume(State *s) {
+    count_legs_from_epoch(s);
+    s->counts.predicted = 0;
+    s->grid.predictions = s->counts.predictions;
+    s->grid.beyond = s->counts.beyond;
+}
+
+Index carom_gliding_wall(const State *s) {
+    return s->features[s->predictions[s->gliding].obstacle].wall;
+}
+
+size_t carom_allocated(const State *s) {
+    return s->grid.own_size + (size_t)s->grid.list_capacity * sizeof(int);
+}
+
+void carom_release(State *s) {
+    if (s->grid.lists != NULL)
+        s->resize(s->grid.lists, 0, 0);
+    if (s->grid.own_memory != NULL)
+        s->resize(s->grid.own_memory, 0, 0);
+    s->grid.lists = NULL;
+    s->grid.own_memory = NULL;
+}

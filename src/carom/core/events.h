@@ -1,0 +1,130 @@
+/* Events: what comes next for a disc, and what comes next of all.
+
+   Each disc has two predictions: the earliest impact with another disc that it knows of, and the end of its stay in its
+   cell. Of any two discs, the one that was predicted later has seen the other's present path. So the smaller of the two
+   times that are stored for them is never later than their impact, and no impact is missed. `event_of` alone decides what
+   a disc's event is. */
+
+#ifndef CAROM_EVENTS_H
+#define CAROM_EVENTS_H
+
+#include "carom/core/queue.h"
+#include "carom/core/scan.h"
+#include "carom/core/state.h"
+
+typedef struct Bodies { /* of an impact */
+    Index first;
+    Index second;
+} Bodies;
+
+/* ---- the event of a disc ---- */
+
+/* Return whether the path of disc `i`'s partner has changed since their impact was predicted. */
+static inline bool is_stale(const State *s, Index i) {
+    const Prediction *p = &s->predictions[i];
+    return p->partner != NOBODY && s->discs[p->partner].impacts != p->partner_impacts;
+}
+
+/* Return the time of a disc's next event, or a lower bound. */
+static inline double event_time(const Prediction *p) {
+    return lesser(p->impact_time, p->exit_time);
+}
+
+/* Return what the next event of disc `i` is. */
+static inline EventKind event_of(const State *s, Index i) {
+    const Prediction *p = &s->predictions[i];
+    if (p->exit_time <= p->impact_time && p->edge != NO_EDGE)
+        return CROSSING;
+    if (p->exit_time < p->impact_time)
+        return WALL_IMPACT;
+    if (is_stale(s, i))
+        return STALE;
+    if (!p->exact)
+        return BOUNDED;
+    /* At one time (partner, i) comes before (i, wall), and that before (i, partner). */
+    return p->exit_time == p->impact_time && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
+}
+
+/* Return disc `i` and its partner in ascending order. */
+static inline Bodies pair_of(const State *s, Index i) {
+    Index j = s->predictions[i].partner;
+    return (Bodies){i < j ? i : j, i < j ? j : i};
+}
+
+/* Return the bodies of an impact in their order; of simultaneous impacts the least of these comes first.
+
+   Obstacles count as bodies here: they are in the order of their walls, and a disc's next is on one of them. */
+static inline Bodies bodies_of(const State *s, Event impact) {
+    if (impact.kind == WALL_IMPACT)
+        return (Bodies){impact.disc, -1 - (Index)s->predictions[impact.disc].obstacle};
+    return pair_of(s, impact.disc);
+}
+
+/* Replace the lower bound of the time of disc `i`'s impact by the time itself; its next event may be another now. */
+static inline void solve_impact(State *s, Index i) {
+    Prediction *p = &s->predictions[i];
+    p->impact_time = pair_event_time(s, i, p->partner);
+    p->exact = true;
+}
+
+/* ---- the event of all discs ---- */
+
+/* Return the disc that has the same impact at `time` as disc `i` for its next event: its partner, or `i` itself. */
+static inline Index other_holder(const State *s, Index i, double time) {
+    const Prediction *p = &s->predictions[i];
+    if (p->partner == NOBODY || p->impact_time != time)
+        return i;
+    const Prediction *other = &s->predictions[p->partner];
+    if (other->partner != i || other->partner_impacts != s->discs[i].impacts || other->exit_time <= time)
+        return i;
+    return p->partner;
+}
+
+/* Return the event to continue with if several discs have one at `time`.
+
+   What is not yet a certain impact comes first, as long as there is any; then the impact that is first by (first, second).
+   Of its impacts at one time a disc stores the first, so the first of all is stored. */
+static inline Event first_of_tie(State *s, double time) {
+    Event event;
+    Event first = {POSTPONED, NOBODY};
+    Bodies least = {s->disc_count, 0};
+    event.disc = next_not_after(&s->queue, 0, time);
+    while (event.disc < s->disc_count) {
+        event.kind = event_of(s, event.disc);
+        if (event.kind == BOUNDED) {
+            solve_impact(s, event.disc);
+            return (Event){POSTPONED, event.disc};
+        }
+        if (event.kind == CROSSING || event.kind == STALE)
+            return event;
+        Bodies bodies = bodies_of(s, event);
+        if (bodies.first < least.first || (bodies.first == least.first && bodies.second < least.second)) {
+            first = event;
+            least = bodies;
+        }
+        event.disc = next_not_after(&s->queue, event.disc + 1, time);
+    }
+    return first;
+}
+
+/* Return the next event of all, where disc `i` is the earliest in the queue. */
+static inline Event next_event(State *s, Index i) {
+    EventKind kind = event_of(s, i);
+    if (kind == BOUNDED) {
+        solve_impact(s, i);
+        kind = event_of(s, i);
+        if (kind == CROSSING) /* before the impact, but perhaps after the event of another disc */
+            return (Event){POSTPONED, i};
+    }
+    if (kind == CROSSING || kind == STALE)
+        return (Event){kind, i};
+    double time = event_time(&s->predictions[i]);
+    /* Mostly this impact is the next of all by far. It changes the disc's path, so the queue need not store its time. */
+    if (time < earliest_except(&s->queue, i, other_holder(s, i, time)))
+        return (Event){kind, i};
+    if (CAROM_UNLIKELY(s->queue.time[i] == time))
+        return first_of_tie(s, time);
+    return (Event){POSTPONED, i};
+}
+
+#endif

@@ -1,0 +1,51 @@
+/* Time of impact of a disc on any feature of a wall, in straight uniform motion, and the normal at a touch. */
+
+#ifndef CAROM_FEATURE_TIME_H
+#define CAROM_FEATURE_TIME_H
+
+#include <math.h>
+#include <stdbool.h>
+
+#include "carom/core/arc.h"
+#include "carom/core/face.h"
+#include "carom/core/feature.h"
+#include "carom/core/half_plane.h"
+
+/* A unit vector. */
+typedef struct Direction {
+    double x;
+    double y;
+} Direction;
+
+/* Return when a disc touches a feature.
+
+   `just_left`: the feature is the last thing that the disc met, on its present path. A straight path returns only to an
+   arc from inside. */
+static inline Touch feature_time(const Mover *disc, const Feature *feature, bool just_left) {
+    if (feature->kind == INNER_ARC)
+        return inner_arc_time(disc, feature, just_left);
+    if (just_left)
+        return (Touch){CAROM_INF, false};
+    if (feature->kind == FACE)
+        return (Touch){face_time(disc, feature), false};
+    if (feature->kind == PLANE) {
+        double time = wall_time(disc->x.high, disc->y.high, disc->ux.high, disc->uy.high, disc->radius, feature->x.high,
+                                feature->y.high, feature->nx, feature->ny);
+        return (Touch){time, false};
+    }
+    return (Touch){outer_arc_time(disc, feature), false};
+}
+
+/* Return the unit vector from a feature to a disc that touches it. */
+static inline Direction normal_at(const Feature *feature, const Mover *disc) {
+    if (feature->kind == FACE || feature->kind == PLANE)
+        return (Direction){feature->nx, feature->ny};
+    double x = offset_between(disc->x, feature->x).high;
+    double y = offset_between(disc->y, feature->y).high;
+    double distance = sqrt(x * x + y * y);
+    if (feature->kind == INNER_ARC)
+        return (Direction){-x / distance, -y / distance};
+    return (Direction){x / distance, y / distance};
+}
+
+#endif

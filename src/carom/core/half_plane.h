@@ -1,0 +1,50 @@
+/* Time of impact of a disc on the line of a half-plane, in straight uniform motion.
+
+   The free side of the wall is (p - q).n >= 0, with a point q and a unit normal n that are used as the floats given.
+   The disc's rim is at gap = (p - q).n - r, closes at -v.n, and touches after their quotient. Offset, radius and
+   products are error-free pairs: near contact, plain floats have errors of up to 1e14 units in the last place. The
+   time is right to within 2 units in the last place. `carom/physics/wall_time.py` is the plain form. Lengths are in
+   metres, velocities in metres per second, times in seconds. */
+
+#ifndef CAROM_HALF_PLANE_H
+#define CAROM_HALF_PLANE_H
+
+#include "carom/core/pair.h"
+
+/* Return the distance of a disc's rim from a wall, negative inside the wall. */
+static inline DoubleDouble wall_gap(double x, double y, double radius, double qx, double qy, double nx, double ny) {
+    DoubleDouble dx = two_diff(x, qx);
+    DoubleDouble dy = two_diff(y, qy);
+    TripleDouble total = add_product(add_product(empty_sum(), dx.high, nx), dx.low, nx);
+    total = add_product(add_product(total, dy.high, ny), dy.low, ny);
+    return round_sum(add_product(total, -radius, 1.0));
+}
+
+/* Return the velocity along a wall's normal, negative towards the wall. */
+static inline DoubleDouble wall_speed(double vx, double vy, double nx, double ny) {
+    return round_sum(add_product(add_product(empty_sum(), vx, nx), vy, ny));
+}
+
+/* Return the root of `gap + speed * t`, corrected once by its residual. */
+static inline double linear_root(DoubleDouble gap, DoubleDouble speed) {
+    double t = -gap.high / speed.high;
+    DoubleDouble product = two_prod(t, speed.high);
+    return t - (((gap.high + product.high) + product.low) + (gap.low + t * speed.low)) / speed.high;
+}
+
+/* Return the seconds until a disc touches a wall: 0 where it touches or overlaps and approaches, infinity for never. */
+static inline double wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx,
+                               double ny) {
+    Bounded toward = approach(vx, vy, nx, ny);
+    if (toward.value > toward.error)
+        return CAROM_INF;
+    DoubleDouble speed = wall_speed(vx, vy, nx, ny);
+    if (!(speed.high < 0.0))
+        return CAROM_INF;
+    DoubleDouble gap = wall_gap(x, y, radius, qx, qy, nx, ny);
+    if (gap.high <= 0.0)
+        return 0.0;
+    return linear_root(gap, speed);
+}
+
+#endif

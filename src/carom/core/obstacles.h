@@ -1,0 +1,214 @@
+/* Lists of obstacles: for each cell those that a disc in it may meet, and few others.
+
+   Four cells, a tile, share a list. The grid is halved again and again, and each half keeps those of the whole's obstacles
+   that come near it. So an obstacle that is near few tiles costs the others nothing. A tile has the place of its list in
+   an array of lists. Each list contains numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles
+   share the first list, which is empty.
+
+   Where no disc can be, wholly behind a wall, a tile has the list of all obstacles: it may be too long, but it misses
+   none. A tile at the rim is unbounded outwards, but its list is not: a disc that leaves the area of the lists checks all
+   obstacles. */
+
+#ifndef CAROM_OBSTACLES_H
+#define CAROM_OBSTACLES_H
+
+#include <math.h>
+#include <string.h>
+
+#include "carom/core/motion.h"
+#include "carom/core/prescribed.h"
+#include "carom/core/state.h"
+
+/* ---- tiles and an obstacle ---- */
+
+typedef enum Side { /* of an obstacle, on which tiles are */
+    CLEAR = 0,      /* no disc in them meets it */
+    NEARBY = 1,
+    BEHIND = 2, /* no disc can be there */
+} Side;
+
+typedef struct Tiles { /* a block of tiles; the ring of cells is part of those at the rim */
+    Index left;
+    Index right; /* one past the last */
+    Index low;
+    Index high;
+} Tiles;
+
+/* Return where row or column `k` of `count` begins. The first begins, and the last ends, OUTWARD cells beyond the grid. */
+static inline double line_between(double begin, double width, Index count, Index k) {
+    if (k <= 1)
+        return begin - OUTWARD * width;
+    return begin + (double)(k <= count ? k - 1 : count + OUTWARD) * width;
+}
+
+/* Return the box of some tiles. */
+static inline Box box_of(const Grid *g, const Tiles *tiles) {
+    return (Box){
+        line_between(g->x0, g->width, g->columns, 2 * tiles->left),
+        line_between(g->x0, g->width, g->columns, 2 * tiles->right),
+        line_between(g->y0, g->width, g->rows, 2 * tiles->low),
+        line_between(g->y0, g->width, g->rows, 2 * tiles->high),
+    };
+}
+
+/* Return on which side of a wall a box of tiles is: near it if its middle is within a radius and half a diagonal of it.
+
+   Half the sum of the sides stands for half the diagonal, which is .71 of it for a tile: the rest, .29 of a tile's width,
+   covers the roundings of a path. */
+static inline Side side_of_wall(const Grid *g, const Wall *wall, const Box *box) {
+    double reach = g->radius + 0.5 * ((box->right - box->left) + (box->high - box->low));
+    double dx = 0.5 * (box->left + box->right) - wall->x;
+    double dy = 0.5 * (box->low + box->high) - wall->y;
+    Bounded distance = approach(dx, dy, wall->nx, wall->ny);
+    if (distance.value + distance.error < -reach)
+        return BEHIND;
+    return distance.value - distance.error >= reach ? CLEAR : NEARBY;
+}
+
+/* Return whether a place, relative to the centre, is in an arc's sector, or so near that rounding leaves it undecided. */
+static inline bool may_be_in_sector(const Feature *arc, double x, double y) {
+    double open = 4.0 * CAROM_ERROR * arc->size.high * (fabs(x) + fabs(y));
+    bool after_first = arc->ex.high * y - arc->ey.high * x >= -open;
+    bool before_last = arc->fx.high * y - arc->fy.high * x <= open;
+    return arc->whole || (arc->reflex ? after_first || before_last : after_first && before_last);
+}
+
+/* Return how far a point is from a feature that is no plane.
+
+   The bound is that of about twenty roundings of the lengths involved. At an end of an arc the distance is the same from
+   its circle and from its end, so it does not matter which of them decides there. */
+static inline Bounded distance_to(const Feature *f, double x, double y) {
+    double dx = x - f->x.high;
+    double dy = y - f->y.high;
+    double lengths = fabs(x) + fabs(y) + fabs(f->x.high) + fabs(f->y.high) + f->size.high;
+    Bounded found = {0.0, 4.0 * CAROM_ERROR * lengths};
+    if (f->kind == VERTEX) {
+        found.value = sqrt(dx * dx + dy * dy);
+    } else if (f->kind == FACE) {
+        double ex = f->ex.high;
+        double ey = f->ey.high;
+        double part = lesser(greater((dx * ex + dy * ey) / (ex * ex + ey * ey), 0.0), 1.0);
+        dx -= part * ex;
+        dy -= part * ey;
+        found.value = sqrt(dx * dx + dy * dy);
+    } else if (may_be_in_sector(f, dx, dy)) {
+        found.value = fabs(sqrt(dx * dx + dy * dy) - f->size.high);
+    } else {
+        double to_first = (dx - f->ex.high) * (dx - f->ex.high) + (dy - f->ey.high) * (dy - f->ey.high);
+        double to_last = (dx - f->fx.high) * (dx - f->fx.high) + (dy - f->fy.high) * (dy - f->fy.high);
+        found.value = sqrt(lesser(to_first, to_last));
+    }
+    return found;
+}
+
+/* Return on which side of a feature a box of tiles is, as `side_of_wall` does. */
+static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *box) {
+    if (f->kind == PLANE) {
+        Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
+        return side_of_wall(g, &plane, box);
+    }
+    double reach = g->radius + f->half_width + 0.5 * ((box->right - box->left) + (box->high - box->low));
+    Bounded distance = distance_to(f, 0.5 * (box->left + box->right), 0.5 * (box->low + box->high));
+    return distance.value - distance.error >= reach ? CLEAR : NEARBY;
+}
+
+/* ---- lists ---- */
+
+/* Append a list; return whether there was memory. */
+static inline bool append_list(State *s, const int *numbers, Index count) {
+    Grid *g = &s->grid;
+    if (g->listed + count + 1 > g->list_capacity) {
+        Index capacity = 2 * g->list_capacity + count + 64;
+        int *lists = s->resize(g->lists, (size_t)g->listed * sizeof(int), (size_t)capacity * sizeof(int));
+        if (lists == NULL)
+            return false;
+        g->lists = lists;
+        g->list_capacity = capacity;
+    }
+    memcpy(g->lists + g->listed, numbers, (size_t)count * sizeof(int));
+    g->lists[g->listed + count] = NO_OBSTACLE;
+    g->listed += count + 1;
+    return true;
+}
+
+/* Give some tiles the list at a place in `Grid.lists`. */
+static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
+    bool has_obstacles = g->lists[FULL_LIST] != NO_OBSTACLE;
+    for (Index row = tiles->low; row < tiles->high; row++) {
+        for (Index column = tiles->left; column < tiles->right; column++) {
+            bool is_at_rim = row == 0 || column == 0 || row == g->rows / 2 || column == g->columns / 2;
+            g->list_of[row * g->tiles + column] = 2 * (unsigned int)place + (has_obstacles && is_at_rim);
+        }
+    }
+}
+
+/* Give some tiles their lists, of the `known` obstacles of the whole; return whether there was memory.
+
+   After `known` there is room for as many numbers for each halving. */
+static inline bool list_for_tiles(State *s, Tiles tiles, int *known, Index count) {
+    Grid *g = &s->grid;
+    int *kept = known + count;
+    Index kept_count = 0;
+    Box box = box_of(g, &tiles);
+    for (Index k = 0; k < count; k++) {
+        Side side = s->feature_count > 0 ? side_of_feature(g, &s->features[known[k]], &box)
+                                         : side_of_wall(g, &s->walls[known[k]], &box);
+        if (side == BEHIND) {
+            assign_list(g, &tiles, FULL_LIST);
+            return true;
+        }
+        kept[kept_count] = known[k];
+        kept_count += side == NEARBY;
+    }
+    if (kept_count == 0) {
+        assign_list(g, &tiles, EMPTY_LIST);
+        return true;
+    }
+    Index width = tiles.right - tiles.left;
+    Index height = tiles.high - tiles.low;
+    if (width == 1 && height == 1) {
+        assign_list(g, &tiles, g->listed);
+        return append_list(s, kept, kept_count);
+    }
+    Tiles half = tiles;
+    if (width >= height)
+        half.right = tiles.left = tiles.left + width / 2;
+    else
+        half.high = tiles.low = tiles.low + height / 2;
+    return list_for_tiles(s, half, kept, kept_count) && list_for_tiles(s, tiles, kept, kept_count);
+}
+
+/* Give every tile the list of what a disc in it may meet, except driven walls; return whether there was memory. */
+static inline bool list_obstacles(State *s) {
+    Grid *g = &s->grid;
+    bool has_features = s->feature_count > 0;
+    Index count = has_features ? s->feature_count : s->wall_count;
+    Tiles all = {0, g->tiles, 0, g->rows / 2 + 1};
+    g->area.left = line_between(g->x0, g->width, g->columns, 1);
+    g->area.right = line_between(g->x0, g->width, g->columns, g->columns + 1);
+    g->area.low = line_between(g->y0, g->width, g->rows, 1);
+    g->area.high = line_between(g->y0, g->width, g->rows, g->rows + 1);
+    /* For the whole, and for at most COLUMN_BITS halvings in each direction. */
+    int *numbers = s->resize(NULL, 0, (2 * COLUMN_BITS + 2) * (size_t)(count + 1) * sizeof(int));
+    if (numbers == NULL)
+        return false;
+    Index kept_count = 0;
+    for (Index k = 0; k < count; k++) {
+        numbers[kept_count] = (int)k;
+        kept_count += !has_features || !is_driven_wall(&s->driving, s->features[k].wall);
+    }
+    bool is_done = append_list(s, numbers, 0) && append_list(s, numbers, kept_count) &&
+                   list_for_tiles(s, all, numbers, kept_count);
+    s->resize(numbers, 0, 0);
+    return is_done;
+}
+
+/* Return whether a disc is in the area of the lists now and after a wait, and so at any time between. */
+static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
+    Point end = position_after(a, wait); /* NaN if the wait is infinite: not in the area */
+    bool is_inside = (g->area.left <= a->x) & (a->x <= g->area.right) & (g->area.low <= a->y) & (a->y <= g->area.high);
+    return is_inside & (g->area.left <= end.x) & (end.x <= g->area.right) & (g->area.low <= end.y) &
+           (end.y <= g->area.high);
+}
+
+#endif

@@ -1,0 +1,173 @@
+"""Declarations of `state.h` and `two_discs.h` for the binding and the tests."""
+
+from carom.core.carom_core cimport Corners, Impact, Index, Law, Recent, Record, Resize, Turning, Wall, c_bool
+from carom.core.primitives cimport Feature
+
+cdef extern from "carom/core/state.h" nogil:
+    enum:
+        NO_OBSTACLE
+        NO_BODY
+        PLACES
+
+    enum Ending:
+        CRUSHED
+        NO_MEMORY
+
+    struct Disc:
+        double x
+        double y
+        double vx
+        double vy
+        double time
+        double radius
+        double inverse_mass
+        int impacts
+        int last
+
+    struct Prediction:
+        double impact_time
+        double exit_time
+        int partner
+        int partner_impacts
+        int cell
+        short obstacle
+        signed char edge
+        signed char exact
+
+    struct ToAndFro:
+        int last
+        int last_obstacle
+        int across
+        int across_obstacle
+        double nx
+        double ny
+        Index row
+
+    struct Cell:
+        int disc[2]
+
+    struct Box:
+        pass
+
+    struct Grid:
+        Cell *cells
+        int *chain
+        unsigned int *list_of
+        int *lists
+        double x0
+        double y0
+        double width
+        double extent
+        Index columns
+        Index rows
+        Index stride
+
+    struct Block:
+        Index first
+        Index lines
+        Index to_line
+        Index to_cell
+
+    struct Candidates:
+        int *disc
+
+    struct Queue:
+        double *time
+        int *holder
+
+    struct Clock:
+        double now
+        double epoch
+        double epoch_rest
+        double reported
+
+    struct Counts:
+        Index impacts
+        Index wall_impacts
+        Index predictions
+        Index stale
+        Index crossings
+        Index beyond
+        Index choices
+        Index epochs
+        Index epoch_impacts
+        Index at_instant
+        Index predicted
+        Index too_far
+
+    ctypedef c_bool (*IsCrushed)(void *context, int disc) noexcept nogil
+
+    struct State:
+        Disc *discs
+        Prediction *predictions
+        Wall *walls
+        Feature *features
+        double *last_impact
+        Turning *turning
+        Index disc_count
+        Index wall_count
+        Index gliding
+        Clock clock
+        Law law
+        Counts counts
+        Grid grid
+        Queue queue
+        Candidates candidates
+        Record record
+        Box visited
+        ToAndFro *to_and_fro
+        Resize resize
+
+    struct RunInput:
+        const double *position
+        const double *velocity
+        const double *radius
+        const double *mass
+        const double *spin
+        const double *inertia
+        Index disc_count
+        Index wall_count
+        const double *walls
+        const double *features
+        const double *materials
+        const double *driven
+        const double *legs
+        Index feature_count
+        Index driven_count
+        Index leg_count
+        double cell_factor
+        Index standstill
+        bint has_finite_walls
+        Law law
+        Resize resize
+        Corners corners
+        IsCrushed is_crushed
+        void *context
+
+    size_t carom_set_up(State *s, const RunInput *input)
+    bint carom_begin(State *s, const RunInput *input, void *memory)
+    Ending carom_advance(State *s, double until, Index impacts, Index events)
+    void carom_record(State *s, Recent *recent, double begin, double end)
+    void carom_resume(State *s)
+    Index carom_gliding_wall(const State *s)
+    size_t carom_allocated(const State *s)
+    void carom_release(State *s)
+
+cdef extern from "carom/core/two_discs.h" nogil:
+    struct FreeDisc:
+        double x
+        double y
+        double vx
+        double vy
+        double radius
+        double inverse_mass
+
+    struct TwoDiscsResult:
+        Impact impact
+        double position[4]
+        double velocity[4]
+        bint has_impact
+
+    bint solve_two_discs_in_c "solve_two_discs"(
+        FreeDisc first, FreeDisc second, double restitution, double end, TwoDiscsResult *result
+    )

@@ -1,0 +1,222 @@
+# distutils: sources = src/carom/core/event_driven.c
+"""Python binding of the event-driven loop, `event_driven.c`: PIC for any number of discs, and for two discs alone."""
+
+from cpython.bytes cimport PyBytes_FromStringAndSize
+from libc.stdint cimport uintptr_t
+
+from carom.core.laws cimport law_of
+from carom.core.record_rows cimport ambiguous_rows, carom_enlarge, free_record, release_rows
+
+import numpy as np
+
+cdef Disc _disc
+DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
+cdef ToAndFro _to_and_fro
+TO_AND_FRO_DTYPE = np.asarray(<ToAndFro[:1]>&_to_and_fro).dtype
+
+
+cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noexcept with gil:
+    """Ask Python whether the order of impacts on two features matters: at corners, so rarely."""
+    return (<object>context)(one, other, elastic)
+
+
+cdef c_bool is_crushed(void *context, int disc) noexcept with gil:
+    run = <Kernel>context
+    return run.crushes(run, disc)
+
+
+cdef class Kernel:
+    """A PIC run of discs and walls, and the rows of its impacts: `carom.solvers.rows.RecordedImpacts` is their log.
+
+    Args:
+        start: The discs and walls, `carom.disc_arrays.DiscArrays`.
+        obstacles: What a disc can meet of the walls, and what is driven,
+            `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is driven and all walls are half-planes
+            with the coefficients of the law.
+        crushes: Called with this kernel and the number of a disc that has gone to and fro for long. Returns whether it
+            is crushed.
+        contact_duration: Of the TC model, seconds; 0 for none.
+        standstill: Number of impacts at one instant after which time no longer advances.
+        cell_factor: Factor on the width of a cell; infinity for a single one.
+
+    Raises:
+        ValueError: There are more discs or obstacles than can be numbered.
+    """
+
+    cdef State s
+    cdef object memory
+    cdef object recent_memory
+    cdef object is_order_free
+    cdef object crushes
+
+    def __cinit__(self, start, obstacles, crushes, double contact_duration, Index standstill, double cell_factor):
+        cdef RunInput given
+        cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
+        cdef const double[:, ::1] velocity = np.ascontiguousarray(start.velocity_m_s, np.float64)
+        cdef const double[::1] radius = np.ascontiguousarray(start.radius_m, np.float64)
+        cdef const double[::1] mass = np.ascontiguousarray(start.mass_kg, np.float64)
+        given.position, given.velocity, given.radius, given.mass = &position[0, 0], &velocity[0, 0], &radius[0], &mass[0]
+        given.disc_count, given.wall_count = radius.shape[0], len(start.walls)
+        cdef const double[::1] spin, inertia
+        given.spin = given.inertia = NULL
+        if start.turns:
+            spin, inertia = np.ascontiguousarray(start.spins), np.ascontiguousarray(start.inertia)
+            given.spin, given.inertia = &spin[0], &inertia[0]
+        cdef const double[:, ::1] walls, features, materials, driven, legs
+        given.walls = given.features = given.materials = given.driven = given.legs = NULL
+        given.feature_count = given.driven_count = given.leg_count = 0
+        if obstacles is None:
+            walls = np.array(start.walls, np.float64).reshape(-1, 4)
+            given.walls = &walls[0, 0]
+        else:
+            features, driven, legs = obstacles.rows, obstacles.driven, obstacles.legs
+            materials = np.array(start.materials, np.float64).reshape(-1, 2)
+            given.features, given.feature_count = &features[0, 0], features.shape[0]
+            given.materials = &materials[0, 0]
+            given.driven, given.driven_count = &driven[0, 0], driven.shape[0]
+            given.legs, given.leg_count = &legs[0, 0], legs.shape[0]
+        given.cell_factor, given.standstill = cell_factor, standstill
+        given.has_finite_walls = not start.has_half_planes
+        given.law = law_of(start, contact_duration)
+        given.resize = carom_enlarge
+        self.is_order_free, self.crushes = None if obstacles is None else obstacles.decides, crushes
+        given.corners.is_order_free, given.corners.context = is_order_free, <void *>self.is_order_free
+        given.is_crushed, given.context = is_crushed, <void *>self
+        cdef size_t size = carom_set_up(&self.s, &given)
+        if size == 0:
+            raise ValueError("more discs or obstacles than can be numbered")
+        # One array, for which a system uses large pages where it is large: far fewer to look up.
+        self.memory = np.empty(size + 64, np.uint8)
+        cdef unsigned char[::1] memory = self.memory
+        if not carom_begin(&self.s, &given, <void *>((<uintptr_t>&memory[0] + 63) // 64 * 64)):
+            raise MemoryError("no memory for the obstacles of the cells")
+
+    def __dealloc__(self):
+        free_record(&self.s.record)
+        carom_release(&self.s)
+
+    def run(self, double until, Index impacts, Index events):
+        """Advance the run; return how that ended, an `Ending` of state.h.
+
+        Args:
+            until: Apply impacts up to and including this time, seconds since the start.
+            impacts: Number of impacts, counted from the start, after which no other is applied.
+            events: About how many events to process.
+        """
+        cdef Ending ending
+        with nogil:
+            ending = carom_advance(&self.s, until, impacts, events)
+        if ending == NO_MEMORY:
+            raise MemoryError("no memory for more recorded impacts: record a window of them, or none")
+        return ending
+
+    def record(self, double begin, double end):
+        """Record the impacts from now on that are reported within these times, since the start."""
+        self.recent_memory = np.empty(self.s.disc_count * sizeof(Recent), np.uint8)
+        cdef unsigned char[::1] recent = self.recent_memory
+        carom_record(&self.s, <Recent *>&recent[0], begin, end)
+
+    def take_impacts(self):
+        """Return what `release_rows` does, see record_rows.pxd."""
+        return release_rows(&self.s.record)
+
+    def ambiguous(self):
+        """Return the numbers of the ambiguous impacts, counted from the first recorded one."""
+        return ambiguous_rows(&self.s.record)
+
+    @property
+    def recorded(self):
+        """Number of impacts recorded so far."""
+        return self.s.record.released + self.s.record.count
+
+    cdef rows(self, void *begin, size_t size):
+        """Return a view of a part of the run's memory."""
+        cdef const unsigned char[::1] memory = self.memory
+        cdef size_t start = <const unsigned char *>begin - &memory[0]
+        return self.memory[start:start + size]
+
+    @property
+    def discs(self):
+        """A view of the rows of all discs: an array with the fields of `Disc` in state.h."""
+        return self.rows(self.s.discs, self.s.disc_count * sizeof(Disc)).view(DISC_DTYPE)
+
+    @property
+    def counts(self):
+        """Work so far, by name: see `Counts` in state.h."""
+        return self.s.counts
+
+    @property
+    def clock(self):
+        """Times, by name: see `Clock` in state.h."""
+        return self.s.clock
+
+    @property
+    def gliding(self):
+        """After `GLIDES`: the disc that glides, and the wall along which."""
+        return self.s.gliding, carom_gliding_wall(&self.s)
+
+    @property
+    def nbytes(self):
+        """Bytes of the run's memory, without recorded impacts."""
+        return self.memory.nbytes + carom_allocated(&self.s)
+
+    cdef last_impacts(self):
+        """Return a view of the times of each disc's last impact, in a run with the TC model, else nothing."""
+        cdef size_t size = self.s.disc_count * sizeof(double) if self.s.law.contact_duration > 0.0 else 0
+        return self.rows(self.s.last_impact, size)
+
+    @property
+    def spins(self):
+        """A view of the spins of all discs; None if no disc spins."""
+        size = self.s.disc_count * sizeof(Turning)
+        return self.rows(self.s.turning, size).view(np.float64)[::2] if self.s.record.has_spins else None
+
+    @property
+    def to_and_fro(self):
+        """A view of `ToAndFro` of each disc: an array with its fields in state.h; None if no body is driven."""
+        size = self.s.disc_count * sizeof(ToAndFro)
+        return None if self.s.to_and_fro == NULL else self.rows(self.s.to_and_fro, size).view(TO_AND_FRO_DTYPE)
+
+    def state(self):
+        """Return a copy of all that the run needs to continue, by name: predictions are rebuilt."""
+        recent = self.recent_memory.copy() if self.s.record.is_wanted else None
+        return {
+            "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
+            "clock": self.s.clock, "counts": self.s.counts,
+            "spins": self.spins.copy() if self.s.record.has_spins else None,
+            "to_and_fro": None if self.s.to_and_fro == NULL else self.to_and_fro.copy(),
+        }
+
+    def resume(self, state):
+        """Continue a run of the same discs and walls, with a contact duration if this one has one, from its state."""
+        self.discs[:] = state["discs"]
+        last_impacts = self.last_impacts()
+        last_impacts[:] = state["last_impacts"][:len(last_impacts)]
+        if self.s.record.is_wanted and state["recent"] is not None:
+            self.recent_memory[:] = state["recent"]
+        if self.s.record.has_spins:
+            self.spins[:] = state["spins"]
+        if self.s.to_and_fro != NULL:
+            self.to_and_fro[:] = state["to_and_fro"]
+        self.s.clock, self.s.counts = state["clock"], state["counts"]
+        carom_resume(&self.s)
+
+
+cdef FreeDisc free_disc(model) except *:
+    x, y = model.position_m
+    vx, vy = model.velocity_m_s
+    return FreeDisc(x, y, vx, vy, model.radius_m, 1.0 / <double> model.mass_kg)
+
+
+def solve_two_discs(first, second, double restitution, double end):
+    """Solve a scene of two discs without walls.
+
+    Returns:
+        The rows of its impacts, none or one, and the positions and velocities at the end, shape ``(2, 2, 2)``, as bytes.
+        None if that takes the event loop: a number is not of an ordinary size (`carom.limits`), or they meet too far out.
+    """
+    cdef TwoDiscsResult result
+    if not solve_two_discs_in_c(free_disc(first), free_disc(second), restitution, end, &result):
+        return None
+    impacts = PyBytes_FromStringAndSize(<char *>&result.impact, sizeof(Impact) * result.has_impact)
+    return impacts, PyBytes_FromStringAndSize(<char *>result.position, 8 * sizeof(double))

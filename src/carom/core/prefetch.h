@@ -1,0 +1,83 @@
+/* Prefetching: memory that the next event needs is loaded while this one is processed. No result depends on it.
+
+   Each row tells where the next one is: a disc, then its partner and its cells, then the discs in these cells. */
+
+#ifndef CAROM_PREFETCH_H
+#define CAROM_PREFETCH_H
+
+#include "carom/core/grid.h"
+#include "carom/core/state.h"
+
+#if defined(__GNUC__)
+/* GCC takes a function that only prefetches for one without effect and removes its calls, hence the empty statement. */
+#define CAROM_PREFETCH(place)      \
+    do {                           \
+        __builtin_prefetch(place); \
+        __asm__ volatile("");      \
+    } while (0)
+#else
+#define CAROM_PREFETCH(place) ((void)(place))
+#endif
+
+enum {
+    /* Discs from which on memory is prefetched, since their rows no longer fit into a cache. Without it a run of 8,000
+       takes 1.01 of the time, one of 16,000 .91, one of 30,000 .78 (on a processor with 1 MB of cache to itself). */
+    PREFETCH_FROM = 10000
+};
+
+static inline void prefetch_disc(const State *s, Index i) {
+    Index match = s->queue.level[1] + (i >> 3);
+    CAROM_PREFETCH(s->discs + i);
+    CAROM_PREFETCH(s->predictions + i);
+    CAROM_PREFETCH(s->queue.time + i);
+    CAROM_PREFETCH(s->queue.time + match);
+    CAROM_PREFETCH(s->queue.holder + match);
+    if (s->record.is_wanted)
+        CAROM_PREFETCH(s->record.recent + i);
+}
+
+static inline void prefetch_cells(const State *s, Index i) {
+    Block block = cells_around(s, i);
+    for (Index line = 0; line < 3; line++) {
+        const Cell *cells = s->grid.cells + block.first + line * block.to_line;
+        CAROM_PREFETCH(cells);
+        CAROM_PREFETCH(&cells[2].disc[PLACES - 1]);
+    }
+    Index cell = s->predictions[i].cell;
+    CAROM_PREFETCH(s->grid.list_of + tile_of(&s->grid, cell >> COLUMN_BITS, cell & COLUMN_MASK));
+}
+
+/* Prefetch the rows of disc `i`'s partner, and the cells around disc `i`. */
+static inline void prefetch_surroundings(const State *s, Index i) {
+    Index partner = s->predictions[i].partner;
+    Index last = s->discs[i].last;
+    if (partner != NOBODY) {
+        CAROM_PREFETCH(s->discs + partner);
+        CAROM_PREFETCH(s->predictions + partner);
+        CAROM_PREFETCH(s->queue.time + partner);
+        if (s->record.is_wanted)
+            CAROM_PREFETCH(s->record.recent + partner);
+    }
+    CAROM_PREFETCH(s->discs + (last > 0 ? last : 0));
+    prefetch_cells(s, i);
+}
+
+static inline void prefetch_neighbours(const State *s, Index i) {
+    Block block = cells_around(s, i);
+    for (Index line = 0; line < 3; line++) {
+        for (Index k = 0; k < 3; k++) {
+            const Cell *cell = s->grid.cells + block.first + line * block.to_line + k;
+            for (Index place = 0; place < PLACES; place++) {
+                Index j = cell->disc[place];
+                CAROM_PREFETCH(s->discs + (j > 0 ? j : 0));
+            }
+        }
+    }
+}
+
+static inline void prefetch_partner_cells(const State *s, Index i) {
+    if (s->predictions[i].partner != NOBODY)
+        prefetch_cells(s, s->predictions[i].partner);
+}
+
+#endif

@@ -1,0 +1,126 @@
+/* Recorded impacts: rows, and memory for them. */
+
+#ifndef CAROM_RECORD_H
+#define CAROM_RECORD_H
+
+#include <math.h>
+
+#include "carom/core/ambiguity.h"
+#include "carom/core/carom_core.h"
+#include "carom/core/constants.h"
+
+static inline bool is_recorded(const Record *r, double time) {
+    return r->is_wanted && r->begin <= time && time <= r->end;
+}
+
+/* Enlarge the rows to a capacity; return whether there was memory. */
+static inline bool resize_rows(Record *r, Index capacity) {
+    if (r->has_spins) {
+        Spins *spins = r->resize(r->spins, (size_t)r->count * sizeof(Spins), (size_t)capacity * sizeof(Spins));
+        if (spins == NULL)
+            return false;
+        r->spins = spins;
+    }
+    if (r->has_contacts) {
+        Contact *contacts =
+            r->resize(r->contacts, (size_t)r->count * sizeof(Contact), (size_t)capacity * sizeof(Contact));
+        if (contacts == NULL)
+            return false;
+        r->contacts = contacts;
+    }
+    Impact *rows = r->resize(r->rows, (size_t)r->count * sizeof(Impact), (size_t)capacity * sizeof(Impact));
+    if (rows == NULL)
+        return false;
+    r->rows = rows;
+    r->capacity = capacity;
+    return true;
+}
+
+/* Make room for one more impact; return whether there is any. */
+static inline bool reserve_row(Record *r) {
+    if (CAROM_UNLIKELY(r->count == r->capacity)) {
+        Index capacity =
+            r->capacity < (Index)1 << 22 ? 4 * r->capacity + 256 : r->capacity + r->capacity / 2;
+        if (!resize_rows(r, capacity))
+            return false;
+    }
+    if (CAROM_UNLIKELY(r->ambiguous_count == r->ambiguous_capacity)) {
+        Index capacity = 2 * r->ambiguous_capacity + 64;
+        int64_t *ambiguous = r->resize(r->ambiguous, (size_t)r->ambiguous_count * sizeof(int64_t),
+                                       (size_t)capacity * sizeof(int64_t));
+        if (ambiguous == NULL)
+            return false;
+        r->ambiguous = ambiguous;
+        r->ambiguous_capacity = capacity;
+    }
+    return true;
+}
+
+/* Write an impact that was just applied to the next row; `reserve_row` has made room.
+
+   x, y and `feature` are those of a `Contact`. The velocity of a wall after is that before. */
+static inline void write_impact_row(Record *r, double time, Index first, Index second, double nx, double ny,
+                                    const Before *before, const double *after1, const double *after2,
+                                    const Spins *spins, double x, double y, Index feature) {
+    Impact *row = &r->rows[r->count];
+    row->time = time;
+    row->first = first;
+    row->second = second;
+    row->normal[0] = nx;
+    row->normal[1] = ny;
+    row->first_before[0] = before->first[0];
+    row->first_before[1] = before->first[1];
+    row->second_before[0] = before->second[0];
+    row->second_before[1] = before->second[1];
+    row->first_after[0] = after1[0];
+    row->first_after[1] = after1[1];
+    row->second_after[0] = after2[0];
+    row->second_after[1] = after2[1];
+    if (r->has_spins)
+        r->spins[r->count] = *spins;
+    if (r->has_contacts)
+        r->contacts[r->count] = (Contact){x, y, feature};
+    r->count += 1;
+}
+
+/* What decides whether an impact is ambiguous. */
+typedef struct Ambiguity {
+    double resolution; /* of its time, seconds */
+    bool slides;       /* whether friction acts between the bodies */
+    bool moves1;       /* whether each is a disc that moves */
+    bool moves2;
+    int feature; /* of a finite wall, or NO_FEATURE */
+    bool elastic; /* whether that wall loses no energy */
+} Ambiguity;
+
+/* Note an impact for those that follow it; return whether it is ambiguous itself. */
+static inline bool note_impact(const Record *r, double time, Index first, Index second, double nx, double ny,
+                               const Ambiguity *a) {
+    int feature = a->feature;
+    if (CAROM_UNLIKELY(a->slides)) { /* no impact is orthogonal to one with friction */
+        nx = ny = NAN;
+        feature = NO_FEATURE;
+    }
+    bool ambiguous =
+        a->moves1 && add_contact(&r->recent[first], time, a->resolution, nx, ny, feature, a->elastic, &r->corners);
+    if (a->moves2 && add_contact(&r->recent[second], time, a->resolution, nx, ny, feature, a->elastic, &r->corners))
+        ambiguous = true;
+    return ambiguous;
+}
+
+/* Mark the next row as ambiguous. */
+static inline void mark_ambiguous(Record *r) {
+    r->ambiguous[r->ambiguous_count] = r->released + r->count;
+    r->ambiguous_count += 1;
+}
+
+/* Record an impact that was just applied: both of the above. */
+static inline void record_impact(Record *r, double time, Index first, Index second, double nx, double ny,
+                                 const Before *before, const double *after1, const double *after2, const Spins *spins,
+                                 double x, double y, Index contact_feature, const Ambiguity *a) {
+    if (CAROM_UNLIKELY(note_impact(r, time, first, second, nx, ny, a)))
+        mark_ambiguous(r);
+    write_impact_row(r, time, first, second, nx, ny, before, after1, after2, spins, x, y, contact_feature);
+}
+
+#endif

@@ -1,0 +1,52 @@
+/* The resolution of an impact's time: what rounding of positions and of the clock makes uncertain.
+
+   `carom.solvers.impact.resolution` derives these bounds. */
+
+#ifndef CAROM_RESOLUTION_H
+#define CAROM_RESOLUTION_H
+
+#include <math.h>
+
+#include "carom/core/carom_core.h"
+#include "carom/core/constants.h"
+#include "carom/core/double_double.h"
+
+/* Return whether floats resolve the distance of two discs in contact. Further out an impact has no normal. */
+static inline bool are_distinguishable(double x1, double y1, double x2, double y2, double reach) {
+    return fabs(x1) + fabs(y1) + fabs(x2) + fabs(y2) <= CAROM_FARTHEST * reach;
+}
+
+/* Return the sum of a body's coordinates (of a wall: those of its point) and its radius, as absolute values. */
+static inline double size_of(double x, double y, double radius) {
+    return fabs(x) + fabs(y) + radius;
+}
+
+/* Return the resolution of the gap between two bodies, metres, from the sum of `size_of` of both. */
+static inline double gap_resolution(double sizes) {
+    return 5.0 * CAROM_ULP * sizes;
+}
+
+/* Return the resolution of an impact of two discs, seconds. `sizes` is the sum of `size_of` of both, u their relative
+   velocity before, `speed` its part along the normal. */
+static inline double pair_resolution(double sizes, double reach, double ux, double uy, double speed) {
+    double error = gap_resolution(sizes);
+    /* So far from a graze the first is less by a factor of two or more: for error / speed <= 2^10 error / u, and
+       graze >= sqrt(2 2^22 error^2) / u. */
+    if (CAROM_LIKELY(speed >= 0x1p-10 * (fabs(ux) + fabs(uy)) && error <= 0x1p-22 * reach && speed > 0.0))
+        return error / speed;
+    double fast = sqrt(ux * ux + uy * uy);
+    double graze = fast > 0.0 ? reach * sqrt(2.0 * (error / reach)) / fast : CAROM_INF;
+    return speed > 0.0 ? lesser(error / speed, graze) : graze;
+}
+
+/* Return the resolution of an impact on a wall, seconds. */
+static inline double wall_resolution(double sizes, double speed) {
+    return speed > 0.0 ? gap_resolution(sizes) / speed : CAROM_INF;
+}
+
+/* Return the resolution of a time since the start: the roundings of a root and of a sum with it. */
+static inline double clock_resolution(double time) {
+    return 2.0 * CAROM_ULP * time;
+}
+
+#endif

@@ -1,3 +1,0 @@
-from carom.scene import Disc
-
-def solve(first: Disc, second: Disc, restitution: float, end: float) -> tuple[bytes, bytes] | None: ...
