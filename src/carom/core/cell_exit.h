@@ -7,16 +7,18 @@
 #include "carom/core/motion.h"
 #include "carom/core/obstacles.h"
 #include "carom/core/state.h"
+#include "carom/core/touched.h"
 
 /* Find the first of some walls that a disc meets within a wait; return after what wait, and set its number.
 
    Without one, return the given wait. Of walls met at the same time (own time plus wait: two different waits can round to
    one time) the last comes first, since wall k is body -1 - k. */
-static inline double find_first_wall(const State *s, const Disc *a, const int *numbers, double wait, Index *obstacle) {
+static inline double find_first_wall(const State *s, Index i, const Disc *a, const int *numbers, double wait,
+                                     Index *obstacle) {
     *obstacle = NO_OBSTACLE;
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;
-        if (a->last == -1 - k)
+        if (a->last == -1 - k || (CAROM_UNLIKELY(s->touched != NULL) && is_touched(&s->touched[i], -1 - k)))
             continue;
         Wall w = s->walls[k];
         double found = wall_impact_wait(a, &w, wait);
@@ -32,13 +34,15 @@ static inline double find_first_wall(const State *s, const Disc *a, const int *n
 
    Of two features of one wall the one with the smaller wait comes first; if they are equal, the one with the lower number.
    Of two walls the last comes first if the times are equal. */
-static inline double find_first_feature(const State *s, const Disc *a, const int *numbers, double wait,
+static inline double find_first_feature(const State *s, Index i, const Disc *a, const int *numbers, double wait,
                                         Index *obstacle) {
     Mover mover = mover_of(a);
     *obstacle = NO_OBSTACLE;
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;
         const Feature *f = &s->features[k];
+        if (s->touched != NULL && is_touched(&s->touched[i], -1 - k))
+            continue;
         double latest = wait + CAROM_TIME_ERROR * (a->time + wait);
         double found = feature_impact_wait(a, &mover, f, a->last == -1 - k, latest);
         if (found < wait || (*obstacle != NO_OBSTACLE && f->wall != s->features[*obstacle].wall &&
@@ -67,8 +71,8 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
     bool is_at_rim = list & 1;
     double wait = crossing.wait;
     while (has_list) { /* twice at most. One place calls the functions, so that a compiler inlines them here */
-        wait = has_features ? find_first_feature(s, &a, numbers, crossing.wait, &obstacle)
-                            : find_first_wall(s, &a, numbers, crossing.wait, &obstacle);
+        wait = has_features ? find_first_feature(s, i, &a, numbers, crossing.wait, &obstacle)
+                            : find_first_wall(s, i, &a, numbers, crossing.wait, &obstacle);
         has_list = is_at_rim && !stays_in_area(g, &a, wait);
         is_at_rim = false;
         numbers = g->lists + FULL_LIST;

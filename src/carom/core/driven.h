@@ -14,6 +14,7 @@
 #include "carom/core/events.h"
 #include "carom/core/impacts.h"
 #include "carom/core/motion.h"
+#include "carom/core/parabola_impacts.h"
 #include "carom/core/prescribed.h"
 #include "carom/core/scan.h"
 #include "carom/core/state.h"
@@ -29,11 +30,13 @@ typedef struct FeatureImpact { /* of a disc with one of the features of a wall *
 
    Of equal times that of the lower number comes first. `is_on_path` says that the disc is still on the path on which it
    met its last feature. */
-static inline FeatureImpact first_impact_on_wall(const State *s, const Disc *seen, const Driven *wall, bool is_on_path,
+static inline FeatureImpact first_impact_on_wall(const State *s, Index i, const Disc *seen, const Driven *wall, bool is_on_path,
                                                  double wait) {
     Mover mover = mover_of(seen);
     FeatureImpact first = {CAROM_INF, NO_OBSTACLE};
     for (Index k = wall->first_feature; k < wall->first_feature + wall->feature_count; k++) {
+        if (is_on_path && s->touched != NULL && is_touched(&s->touched[i], -1 - k))
+            continue;
         double found = feature_impact_wait(seen, &mover, &s->features[k], is_on_path && seen->last == -1 - k, wait);
         if (found < first.wait)
             first = (FeatureImpact){found, k};
@@ -54,7 +57,7 @@ static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
         Disc seen = seen_from_leg(a, leg, begin);
         double within = lesser(leg->end, p->exit_time) - begin;
         FeatureImpact impact =
-            first_impact_on_wall(s, &seen, wall, n == first, within + CAROM_TIME_ERROR * (begin + within));
+            first_impact_on_wall(s, i, &seen, wall, n == first, within + CAROM_TIME_ERROR * (begin + within));
         double at = begin + impact.wait;
         if (at < leg->end) {
             if (at < p->exit_time || (at == p->exit_time && p->edge == NO_EDGE && p->obstacle != NO_OBSTACLE &&
@@ -97,7 +100,8 @@ static inline double driven_disc_time(const State *s, Index i, const Driven *row
         double begin = greater(start, leg->begin);
         if (begin > latest)
             break;
-        if (n == first && s->discs[i].last == j) /* they separate on their present paths: see `last_partner` */
+        bool is_parting = s->discs[i].last == j || (s->touched != NULL && is_touched(&s->touched[i], j));
+        if (n == first && is_parting) /* they separate on their present paths: see `last_partner` */
             continue;
         Disc a = s->discs[i];
         move_to(&a, begin);
@@ -128,6 +132,27 @@ static inline void predict_driven_disc(State *s, Index i, const Driven *row) {
 }
 
 /* ---- what the event loop calls ---- */
+
+/* Predict what has changed of the future of a disc that accelerates. */
+static CAROM_NOINLINE void predict_accelerated(State *s, Index i, Change change) {
+    predict_parabola_impact(s, i, change);
+    if (change != OF_PARTNER)
+        predict_parabola_exit(s, i);
+}
+
+/* Apply the event of a disc that accelerates: an impact, or the end of its motion (`second` is the disc itself). Return
+   false, with `State.stopped`, if the run ends. */
+static CAROM_NOINLINE bool apply_accelerated(State *s, Index first, Index second, Instant at, bool is_wanted) {
+    if (is_wanted && !reserve_modes(s)) {
+        s->stopped = NO_MEMORY;
+        return false;
+    }
+    if (first == second)
+        return apply_motion_end(s, first, at);
+    if (second >= 0)
+        return apply_parabola_pair(s, first, second, at, is_wanted);
+    return apply_parabola_wall(s, first, -1 - second, at, is_wanted);
+}
 
 /* Predict what has changed of disc `i`'s future, after `predict_impact`, in a run with features or driven bodies. */
 static CAROM_NOINLINE void predict_special(State *s, Index i, Change change) {

@@ -28,13 +28,41 @@ typedef struct Changed {
 /* Predict what has changed of disc `i`'s future, and update the queue. */
 static inline void predict(State *s, Index i, Change change) {
     if (change != OF_TIME) {
-        predict_impact(s, i, change);
-        if (CAROM_UNLIKELY(s->has_special_paths))
-            predict_special(s, i, change);
-        else if (change != OF_PARTNER)
-            predict_exit(s, i, false);
+        if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
+            predict_accelerated(s, i, change);
+        } else {
+            predict_impact(s, i, change);
+            if (CAROM_UNLIKELY(s->has_special_paths))
+                predict_special(s, i, change);
+            else if (change != OF_PARTNER)
+                predict_exit(s, i, false);
+        }
     }
     set_time(&s->queue, i, event_time(&s->predictions[i]));
+}
+
+/* Apply an event of discs that accelerate, as `apply_impact` does; here the low part of its instant counts as well. */
+static CAROM_NOINLINE Ending apply_accelerated_event(State *s, Event event, double until, Index impacts,
+                                                     Changed *changed) {
+    const Prediction *p = &s->predictions[event.disc];
+    Instant at = later_of((Instant){event_time(p), event_low(s, event)}, now_instant(s));
+    double reported = reported_time(&s->clock, at.high);
+    if (reported > until || (reported == until && at.low > 0.0))
+        return DONE;
+    if (s->counts.impacts >= impacts)
+        return LIMIT;
+    bool is_wanted = is_recorded(&s->record, reported);
+    if (CAROM_UNLIKELY(is_wanted && !reserve_row(&s->record)))
+        return NO_MEMORY;
+    Bodies bodies = event.kind == MOTION_ENDS ? (Bodies){event.disc, event.disc} : bodies_of(s, event);
+    if (event.kind == PAIR_IMPACT) {
+        changed->disc[0] = bodies.first;
+        changed->disc[1] = bodies.second;
+    }
+    changed->change = OF_PATH;
+    if (!apply_accelerated(s, bodies.first, bodies.second, at, is_wanted))
+        return s->stopped;
+    return s->counts.beyond - s->grid.beyond > s->grid.beyond_limit ? OUTGROWN : NOT_ENDED;
 }
 
 /* Apply an impact, unless it is not to be applied in this call; return how the run ends with it or before it. */
@@ -123,8 +151,10 @@ static CAROM_NOINLINE Ending advance(State *s, double until, Index impacts, Inde
 
         /* Apply it. */
         Changed changed = {{event.disc, NOBODY}, OF_PATH};
-        if (event.kind == PAIR_IMPACT || event.kind == WALL_IMPACT) {
-            Ending ending = apply_impact(s, event, until, impacts, &changed);
+        if (event.kind == PAIR_IMPACT || event.kind == WALL_IMPACT || event.kind == MOTION_ENDS) {
+            Ending ending = CAROM_UNLIKELY(s->accelerated.paths != NULL)
+                                ? apply_accelerated_event(s, event, until, impacts, &changed)
+                                : apply_impact(s, event, until, impacts, &changed);
             if (CAROM_UNLIKELY(ending != NOT_ENDED))
                 return ending;
         } else {
@@ -184,6 +214,8 @@ static void choose_cells_again(State *s) {
 }
 
 Ending carom_advance(State *s, double until, Index impacts, Index events) {
+    if (s->accelerated.paths != NULL && !s->counts.has_begun && !begin_contacts(s))
+        return NO_MEMORY;
     Ending ending = advance(s, until, impacts, events);
     while (ending == OUTGROWN) {
         choose_cells_again(s);
@@ -211,6 +243,28 @@ static double obstacle_extent(const RunInput *input) {
     return extent;
 }
 
+/* Set what accelerates discs, if anything does; `lay_out` places the rows. */
+static void set_acceleration(State *s, const RunInput *input) {
+    Accelerated *run = &s->accelerated;
+    s->has_acceleration = input->has_acceleration;
+    if (input->has_acceleration) {
+        run->gx = input->gravity[0];
+        run->gy = input->gravity[1];
+        run->deceleration = input->deceleration;
+        run->rolling_resistance = input->rolling_resistance;
+        run->never_length = input->never_length;
+        run->exact = input->exact;
+    }
+}
+
+/* Return whether some impact has restitution 0. */
+static bool can_stop(const RunInput *input) {
+    bool found = input->law.restitution == 0.0 || (input->wall_count > 0 && input->law.wall_restitution == 0.0);
+    for (Index k = 0; k < input->wall_count && input->materials != NULL; k++)
+        found = found || input->materials[2 * k] == 0.0;
+    return found;
+}
+
 size_t carom_set_up(State *s, const RunInput *input) {
     memset(s, 0, sizeof(State));
     Index n = input->disc_count;
@@ -224,12 +278,14 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->standstill = input->standstill;
     s->needs_prefetch = n >= PREFETCH_FROM;
     s->law = input->law;
-    s->record.has_spins = input->spin != NULL;
+    s->record.has_spins = input->has_spins;
     s->record.has_contacts = input->has_finite_walls;
     s->record.corners = input->corners;
     s->record.resize = s->resize = input->resize;
     s->is_crushed = input->is_crushed;
     s->context = input->context;
+    set_acceleration(s, input);
+    s->has_touched = can_stop(input);
     s->has_special_paths = s->feature_count > 0 || s->driving.count > 0;
     s->has_special_impacts = s->has_special_paths || s->record.has_spins;
     s->visited = box_around(input->position, n);
@@ -262,6 +318,42 @@ static void fill_discs(State *s, const RunInput *input) {
         if (s->to_and_fro != NULL)
             s->to_and_fro[i] = (ToAndFro){NO_BODY, NO_OBSTACLE, NO_BODY, NO_OBSTACLE, 0.0, 0.0, 0};
     }
+}
+
+/* Fill the rows of what accelerates, after discs, features and driven bodies. */
+static void fill_acceleration(State *s, const RunInput *input) {
+    Accelerated *run = &s->accelerated;
+    for (Index i = 0; i < s->disc_count; i++) {
+        bool moves = s->discs[i].inverse_mass > 0.0;
+        run->paths[i] = (Parabola){
+            .ax = moves ? run->gx : 0.0,
+            .ay = moves ? run->gy : 0.0,
+            .ends = NEVER,
+            .ground = NO_OBSTACLE,
+            .never_of = NO_OBSTACLE,
+            .never_but = NO_OBSTACLE,
+        };
+        if (run->deceleration > 0.0)
+            slow_down(s, i);
+        clear_recent(&s->record.recent[i]);
+    }
+    int never = 0;
+    for (Index k = 0; k < s->feature_count; k++) {
+        const int *row = input->grounds + 4 * k;
+        const Feature *f = &s->features[k];
+        double h = f->kind == FACE ? f->half_width : 0.0;
+        run->grounds[k] = (Ground){
+            .x = f->x.high + h * f->nx,
+            .y = f->y.high + h * f->ny,
+            .over = {row[1], row[2]},
+            .never_first = never,
+            .never_count = row[3],
+            .is_ground = row[0] != 0,
+        };
+        never += row[3];
+    }
+    for (Index k = 0; k < run->never_length; k++)
+        run->never_lists[k] = input->never_lists[k];
 }
 
 /* Fill the rows of walls and features. */
@@ -312,6 +404,10 @@ bool carom_begin(State *s, const RunInput *input, void *memory) {
     fill_discs(s, input);
     fill_obstacles(s, input);
     fill_driving(s, input);
+    if (s->has_acceleration)
+        fill_acceleration(s, input);
+    for (Index i = 0; i < s->disc_count && s->touched != NULL; i++)
+        s->touched[i].count = 0;
     for (Index i = 0; i < queue_length(&s->queue); i++)
         s->queue.time[i] = CAROM_INF;
     for (Index i = s->queue.level[1]; i < queue_length(&s->queue); i++)
@@ -320,9 +416,11 @@ bool carom_begin(State *s, const RunInput *input, void *memory) {
 }
 
 void carom_record(State *s, Recent *recent, double begin, double end) {
-    for (Index i = 0; i < s->disc_count; i++)
-        clear_recent(&recent[i]);
-    s->record.recent = recent;
+    if (!s->has_acceleration) { /* else these rows are in the arena, as impacts in a row are always watched */
+        for (Index i = 0; i < s->disc_count; i++)
+            clear_recent(&recent[i]);
+        s->record.recent = recent;
+    }
     s->record.is_wanted = true;
     s->record.begin = begin;
     s->record.end = end;
@@ -333,6 +431,33 @@ void carom_resume(State *s) {
     s->counts.predicted = 0;
     s->grid.predictions = s->counts.predictions;
     s->grid.beyond = s->counts.beyond;
+}
+
+void carom_states(const State *s, double time, double time_low, double *states) {
+    for (Index i = 0; i < s->disc_count; i++) {
+        const Disc *a = &s->discs[i];
+        Motion there = {a->x, a->y, a->vx, a->vy};
+        if (a->inverse_mass == 0.0) {
+            there = immovable_state(s, i, time);
+        } else if (s->accelerated.paths != NULL) {
+            there = motion_at(s, i, (Instant){time, time_low});
+        } else {
+            Point centre = position_at(a, time);
+            there.x = centre.x;
+            there.y = centre.y;
+        }
+        memcpy(states + 4 * i, (double[]){there.x, there.y, there.vx, there.vy}, 4 * sizeof(double));
+    }
+}
+
+void carom_spins(const State *s, double time, double time_low, double *spins) {
+    for (Index i = 0; i < s->disc_count; i++)
+        spins[i] = s->accelerated.paths == NULL ? s->turning[i].spin : spin_at(s, i, (Instant){time, time_low});
+}
+
+void carom_impact_counts(const State *s, int64_t *counts) {
+    for (Index i = 0; i < s->disc_count; i++)
+        counts[i] = s->discs[i].impacts - (s->accelerated.paths == NULL ? 0 : s->accelerated.paths[i].changes);
 }
 
 Index carom_gliding_wall(const State *s) {

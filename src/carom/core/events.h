@@ -8,6 +8,7 @@
 #ifndef CAROM_EVENTS_H
 #define CAROM_EVENTS_H
 
+#include "carom/core/parabola.h"
 #include "carom/core/queue.h"
 #include "carom/core/scan.h"
 #include "carom/core/state.h"
@@ -30,19 +31,37 @@ static inline double event_time(const Prediction *p) {
     return lesser(p->impact_time, p->exit_time);
 }
 
+/* Return which of a disc's two predictions comes first: below 0 the end of its stay, above 0 its impact, 0 for both. */
+static inline int compare_predictions(const State *s, Index i) {
+    const Prediction *p = &s->predictions[i];
+    if (CAROM_LIKELY(p->exit_time != p->impact_time || s->accelerated.paths == NULL))
+        return (p->exit_time > p->impact_time) - (p->exit_time < p->impact_time);
+    const Parabola *path = &s->accelerated.paths[i];
+    return (path->exit_low > path->impact_low) - (path->exit_low < path->impact_low);
+}
+
 /* Return what the next event of disc `i` is. */
 static inline EventKind event_of(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
-    if (p->exit_time <= p->impact_time && p->edge != NO_EDGE)
-        return CROSSING;
-    if (p->exit_time < p->impact_time)
+    int order = compare_predictions(s, i);
+    if (p->exit_time <= p->impact_time && p->edge != NO_EDGE && (p->edge != MOTION_END || order <= 0))
+        return p->edge == MOTION_END ? MOTION_ENDS : CROSSING;
+    if (order < 0)
         return WALL_IMPACT;
     if (is_stale(s, i))
         return STALE;
     if (!p->exact)
         return BOUNDED;
     /* At one time (partner, i) comes before (i, wall), and that before (i, partner). */
-    return p->exit_time == p->impact_time && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
+    return order == 0 && i < p->partner ? WALL_IMPACT : PAIR_IMPACT;
+}
+
+/* Return the low part of the instant of a disc's next event, which counts if disc accelerate: see instant.h. */
+static inline double event_low(const State *s, Event event) {
+    if (s->accelerated.paths == NULL)
+        return 0.0;
+    const Parabola *path = &s->accelerated.paths[event.disc];
+    return event.kind == PAIR_IMPACT ? path->impact_low : path->exit_low;
 }
 
 /* Return disc `i` and its partner in ascending order. */
@@ -57,13 +76,22 @@ static inline Bodies pair_of(const State *s, Index i) {
 static inline Bodies bodies_of(const State *s, Event impact) {
     if (impact.kind == WALL_IMPACT)
         return (Bodies){impact.disc, -1 - (Index)s->predictions[impact.disc].obstacle};
+    if (impact.kind == MOTION_ENDS) /* before all impacts at that instant */
+        return (Bodies){-1, impact.disc};
     return pair_of(s, impact.disc);
 }
 
 /* Replace the lower bound of the time of disc `i`'s impact by the time itself; its next event may be another now. */
 static inline void solve_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
-    p->impact_time = pair_event_time(s, i, p->partner);
+    if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
+        Index j = p->partner;
+        Instant at = parabola_pair_time(s, i < j ? i : j, i < j ? j : i);
+        p->impact_time = at.high;
+        s->accelerated.paths[i].impact_low = at.low;
+    } else {
+        p->impact_time = pair_event_time(s, i, p->partner);
+    }
     p->exact = true;
 }
 
@@ -88,6 +116,7 @@ static inline Event first_of_tie(State *s, double time) {
     Event event;
     Event first = {POSTPONED, NOBODY};
     Bodies least = {s->disc_count, 0};
+    double least_low = CAROM_INF;
     event.disc = next_not_after(&s->queue, 0, time);
     while (event.disc < s->disc_count) {
         event.kind = event_of(s, event.disc);
@@ -98,9 +127,11 @@ static inline Event first_of_tie(State *s, double time) {
         if (event.kind == CROSSING || event.kind == STALE)
             return event;
         Bodies bodies = bodies_of(s, event);
-        if (bodies.first < least.first || (bodies.first == least.first && bodies.second < least.second)) {
+        double low = event_low(s, event);
+        if (low < least_low || (low == least_low && (bodies.first < least.first || (bodies.first == least.first && bodies.second < least.second)))) {
             first = event;
             least = bodies;
+            least_low = low;
         }
         event.disc = next_not_after(&s->queue, event.disc + 1, time);
     }

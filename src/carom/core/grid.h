@@ -10,6 +10,7 @@
 #include <math.h>
 
 #include "carom/core/motion.h"
+#include "carom/core/parabola.h"
 #include "carom/core/state.h"
 
 /* ---- choice of the cells ---- */
@@ -169,6 +170,11 @@ static inline void fill_cells(State *s) {
     }
     for (Index i = 0; i < s->disc_count; i++) {
         Point centre = position_at(&s->discs[i], s->clock.now);
+        if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
+            Motion there = motion_at(s, i, now_instant(s));
+            centre = (Point){there.x, there.y};
+            s->accelerated.paths[i].entered = s->clock.now;
+        }
         double column = (centre.x - g->x0) / g->width;
         double row = (centre.y - g->y0) / g->width;
         add_to_cell(s, i, 1 + clamp_to_cells(row, g->rows), 1 + clamp_to_cells(column, g->columns));
@@ -206,6 +212,8 @@ static inline void cross_edge(State *s, Index i) {
     remove_disc(s, i);
     row += (Index)(edge == UP) - (Index)(edge == DOWN);
     column += (Index)(edge == RIGHT) - (Index)(edge == LEFT);
+    if (CAROM_UNLIKELY(s->accelerated.paths != NULL))
+        s->accelerated.paths[i].entered = s->predictions[i].exit_time;
     add_to_cell(s, i, row, column);
 }
 

@@ -14,6 +14,7 @@
 #include "carom/core/record.h"
 #include "carom/core/resolution.h"
 #include "carom/core/state.h"
+#include "carom/core/touching.h"
 
 /* ---- the clock ---- */
 
@@ -81,6 +82,8 @@ static inline void apply_pair_impact(State *s, Index i, Index j, double time, bo
     double reach = a->radius + b->radius;
     s->counts.too_far += !are_distinguishable(a->x, a->y, b->x, b->y, reach);
     s->counts.predictions += (Index)(a->inverse_mass > 0.0) + (Index)(b->inverse_mass > 0.0);
+    if (CAROM_UNLIKELY(s->touched != NULL))
+        note_touching_discs(s, i, j, dx / sqrt(distance2), dy / sqrt(distance2), is_elastic);
     if (CAROM_UNLIKELY(is_wanted)) { /* the hint keeps it out of the way of runs without a record */
         double distance = sqrt(distance2);
         double nx = dx / distance;
@@ -114,6 +117,8 @@ static inline void apply_wall_impact(State *s, Index i, Index k, double time, bo
     a->last = (int)(-1 - k);
     s->counts.wall_impacts += 1;
     s->counts.predictions += 1;
+    if (CAROM_UNLIKELY(s->touched != NULL))
+        note_touching_wall(s, i, k, w.nx, w.ny, is_elastic);
     if (CAROM_UNLIKELY(is_wanted)) {
         double sizes = size_of(a->x, a->y, a->radius) + size_of(w.x, w.y, 0.0);
         double resolution = wall_resolution(sizes, -along) + clock_resolution(s->clock.reported);
@@ -180,6 +185,8 @@ static inline Direction apply_feature_impact(State *s, Index i, Index k, double 
     a->last = (int)(-1 - k);
     s->counts.wall_impacts += 1;
     s->counts.predictions += 1;
+    if (s->touched != NULL)
+        note_touching_wall(s, i, k, w.nx, w.ny, is_elastic);
     if (is_wanted) {
         double resolution = feature_resolution(f, a, ux, uy, -along, returns);
         resolution += clock_resolution(s->clock.reported);

@@ -28,7 +28,14 @@ static inline size_t lay_out(State *s, void *memory) {
     s->to_and_fro = has_paths ? RESERVE_ROWS(&arena, ToAndFro, discs) : NULL;
     s->wall_laws = RESERVE_ROWS(&arena, Law, s->feature_count > 0 ? s->wall_count : 0);
     s->last_impact = RESERVE_ROWS(&arena, double, s->law.contact_duration > 0.0 ? discs : 0);
-    s->turning = s->record.has_spins ? RESERVE_ROWS(&arena, Turning, discs) : NULL;
+    bool accelerates = s->has_acceleration;
+    Accelerated *run = &s->accelerated;
+    run->paths = accelerates ? RESERVE_ROWS(&arena, Parabola, discs) : NULL;
+    run->grounds = accelerates ? RESERVE_ROWS(&arena, Ground, s->feature_count) : NULL;
+    run->never_lists = accelerates ? RESERVE_ROWS(&arena, int, run->never_length) : NULL;
+    s->record.recent = accelerates ? RESERVE_ROWS(&arena, Recent, discs) : s->record.recent;
+    s->touched = s->has_touched ? RESERVE_ROWS(&arena, TouchedBodies, discs) : NULL;
+    s->turning = s->record.has_spins || accelerates ? RESERVE_ROWS(&arena, Turning, discs) : NULL;
     if (memory != NULL)
         s->queue.holder -= times_below; /* so that times and holders have the same places */
     return arena.used;

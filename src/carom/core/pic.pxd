@@ -1,5 +1,7 @@
 """Declarations of `state.h` and `two_discs.h` for the binding and the tests."""
 
+from libc.stdint cimport int64_t
+
 from carom.core.carom_core cimport Corners, Impact, Index, Law, Recent, Record, Resize, Turning, Wall, c_bool
 from carom.core.primitives cimport Feature
 
@@ -77,6 +79,7 @@ cdef extern from "carom/core/state.h" nogil:
 
     struct Clock:
         double now
+        double now_low
         double epoch
         double epoch_rest
         double reported
@@ -92,10 +95,56 @@ cdef extern from "carom/core/state.h" nogil:
         Index epochs
         Index epoch_impacts
         Index at_instant
+        Index ambiguous_in_row
+        Index has_begun
         Index predicted
         Index too_far
 
     ctypedef c_bool (*IsCrushed)(void *context, int disc) noexcept nogil
+
+    enum:
+        QUARTIC_POWERS
+
+    struct Product:
+        double a
+        double b
+
+    struct Products:
+        double begin "from"
+        c_bool is_closed
+        int count[5]
+        Product products[5][36]
+
+    struct Parabola:
+        double ax
+        double ay
+        double time_low
+        double spin_rate
+        unsigned char mode
+
+    struct ModeRow:
+        pass
+
+    struct ContactEnd:
+        Index disc
+        Index other
+        int obstacle
+        int held_by
+        bint after_bounces
+
+    struct TouchedBodies:
+        pass
+
+    struct ExactQuartic:
+        double (*solve)(void *context, const Products *gap, int index) noexcept nogil
+        void *context
+
+    struct Accelerated:
+        Parabola *paths
+        ModeRow *modes
+        Index mode_count
+        Index mode_capacity
+        ContactEnd end
 
     struct State:
         Disc *discs
@@ -116,6 +165,8 @@ cdef extern from "carom/core/state.h" nogil:
         Record record
         Box visited
         ToAndFro *to_and_fro
+        TouchedBodies *touched
+        Accelerated accelerated
         Resize resize
 
     struct RunInput:
@@ -137,7 +188,16 @@ cdef extern from "carom/core/state.h" nogil:
         Index leg_count
         double cell_factor
         Index standstill
+        bint has_spins
         bint has_finite_walls
+        bint has_acceleration
+        double gravity[2]
+        double deceleration
+        double rolling_resistance
+        const int *grounds
+        const int *never_lists
+        Index never_length
+        ExactQuartic exact
         Law law
         Resize resize
         Corners corners
@@ -149,6 +209,9 @@ cdef extern from "carom/core/state.h" nogil:
     Ending carom_advance(State *s, double until, Index impacts, Index events)
     void carom_record(State *s, Recent *recent, double begin, double end)
     void carom_resume(State *s)
+    void carom_states(const State *s, double time, double time_low, double *states)
+    void carom_spins(const State *s, double time, double time_low, double *spins)
+    void carom_impact_counts(const State *s, int64_t *counts)
     Index carom_gliding_wall(const State *s)
     size_t carom_allocated(const State *s)
     void carom_release(State *s)

@@ -2,12 +2,15 @@
 """Python binding of the event-driven loop, `event_driven.c`: PIC for any number of discs, and for two discs alone."""
 
 from cpython.bytes cimport PyBytes_FromStringAndSize
-from libc.stdint cimport uintptr_t
+from libc.stdint cimport int64_t, uintptr_t
+from libc.stdlib cimport free
 
 from carom.core.laws cimport law_of
-from carom.core.record_rows cimport ambiguous_rows, carom_enlarge, free_record, release_rows
+from carom.core.record_rows cimport ambiguous_rows, carom_enlarge, free_record, memory_as_array, release_rows
 
 import numpy as np
+
+from carom.physics.pair_time_falling import exact_fall
 
 cdef Disc _disc
 DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
@@ -25,6 +28,14 @@ cdef c_bool is_crushed(void *context, int disc) noexcept with gil:
     return run.crushes(run, disc)
 
 
+cdef double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
+    """Ask Python for an instant at which a gap closes, where floats and pairs do not decide it: see quartic_forms.h."""
+    powers = [
+        [(gap.products[k][n].a, gap.products[k][n].b) for n in range(gap.count[k])] for k in range(QUARTIC_POWERS)
+    ]
+    return exact_fall(powers, gap.begin, gap.is_closed, index)
+
+
 cdef class Kernel:
     """A PIC run of discs and walls, and the rows of its impacts: `carom.solvers.rows.RecordedImpacts` is their log.
 
@@ -35,6 +46,8 @@ cdef class Kernel:
             with the coefficients of the law.
         crushes: Called with this kernel and the number of a disc that has gone to and fro for long. Returns whether it
             is crushed.
+        acceleration: Gravity, or what a table takes off, `carom.solvers.event_driven.run.Acceleration`; None for none.
+            With it there are obstacles, and these have grounds.
         contact_duration: Of the TC model, seconds; 0 for none.
         standstill: Number of impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
@@ -49,7 +62,9 @@ cdef class Kernel:
     cdef object is_order_free
     cdef object crushes
 
-    def __cinit__(self, start, obstacles, crushes, double contact_duration, Index standstill, double cell_factor):
+    def __cinit__(
+        self, start, obstacles, crushes, acceleration, double contact_duration, Index standstill, double cell_factor
+    ):
         cdef RunInput given
         cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
         cdef const double[:, ::1] velocity = np.ascontiguousarray(start.velocity_m_s, np.float64)
@@ -59,7 +74,8 @@ cdef class Kernel:
         given.disc_count, given.wall_count = radius.shape[0], len(start.walls)
         cdef const double[::1] spin, inertia
         given.spin = given.inertia = NULL
-        if start.turns:
+        given.has_spins = start.turns
+        if start.turns or acceleration is not None:
             spin, inertia = np.ascontiguousarray(start.spins), np.ascontiguousarray(start.inertia)
             given.spin, given.inertia = &spin[0], &inertia[0]
         cdef const double[:, ::1] walls, features, materials, driven, legs
@@ -75,6 +91,17 @@ cdef class Kernel:
             given.materials = &materials[0, 0]
             given.driven, given.driven_count = &driven[0, 0], driven.shape[0]
             given.legs, given.leg_count = &legs[0, 0], legs.shape[0]
+        cdef const int[:, ::1] grounds
+        cdef const int[::1] never_lists
+        given.has_acceleration = acceleration is not None
+        if acceleration is not None:
+            grounds, never_lists = obstacles.grounds.rows, obstacles.grounds.never_met
+            given.grounds, given.never_lists = &grounds[0, 0], &never_lists[0]
+            given.never_length = never_lists.shape[0]
+            given.gravity[0], given.gravity[1] = acceleration.gravity_m_s2
+            given.exact.solve, given.exact.context = solve_quartic, NULL
+            given.deceleration = acceleration.table_deceleration_m_s2
+            given.rolling_resistance = acceleration.wall_rolling_resistance
         given.cell_factor, given.standstill = cell_factor, standstill
         given.has_finite_walls = not start.has_half_planes
         given.law = law_of(start, contact_duration)
@@ -93,6 +120,7 @@ cdef class Kernel:
 
     def __dealloc__(self):
         free_record(&self.s.record)
+        free(self.s.accelerated.modes)
         carom_release(&self.s)
 
     def run(self, double until, Index impacts, Index events):
@@ -120,6 +148,16 @@ cdef class Kernel:
         """Return what `release_rows` does, see record_rows.pxd."""
         return release_rows(&self.s.record)
 
+    def take_modes(self):
+        """Return the changes of mode that were recorded since the last call, as bytes; None for none."""
+        run = &self.s.accelerated
+        if run.mode_count == 0:
+            return None
+        modes = memory_as_array(run.modes, run.mode_count * sizeof(ModeRow))
+        run.modes = NULL
+        run.mode_count = run.mode_capacity = 0
+        return modes
+
     def ambiguous(self):
         """Return the numbers of the ambiguous impacts, counted from the first recorded one."""
         return ambiguous_rows(&self.s.record)
@@ -131,6 +169,8 @@ cdef class Kernel:
 
     cdef rows(self, void *begin, size_t size):
         """Return a view of a part of the run's memory."""
+        if size == 0:
+            return np.empty(0, np.uint8)
         cdef const unsigned char[::1] memory = self.memory
         cdef size_t start = <const unsigned char *>begin - &memory[0]
         return self.memory[start:start + size]
@@ -150,6 +190,35 @@ cdef class Kernel:
         """Times, by name: see `Clock` in state.h."""
         return self.s.clock
 
+    def states(self, double time, double time_low):
+        """Return places and velocities of all discs at a time since the epoch, shape ``(n, 4)``."""
+        states = np.empty((self.s.disc_count, 4))
+        cdef double[:, ::1] rows = states
+        carom_states(&self.s, time, time_low, &rows[0, 0])
+        return states
+
+    def spins_at(self, double time, double time_low):
+        """Return the spins of all discs at a time since the epoch; None if no disc spins."""
+        if not self.s.record.has_spins:
+            return None
+        spins = np.empty(self.s.disc_count)
+        cdef double[::1] rows = spins
+        carom_spins(&self.s, time, time_low, &rows[0])
+        return spins
+
+    @property
+    def impact_counts(self):
+        """Number of impacts of each disc so far."""
+        counts = np.empty(self.s.disc_count, np.int64)
+        cdef int64_t[::1] rows = counts
+        carom_impact_counts(&self.s, &rows[0])
+        return counts
+
+    @property
+    def contact_end(self):
+        """After an end in contact: see `ContactEnd` in accelerated.h."""
+        return self.s.accelerated.end
+
     @property
     def gliding(self):
         """After `GLIDES`: the disc that glides, and the wall along which."""
@@ -167,9 +236,21 @@ cdef class Kernel:
 
     @property
     def spins(self):
-        """A view of the spins of all discs; None if no disc spins."""
+        """A view of the spins of all discs, as of their last impact; None if no disc spins or accelerates."""
         size = self.s.disc_count * sizeof(Turning)
-        return self.rows(self.s.turning, size).view(np.float64)[::2] if self.s.record.has_spins else None
+        return self.rows(self.s.turning, size).view(np.float64)[::2] if self.s.turning != NULL else None
+
+    @property
+    def paths(self):
+        """A view of the rows of `Parabola` of all discs, as bytes; nothing if no disc accelerates."""
+        return self.rows(self.s.accelerated.paths, self._paths_size())
+
+    cdef size_t _paths_size(self):
+        return self.s.disc_count * sizeof(Parabola) if self.s.accelerated.paths != NULL else 0
+
+    cdef touched(self):
+        """Return a view of what each disc touches, as bytes; nothing where every impact leaves some speed."""
+        return self.rows(self.s.touched, self.s.disc_count * sizeof(TouchedBodies) if self.s.touched != NULL else 0)
 
     @property
     def to_and_fro(self):
@@ -183,7 +264,8 @@ cdef class Kernel:
         return {
             "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
             "clock": self.s.clock, "counts": self.s.counts,
-            "spins": self.spins.copy() if self.s.record.has_spins else None,
+            "spins": self.spins.copy() if self.s.turning != NULL else None,
+            "paths": self.paths.copy(), "touched": self.touched().copy(),
             "to_and_fro": None if self.s.to_and_fro == NULL else self.to_and_fro.copy(),
         }
 
@@ -194,8 +276,10 @@ cdef class Kernel:
         last_impacts[:] = state["last_impacts"][:len(last_impacts)]
         if self.s.record.is_wanted and state["recent"] is not None:
             self.recent_memory[:] = state["recent"]
-        if self.s.record.has_spins:
+        if self.s.turning != NULL:
             self.spins[:] = state["spins"]
+        self.paths[:] = state["paths"]
+        self.touched()[:] = state["touched"]
         if self.s.to_and_fro != NULL:
             self.to_and_fro[:] = state["to_and_fro"]
         self.s.clock, self.s.counts = state["clock"], state["counts"]

@@ -15,6 +15,7 @@
 #include "carom/core/grid.h"
 #include "carom/core/motion.h"
 #include "carom/core/state.h"
+#include "carom/core/touching.h"
 
 typedef struct Chains { /* of a block of cells, as far as they have not been processed */
     Index left;         /* number of chains, including the one in progress */
@@ -202,6 +203,8 @@ static inline void predict_impact(State *s, Index i, Change change) {
     Index known = best.partner;
     Index count = gather(s, block, &chains);
     while (true) {
+        if (CAROM_UNLIKELY(s->touched != NULL))
+            count = remove_touching(s, i, count);
         Index kept = keep_approaching(s, i, met, count);
         bound_times(&s->candidates, kept);
         best = earliest_of(s, i, kept, best);

@@ -11,9 +11,11 @@
 #ifndef CAROM_STATE_H
 #define CAROM_STATE_H
 
+#include "carom/core/accelerated.h"
 #include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
 #include "carom/core/feature.h"
+#include "carom/core/touched.h"
 
 enum {
     NO_OBSTACLE = -1,
@@ -42,6 +44,7 @@ typedef enum Edge { /* of a cell */
     RIGHT = 1,
     DOWN = 2,
     UP = 3,
+    MOTION_END = 4, /* no edge: the motion of a disc that accelerates ends before it reaches one */
 } Edge;
 
 typedef enum EventKind { /* of a disc's next event */
@@ -52,6 +55,7 @@ typedef enum EventKind { /* of a disc's next event */
     PAIR_IMPACT = 4,     /* an impact with a disc at a known time */
     WALL_IMPACT = 5,     /* an impact with an obstacle at a known time */
     POSTPONED = 6,       /* none yet: its time is later than its bound was */
+    MOTION_ENDS = 7,     /* its mode of contact ends, or it stops on a table */
 } EventKind;
 
 typedef enum Change { /* what an event changes in a disc's future */
@@ -71,6 +75,10 @@ typedef enum Ending { /* of a call of the loop; run.py has the same numbers */
     GLIDES = 5,       /* a disc begins to glide along an arc: contact, and no impact */
     CRUSHED = 6,      /* a disc has no space left before the end */
     OUTGROWN = 7,     /* new cells are needed, since discs have moved beyond the present ones: see `choose_cells_again` */
+    AT_REST = 8,      /* a disc rests on what does not move; the four of these name contact that is not solved */
+    PRESSED = 9,      /* two discs stay in touch */
+    CORNER = 10,      /* a disc is held by two walls */
+    EDGE = 11,        /* a disc comes to the end of a face, too slowly to fly off */
 } Ending;
 
 typedef struct Event {
@@ -230,6 +238,7 @@ typedef struct Queue { /* a tournament of next events; level 0 has one time a di
 
 typedef struct Clock { /* a time since the start is epoch + (epoch_rest + time) */
     double now;        /* of the last impact */
+    double now_low;    /* with acceleration: its low part, see instant.h */
     double epoch;
     double epoch_rest;
     double reported; /* time of the last impact since the start, never less than the one before */
@@ -246,6 +255,8 @@ typedef struct Counts {
     Index epochs;        /* begun */
     Index epoch_impacts; /* in this epoch */
     Index at_instant;    /* impacts since time last advanced */
+    Index ambiguous_in_row; /* with acceleration: ambiguous impacts since the last that was not */
+    Index has_begun;        /* with acceleration: whether discs that lie on walls at the start are in contact */
     Index predicted;     /* discs that have a prediction in this epoch */
     Index too_far;       /* impacts so far out that floats do not resolve the distance of the centres: the run is refused */
 } Counts;
@@ -263,6 +274,8 @@ typedef struct State { /* all that a run consists of */
     Index feature_count;
     Index gliding;            /* the disc that glides, after `GLIDES` */
     Index standstill;         /* number of impacts at one instant after which time no longer advances */
+    bool has_acceleration;    /* whether there is gravity or a table: see `Accelerated` */
+    bool has_touched;         /* whether some impact has restitution 0: see touched.h */
     bool needs_prefetch;      /* whether memory is prefetched: see prefetch.h */
     bool has_special_paths;   /* whether there are features or driven bodies: `predict_special` predicts them */
     bool has_special_impacts; /* whether there are spins, features or driven bodies: `apply_special_impact` applies them */
@@ -276,6 +289,8 @@ typedef struct State { /* all that a run consists of */
     Box visited; /* where the discs began, and where they have struck features: their paths turn there */
     Driving driving;
     ToAndFro *to_and_fro; /* of each disc; NULL if no body is driven */
+    TouchedBodies *touched; /* of each disc; NULL unless some impact has restitution 0 */
+    Accelerated accelerated;
     IsCrushed is_crushed;
     void *context;  /* of `is_crushed` */
     Resize resize;  /* of `Grid.lists` and `Grid.own_memory` */
@@ -289,7 +304,7 @@ typedef struct RunInput {  /* what a run is set up from; its arrays are only rea
     const double *velocity;
     const double *radius;
     const double *mass;    /* INF: no impact moves the disc */
-    const double *spin;    /* NULL, like `inertia`, if no disc spins */
+    const double *spin;    /* NULL, like `inertia`, if no disc spins and none accelerates */
     const double *inertia; /* moment of inertia over mass times radius squared; INF: it never turns */
     Index disc_count;
     Index wall_count;
@@ -303,7 +318,17 @@ typedef struct RunInput {  /* what a run is set up from; its arrays are only rea
     Index leg_count;
     double cell_factor; /* on the width of a cell; INF for a single cell. It changes no result */
     Index standstill;
+    bool has_spins;
     bool has_finite_walls;
+    bool has_acceleration; /* gravity, or a table that decelerates: then the features are the obstacles */
+    double gravity[2];
+    double deceleration;       /* of a table */
+    double rolling_resistance; /* of discs on walls */
+    const int *grounds;        /* with acceleration: of each feature is_ground, the vertex over each end, and how many
+                                  features a disc on it never meets; rows of four */
+    const int *never_lists;    /* these features, of each ground in turn */
+    Index never_length;
+    ExactQuartic exact;
     Law law;
     Resize resize;
     Corners corners;
@@ -326,6 +351,15 @@ void carom_record(State *s, Recent *recent, double begin, double end);
 
 /* Predict everything again, after discs, clock and counts were set to those of an earlier run. */
 void carom_resume(State *s);
+
+/* Write x, y, vx and vy of each disc at a time since the epoch; with acceleration that time has a low part. */
+void carom_states(const State *s, double time, double time_low, double *states);
+
+/* Write the spin of each disc at that time; some disc spins, or accelerates. */
+void carom_spins(const State *s, double time, double time_low, double *spins);
+
+/* Write the number of impacts of each disc. */
+void carom_impact_counts(const State *s, int64_t *counts);
 
 /* Return the wall along which a disc glides, after `GLIDES`. */
 Index carom_gliding_wall(const State *s);

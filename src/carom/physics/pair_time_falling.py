@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -40,6 +40,27 @@ def encounter_time(
     if gap[0] <= 0:
         gap[0] = Fraction(0)
     return next(touches(gap), math.inf)
+
+
+def exact_fall(powers: Sequence[Sequence[tuple[float, float]]], begin: float, is_closed: bool, index: int) -> float:
+    """Return an instant at which a gap closes, in seconds after `begin`; infinity if there are no more.
+
+    Args:
+        powers: Of each power of time, lowest first, numbers whose products sum up to it.
+        begin: From when on, seconds.
+        is_closed: Whether the gap is 0 then, whatever the powers say.
+        index: Which of these instants, from 0; -1 for the sign of the gap at `begin` instead.
+    """
+    gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
+    start = Fraction(begin)
+    for lowest in range(len(gap)):
+        for k in reversed(range(lowest, len(gap) - 1)):
+            gap[k] += start * gap[k + 1]
+    if is_closed:
+        gap[0] = Fraction(0)
+    if index < 0:
+        return float((gap[0] > 0) - (gap[0] < 0))
+    return next(islice(touches(gap), index, None), math.inf)
 
 
 def squared_gap(

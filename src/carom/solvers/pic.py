@@ -49,6 +49,8 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
     def undamped(start: Start, options: RunOptions) -> Run:
         asked = asdict(options)
+        if extension_available() and not all_pairs and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
+            return EventDrivenRun(start, **asked)
         if start.table_deceleration_m_s2:
             from carom.solvers.falling.table import TableRun
 
@@ -59,8 +61,6 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
 
             del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
             return FallingRun(start, **asked)
-        if extension_available() and not all_pairs and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
-            return EventDrivenRun(start, **asked)
         from carom.solvers.plain.run import AllPairsRun
 
         return AllPairsRun(start, **asked)

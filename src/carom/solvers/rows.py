@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, SPIN_DTYPE
+from carom.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import DTypeLike, NDArray
 
-    from carom.core import pit
-    from carom.solvers.event_driven import kernel
+    from carom.core import pic, pit
 
 
 class Rows:
@@ -58,7 +57,7 @@ class RecordedImpacts:
 
     def __init__(
         self,
-        run: kernel.Kernel | pit.FrameLoop,
+        run: pic.Kernel | pit.FrameLoop,
         turns: bool,
         edges_of: Callable[[NDArray[np.void]], NDArray[np.void]] | None = None,
     ) -> None:
@@ -68,6 +67,7 @@ class RecordedImpacts:
         self._spins = Rows(SPIN_DTYPE) if turns else None
         self._edges_of = edges_of
         self._edges = Rows(EDGE_DTYPE)
+        self._modes = Rows(MODE_DTYPE)
         self._contacts: list[NDArray[np.void]] = []  # whose edges nobody has asked for yet
 
     def __len__(self) -> int:
@@ -89,8 +89,11 @@ class RecordedImpacts:
         self.array()
         return None if self._spins is None else self._spins.array()
 
-    def modes(self) -> None:
-        """Return None: no compiled run knows contact that lasts."""
+    def modes(self) -> NDArray[np.void] | None:
+        """Return where discs slide, roll or rest; None where nothing does."""
+        if (modes := self._run.take_modes()) is not None:
+            self._modes.add(np.frombuffer(memoryview(modes), MODE_DTYPE))
+        return self._modes.array() if len(self._modes) else None
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges that the impacts were on; None without finite walls."""

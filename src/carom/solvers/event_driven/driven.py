@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from carom.disc_arrays import DiscArrays
     from carom.driving import Drive
     from carom.solvers.event_driven.obstacles import Obstacles
+    from carom.solvers.event_driven.run import Acceleration
     from carom.solvers.plain.bodies import Bodies
     from carom.solvers.plain.squeeze import LastMet
 
@@ -53,6 +54,7 @@ class Crushes:
     Args:
         start: Where the run begins.
         obstacles: What its walls consist of.
+        acceleration: What accelerates the discs.
         until_s: Up to when impacts are asked for, seconds since the start: what is crushed after that is not.
 
     Attributes:
@@ -61,12 +63,15 @@ class Crushes:
         error: Why it could not be told.
     """
 
-    def __init__(self, start: DiscArrays, obstacles: Obstacles | None, until_s: float) -> None:
+    def __init__(
+        self, start: DiscArrays, obstacles: Obstacles | None, until_s: float, acceleration: Acceleration | None
+    ) -> None:
         self.until_s = until_s
         self.note = ""
         self.error: BaseException | None = None
         self._start = start
         self._obstacles = obstacles
+        self._acceleration = acceleration
         self._bodies: Bodies | None = None
 
     def __call__(self, run: pic.Kernel, disc: int) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from carom.outline import Outline
 from carom.physics.numbered import FEATURE_NUMBERS, numbers_of
 from carom.physics.wall_features import WallFeature, are_decidable, features_of
 from carom.solvers.event_driven.driven import driven_rows
+from carom.solvers.event_driven.grounds import Grounds, grounds_of
 from carom.trace import EDGE_DTYPE, NO_EDGE
 
 if TYPE_CHECKING:
@@ -38,6 +40,7 @@ class Obstacles:
     """
 
     def __init__(self, start: DiscArrays) -> None:
+        self._start = start
         self._finite: dict[int, tuple[Outline, WallFeature]] = {}  # by the number of the obstacle
         rows: list[tuple[float, ...]] = []
         widest = start.radius_m.max(initial=0.0)
@@ -50,6 +53,19 @@ class Obstacles:
                 rows.append(numbers_of(part.feature, number))
         self.rows = np.array(rows, np.float64).reshape(-1, FEATURE_NUMBERS)
         self.driven, self.legs = driven_rows(start)
+
+    @cached_property
+    def grounds(self) -> Grounds:
+        """The half-planes and straight faces that a disc can be in contact with."""
+        return grounds_of(self._start, self._finite, self.rows[:, 1].astype(int).tolist())
+
+    def names(self, one: int, other: int) -> str:
+        """Return what two obstacles are called: walls, and edges of finite walls."""
+        walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
+        edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
+        if walls[0] == walls[1] and None not in edges:
+            return f"edges {edges[0]} and {edges[1]} of {walls[0]}"
+        return " and ".join(wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True))
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""

@@ -1,9 +1,9 @@
-"""A PIC run that can be taken forward in pieces, watched, saved and taken up again."""
+"""A PIC run that can be advanced in pieces, watched, saved and resumed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,26 +17,49 @@ from carom.solvers.impact.resolution import too_far_out
 from carom.solvers.impact_log import gliding_note, standstill_impacts
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_compiled, require_goal
 from carom.solvers.rows import RecordedImpacts
-from carom.trace import Outcome
+from carom.trace import Outcome, body_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.driving import Course
     from carom.solvers.run import Progress, Start
 
 #: Events a call of the kernel, after which progress is reported and Ctrl-C is heard: a tenth of a second or so.
 _EVENTS = 100_000
 #: `Ending` of state.h.
-_DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED = range(7)
+_DONE, _LIMIT, _STANDSTILL, _PAUSE, _, _GLIDES, _CRUSHED, _, _AT_REST, _PRESSED, _CORNER, _EDGE = range(12)
 _OUTCOMES = {
     _DONE: Outcome.COMPLETED,
     _LIMIT: Outcome.MAX_IMPACTS,
     _STANDSTILL: Outcome.STANDSTILL,
     _GLIDES: Outcome.GLIDES,
     _CRUSHED: Outcome.CRUSHED,
+    _AT_REST: Outcome.AT_REST,
+    _PRESSED: Outcome.PRESSED,
+    _CORNER: Outcome.CORNER,
+    _EDGE: Outcome.EDGE,
 }
 _SHOWN = ("impacts", "wall_impacts", "predictions", "stale", "crossings", "beyond", "choices", "epochs")
+
+
+class Acceleration(NamedTuple):
+    """What accelerates the discs of a run.
+
+    Attributes:
+        gravity_m_s2: Uniform gravity.
+        table_deceleration_m_s2: By how much a table slows every disc down, against its motion; 0 without.
+        wall_rolling_resistance: Coefficient of rolling resistance of every disc and wall.
+    """
+
+    gravity_m_s2: tuple[float, float]
+    table_deceleration_m_s2: float
+    wall_rolling_resistance: float
+
+    @classmethod
+    def of(cls, start: Start) -> Acceleration | None:
+        """Return what accelerates the discs of a start; None for nothing."""
+        found = cls(start.gravity_m_s2, start.table_deceleration_m_s2, start.wall_rolling_resistance)
+        return found if found.table_deceleration_m_s2 or found.gravity_m_s2 != (0.0, 0.0) else None
 
 
 class RunState(NamedTuple):
@@ -44,15 +67,17 @@ class RunState(NamedTuple):
 
     kernel: Mapping[str, Any]  # see `Kernel.state` in pic.pyx
     time_s: float
+    reached: tuple[float, float]
     fixed: Mapping[str, Any]  # what no impact changes, by name, except radii and masses, which the kernel's rows hold
     ended: Outcome | None  # how an impact has ended the run
     notes: tuple[str, ...]
 
 
 class EventDrivenRun:
-    """A PIC run that can be taken forward in as many pieces as one likes; the pieces do not change the result.
+    """A PIC run that can be advanced in as many pieces as one likes; the pieces do not change the result.
 
-    Of `carom.solvers.run.Run`, for any number of discs: a million as `DiscArrays`.
+    Of `carom.solvers.run.Run`, for any number of discs: a million as `DiscArrays`. Under gravity discs slide, roll and
+    rest on straight walls. Any other contact that lasts ends the run, see `carom.trace.Outcome` and `notes`.
 
     Args:
         start: A scene, or discs and walls as arrays.
@@ -66,9 +91,9 @@ class EventDrivenRun:
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
 
     Raises:
-        InputError: The scene has gravity or damping, or walls of more sides and vertices than can be numbered; discs
-            given as arrays overlap, an option is outside its range, or `resume` is the state of a run of another scene;
-            the message names what differs.
+        InputError: The scene has damping, or a contact time with gravity or a table that slows discs; walls have more
+            sides and vertices than can be numbered; discs given as arrays overlap, an option is outside its range, or
+            `resume` is the state of a run of another scene. The message names what differs.
         MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
@@ -82,16 +107,23 @@ class EventDrivenRun:
         resume: RunState | None = None,
         cell_factor: float = 1.0,
     ) -> None:
-        duration_s = 0.0 if isinstance(start, DiscArrays) else start.duration_s
+        self.options = RunOptions(record, window_s, contact_duration_s)
+        duration_s, acceleration = 0.0, None
         if not isinstance(start, DiscArrays):
-            from carom.solvers.plain.bodies import require_supported  # with it pydantic, which arrays do without
-
-            require_supported(start, "the event-driven kernel")
+            if damping_per_s := getattr(start, "damping_per_s", 0.0):
+                raise InputError(
+                    f"damping_per_s is {damping_per_s}: EventDrivenRun does not support damping; solve_pic does"
+                )
+            duration_s, acceleration = start.duration_s, Acceleration.of(start)
             start = start.arrays
             start.require_ordinary()
         elif resume is None:
             start.require_apart()
-        self.options = RunOptions(record, window_s, contact_duration_s)
+        if acceleration is not None and self.options.contact_duration_s:
+            raise InputError(
+                "contact_duration_s must be 0 with gravity or a table that slows discs down, "
+                f"got {self.options.contact_duration_s}"
+            )
         if not cell_factor >= 1:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         self.time_s = 0.0
@@ -99,22 +131,23 @@ class EventDrivenRun:
         require_compiled("EventDrivenRun")
         from carom.core import pic
 
-        obstacles = _obstacles_of(start)
-        self._crushes = Crushes(start, obstacles, duration_s) if start.driven else None
+        obstacles = _obstacles_of(start, accelerate=acceleration is not None)
+        self._crushes = Crushes(start, obstacles, duration_s, acceleration) if start.driven else None
         contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
-        self._kernel = pic.Kernel(start, obstacles, self._crushes, contact_s, standstill, cell_factor)
+        self._kernel = pic.Kernel(start, obstacles, self._crushes, acceleration, contact_s, standstill, cell_factor)
         self._ended: Outcome | None = None
-        self._driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
-        self._driven_from = start.position_m
-        self._fixed = _fixed_of(start, contact_s)
+        self._reached: tuple[float, float] = (0.0, 0.0)  # since the epoch, as an instant: see instant.h
+        self._obstacles = obstacles
+        self._fixed = _fixed_of(start, contact_s) | {"acceleration": acceleration}
         if self.options.record == "all":
             self._kernel.record(*self.options.window_s)
         edges_of = None if obstacles is None or start.has_half_planes else obstacles.edges
-        self.log = RecordedImpacts(self._kernel, self._kernel.spins is not None, edges_of)
+        self.log = RecordedImpacts(self._kernel, start.turns, edges_of)
         if resume is not None:
             _require_same(resume, self._fixed, self._kernel.discs)
             self._kernel.resume(resume.kernel)
-            self.time_s, self._ended, self.notes = resume.time_s, resume.ended, resume.notes
+            self.time_s, self._reached = resume.time_s, resume.reached
+            self._ended, self.notes = resume.ended, resume.notes
 
     def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
         """Carry out every impact up to and including `time_s`, or until `max_impacts` in all have been carried out.
@@ -135,55 +168,63 @@ class EventDrivenRun:
                 progress(self.impacts, self._kernel.clock["reported"])
         if self._crushes is not None:
             self._crushes.reraise()
-        reached_s = time_s if ended == _DONE and time_s < math.inf else self._kernel.clock["reported"]
+        has_completed = ended == _DONE and time_s < math.inf
+        reached_s = time_s if has_completed else self._kernel.clock["reported"]
         self.time_s = max(self.time_s, reached_s)
+        clock = self._kernel.clock
+        if self._fixed["acceleration"] is None:
+            self._reached = (float((self.time_s - clock["epoch"]) - clock["epoch_rest"]), 0.0)
+        else:
+            now = (clock["now"], clock["now_low"])
+            self._reached = max(self._reached, now, (time_s, 0.0) if has_completed else now)
         if self._kernel.counts["too_far"]:
             raise too_far_out()
-        if ended in (_GLIDES, _CRUSHED):
+        if ended not in (_DONE, _LIMIT, _STANDSTILL) or (ended == _STANDSTILL and self._fixed["acceleration"]):
             self._ended = _OUTCOMES[ended]
-            crush = self._crushes.note if ended == _CRUSHED and self._crushes is not None else None
-            self.notes = (crush or gliding_note(*self._kernel.gliding, reached_s),)
+            self.notes = (self._note(ended, reached_s),)
         return _OUTCOMES[ended]
+
+    def _note(self, ended: int, reached_s: float) -> str:
+        """Return what a user reads of a run that an impact, or contact, has ended."""
+        if ended == _CRUSHED and self._crushes is not None:
+            return self._crushes.note
+        if ended == _GLIDES:
+            return gliding_note(*self._kernel.gliding, reached_s)
+        if ended == _STANDSTILL:
+            return "impact after impact comes sooner than the arithmetic can tell"
+        return self._contact_note(ended, **self._kernel.contact_end)
+
+    def _contact_note(self, ended: int, disc: int, other: int, obstacle: int, held_by: int, after_bounces: bool) -> str:
+        """Return in what contact a run has ended: see `ContactEnd` in accelerated.h."""
+        why = ", after infinitely many impacts" if after_bounces else ""
+        if ended == _EDGE:
+            wall = body_name(other)
+            return f"disc {disc} comes to the end of a straight edge of {wall} and does not fly off"
+        if ended == _PRESSED:
+            return f"disc {disc} stays in touch with {body_name(other)}{why}"
+        if ended == _CORNER and self._obstacles is not None:
+            return f"disc {disc} is wedged between {self._obstacles.names(held_by, obstacle) or body_name(other)}{why}"
+        return f"disc {disc} {'comes to rest' if after_bounces else 'rests'} on {body_name(other)}{why}"
 
     def positions(self) -> NDArray[np.float64]:
         """Centres now, metres, shape ``(n, 2)``."""
-        discs = self._kernel.discs
-        wait = self._since_epoch(self.time_s) - discs["time"]
-        position_m = np.empty((len(discs), 2))
-        position_m[:, 0], position_m[:, 1] = discs["x"] + discs["vx"] * wait, discs["y"] + discs["vy"] * wait
-        for disc, leg in self._legs():
-            position_m[disc] = self._driven_from[disc] + leg.moved_at(self._since_epoch(self.time_s))
-        return position_m
+        return self._kernel.states(*self._reached)[:, :2].copy()
 
     def velocities(self) -> NDArray[np.float64]:
         """Velocities now, metres a second, shape ``(n, 2)``."""
-        discs = self._kernel.discs
-        velocity_m_s = np.empty((len(discs), 2))
-        velocity_m_s[:, 0], velocity_m_s[:, 1] = discs["vx"], discs["vy"]
-        for disc, leg in self._legs():
-            velocity_m_s[disc] = leg.velocity
-        return velocity_m_s
-
-    def _since_epoch(self, time_s: float) -> float:
-        clock = self._kernel.clock
-        return float((time_s - clock["epoch"]) - clock["epoch_rest"])
-
-    def _legs(self) -> Iterator[tuple[int, Course]]:
-        """Yield each driven disc, and the leg of its path on which it is now, counted from the epoch."""
-        for disc, drive in self._driven.items():
-            yield disc, drive.counted_from(self._since_epoch).leg_at(self._since_epoch(self.time_s))
+        return self._kernel.states(*self._reached)[:, 2:].copy()
 
     def spins(self) -> NDArray[np.float64] | None:
         """Spins now, radians a second, shape ``(n,)``; None in a scene in which nothing turns."""
-        return None if self._kernel.spins is None else self._kernel.spins.copy()
+        return self._kernel.spins_at(*self._reached)
 
     def impacts_per_disc(self) -> NDArray[np.int64]:
         """Number of impacts of each disc so far, with discs and walls, shape ``(n,)``."""
-        return self._kernel.discs["impacts"].astype(np.int64)
+        return self._kernel.impact_counts
 
     def state(self) -> RunState:
         """Return a copy of the run's state, to go on from later."""
-        return RunState(self._kernel.state(), self.time_s, self._fixed, self._ended, self.notes)
+        return RunState(self._kernel.state(), self.time_s, self._reached, self._fixed, self._ended, self.notes)
 
     @property
     def impacts(self) -> int:
@@ -206,9 +247,9 @@ class EventDrivenRun:
         return self._kernel.nbytes / len(self._kernel.discs)
 
 
-def _obstacles_of(start: DiscArrays) -> Obstacles | None:
-    """Return what there is to be met of the walls; None where they are the obstacles themselves."""
-    obstacles = None if start.has_plain_walls and not start.driven else Obstacles(start)
+def _obstacles_of(start: DiscArrays, *, accelerate: bool) -> Obstacles | None:
+    """Return what a disc can meet of the walls; None where the walls themselves are the obstacles."""
+    obstacles = None if start.has_plain_walls and not (start.driven or accelerate) else Obstacles(start)
     if (count := len(start.walls if obstacles is None else obstacles.rows)) > MOST_OBSTACLES:
         raise InputError(f"walls have {count} sides and vertices: at most {MOST_OBSTACLES} can be numbered")
     return obstacles

@@ -1,0 +1,282 @@
+/* Discs in contact with a wall that gravity presses them to: how they move there, and when that changes.
+
+   In contact a disc moves on a parabola as well, with an acceleration along the wall, so all that predicts discs in flight
+   predicts these. What the law makes 0 is set to 0 and not computed: the gap and the speed along the normal of a disc in
+   contact, and the slip of one that rolls. docs/contact.md derives the law. */
+
+#ifndef CAROM_CONTACT_H
+#define CAROM_CONTACT_H
+
+#include "carom/core/contact_law.h"
+#include "carom/core/mode_record.h"
+#include "carom/core/parabola.h"
+
+/* ---- the ground: the half-plane or face that a disc is in contact with ---- */
+
+static inline double slip_on(const State *s, Index i, const Feature *ground) {
+    const Disc *a = &s->discs[i];
+    return a->vx * ground->ny - a->vy * ground->nx + a->radius * s->turning[i].spin;
+}
+
+static inline double rim_speed(const State *s, Index i) {
+    return s->discs[i].radius * s->turning[i].spin;
+}
+
+/* Return the speed at which a disc approaches its ground. */
+static inline double ground_approach(const State *s, Index i, const Feature *ground) {
+    return -wall_speed(s->discs[i].vx, s->discs[i].vy, ground->nx, ground->ny).high;
+}
+
+/* Return the distance of a disc from the surface. */
+static inline double ground_gap(const State *s, Index i, Index k) {
+    const Disc *a = &s->discs[i];
+    const Feature *f = &s->features[k];
+    const Ground *g = &s->accelerated.grounds[k];
+    return wall_gap(a->x, a->y, a->radius, g->x, g->y, f->nx, f->ny).high;
+}
+
+/* Return how well that distance is known. */
+static inline double ground_gap_resolution(const State *s, Index i, Index k) {
+    const Disc *a = &s->discs[i];
+    const Ground *g = &s->accelerated.grounds[k];
+    return gap_resolution(size_of(a->x, a->y, a->radius) + size_of(g->x, g->y, 0.0));
+}
+
+/* Remove what rounding has made of the gap between a disc and its ground. */
+static inline void set_on_ground(State *s, Index i, Index k) {
+    Disc *a = &s->discs[i];
+    const Feature *f = &s->features[k];
+    double gap = ground_gap(s, i, k);
+    a->x -= gap * f->nx;
+    a->y -= gap * f->ny;
+}
+
+/* Return how far a disc is along a face, from its first end. */
+static inline double place_on_face(const State *s, Index i, Index k) {
+    const Disc *a = &s->discs[i];
+    const Feature *f = &s->features[k];
+    const Ground *g = &s->accelerated.grounds[k];
+    return (a->x - g->x) * f->ny - (a->y - g->y) * f->nx;
+}
+
+/* Return after how many seconds a disc reaches an end of its face; infinity for never, as on a half-plane. */
+static inline double time_to_face_end(const State *s, Index i, Index k, double speed, double rate) {
+    const Feature *f = &s->features[k];
+    if (f->kind != FACE) {
+        return CAROM_INF;
+    }
+    double place = place_on_face(s, i, k), ahead = f->size.high - place;
+    double back = speed < 0.0 || rate < 0.0
+                      ? descent_time((DoubleDouble){place, 0.0}, (DoubleDouble){speed, 0.0}, (DoubleDouble){rate, 0.0})
+                      : CAROM_INF;
+    double forth = speed > 0.0 || rate > 0.0 ? descent_time((DoubleDouble){ahead, 0.0}, (DoubleDouble){-speed, 0.0},
+                                                            (DoubleDouble){-rate, 0.0})
+                                             : CAROM_INF;
+    return forth < back ? forth : back;
+}
+
+static inline Press press_on(const State *s, Index i, const Feature *ground) {
+    const Accelerated *run = &s->accelerated;
+    double along = wall_speed(run->gx, run->gy, ground->ny, -ground->nx).high;
+    double normal = -wall_speed(run->gx, run->gy, ground->nx, ground->ny).high;
+    double ratio = s->turning[i].inverse_inertia_ratio;
+    double friction = s->wall_laws[ground->wall].wall_contact.friction;
+    return (Press){normal, along, friction, ratio, ratio != 0.0 ? run->rolling_resistance : 0.0};
+}
+
+/* ---- modes ---- */
+
+static inline Mode mode_of(double speed, double along, bool sticks, bool blocks) {
+    if (sticks) {
+        return speed != 0.0 || along != 0.0 ? ROLL : REST;
+    }
+    return blocks ? BLOCK : SLIDE;
+}
+
+/* Return how a disc moves from now on, as a row of the trace: `Outcome.mode` is what it was before. */
+static inline ModeRow mode_row(const State *s, Index i, Index wall, Mode before) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    return (ModeRow){
+        .disc = i,
+        .wall = -1 - wall,
+        .before = before,
+        .after = p->mode,
+        .position = {a->x, a->y},
+        .velocity = {a->vx, a->vy},
+        .acceleration = {p->ax, p->ay},
+        .spin = s->turning[i].spin,
+        .spin_rate = p->spin_rate,
+    };
+}
+
+/* Let a disc move on in contact with feature k, with a slip and a speed of its rim. */
+static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
+    Disc *a = &s->discs[i];
+    Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[k];
+    Mode before = p->mode;
+    set_on_ground(s, i, k);
+    Press press = press_on(s, i, f);
+    double speed = a->vx * f->ny - a->vy * f->nx;
+    bool resists = press.rolling_resistance > 0.0;
+    if (resists && now.slip == 0.0) { /* of two numbers that the law makes one */
+        speed = now.rim != 0.0 ? speed : 0.0;
+        now.rim = 0.0 - speed;
+    }
+    ContactRates rates = contact_rates(&press, now);
+    if (rates.sticks) {
+        speed = press.inverse_inertia_ratio != 0.0 ? speed : 0.0;
+        s->turning[i].spin = 0.0 - speed / a->radius;
+    } else if (resists && now.rim == 0.0) {
+        s->turning[i].spin = 0.0;
+    }
+    a->vx = speed * f->ny;
+    a->vy = 0.0 - speed * f->nx;
+    p->ax = rates.along * f->ny;
+    p->ay = 0.0 - rates.along * f->nx;
+    p->spin_rate = rates.rim / a->radius;
+    p->never_of = (int)k;
+    p->never_met = NEVER_ALL;
+    p->ground = (int)k;
+    p->mode = mode_of(speed, rates.along, rates.sticks, rates.blocks);
+    /* Of a disc that rolls both pass 0 at once, which changes nothing without rolling resistance. */
+    double slip_wait = time_to_zero(now.slip, rates.along + rates.rim);
+    double rim_wait = resists ? time_to_zero(now.rim, rates.rim) : CAROM_INF;
+    double wait = rim_wait < slip_wait ? rim_wait : slip_wait;
+    p->slip_ends = slip_wait == wait || (rates.sticks && resists);
+    p->rim_ends = rim_wait == wait || (rates.sticks && resists);
+    Instant own = own_instant(a, p);
+    Instant zero = instant_after(own, wait);
+    Instant over = instant_after(own, time_to_face_end(s, i, k, speed, rates.along));
+    p->ends = earlier_of(zero, over);
+    p->ends_at_face_end = is_before(over, zero);
+    return mode_row(s, i, f->wall, before);
+}
+
+/* Begin the contact of a disc, moved there, with feature k: nothing is left of its bounces. */
+static inline ModeRow land(State *s, Index i, Index k, double approach) {
+    Disc *a = &s->discs[i];
+    Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[k];
+    const Law *law = &s->wall_laws[f->wall];
+    double restitution = law->wall_restitution;
+    Press press = press_on(s, i, f);
+    Slips now = {slip_on(s, i, f), rim_speed(s, i)};
+    bool sticks = p->sticks && a->last < 0 && a->last != NO_BODY && s->features[-1 - a->last].wall == f->wall;
+    /* What an impact has given back of a slip is left; what infinitely many leave of it is slip_after_bounces. */
+    sticks = sticks && law->wall_contact.restitution == 0.0;
+    /* What the remaining bounces take of a slip that they do not end, contact takes in the time that they would last. */
+    double by = 0.0;
+    if (press.rolling_resistance != 0.0 && approach > 0.0 && restitution < 1.0) {
+        double speed = now.slip - now.rim;
+        Slips start = {sticks ? 0.0 : now.slip, now.rim};
+        Slips left = both_after_bounces(&press, start, approach, restitution);
+        if (left.slip == 0.0) {
+            by = speed + left.rim;
+            now = (Slips){0.0, left.rim};
+        } else if (left.rim == 0.0) {
+            now = (Slips){speed, 0.0};
+        }
+    } else if (sticks) { /* what is left of the slip is rounding */
+        now.slip = 0.0;
+    } else if (approach > 0.0 && restitution < 1.0 &&
+               slip_after_bounces(&press, now.slip, approach, restitution) == 0.0) {
+        by = now.slip / (1.0 + press.inverse_inertia_ratio);
+        now.slip = 0.0;
+    }
+    if (by != 0.0) { /* by friction, from the disc and from its rim; the speed across is as it was */
+        a->vx -= by * f->ny;
+        a->vy += by * f->nx;
+    }
+    a->last = NO_BODY;
+    return settle(s, i, k, now);
+}
+
+/* Let a disc leave the wall that it is in contact with. */
+static inline ModeRow take_off(State *s, Index i) {
+    Parabola *p = &s->accelerated.paths[i];
+    Mode before = p->mode;
+    Index wall = s->features[p->ground].wall;
+    p->ground = NO_OBSTACLE;
+    p->mode = FLIGHT;
+    p->ends = NEVER;
+    p->ax = s->accelerated.gx;
+    p->ay = s->accelerated.gy;
+    p->spin_rate = 0.0;
+    return mode_row(s, i, wall, before);
+}
+
+/* Let a disc that has reached an end of its face fly off; return false if it does not, which is not solved.
+
+   Its rim is then on the vertex at the end and moves along it; the face it never meets again on this path. */
+static inline bool leave_at_face_end(State *s, Index i, ModeRow *row) {
+    Disc *a = &s->discs[i];
+    Parabola *p = &s->accelerated.paths[i];
+    const Index k = p->ground;
+    const Feature *f = &s->features[k];
+    bool at_last = 2.0 * place_on_face(s, i, k) > f->size.high;
+    double away = a->radius + f->half_width;
+    a->x = (at_last ? f->fx.high : f->x.high) + away * f->nx;
+    a->y = (at_last ? f->fy.high : f->y.high) + away * f->ny;
+    int vertex = s->accelerated.grounds[k].over[at_last];
+    if (vertex == NO_OBSTACLE) {
+        return false;
+    }
+    /* u^2 >= P (R + half width), by the very numbers by which it would otherwise meet the vertex at once. */
+    Mover disc = mover_of(a);
+    if (!(arc_fall_time(&s->accelerated.exact, &disc, &s->features[vertex], s->accelerated.gx, s->accelerated.gy, true,
+                        0.0) > 0.0)) {
+        return false;
+    }
+    *row = take_off(s, i);
+    a->last = -1 - vertex;
+    p->leaving = 0.0;
+    p->never_of = (int)k;
+    p->never_met = NEVER_FLAT;
+    p->never_but = vertex;
+    return true;
+}
+
+/* Let a disc, moved there, go on after the end of its mode: its slip, or its spin, or both are 0. Return false where it is
+   at the end of its face and does not fly off. */
+static inline bool end_mode(State *s, Index i, ModeRow *row) {
+    Parabola *p = &s->accelerated.paths[i];
+    const Index k = p->ground;
+    s->discs[i].last = NO_BODY; /* a path of its own: it may meet again what it met before */
+    if (p->ends_at_face_end) {
+        return leave_at_face_end(s, i, row);
+    }
+    Slips now = {
+        p->slip_ends ? 0.0 : slip_on(s, i, &s->features[k]),
+        p->rim_ends ? 0.0 : rim_speed(s, i),
+    };
+    *row = settle(s, i, k, now);
+    return true;
+}
+
+/* Let a disc that an impact has just struck go on: in contact it stays so, or leaves its wall. Return whether that changes
+   more of its motion than its velocity.
+
+   It stays where its speed along the normal makes a hop that is lower than the gap is known to. One that is driven into
+   its wall is in flight, too, and meets the wall at once. */
+static inline bool update_contact(State *s, Index i, ModeRow *row) {
+    Parabola *p = &s->accelerated.paths[i];
+    const Index k = p->ground;
+    p->never_met = NEVER_NOTHING;
+    if (k == NO_OBSTACLE) {
+        return false;
+    }
+    const Feature *f = &s->features[k];
+    double approach = ground_approach(s, i, f);
+    if (approach * approach <= 2.0 * press_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
+        Parabola before = *p;
+        *row = settle(s, i, k, (Slips){slip_on(s, i, f), rim_speed(s, i)});
+        return before.mode != p->mode || before.ax != p->ax || before.ay != p->ay || before.spin_rate != p->spin_rate;
+    }
+    set_on_ground(s, i, k);
+    *row = take_off(s, i);
+    return true;
+}
+
+#endif

@@ -1,0 +1,182 @@
+/* Lower bounds of times of impact on a parabola: when a disc certainly does not touch something yet.
+
+   They cost a small part of what fall.h costs, so most features near a disc need no solution. Each is conservative: it
+   subtracts more than all of its rounding errors, which are below BOUND_ERROR of the terms that enter. Where numbers are
+   too large for floats, no comparison holds, and a bound is 0. Times are in seconds from now; CAROM_INF for never. */
+
+#ifndef CAROM_FALL_BOUNDS_H
+#define CAROM_FALL_BOUNDS_H
+
+#include <math.h>
+#include <stdbool.h>
+
+#include "carom/core/constants.h"
+#include "carom/core/fall.h"
+#include "carom/core/feature.h"
+
+/* 32 roundings: more than enter any term below. */
+#define BOUND_ERROR 0x1p-48
+/* Above what underflow takes from a square or product, in m^2, and its root. */
+#define BOUND_UNDERFLOW 0x1p-1000
+#define BOUND_LENGTH_UNDERFLOW 0x1p-500
+
+/* Return a time before which a gap > 0 certainly does not close, from its rate of change and second derivative now.
+
+   The three must be lower bounds. */
+static inline double closing_lower_bound(double gap, double speed, double pull) {
+    if (!(gap > 0.0))
+        return 0.0;
+    if (speed >= 0.0 && pull >= 0.0)
+        return CAROM_INF;
+    double square = speed * speed, product = 2.0 * pull * gap;
+    double d = square - product;
+    double error = BOUND_ERROR * (square + fabs(product)) + BOUND_UNDERFLOW;
+    if (d < -error)
+        return CAROM_INF;
+    double root = sqrt(greater(d + error, 0.0));
+    double time = speed > 0.0 ? (speed + sqrt(greater(d - error, 0.0))) / -pull : 2.0 * gap / (root - speed);
+    time *= 1.0 - BOUND_ERROR;
+    return time > 0.0 ? time : 0.0;
+}
+
+/* Return a time before which a disc is certainly further from a point than `reach`.
+
+   (x, y) is the disc's place as seen from the point, with an error of at most `error`, (ux, uy) its velocity. The disc is
+   outside the circle around the point at least as long as it is beyond the tangent at the place of the circle that is
+   nearest to it now. */
+static inline double circle_lower_bound(double x, double y, double ux, double uy, double ax, double ay, double reach,
+                                        double error) {
+    double distance = sqrt(x * x + y * y);
+    double nx = x / distance, ny = y / distance;
+    double gap = distance - reach - (error + BOUND_ERROR * (distance + reach) + BOUND_LENGTH_UNDERFLOW);
+    double speed = nx * ux + ny * uy - BOUND_ERROR * (fabs(ux) + fabs(uy));
+    double pull = nx * ax + ny * ay - BOUND_ERROR * (fabs(ax) + fabs(ay));
+    return closing_lower_bound(gap, speed, pull);
+}
+
+/* Return a time before which a disc certainly does not touch a fixed one that it is not in contact with. */
+static inline double fall_pair_lower_bound(const FallingDisc *disc, double fixed_x, double fixed_y,
+                                           double fixed_radius, double ax, double ay) {
+    double size = fabs(disc->x) + fabs(fixed_x) + fabs(disc->y) + fabs(fixed_y);
+    return circle_lower_bound(disc->x - fixed_x, disc->y - fixed_y, disc->vx, disc->vy, ax, ay,
+                              disc->radius + fixed_radius, BOUND_ERROR * size);
+}
+
+typedef struct Range {
+    double least;
+    double most;
+} Range;
+
+/* Return the range of a coordinate on a parabola up to a time; not a number if that is infinite. */
+static inline Range parabola_range(double x, double u, double a, double within) {
+    double end = x + within * (u + 0.5 * a * within);
+    Range range = {lesser(x, end), greater(x, end)};
+    if (u * a < 0.0 && -u / a < within) {
+        double apex = x - 0.5 * u * (u / a);
+        range.least = lesser(range.least, apex);
+        range.most = greater(range.most, apex);
+    }
+    double error = BOUND_ERROR * (fabs(x) + within * (fabs(u) + fabs(a) * within));
+    return (Range){range.least - error, range.most + error};
+}
+
+/* Return the ranges of the coordinates of a feature other than a plane, as seen from its `x` and `y`. */
+static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
+    double size = f->size.high;
+    if (f->kind == FACE) {
+        *x = (Range){lesser(f->ex.high, 0.0), greater(f->ex.high, 0.0)};
+        *y = (Range){lesser(f->ey.high, 0.0), greater(f->ey.high, 0.0)};
+        return;
+    }
+    *x = *y = (Range){-size, size};
+    if (f->whole)
+        return;
+    /* Directions of the axes that are not in the sector; an end next to an axis has the range of the axis, rounded. */
+    double ex = f->ex.high, ey = f->ey.high, fx = f->fx.high, fy = f->fy.high;
+    bool has_right = f->reflex ? ey <= 0.0 || fy >= 0.0 : ey <= 0.0 && fy >= 0.0;
+    bool has_left = f->reflex ? ey >= 0.0 || fy <= 0.0 : ey >= 0.0 && fy <= 0.0;
+    bool has_top = f->reflex ? ex >= 0.0 || fx <= 0.0 : ex >= 0.0 && fx <= 0.0;
+    bool has_bottom = f->reflex ? ex <= 0.0 || fx >= 0.0 : ex <= 0.0 && fx >= 0.0;
+    x->most = has_right ? size : greater(ex, fx);
+    x->least = has_left ? -size : lesser(ex, fx);
+    y->most = has_top ? size : greater(ey, fy);
+    y->least = has_bottom ? -size : lesser(ey, fy);
+}
+
+/* Return whether a disc is certainly in front of a line all the time, or behind it; the gap is times the length. */
+static inline bool misses_line(double gap, double gap_size, double speed, double speed_size, double pull,
+                               double pull_size, bool is_behind, double within) {
+    double gap_error = BOUND_ERROR * gap_size + BOUND_UNDERFLOW;
+    double speed_error = BOUND_ERROR * speed_size + BOUND_UNDERFLOW;
+    double pull_error = BOUND_ERROR * pull_size + BOUND_UNDERFLOW;
+    if (gap > gap_error)
+        return closing_lower_bound(gap - gap_error, speed - speed_error, pull - pull_error) > within;
+    return is_behind &&
+           closing_lower_bound(-gap - gap_error, -speed - speed_error, -pull - pull_error) > within;
+}
+
+/* Return whether a disc certainly does not touch a feature within a time. The disc must not have just left it. */
+static inline bool fall_misses_feature(const Mover *disc, const Feature *f, double ax, double ay, double within) {
+    const double ux = disc->ux.high, uy = disc->uy.high;
+    const double x = disc->x.high - f->x.high, y = disc->y.high - f->y.high;
+    const double place_size = fabs(disc->x.high) + fabs(f->x.high) + fabs(disc->y.high) + fabs(f->y.high);
+    const double thick = disc->radius + f->half_width;
+    if (f->kind == PLANE) {
+        double size = place_size + disc->radius;
+        return misses_line(x * f->nx + y * f->ny - disc->radius, size, ux * f->nx + uy * f->ny, fabs(ux) + fabs(uy),
+                           ax * f->nx + ay * f->ny, fabs(ax) + fabs(ay), false, within);
+    }
+    /* Where a disc touches a feature, its centre is within `thick` of the feature, but for the rounding of its way:
+       that decides at the ends of the feature. */
+    const double way = within * ((fabs(ux) + fabs(uy)) + within * (fabs(ax) + fabs(ay)));
+    const double room = thick + BOUND_ERROR * (place_size + thick + f->size.high + way) + BOUND_LENGTH_UNDERFLOW;
+    Range path_x = parabola_range(x, ux, ax, within), path_y = parabola_range(y, uy, ay, within), at_x, at_y;
+    write_feature_ranges(f, &at_x, &at_y);
+    if (path_x.least > at_x.most + room || path_x.most < at_x.least - room || path_y.least > at_y.most + room ||
+        path_y.most < at_y.least - room)
+        return true;
+    if (f->kind == FACE) {
+        double ex = f->ex.high, ey = f->ey.high, length = f->size.high;
+        double cross = ex * y - ey * x, size = (fabs(ex) + fabs(ey)) * place_size;
+        return misses_line(cross - length * thick, size + length * thick, ex * uy - ey * ux,
+                           fabs(ex * uy) + fabs(ey * ux), ex * ay - ey * ax, fabs(ex * ay) + fabs(ey * ax),
+                           cross < -BOUND_ERROR * size - BOUND_UNDERFLOW, within);
+    }
+    const double error = BOUND_ERROR * place_size;
+    if (f->kind != INNER_ARC)
+        return circle_lower_bound(x, y, ux, uy, ax, ay, f->size.high + thick, error) > within;
+    double far_x = greater(path_x.most, -path_x.least), far_y = greater(path_y.most, -path_y.least);
+    double far = sqrt(far_x * far_x + far_y * far_y);
+    return far + (error + BOUND_ERROR * (far + f->size.high + thick) + BOUND_LENGTH_UNDERFLOW) < f->size.high - thick;
+}
+
+/* The first feature of some that a disc touches: its number, or -1 for none. */
+typedef struct FirstFall {
+    double time;
+    int feature;
+} FirstFall;
+
+/* Find the first of some features that a disc touches in less than `within` seconds; of several at one instant the
+   first in the array. `last` is the number of the feature that the disc has just left, at the speed `leaving`, or -1.
+   Features whose numbers are in `never_met` do not count. */
+static inline FirstFall first_feature_fall(const ExactQuartic *exact, const Mover *disc, const Feature *features,
+                                           int count, double ax, double ay, int last, double leaving,
+                                           const int *never_met, int never_count, double within) {
+    FirstFall first = {within, -1};
+    for (int k = 0; k < count; k++) {
+        const Feature *feature = &features[k];
+        bool is_never_met = false;
+        for (int n = 0; n < never_count; n++)
+            is_never_met |= never_met[n] == k;
+        if (is_never_met || (k != last && fall_misses_feature(disc, feature, ax, ay, first.time)))
+            continue;
+        double time = feature_fall_time(exact, disc, feature, ax, ay, k == last, leaving);
+        if (time < first.time)
+            first = (FirstFall){time, k};
+    }
+    if (first.feature < 0)
+        first.time = CAROM_INF;
+    return first;
+}
+
+#endif

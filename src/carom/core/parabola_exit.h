@@ -1,0 +1,280 @@
+/* End of the stay in a cell of a disc that accelerates: an edge, a feature of a wall, or the end of its motion. */
+
+#ifndef CAROM_PARABOLA_EXIT_H
+#define CAROM_PARABOLA_EXIT_H
+
+#include <math.h>
+
+#include "carom/core/fall_bounds.h"
+#include "carom/core/grid.h"
+#include "carom/core/obstacles.h"
+#include "carom/core/parabola.h"
+#include "carom/core/touched.h"
+
+/* ---- edges of the cell ---- */
+
+typedef struct AxisExit { /* along one axis */
+    double wait;          /* from the disc's own time; INF for never */
+    bool is_upper;        /* the edge with the larger coordinate */
+} AxisExit;
+
+/* Return the later root of `v t + a t^2/2 = d`, for a that points to the edge at the distance d. */
+static inline double later_edge_root(double d, double v, double a) {
+    double sign = a > 0.0 ? 1.0 : -1.0;
+    double square = v * v + 2.0 * a * d;
+    double root = sqrt(square > 0.0 ? square : 0.0); /* below 0 by rounding, of a disc that turns at the edge */
+    double outwards = v * sign;
+    if (outwards >= 0.0) {
+        return outwards + root > 0.0 ? 2.0 * fabs(d) * (d * sign >= 0.0) / (outwards + root) : 0.0;
+    }
+    return (root - outwards) / fabs(a);
+}
+
+/* Return when a coordinate leaves a cell; `place` is counted from the lower edge, `since` is when the disc came in.
+
+   The velocity turns round once, at -v/a. Before that the disc can only cross the edge that it moves to, after that only
+   the other one: so rounding never sends it back and forth over one edge. */
+static inline AxisExit axis_exit(double place, double v, double a, double width, double since) {
+    if (a == 0.0) {
+        bool is_upper = v > 0.0;
+        double wait = v != 0.0 ? ((is_upper ? width : 0.0) - place) / v : CAROM_INF;
+        return (AxisExit){greater(wait, since), is_upper};
+    }
+    bool falls_up = a > 0.0;
+    if (v != 0.0 && (v > 0.0) != falls_up && since < -v / a) { /* before it turns round */
+        double d = falls_up ? -place : width - place;
+        double square = v * v + 2.0 * a * d;
+        if (square >= 0.0) {
+            double closing = fabs(v) + sqrt(square);
+            return (AxisExit){greater(2.0 * fabs(d) * (d * v > 0.0) / closing, since), !falls_up};
+        }
+    }
+    return (AxisExit){greater(later_edge_root(falls_up ? width - place : -place, v, a), since), falls_up};
+}
+
+/* Return which edge of its cell a disc crosses first, and when; row and column are those without the ring. */
+static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, Index column) {
+    const Grid *g = &s->grid;
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    double since = greater(p->entered - a->time, 0.0);
+    AxisExit x = axis_exit(a->x - (g->x0 + (double)column * g->width), a->vx, p->ax, g->width, since);
+    AxisExit y = axis_exit(a->y - (g->y0 + (double)row * g->width), a->vy, p->ay, g->width, since);
+    /* A cell at the rim is unbounded outwards; then the disc may still turn round and leave on the other side, which is
+       the same prediction with that edge moved out of reach. */
+    if (column == (x.is_upper ? g->columns - 1 : 0)) {
+        x.wait = CAROM_INF;
+        if (g->columns > 1 && p->ax != 0.0 && (p->ax > 0.0) != x.is_upper) {
+            x.is_upper = !x.is_upper;
+            x.wait = greater(later_edge_root((x.is_upper ? g->width : 0.0) -
+                                                 (a->x - (g->x0 + (double)column * g->width)), a->vx, p->ax), since);
+        }
+    }
+    if (row == (y.is_upper ? g->rows - 1 : 0)) {
+        y.wait = CAROM_INF;
+        if (g->rows > 1 && p->ay != 0.0 && (p->ay > 0.0) != y.is_upper) {
+            y.is_upper = !y.is_upper;
+            y.wait = greater(later_edge_root((y.is_upper ? g->width : 0.0) -
+                                                 (a->y - (g->y0 + (double)row * g->width)), a->vy, p->ay), since);
+        }
+    }
+    return y.wait < x.wait ? (CellExit){y.wait, y.is_upper ? UP : DOWN} : (CellExit){x.wait, x.is_upper ? RIGHT : LEFT};
+}
+
+/* Return whether a coordinate stays between two bounds on a parabola, from now on for some seconds. */
+static inline bool stays_between(double low, double high, double x, double v, double a, double wait) {
+    double end = x + wait * (v + 0.5 * a * wait);
+    bool stays = low <= x && x <= high && low <= end && end <= high; /* false for NaN, of a wait without end */
+    double turn = a != 0.0 ? -v / a : -1.0;
+    if (stays && turn > 0.0 && turn < wait) {
+        double extreme = x + turn * (v + 0.5 * a * turn);
+        stays = low <= extreme && extreme <= high;
+    }
+    return stays;
+}
+
+/* Return whether a disc stays where the lists of its tiles hold, from its own time on for some seconds. */
+static inline bool parabola_stays_in_area(const State *s, Index i, double wait) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    const Box *area = &s->grid.area;
+    return stays_between(area->left, area->right, a->x, a->vx, p->ax, wait) &&
+           stays_between(area->low, area->high, a->y, a->vy, p->ay, wait);
+}
+
+/* ---- features ---- */
+
+/* Return whether a disc does not meet a feature on its present path, by where it is or comes from. */
+static inline bool is_never_met(const State *s, Index i, Index k) {
+    const Parabola *p = &s->accelerated.paths[i];
+    if (p->never_met == NEVER_NOTHING) {
+        return false;
+    }
+    if (p->ground == k) {
+        return true;
+    }
+    const Ground *g = &s->accelerated.grounds[p->never_of];
+    const Feature *f = &s->features[k];
+    if (p->never_met == NEVER_FLAT && (k == p->never_but || !(f->kind == FACE || f->whole))) {
+        return false;
+    }
+    for (int n = g->never_first; n < g->never_first + g->never_count; n++) {
+        if (s->accelerated.never_lists[n] == k) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Return whether a disc touches a straight feature without speed along the normal, and nothing pulls it there. */
+static inline bool keeps_touching(const State *s, Index i, Index k) {
+    if (s->touched == NULL || !is_touched(&s->touched[i], -1 - k)) {
+        return false;
+    }
+    const Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[k];
+    return s->accelerated.deceleration > 0.0 || wall_speed(p->ax, p->ay, f->nx, f->ny).high == 0.0;
+}
+
+/* Return how long a disc takes to reach feature k from a state relative to it; infinity for never, or if it certainly
+   takes longer than `within`. `has_just_left` says that the feature is what the disc met last on this path, `touches` that
+   it touches it without speed along the normal. */
+static inline double parabola_feature_wait(const State *s, Index i, Index k, const Motion *seen, bool has_just_left,
+                                           bool touches, double within) {
+    const Accelerated *run = &s->accelerated;
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &run->paths[i];
+    const Feature *f = &s->features[k];
+    if (f->kind == PLANE) {
+        DoubleDouble pull = wall_speed(p->ax, p->ay, f->nx, f->ny);
+        if (has_just_left) {
+            /* On a table the path is straight, and does not return to what is flat. */
+            return run->deceleration == 0.0 && pull.high < 0.0 ? return_time((DoubleDouble){p->leaving, 0.0}, pull)
+                                                               : CAROM_INF;
+        }
+        if (touches) {
+            return CAROM_INF;
+        }
+        DoubleDouble gap = wall_gap(seen->x, seen->y, a->radius, f->x.high, f->y.high, f->nx, f->ny);
+        return descent_time(gap, wall_speed(seen->vx, seen->vy, f->nx, f->ny), pull);
+    }
+    if (has_just_left && run->deceleration > 0.0 && f->kind == FACE) {
+        return CAROM_INF;
+    }
+    if (f->kind == FACE && touches) {
+        return CAROM_INF;
+    }
+    Mover disc = mover_at(seen->x, seen->y, seen->vx, seen->vy, a->radius);
+    if (!has_just_left && fall_misses_feature(&disc, f, p->ax, p->ay, within)) {
+        return CAROM_INF;
+    }
+    return feature_fall_time(&run->exact, &disc, f, p->ax, p->ay, has_just_left, p->leaving);
+}
+
+typedef struct NextObstacle {
+    Instant time;
+    Index feature; /* NO_OBSTACLE for none before `time` */
+} NextObstacle;
+
+/* Return the first of some features that a disc meets, if that is before `next`.
+
+   Of two features of one wall met at one instant the first comes first; of two walls the last, since wall k is body
+   -1 - k. */
+static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
+    const Disc *a = &s->discs[i];
+    Instant own = own_instant(a, &s->accelerated.paths[i]);
+    Motion seen = {a->x, a->y, a->vx, a->vy};
+    for (; *numbers != NO_OBSTACLE; numbers++) {
+        Index k = *numbers;
+        if (is_never_met(s, i, k)) {
+            continue;
+        }
+        double within = next.time.high - a->time + CAROM_TIME_ERROR * next.time.high; /* and what rounds to that time */
+        double wait = parabola_feature_wait(s, i, k, &seen, a->last == -1 - k, keeps_touching(s, i, k), within);
+        Instant met = instant_after(own, wait);
+        bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&
+                      is_same_instant(met, next.time);
+        if (is_before(met, next.time) || is_tie) {
+            next = (NextObstacle){met, k};
+        }
+    }
+    return next;
+}
+
+/* Return the first feature of a driven wall that a disc meets, if that is before `next`. */
+static inline NextObstacle first_of_driven_wall(const State *s, Index i, const Driven *wall, NextObstacle next) {
+    const Disc *a = &s->discs[i];
+    Index first = leg_at(&s->driving, wall, a->time);
+    for (Index n = first; n < wall->first_leg + wall->leg_count; n++) {
+        const Leg *leg = &s->driving.legs[n];
+        Instant begin = {n == first ? a->time : leg->begin, 0.0};
+        if (begin.high > next.time.high) {
+            break;
+        }
+        Motion seen = motion_at(s, i, begin);
+        Point moved = displacement_on(leg, begin.high);
+        seen = (Motion){seen.x - moved.x, seen.y - moved.y, seen.vx - leg->vx, seen.vy - leg->vy};
+        if (n == first) {
+            begin = own_instant(a, &s->accelerated.paths[i]);
+        }
+        double latest = lesser(leg->end, next.time.high);
+        double within = latest - begin.high + CAROM_TIME_ERROR * latest, wait = CAROM_INF;
+        Index met_feature = NO_OBSTACLE;
+        for (Index k = wall->first_feature; k < wall->first_feature + wall->feature_count; k++) {
+            if (is_never_met(s, i, k)) {
+                continue;
+            }
+            bool is_table_plane = s->accelerated.deceleration > 0.0 && s->features[k].kind == PLANE;
+            bool has_just_left = (n == first || is_table_plane) && a->last == -1 - k;
+            bool touches = n == first && keeps_touching(s, i, k);
+            double found = parabola_feature_wait(s, i, k, &seen, has_just_left, touches, within);
+            if (found < wait) {
+                wait = found;
+                met_feature = k;
+            }
+        }
+        Instant met = instant_after(begin, wait);
+        if (met.high < leg->end) {
+            bool is_tie = next.feature != NO_OBSTACLE && is_same_instant(met, next.time) &&
+                          s->features[next.feature].wall < -1 - wall->body;
+            return is_before(met, next.time) || is_tie ? (NextObstacle){met, met_feature} : next;
+        }
+    }
+    return next;
+}
+
+/* Predict when disc `i` crosses an edge of its cell, meets a feature before that, or ends its motion before both. */
+static inline void predict_parabola_exit(State *s, Index i) {
+    const Grid *g = &s->grid;
+    Prediction *p = &s->predictions[i];
+    Parabola *path = &s->accelerated.paths[i];
+    const Disc *a = &s->discs[i];
+    Index row = p->cell >> COLUMN_BITS, column = p->cell & COLUMN_MASK;
+    CellExit crossing = parabola_cell_exit(s, i, row - 1, column - 1);
+    NextObstacle next = {{a->time + crossing.wait, 0.0}, NO_OBSTACLE};
+    unsigned int list = g->list_of[tile_of(g, row, column)];
+    if (list != 0) {
+        next = first_of_features(s, i, g->lists + (list >> 1), next);
+        if ((list & 1) && !parabola_stays_in_area(s, i, next.time.high - a->time)) {
+            next = first_of_features(s, i, g->lists + FULL_LIST,
+                                     (NextObstacle){{a->time + crossing.wait, 0.0}, NO_OBSTACLE});
+            s->counts.beyond += 1;
+        }
+    }
+    for (Index k = 0; k < s->driving.count; k++) {
+        if (s->driving.rows[k].body < 0 && s->driving.rows[k].leg_count > 0) {
+            next = first_of_driven_wall(s, i, &s->driving.rows[k], next);
+        }
+    }
+    signed char edge = next.feature == NO_OBSTACLE ? (signed char)crossing.edge : NO_EDGE;
+    if (path->ends.high < CAROM_INF && !is_before(next.time, path->ends)) {
+        next = (NextObstacle){path->ends, NO_OBSTACLE};
+        edge = MOTION_END;
+    }
+    p->exit_time = next.time.high;
+    path->exit_low = next.time.low;
+    p->obstacle = (short)next.feature;
+    p->edge = edge;
+}
+
+#endif

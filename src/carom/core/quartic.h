@@ -1,0 +1,275 @@
+/* Instants at which a gap between two bodies, a polynomial in time of degree 4 or less, turns negative, in their order.
+
+   Three stages, of which each decides only what its error bound proves; nothing is compared with a tolerance:
+
+   1. Floats isolate the roots. This decides most gaps that never close.
+   2. Pairs isolate what floats leave undecided, as near grazes, and refine every root, so that it can be rounded.
+   3. The caller's exact solver decides the rest, and gaps whose terms are too large or small for floats.
+
+   A root at which the gap only touches 0 is a graze without depth, and no fall. Results are those of the exact solver,
+   to the last bit: see quartic_root.h. A gap that is 0 now and does not open has its first fall now. One that is
+   negative now has to open first. */
+
+#ifndef CAROM_QUARTIC_H
+#define CAROM_QUARTIC_H
+
+#include <math.h>
+#include <stdbool.h>
+
+#include "carom/core/constants.h"
+#include "carom/core/quartic_forms.h"
+#include "carom/core/quartic_isolation.h"
+#include "carom/core/quartic_root.h"
+#include "carom/core/quartic_scale.h"
+
+/* Products in this range, and what rounding takes from them, are far from over- and underflow. */
+#define LEAST_PRODUCT 0x1p-900
+
+/* Tests count by this macro which stage has decided: 1, 2 or 3. */
+#ifndef CAROM_STAGE_DECIDED
+#define CAROM_STAGE_DECIDED(stage) ((void)0)
+#endif
+
+enum {
+    MOST_FALLS = 2, /* of a polynomial of degree 4 at t > 0 */
+    UNKNOWN_SIGN = 2,
+    MOST_INTERVALS = 8, /* the error of a polynomial of pairs covers as many shifts of its origin */
+};
+
+/* The falls of a gap, found one after the other by `next_fall`. */
+typedef struct Falls {
+    const ExactQuartic *exact;
+    const Gap *gap;
+    double horizon;    /* falls from here on may be left out */
+    Polynomial floats; /* divided by the powers of t that are factors of the gap */
+    PairPolynomial pairs;
+    int dropped; /* number of these factors */
+    int start;   /* sign just after t = 0; 0 for a gap that stays 0 */
+    bool has_pairs;
+    bool falls_now; /* whether the gap is 0 and turns negative now */
+    bool is_closed; /* whether power 0 is 0, whatever the other forms say */
+    bool needs_exact;
+    bool has_times;
+    int index; /* of the next fall */
+    int count; /* of `times` */
+    double times[MOST_FALLS];
+} Falls;
+
+static inline void need_pairs(Falls *falls) {
+    if (!falls->has_pairs) {
+        falls->gap->write_pairs(falls->gap->source, &falls->pairs);
+        drop_powers(&falls->pairs, falls->dropped);
+        falls->has_pairs = true;
+    }
+}
+
+/* Call the exact solver. */
+static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
+    Products products;
+    products.from = 0.0;
+    products.is_closed = falls->is_closed;
+    for (int k = 0; k < QUARTIC_POWERS; k++)
+        products.count[k] = 0;
+    falls->gap->write_products(falls->gap->source, &products);
+    CAROM_STAGE_DECIDED(3);
+    return falls->exact->solve(falls->exact->context, &products, index);
+}
+
+/* ---- the stages ---- */
+
+/* Return whether certainly no power has a sign other than that of the start; `error` is in parts of sizes. */
+static inline bool keeps_sign(const Polynomial *p, int start, double error) {
+    bool keeps = true;
+    for (int k = 1; k <= p->degree; k++)
+        keeps &= start * p->power[k] - error * p->size[k] >= 0.0;
+    return keeps;
+}
+
+/* Find the roots t > 0 in pairs, up to `most` of them; return their number or QUARTIC_UNDECIDED.
+
+   `end` is where the first interval ends. The next one begins there, with a polynomial in the time from then on. */
+static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, double end, double horizon, int most,
+                                         Bracket *brackets) {
+    PairPolynomial rest = *p;
+    double from = 0.0;
+    int found = 0;
+    for (int step = 0; step < MOST_INTERVALS; step++) {
+        Polynomial floats = round_polynomial(&rest);
+        if (keeps_sign(&floats, start, QUARTIC_PAIR_ERROR))
+            return found;
+        double width = step == 0 ? end : time_scale(&floats, start);
+        bool is_last = !(from + width < 0.9 * horizon);
+        width = is_last ? horizon - from : width;
+        if (!(width >= LEAST_SCALE && width <= MOST_SCALE && rest.size[0] >= LEAST_SIZE))
+            return QUARTIC_UNDECIDED;
+        int count = isolate_roots_of_part(&rest, start, from, width, most - found, brackets + found);
+        if (count == QUARTIC_UNDECIDED)
+            return QUARTIC_UNDECIDED;
+        found += count;
+        if (found == most || is_last)
+            return found;
+        shift_origin(&rest, width);
+        if (fabs(rest.power[0].high) <= QUARTIC_PAIR_ERROR * rest.size[0])
+            return QUARTIC_UNDECIDED;
+        start = rest.power[0].high > 0.0 ? 1 : -1;
+        from += width;
+    }
+    return QUARTIC_UNDECIDED;
+}
+
+/* Isolate roots in floats, or else in pairs, which are written if there is a root. */
+static inline int isolate_in_stages(Falls *falls, double horizon, int most, Bracket *brackets) {
+    double scale = time_scale(&falls->floats, falls->start), doubt;
+    if (!(scale < 0.9 * horizon))
+        scale = 0.5 * horizon;
+    int count = isolate_roots(&falls->floats, falls->start, scale, horizon, most, brackets, &doubt);
+    if (count == 0) {
+        CAROM_STAGE_DECIDED(1);
+        return 0;
+    }
+    need_pairs(falls);
+    falls->floats = round_polynomial(&falls->pairs);
+    if (count == QUARTIC_UNDECIDED) {
+        double end = sharpen_turn(&falls->pairs, &falls->floats, doubt);
+        if (!(end >= LEAST_SCALE && end <= MOST_SCALE))
+            end = time_scale(&falls->floats, falls->start);
+        count = isolate_roots_of_pairs(&falls->pairs, falls->start, end, horizon, most, brackets);
+        if (count == 0)
+            CAROM_STAGE_DECIDED(2);
+    }
+    return count;
+}
+
+/* Find the first fall of a gap that is positive at first; return it, infinity for never, or CAROM_UNCERTAIN. */
+static inline double find_first_fall(Falls *falls) {
+    Bracket bracket;
+    QuarticRoot root;
+    double time;
+    int found = isolate_in_stages(falls, falls->horizon, 1, &bracket);
+    if (found <= 0)
+        return found == 0 ? CAROM_INF : CAROM_UNCERTAIN;
+    if (!refine_quartic_root(&falls->pairs, &falls->floats, &bracket, &root) || !round_quartic_root(&root, &time) ||
+        !is_grid_clear(&falls->pairs, &falls->floats, &root))
+        return CAROM_UNCERTAIN;
+    CAROM_STAGE_DECIDED(2);
+    return time;
+}
+
+/* Find all falls at t > 0, and return their number or QUARTIC_UNDECIDED. */
+static inline int find_all_falls(Falls *falls, double *times) {
+    Bracket brackets[QUARTIC_POWERS];
+    QuarticRoot roots[QUARTIC_POWERS];
+    int count = isolate_in_stages(falls, CAROM_INF, QUARTIC_POWERS, brackets);
+    for (int i = 0; i < count; i++) {
+        if (!refine_quartic_root(&falls->pairs, &falls->floats, &brackets[i], &roots[i]))
+            return QUARTIC_UNDECIDED;
+    }
+    if (count <= 0)
+        return count;
+    count = round_falls(roots, count, times);
+    if (count >= 0)
+        CAROM_STAGE_DECIDED(2);
+    return count;
+}
+
+/* ---- falls in their order ---- */
+
+/* Return the exact sign of a power, by an exact sum, or UNKNOWN_SIGN if a product leaves the range of floats. */
+static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
+    Products products = {.from = 0.0};
+    double terms[2 * MOST_PRODUCTS];
+    falls->gap->write_products(falls->gap->source, &products);
+    for (int i = 0; i < products.count[k]; i++) {
+        DoubleDouble product = two_prod(products.products[k][i].a, products.products[k][i].b);
+        if (products.from != 0.0 || !(fabs(product.high) >= LEAST_PRODUCT && fabs(product.high) <= 1.0 / LEAST_PRODUCT))
+            return UNKNOWN_SIGN;
+        terms[2 * i] = product.high;
+        terms[2 * i + 1] = product.low;
+    }
+    double sum = exact_sum(terms, 2 * products.count[k]).high;
+    return (sum > 0.0) - (sum < 0.0);
+}
+
+/* Return the sign of a power: exact, or UNKNOWN_SIGN. */
+static inline int sign_of_power(Falls *falls, int k) {
+    double value = falls->floats.power[k], size = falls->floats.size[k];
+    if (size >= LEAST_SIZE && fabs(value) > QUARTIC_ERROR * size)
+        return value > 0.0 ? 1 : -1;
+    need_pairs(falls);
+    value = falls->pairs.power[k].high;
+    size = falls->pairs.size[k];
+    if (size >= LEAST_SIZE && fabs(value) > QUARTIC_PAIR_ERROR * size)
+        return value > 0.0 ? 1 : -1;
+    return exact_sign_of_power(falls, k);
+}
+
+/* Return the sign of a gap now; it is exact. */
+static inline int sign_of_gap(Falls *falls) {
+    int sign = sign_of_power(falls, 0);
+    return sign == UNKNOWN_SIGN ? (int)solve_exactly(falls, QUARTIC_SIGN) : sign;
+}
+
+/* Begin with a gap; its float form, or that and its pairs, must be set next. */
+static inline void begin_falls(Falls *falls, const ExactQuartic *exact, const Gap *gap, double horizon) {
+    falls->exact = exact;
+    falls->gap = gap;
+    falls->horizon = horizon;
+    falls->dropped = falls->index = 0;
+    falls->has_pairs = falls->falls_now = falls->is_closed = falls->has_times = false;
+}
+
+/* Set the sign of the gap just after t = 0, from its sign now. */
+static inline void set_start(Falls *falls, int sign_now) {
+    Polynomial *p = &falls->floats;
+    int first = 0;
+    falls->start = sign_now;
+    while (falls->start == 0 && first < p->degree)
+        falls->start = sign_of_power(falls, ++first);
+    if (first > 0) {
+        falls->dropped = first;
+        falls->falls_now = falls->start == -1;
+        p->degree -= first;
+        for (int k = 0; k <= p->degree; k++) {
+            p->power[k] = p->power[k + first];
+            p->size[k] = p->size[k + first];
+        }
+        if (falls->has_pairs)
+            drop_powers(&falls->pairs, first);
+    }
+    bool is_in_range = p->size[0] >= LEAST_SIZE && (p->degree == 0 || fabs(p->power[p->degree]) >= LEAST_POWER);
+    falls->needs_exact = falls->start == UNKNOWN_SIGN || (falls->start != 0 && !is_in_range);
+}
+
+/* Return the next fall, in seconds, or infinity if there is none, or perhaps if it is not before the horizon. */
+static inline double next_fall(Falls *falls) {
+    int index = falls->index++;
+    if (falls->start == 0)
+        return CAROM_INF;
+    if (falls->needs_exact)
+        return solve_exactly(falls, index);
+    if (falls->falls_now && index == 0) {
+        CAROM_STAGE_DECIDED(1);
+        return 0.0;
+    }
+    if (keeps_sign(&falls->floats, falls->start, QUARTIC_ERROR)) {
+        CAROM_STAGE_DECIDED(1);
+        return CAROM_INF;
+    }
+    if (falls->start > 0 && index == 0) {
+        double time = find_first_fall(falls);
+        falls->needs_exact = time == CAROM_UNCERTAIN;
+        falls->start = time == CAROM_INF ? 0 : falls->start;
+        return falls->needs_exact ? solve_exactly(falls, index) : time;
+    }
+    if (!falls->has_times) {
+        falls->count = find_all_falls(falls, falls->times);
+        falls->has_times = true;
+        falls->needs_exact = falls->count == QUARTIC_UNDECIDED;
+        if (falls->needs_exact)
+            return solve_exactly(falls, index);
+    }
+    int number = index - falls->falls_now;
+    return number < falls->count ? falls->times[number] : CAROM_INF;
+}
+
+#endif

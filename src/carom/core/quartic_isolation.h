@@ -1,0 +1,297 @@
+/* Intervals that contain exactly one root t > 0 of a polynomial of degree 4 or less, proven by error bounds.
+
+   The half line t >= 0, or the interval up to a horizon, is mapped to 0 <= s <= 1 by
+
+       t = c s / ((1 - s) (1 - r) + r s),   r = c / horizon,
+
+   so that s = 1/2 is the instant c. Times the n-th power of the denominator, the polynomial has the coefficients b of
+   Bernstein's basis. By Descartes' rule, it has no root in the interval if all b have one sign, and exactly one if they
+   change sign once. Otherwise the interval is halved by de Casteljau's algorithm: means of neighbours, which are stable.
+   A sign counts if the coefficient exceeds a bound on all errors. If a sign that matters is uncertain, the result is
+   QUARTIC_UNDECIDED. Any c is right; a c near a minimum of the polynomial needs few halvings. In pairs, intervals are
+   finite, and quartic.h proceeds from one to the next: so times may differ by many orders of magnitude.
+
+   Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
+   (2012), sections 4.3 and 5.2. */
+
+#ifndef CAROM_QUARTIC_ISOLATION_H
+#define CAROM_QUARTIC_ISOLATION_H
+
+#include <math.h>
+#include <stdbool.h>
+
+#include "carom/core/constants.h"
+#include "carom/core/quartic_forms.h"
+
+/* For functions whose arguments are constants in the calls that matter. */
+#if defined(__GNUC__)
+#define CAROM_ALWAYS_INLINE inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define CAROM_ALWAYS_INLINE __forceinline
+#else
+#define CAROM_ALWAYS_INLINE inline
+#endif
+
+enum {
+    QUARTIC_UNDECIDED = -1,
+    MOST_HALVINGS = 26,
+    MOST_PAIR_HALVINGS = 60,
+};
+
+/* Above the error of a coefficient b, in parts of the largest one whose terms are taken by their magnitudes, u = 2^-53:
+   QUARTIC_ERROR = 8 u; 10 u for powers of c and r, binomials and sums; 4 u for each halving, so 104 u in all. */
+#define BERNSTEIN_ERROR 0x1p-45
+/* The same with u = 3 2^-106: 2^-98, 10 u for powers, binomials and sums, and 240 u for halvings. */
+#define BERNSTEIN_PAIR_ERROR 0x1p-95
+/* Scales of time for which no term of a power leaves the range of floats, nor what underflow takes from it. */
+#define LEAST_SCALE 0x1p-90
+#define MOST_SCALE 0x1p90
+/* Least power 0, of the magnitudes of its terms, that underflow of a term does not change by more than its error. */
+#define LEAST_SIZE 0x1p-600
+/* The same of the highest power. */
+#define LEAST_POWER 0x1p-900
+
+/* An interval that contains exactly one root. */
+typedef struct Bracket {
+    double begin;
+    double end;
+    bool is_fall; /* whether the polynomial turns negative at the root */
+} Bracket;
+
+/* Choose(k, j) over choose(n, j). */
+static const double BINOMIAL_RATIO[QUARTIC_POWERS][QUARTIC_POWERS][QUARTIC_POWERS] = {
+    {{1.0}},
+    {{1.0}, {1.0, 1.0}},
+    {{1.0}, {1.0, 0.5}, {1.0, 1.0, 1.0}},
+    {{1.0}, {1.0, 1.0 / 3.0}, {1.0, 2.0 / 3.0, 1.0 / 3.0}, {1.0, 1.0, 1.0, 1.0}},
+    {{1.0}, {1.0, 0.25}, {1.0, 0.5, 1.0 / 6.0}, {1.0, 0.75, 0.5, 0.25}, {1.0, 1.0, 1.0, 1.0, 1.0}},
+};
+
+typedef struct Substitution {
+    double scale; /* c */
+    double ratio; /* r */
+} Substitution;
+
+static inline double instant_of(const Substitution *map, double s) {
+    double rest = (1.0 - s) * (1.0 - map->ratio) + map->ratio * s;
+    return rest > 0.0 ? map->scale * s / rest : CAROM_INF;
+}
+
+typedef enum SignChanges {
+    NO_CHANGE,
+    ONE_CHANGE,
+    SEVERAL_CHANGES, /* possibly: some sign may be uncertain */
+} SignChanges;
+
+/* Return how often the coefficients of an interval change sign. `first` and `last` are known signs, or 0. */
+static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int degree, double error, int first, int last) {
+    const unsigned all = (2u << degree) - 1u;
+    unsigned positive = 0, negative = 0; /* bit k is for coefficient k; neither is set if its sign is uncertain */
+    for (int k = 0; k <= degree; k++) {
+        positive |= (unsigned)(b[k] > error) << k;
+        negative |= (unsigned)(b[k] < -error) << k;
+    }
+    positive |= (unsigned)(first > 0) | ((unsigned)(last > 0) << degree);
+    negative |= (unsigned)(first < 0) | ((unsigned)(last < 0) << degree);
+    if (positive == all || negative == all)
+        return NO_CHANGE;
+    /* One sign up to some coefficient, the other one from there or the next one on: whichever sign one uncertain
+       coefficient between them has, there is one change. */
+    unsigned low = positive & 1u ? positive : negative, not_high = all & ~(positive & 1u ? negative : positive);
+    bool is_one = (low & (low + 1u)) == 0u && (not_high == low || not_high == 2u * low + 1u) && low != 0u;
+    return is_one && not_high != all ? ONE_CHANGE : SEVERAL_CHANGES;
+}
+
+/* ---- in floats ---- */
+
+typedef struct BernsteinPiece {
+    double b[QUARTIC_POWERS];
+    double begin; /* of s */
+    double end;
+} BernsteinPiece;
+
+/* Write the coefficients of the whole interval, and return the largest with all terms taken by their magnitudes. */
+static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, const Substitution *map,
+                                                  double *b) {
+    double term[QUARTIC_POWERS], size[QUARTIC_POWERS];
+    double scale = 1.0, largest = 0.0;
+    for (int k = 0; k <= n; k++) {
+        term[k] = p->power[k] * scale;
+        size[k] = p->size[k] * scale;
+        scale *= map->scale;
+    }
+    if (map->ratio == 0.0) {
+        for (int k = 0; k <= n; k++) {
+            b[k] = term[k] * BINOMIAL_RATIO[n][k][k];
+            largest = greater(largest, size[k] * BINOMIAL_RATIO[n][k][k]);
+        }
+        return largest;
+    }
+    double weight = 1.0;
+    for (int j = n; j >= 0; j--) {
+        double value = 0.0, total = 0.0;
+        for (int k = 0; k <= j; k++) {
+            value = value * map->ratio + term[k] * BINOMIAL_RATIO[n][j][k];
+            total = total * map->ratio + size[k] * BINOMIAL_RATIO[n][j][k];
+        }
+        b[j] = value * weight;
+        largest = greater(largest, total * weight);
+        weight *= 1.0 - map->ratio;
+    }
+    return largest;
+}
+
+/* Halve an interval: it becomes its first half. */
+static CAROM_ALWAYS_INLINE void halve(BernsteinPiece *piece, BernsteinPiece *second, const int degree) {
+    double first[QUARTIC_POWERS];
+    first[0] = piece->b[0];
+    for (int round = 1; round <= degree; round++) {
+        for (int k = 0; k <= degree - round; k++)
+            piece->b[k] = 0.5 * (piece->b[k] + piece->b[k + 1]);
+        first[round] = piece->b[0];
+    }
+    for (int k = 0; k <= degree; k++) {
+        second->b[k] = piece->b[k];
+        piece->b[k] = first[k];
+    }
+    second->end = piece->end;
+    second->begin = piece->end = 0.5 * (piece->begin + piece->end);
+}
+
+/* As `isolate_roots`, for a polynomial of degree n. */
+static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, const int n, int start, double scale,
+                                                       double horizon, int most, Bracket *brackets,
+                                                       double *doubt) {
+    Substitution map = {scale, scale / horizon};
+    *doubt = scale;
+    if (!(scale >= LEAST_SCALE && scale <= MOST_SCALE && p->size[0] >= LEAST_SIZE && map.ratio < 1.0))
+        return QUARTIC_UNDECIDED;
+    BernsteinPiece piece = {.begin = 0.0, .end = 1.0}, rest[MOST_HALVINGS];
+    double error = BERNSTEIN_ERROR * write_bernstein(p, n, &map, piece.b);
+    if (!(error < CAROM_INF))
+        return QUARTIC_UNDECIDED;
+    const int last = map.ratio > 0.0 ? 0 : p->power[n] > 0.0 ? 1 : -1;
+    int rest_count = 0, found = 0;
+    for (int halvings = 0; halvings <= 2 * MOST_HALVINGS;) {
+        const int first_sign = piece.begin == 0.0 ? start : piece.b[0] > 0.0 ? 1 : -1;
+        SignChanges changes = count_sign_changes(piece.b, n, error, first_sign, piece.end == 1.0 ? last : 0);
+        if (changes == SEVERAL_CHANGES || (changes == ONE_CHANGE && piece.end == 1.0 && map.ratio == 0.0)) {
+            if (rest_count == MOST_HALVINGS)
+                break;
+            halve(&piece, &rest[rest_count], n);
+            if (fabs(piece.b[n]) <= error)
+                break;
+            rest_count += 1;
+            halvings += 1;
+            continue;
+        }
+        if (changes == ONE_CHANGE) {
+            brackets[found] = (Bracket){instant_of(&map, piece.begin), instant_of(&map, piece.end), first_sign > 0};
+            found += 1;
+        }
+        if (found == most || rest_count == 0)
+            return found;
+        piece = rest[--rest_count];
+    }
+    *doubt = instant_of(&map, piece.end < 1.0 ? piece.end : 0.5 * (piece.begin + piece.end));
+    return QUARTIC_UNDECIDED;
+}
+
+/* Find the roots t > 0 in their order, up to `most` of them, and return their number or QUARTIC_UNDECIDED.
+
+   The polynomial has the sign `start` at 0, which is certain. Roots from the horizon on may be left out. `scale` is c.
+   Where the signs are undecided, `doubt` is about the instant of the first that is. */
+static inline int isolate_roots(const Polynomial *p, int start, double scale, double horizon, int most,
+                                Bracket *brackets, double *doubt) {
+    if (p->degree == 4) /* a constant, for which the compiler unrolls all loops */
+        return isolate_roots_of_degree(p, 4, start, scale, horizon, most, brackets, doubt);
+    return isolate_roots_of_degree(p, p->degree, start, scale, horizon, most, brackets, doubt);
+}
+
+/* ---- in pairs ---- */
+
+typedef struct BernsteinPairPiece {
+    DoubleDouble b[QUARTIC_POWERS];
+    double begin; /* in parts of the interval */
+    double end;
+} BernsteinPairPiece;
+
+/* Write 12 times the coefficients of the interval from 0 to `width`, and return the largest with all terms taken by
+   their magnitudes. */
+static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
+    const int n = p->degree;
+    DoubleDouble term[QUARTIC_POWERS];
+    double size[QUARTIC_POWERS], scale = 1.0, largest = 0.0;
+    for (int k = 0; k <= n; k++) {
+        term[k] = p->power[k];
+        for (int j = 0; j < k; j++)
+            term[k] = times_double(term[k], width);
+        size[k] = p->size[k] * scale;
+        scale *= width;
+    }
+    for (int j = 0; j <= n; j++) {
+        double total = 0.0;
+        b[j] = (DoubleDouble){0.0, 0.0};
+        for (int k = 0; k <= j; k++) {
+            double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* a whole number */
+            b[j] = sum_pairs(b[j], times_double(term[k], part));
+            total += size[k] * part;
+        }
+        largest = greater(largest, total);
+    }
+    return largest;
+}
+
+/* Halve an interval: it becomes its first half. */
+static inline void halve_pairs(BernsteinPairPiece *piece, BernsteinPairPiece *second, int degree) {
+    DoubleDouble first[QUARTIC_POWERS];
+    first[0] = piece->b[0];
+    for (int round = 1; round <= degree; round++) {
+        for (int k = 0; k <= degree - round; k++)
+            piece->b[k] = times_power_of_two(sum_pairs(piece->b[k], piece->b[k + 1]), 0.5);
+        first[round] = piece->b[0];
+    }
+    for (int k = 0; k <= degree; k++) {
+        second->b[k] = piece->b[k];
+        piece->b[k] = first[k];
+    }
+    second->end = piece->end;
+    second->begin = piece->end = 0.5 * (piece->begin + piece->end);
+}
+
+/* Find the roots between 0 and `width`, in their order, up to `most` of them. Instants are counted from `from`. */
+static inline int isolate_roots_of_part(const PairPolynomial *p, int start, double from, double width, int most,
+                                        Bracket *brackets) {
+    const int n = p->degree;
+    BernsteinPairPiece piece = {.begin = 0.0, .end = 1.0}, rest[MOST_PAIR_HALVINGS];
+    double error = BERNSTEIN_PAIR_ERROR * write_pair_bernstein(p, width, piece.b), b[QUARTIC_POWERS];
+    if (!(error < CAROM_INF))
+        return QUARTIC_UNDECIDED;
+    int rest_count = 0, found = 0;
+    for (int halvings = 0; halvings <= 2 * MOST_PAIR_HALVINGS;) {
+        for (int k = 0; k <= n; k++)
+            b[k] = piece.b[k].high;
+        const int first_sign = piece.begin == 0.0 ? start : b[0] > 0.0 ? 1 : -1;
+        SignChanges changes = count_sign_changes(b, n, error, first_sign, 0);
+        if (changes == SEVERAL_CHANGES) {
+            if (rest_count == MOST_PAIR_HALVINGS)
+                break;
+            halve_pairs(&piece, &rest[rest_count], n);
+            if (fabs(piece.b[n].high) <= error)
+                break;
+            rest_count += 1;
+            halvings += 1;
+            continue;
+        }
+        if (changes == ONE_CHANGE) {
+            brackets[found] = (Bracket){from + width * piece.begin, from + width * piece.end, first_sign > 0};
+            found += 1;
+        }
+        if (found == most || rest_count == 0)
+            return found;
+        piece = rest[--rest_count];
+    }
+    return QUARTIC_UNDECIDED;
+}
+
+#endif

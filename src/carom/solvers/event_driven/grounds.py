@@ -1,0 +1,100 @@
+"""Grounds of a run under gravity: the half-planes and straight faces that a disc can slide, roll or rest on."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from carom.outline import Outline
+from carom.physics.features import Arc, Face
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from carom.disc_arrays import DiscArrays
+    from carom.physics.features import Point
+    from carom.physics.wall_features import WallFeature
+
+#: Where a wall goes on smoothly behind the end of a face: `NO_OBSTACLE` of state.h.
+NO_OBSTACLE = -1
+
+
+class Grounds(NamedTuple):
+    """What contact that lasts needs to know of each feature of all walls.
+
+    Attributes:
+        rows: Whether a disc can be in contact with it, the numbers of the vertices over its two ends, and how many
+            features a disc on it never meets, shape ``(features, 4)``.
+        never_met: The numbers of these features, of each ground in turn.
+    """
+
+    rows: NDArray[np.intc]
+    never_met: NDArray[np.intc]
+
+
+def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
+    """Return the grounds of a start.
+
+    A driven wall is none, and of a finite wall only its straight faces are.
+
+    Args:
+        start: The discs and walls.
+        features: The features of finite walls, by number.
+        walls: The wall of each feature, by number.
+    """
+    rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.intc), (len(walls), 1))
+    never_met: list[int] = []
+    of_wall: defaultdict[int, dict[int, WallFeature]] = defaultdict(dict)
+    for number, (_, part) in features.items():
+        of_wall[walls[number]][number] = part
+    surroundings = {
+        wall: _Surroundings(outline, parts)
+        for wall, parts in of_wall.items()
+        if isinstance(outline := start.walls[wall], Outline) and outline.edges  # a circle has none
+    }
+    for number, wall in enumerate(walls):
+        belt = 0.0 if start.belts_m_s is None else start.belts_m_s[wall]
+        if belt or not start.drive_of_wall(wall).stands:
+            continue
+        if number not in features:  # a half-plane
+            rows[number, 0] = 1
+        elif isinstance(feature := features[number][1].feature, Face):
+            over, never = surroundings[wall].of_face(feature)
+            rows[number] = (1, *over, len(never))
+            never_met += never
+    return Grounds(rows, np.array(never_met, np.intc))
+
+
+class _Surroundings:
+    """The features of a finite wall by where they are."""
+
+    def __init__(self, outline: Outline, parts: dict[int, WallFeature]) -> None:
+        self._vertices: dict[tuple[Point, float], int] = {}
+        self._faces: defaultdict[frozenset[Point], list[int]] = defaultdict(list)
+        self._arcs: defaultdict[Point, list[int]] = defaultdict(list)
+        for number, part in parts.items():
+            feature = part.feature
+            if isinstance(feature, Face):
+                self._faces[frozenset((feature.a, feature.b))].append(number)
+                continue
+            at = (feature.centre[0][0], feature.centre[1][0])
+            if feature == Arc.vertex(at, feature.half_width):
+                self._vertices.setdefault((at, feature.half_width), number)
+            elif feature.sector is not None:
+                ends = {outline.edges[part.edges[0]].a, outline.edges[part.edges[-1]].b}
+                for end in {at} if feature.is_vertex else ends:
+                    self._arcs[end].append(number)
+
+    def of_face(self, face: Face) -> tuple[tuple[int, int], list[int]]:
+        """Return the vertices over the ends of a face, and what a disc on it never meets.
+
+        These are the face and its other side, the vertices, and any arc with which the wall goes on smoothly: rounding
+        would decide which of it and the face comes first.
+        """
+        first, last = (self._vertices.get((end, face.half_width), NO_OBSTACLE) for end in (face.a, face.b))
+        never = [*self._faces[frozenset((face.a, face.b))]]
+        for end, vertex in ((face.a, first), (face.b, last)):
+            never += self._arcs[end] if vertex == NO_OBSTACLE else [vertex]
+        return (first, last), never
