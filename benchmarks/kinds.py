@@ -1,0 +1,262 @@
+"""Speed of each kind of motion next to the plain gas: ``python -m benchmarks.kinds``.
+
+A gas of discs of 0.25 m, one per square metre, starts at 1 m/s in a box. Each row adds one kind of motion: friction and
+spin, a driven wall, a chain of 100 segments instead of the box, damping, gravity, a table that slows discs. The row
+"contact" drops ten balls on each of many separate floors until all rest or have left.
+
+PIC is timed in impacts (and changes of mode) per second, PIT in milliseconds per frame, both with the ratio to the
+plain gas of the same round. "recording" is the time of PIC with all impacts recorded over that with none. "small" is
+`carom.solve_pic` of 16 discs and 1,000 impacts. With ``--baseline`` (the path of its Python) another environment is
+timed in turn. Times are of the processor, medians over the rounds. What a run takes before its first impact or frame is
+subtracted, except in "small" and "recording". A star marks a slow kind: it was run once, up to 48 impacts or 4 frames,
+and its start is not subtracted. "<" or ">" marks a kind that did not get that far within the limit.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import statistics
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from benchmarks.arguments import count, parser, run
+from benchmarks.baseline import Interpreter
+from benchmarks.kinds_worker import KINDS
+
+#: Least ratio of PIC's impacts per second to those of the plain gas, by kind.
+PIC_TARGETS = {
+    "friction": 0.8,
+    "driven": 0.8,
+    "chain": 0.5,
+    "damping": 0.7,
+    "gravity": 0.6,
+    "gravity-friction": 0.5,
+    "table": 0.15,
+    "gravity-chain": 0.3,
+    "contact": 0.1,
+}
+#: Greatest ratio of PIT's time per frame to that of the plain gas.
+PIT_TARGET = 3.0
+#: Greatest ratio of the time with all impacts recorded to that with none.
+RECORDING_TARGET = 1.15
+#: Least ratio of the baseline's time to this one's in the small scene.
+SMALL_TARGET = 1.5
+
+_SIZES = (100, 1000)
+_SMALL_DISCS, _SMALL_IMPACTS, _SMALL_SOLVES = 16, 1000, 40
+#: Impacts, or frames, of the first run of a kind, which tells how many are timed.
+_FIRST = {"pic": 48, "pit": 4}
+_FRAMES = 600
+_IMPACTS_PER_DISC = 100
+#: More than the contact scene has per disc, so that it runs to its end.
+_ALL_IMPACTS_PER_DISC = 1000
+#: A kind whose first run takes longer than this is run once.
+_SLOW_S = 0.3
+#: Time that one run of a kind should take at most.
+_RUN_S = 0.4
+
+
+@dataclass
+class Speed:
+    """Impacts or frames per second of one kind in one interpreter.
+
+    Attributes:
+        rates: One per round, or one alone of a slow kind.
+        size: Impacts or frames of a run; 0 of a slow kind, which is not run again.
+        is_bound: Whether the rate is only known to be lower.
+    """
+
+    rates: list[float] = field(default_factory=list)
+    size: int = 0
+    is_bound: bool = False
+
+    @property
+    def median(self) -> float:
+        """The median of the rates."""
+        return statistics.median(self.rates)
+
+    def over(self, other: Speed) -> float:
+        """Return the median of the ratios to another's rates of the same rounds."""
+        if len(self.rates) != len(other.rates):
+            return self.median / other.median
+        return statistics.median(a / b for a, b in zip(self.rates, other.rates, strict=True))
+
+
+class Worker(Interpreter):
+    """An interpreter that times scenes, see `benchmarks.kinds_worker`."""
+
+    def __init__(self, python: str | None, limit_s: float) -> None:
+        super().__init__(Path(__file__).with_name("kinds_worker.py").read_text(encoding="utf-8"), python)
+        self._limit_s = limit_s
+
+    def time(
+        self, method: str, kind: str, discs: int, size: int, *, record: str = "all", solves: int = 1
+    ) -> tuple[float, float]:
+        """Return the seconds of some solves up to a number of impacts or frames, and the events of one."""
+        seconds, events = self.ask(f"{method} {kind} {discs} {size} {record} {solves} {self._limit_s}")
+        return seconds, events
+
+    def first_speed(self, method: str, kind: str, discs: int) -> Speed:
+        """Return the speed of a slow kind, or how many impacts or frames are to be timed of any other."""
+        size, most = _FIRST[method], _FRAMES
+        if method == "pic":
+            most = discs * (_ALL_IMPACTS_PER_DISC if kind == "contact" else _IMPACTS_PER_DISC)
+        for _ in range(3):  # the first imports modules, and one that is too short is mostly the start of the run
+            seconds, events = self.time(method, kind, discs, size)
+            if seconds == math.inf:
+                return Speed([_FIRST[method] / self._limit_s], is_bound=True)
+            if size == _FIRST[method] and seconds > _SLOW_S:
+                return Speed([events / seconds])
+            size = min(most, max(_FIRST[method], int(size * _RUN_S / seconds)))
+        return Speed(size=size)
+
+    def measure(self, method: str, kind: str, discs: int, speed: Speed) -> None:
+        """Add a round to the speed of a kind that is not slow."""
+        if speed.size:
+            least = 0 if method == "pic" else 1
+            start_s, before = self.time(method, kind, discs, least)
+            seconds, events = self.time(method, kind, discs, speed.size)
+            speed.rates.append((events - before) / max(seconds - start_s, 1e-6))
+
+
+class Table:
+    """The speeds of all kinds for one number of discs, by PIC and PIT, in one or two interpreters."""
+
+    def __init__(self, workers: Sequence[Worker], discs: int, kinds: Sequence[str], rounds: int) -> None:
+        subjects = [
+            (method, kind) for kind in kinds for method in ("pic", "pit") if (method, kind) != ("pit", "contact")
+        ]
+        self._speeds = {
+            (method, kind): [worker.first_speed(method, kind, discs) for worker in workers] for method, kind in subjects
+        }
+        for _ in range(rounds):
+            for (method, kind), speeds in self._speeds.items():
+                for worker, speed in zip(workers, speeds, strict=True):
+                    worker.measure(method, kind, discs, speed)
+
+    def speed(self, method: str, kind: str) -> dict[str, Any]:
+        """Return what is known of the speed of a kind by a method, as a row of the JSON file has it."""
+        if (method, kind) not in self._speeds:
+            return {}
+        ours, *baseline = self._speeds[method, kind]
+        plain = self._speeds[method, "plain"][0]
+        times_plain = ours.over(plain) if method == "pic" else 1.0 / ours.over(plain)
+        row: dict[str, Any] = {"times_plain": times_plain, "is_bound": ours.is_bound, "is_single_run": not ours.size}
+        row |= {"impacts_per_s": ours.median} if method == "pic" else {"ms_per_frame": 1e3 / ours.median}
+        if kind != "plain":
+            row["target"] = PIC_TARGETS[kind] if method == "pic" else PIT_TARGET
+        if baseline and not ours.is_bound and not baseline[0].is_bound:
+            row["speed_over_baseline"] = ours.over(baseline[0])
+        return row
+
+
+def measure_recording(worker: Worker, discs: int, rounds: int) -> float:
+    """Return the time of PIC of the plain gas with all impacts recorded over that with none."""
+    size = worker.first_speed("pic", "plain", discs).size
+    ratios = []
+    for _ in range(rounds):
+        (none_s, _), (all_s, _) = (
+            worker.time("pic", "plain", discs, size, record=record) for record in ("none", "all")
+        )
+        ratios.append(all_s / none_s)
+    return statistics.median(ratios)
+
+
+def measure_small(workers: Sequence[Worker], rounds: int) -> list[float]:
+    """Return the seconds of a solve of the small scene in each interpreter."""
+    seconds = [
+        [
+            worker.time("pic", "plain", _SMALL_DISCS, _SMALL_IMPACTS, solves=_SMALL_SOLVES)[0] / _SMALL_SOLVES
+            for worker in workers
+        ]
+        for _ in range(rounds + 1)
+    ]
+    return [statistics.median(column) for column in zip(*seconds[1:], strict=True)]  # the first computes the arrays
+
+
+def format_number(value: float) -> str:
+    """Return a number with three digits, or whole with separators where it has more."""
+    return f"{value:,.0f}" if value >= 1000 else f"{value:.3g}"
+
+
+def _columns(speed: dict[str, Any], has_baseline: bool) -> str:
+    if not speed:
+        return ""
+    is_pic = "impacts_per_s" in speed
+    bound = ("<" if is_pic else ">") if speed["is_bound"] else ""
+    star = "*" if speed["is_single_run"] and not bound else ""
+    value = bound + format_number(speed["impacts_per_s"] if is_pic else speed["ms_per_frame"]) + star
+    target = f"{speed['target']:g}" if "target" in speed else ""
+    columns = f" {value:>12} {bound + format_number(speed['times_plain']):>9} {target:>7}"
+    if has_baseline:
+        ratio = speed.get("speed_over_baseline")
+        columns += f" {'-' if ratio is None else format_number(ratio):>10}"
+    return columns
+
+
+def print_table(discs: int, rows: dict[str, dict[str, Any]], recording: float, has_baseline: bool) -> None:
+    """Print the rows of one number of discs."""
+    beside = f" {'x baseline':>10}" if has_baseline else ""
+    heads = (f" {name:>12} {'x plain':>9} {'target':>7}{beside}" for name in ("impacts/s", "ms per frame"))
+    print(f"{f'{discs} discs':<16}{''.join(heads)}")
+    for kind, row in rows.items():
+        print(f"{kind:<16}{_columns(row['pic'], has_baseline)}{_columns(row['pit'], has_baseline)}")
+    print(
+        f"{'recording':<16} {'':>12} {f'{recording:.2f}':>9} {RECORDING_TARGET:7g}  (time over that of record='none')\n"
+    )
+
+
+def main(
+    discs: Sequence[int], kinds: Sequence[str], baseline: str, rounds: int, limit: float, json_path: Path | None
+) -> None:
+    """Print the tables."""
+    kinds = ["plain", *(kind for kind in kinds if kind != "plain")]
+    found: dict[str, Any] = {"tables": []}
+    with ExitStack() as stack:
+        pythons = [None, baseline] if baseline else [None]
+        workers = [stack.enter_context(Worker(python, limit)) for python in pythons]
+        small_s, *baseline_s = measure_small(workers, rounds)
+        ratio = (
+            f", {baseline_s[0] / small_s:.2f} times as fast as the baseline (target {SMALL_TARGET:g})"
+            if baseline
+            else ""
+        )
+        print(f"small: {_SMALL_DISCS} discs, {_SMALL_IMPACTS:,} impacts: {1e6 * small_s:.0f} us per solve{ratio}\n")
+        found["small"] = {"us_per_solve": 1e6 * small_s}
+        if baseline:
+            found["small"] |= {"speed_over_baseline": baseline_s[0] / small_s, "target": SMALL_TARGET}
+        for number in discs:
+            table = Table(workers, number, kinds, rounds)
+            rows = {kind: {method: table.speed(method, kind) for method in ("pic", "pit")} for kind in kinds}
+            recording = measure_recording(workers[0], number, rounds)
+            print_table(number, rows, recording, bool(baseline))
+            cost = {"times_none": recording, "target": RECORDING_TARGET}
+            found["tables"].append({"discs": number, "kinds": rows, "recording": cost})
+    if json_path is not None:
+        json_path.write_text(json.dumps(found, indent=2) + "\n", encoding="utf-8")
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"must be a number of seconds above 0, got {text!r}")
+    return value
+
+
+if __name__ == "__main__":
+    command = parser("benchmarks.kinds", __doc__)
+    command.add_argument("--discs", nargs="+", type=count, default=_SIZES, help="numbers of discs")
+    command.add_argument("--kinds", nargs="+", choices=KINDS, default=list(KINDS), help="kinds of motion")
+    command.add_argument("--baseline", default="", metavar="PYTHON", help="interpreter of another environment")
+    command.add_argument("--rounds", type=count, default=5, help="times that each is timed")
+    command.add_argument("--limit", type=_seconds, default=10.0, metavar="SECONDS", help="most that one run may take")
+    command.add_argument("--json", dest="json_path", type=Path, metavar="PATH", help="file to write the numbers to")
+    run(command, main)
