@@ -174,7 +174,7 @@ mutants: $(BUILT)
 	$(BIN)/python -m tests.mutants --faults $(FAULTS) --minutes $(MINUTES) --write docs/reliability.md
 
 bench: $(BUILT)
-	for part in pic pit certified start; do \
+	for part in pic pit kinds certified start; do \
 		$(BIN)/python -m benchmarks.$$part $(if $(BASELINE),--baseline $(BASELINE)) || exit 1; \
 	done
 	$(BIN)/python -m benchmarks.time_of_impact
