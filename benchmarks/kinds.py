@@ -53,6 +53,7 @@ _SMALL_DISCS, _SMALL_IMPACTS, _SMALL_SOLVES = 16, 1000, 40
 _FIRST = {"pic": 48, "pit": 4}
 _FRAMES = 600
 _IMPACTS_PER_DISC = 100
+_RECORDED_IMPACTS = 300_000
 #: More than the contact scene has per disc, so that it runs to its end.
 _ALL_IMPACTS_PER_DISC = 1000
 #: A kind whose first run takes longer than this is run once.
@@ -157,11 +158,10 @@ class Table:
 
 def measure_recording(worker: Worker, discs: int, rounds: int) -> float:
     """Return the time of PIC of the plain gas with all impacts recorded over that with none."""
-    size = worker.first_speed("pic", "plain", discs).size
     ratios = []
     for _ in range(rounds):
         (none_s, _), (all_s, _) = (
-            worker.time("pic", "plain", discs, size, record=record) for record in ("none", "all")
+            worker.time("pic", "plain", discs, _RECORDED_IMPACTS, record=record) for record in ("none", "all")
         )
         ratios.append(all_s / none_s)
     return statistics.median(ratios)
