@@ -1,0 +1,316 @@
+/* Exponential functions and the logarithm of 1 + x, as the nearest floats: the same bits on every machine.
+
+   Those of C libraries are off by up to a unit in the last place, each in its own way. Here a sum of two floats with a
+   relative error of 2^-100 decides which float is nearest (Ziv's rounding test). About once in 2^45 arguments the error
+   covers a point halfway between two floats. Then fixed-point numbers of 192 bits decide.
+
+   Sources: P. T. P. Tang, "Table-driven implementation of the exponential function in IEEE floating-point arithmetic",
+   ACM TOMS 15 (1989); A. Ziv, "Fast evaluation of elementary mathematical functions with correctly rounded last bit",
+   ACM TOMS 17 (1991). `carom/exponentials.py` is the form in whole numbers, which has the same results. */
+
+#ifndef CAROM_EXPONENTIALS_H
+#define CAROM_EXPONENTIALS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "carom/core/constants.h"
+#include "carom/core/double_double.h"
+#include "carom/core/wide_integer.h"
+
+/* Below the first, e^x has fewer bits; above the second, it is beyond the largest float. */
+#define CAROM_EXP_LEAST (-708.0)
+#define CAROM_EXP_MOST 710.0
+/* Up to this size of x, e^x rounds to 1. Below it, e^x - 1 and the logarithm of 1 + x round to x: what follows in their
+   series is about x^2 / 2. */
+#define CAROM_EXP_LINEAR 0x1p-54
+/* Below this x, e^x - 1 rounds to -1: e^x is less than a quarter of the last place of 1. */
+#define CAROM_EXPM1_LEAST (-40.0)
+/* Above the relative errors of e^x, e^x - 1 and the logarithm as pairs: the errors that comments below state add up to
+   less. Measured, they are at most 2^-103. */
+#define CAROM_EXP_ERROR 0x1p-100
+
+/* The logarithm of 2 over 32, in three parts. The first two have 37 bits, so that a multiple of up to 2^16 of each is
+   exact. The sum has an error of 2^-137. */
+#define CAROM_STEP_HIGH 0x1.62e42fefa0000p-6
+#define CAROM_STEP_MIDDLE 0x1.cf79abc9e0000p-45
+#define CAROM_STEP_LOW 0x1.d9cc01f97b57ap-84
+#define CAROM_STEPS_PER_UNIT 0x1.71547652b82fep+5
+#define CAROM_LN2 0x1.62e42fefa39efp-1
+
+enum {
+    EXP_STEPS = 32,
+    EXP_OFFSET = 2048 * EXP_STEPS /* makes the number of any step positive, so that its division rounds down */
+};
+
+/* Powers of 2 with exponents of i / 32, with relative errors of 2^-107. */
+static const DoubleDouble EXP_TABLE[EXP_STEPS] = {
+    {0x1.0000000000000p+0, 0x0.0p+0},
+    {0x1.059b0d3158574p+0, 0x1.d73e2a475b465p-55},
+    {0x1.0b5586cf9890fp+0, 0x1.8a62e4adc610bp-54},
+    {0x1.11301d0125b51p+0, -0x1.6c51039449b3ap-54},
+    {0x1.172b83c7d517bp+0, -0x1.19041b9d78a76p-55},
+    {0x1.1d4873168b9aap+0, 0x1.e016e00a2643cp-54},
+    {0x1.2387a6e756238p+0, 0x1.9b07eb6c70573p-54},
+    {0x1.29e9df51fdee1p+0, 0x1.612e8afad1255p-55},
+    {0x1.306fe0a31b715p+0, 0x1.6f46ad23182e4p-55},
+    {0x1.371a7373aa9cbp+0, -0x1.63aeabf42eae2p-54},
+    {0x1.3dea64c123422p+0, 0x1.ada0911f09ebcp-55},
+    {0x1.44e086061892dp+0, 0x1.89b7a04ef80d0p-59},
+    {0x1.4bfdad5362a27p+0, 0x1.d4397afec42e2p-56},
+    {0x1.5342b569d4f82p+0, -0x1.07abe1db13cadp-55},
+    {0x1.5ab07dd485429p+0, 0x1.6324c054647adp-54},
+    {0x1.6247eb03a5585p+0, -0x1.383c17e40b497p-54},
+    {0x1.6a09e667f3bcdp+0, -0x1.bdd3413b26456p-54},
+    {0x1.71f75e8ec5f74p+0, -0x1.16e4786887a99p-55},
+    {0x1.7a11473eb0187p+0, -0x1.41577ee04992fp-55},
+    {0x1.82589994cce13p+0, -0x1.d4c1dd41532d8p-54},
+    {0x1.8ace5422aa0dbp+0, 0x1.6e9f156864b27p-54},
+    {0x1.93737b0cdc5e5p+0, -0x1.75fc781b57ebcp-57},
+    {0x1.9c49182a3f090p+0, 0x1.c7c46b071f2bep-56},
+    {0x1.a5503b23e255dp+0, -0x1.d2f6edb8d41e1p-54},
+    {0x1.ae89f995ad3adp+0, 0x1.7a1cd345dcc81p-54},
+    {0x1.b7f76f2fb5e47p+0, -0x1.5584f7e54ac3bp-56},
+    {0x1.c199bdd85529cp+0, 0x1.11065895048ddp-55},
+    {0x1.cb720dcef9069p+0, 0x1.503cbd1e949dbp-56},
+    {0x1.d5818dcfba487p+0, 0x1.2ed02d75b3707p-55},
+    {0x1.dfc97337b9b5fp+0, -0x1.1a5cd4f184b5cp-54},
+    {0x1.ea4afa2a490dap+0, -0x1.e9c23179c2893p-54},
+    {0x1.f50765b6e4540p+0, 0x1.9d3e12dd8a18bp-54},
+};
+
+/* 1/3! to 1/6! as pairs, and 1/7! to 1/12! as floats. */
+static const DoubleDouble EXP_PAIR_TERMS[4] = {
+    {0x1.5555555555555p-3, 0x1.5555555555555p-57},
+    {0x1.5555555555555p-5, 0x1.5555555555555p-59},
+    {0x1.1111111111111p-7, 0x1.1111111111111p-63},
+    {0x1.6c16c16c16c17p-10, -0x1.f49f49f49f49fp-65},
+};
+static const double EXP_TERMS[6] = {
+    0x1.a01a01a01a01ap-13, 0x1.a01a01a01a01ap-16, 0x1.71de3a556c734p-19,
+    0x1.27e4fb7789f5cp-22, 0x1.ae64567f544e4p-26, 0x1.1eed8eff8d898p-29,
+};
+
+/* An exponential in parts: e^x = 2^exponent (base + growth base), where growth is e^r - 1 of an r of at most ln 2 / 64.
+   If x is that small itself, the exponent is 0 and the base 1. */
+typedef struct Exponential {
+    DoubleDouble base;
+    DoubleDouble growth;
+    int exponent;
+    bool is_small;
+} Exponential;
+
+/* Return the sum of two pairs, with an error of at most 2^-103 of the sum of their sizes. That of `pair_product` is at
+   most 2^-103 of the product. */
+static inline DoubleDouble pair_sum(DoubleDouble a, DoubleDouble b) {
+    DoubleDouble sum = two_sum(a.high, b.high);
+    return two_sum(sum.high, sum.low + (a.low + b.low));
+}
+
+/* Return e^r - 1, for r of at most 0.011 in size, with a relative error of 2^-102. */
+static inline DoubleDouble expand_growth(DoubleDouble r) {
+    double x = r.high;
+    /* From r^7 / 7! on, terms are below 2^-51 of the sum, and floats are enough. What is left out is below 2^-110. */
+    double tail =
+        EXP_TERMS[0] +
+        x * (EXP_TERMS[1] + x * (EXP_TERMS[2] + x * (EXP_TERMS[3] + x * (EXP_TERMS[4] + x * EXP_TERMS[5]))));
+    DoubleDouble sum = two_prod(tail, x);
+    for (int k = 3; k >= 0; k--) {
+        sum = pair_product(pair_sum(EXP_PAIR_TERMS[k], sum), r);
+    }
+    sum = pair_product(pair_sum((DoubleDouble){0.5, 0.0}, sum), r);
+    return pair_sum(r, pair_product(sum, r));
+}
+
+/* Return e^x in parts, for x from -710 to 710. */
+static inline Exponential expand_exponential(double x) {
+    int step = (int)(x * CAROM_STEPS_PER_UNIT + (x < 0.0 ? -0.5 : 0.5));
+    DoubleDouble r = {x, 0.0};
+    if (step != 0) {
+        /* The first difference is exact: x is at most twice, and at least half, the number that is subtracted. The last
+           difference has an error of 2^-113. */
+        r = two_diff(x - step * CAROM_STEP_HIGH, step * CAROM_STEP_MIDDLE);
+        r = two_sum(r.high, r.low - step * CAROM_STEP_LOW);
+    }
+    int shifted = step + EXP_OFFSET;
+    int exponent = shifted / EXP_STEPS - EXP_OFFSET / EXP_STEPS;
+    return (Exponential){EXP_TABLE[shifted % EXP_STEPS], expand_growth(r), exponent, step == 0};
+}
+
+/* Return base + growth base, from 0.98 to 2.03, with a relative error of 2^-102. */
+static inline DoubleDouble combine_exponential(Exponential e) {
+    return pair_sum(e.base, pair_product(e.base, e.growth));
+}
+
+/* Whether a pair with an error of at most `error` has one nearest float, which is written. */
+static inline bool round_pair(DoubleDouble value, double error, double *nearest) {
+    *nearest = value.high + (value.low + error);
+    return *nearest == value.high + (value.low - error);
+}
+
+/* ---- what 192 bits decide ---- */
+
+/* Return n with e^x = n 2^(twos - 192), with a relative error of 2^-180, for x from -710 to 710. This is `_power` of
+   exponentials.py, with the same result. */
+static inline WideInteger wide_exponential(double x, int *twos) {
+    static const WideInteger LN2 = {{0x7298b62d, 0x40f34326, 0x03f2f6af, 0xc9e3b398, 0xd1cf79ab, 0xb17217f7, 0, 0}};
+    int count = (int)(x / CAROM_LN2) - (x < 0.0); /* the quotient rounded down, or one off */
+    WideInteger rest = wide_multiply_small(LN2, (uint32_t)(count < 0 ? -count : count));
+    rest = wide_subtract(wide_from_double(x, FRACTION_BITS), count < 0 ? wide_negate(rest) : rest);
+    while (wide_is_negative(rest)) {
+        rest = wide_add(rest, LN2);
+        count--;
+    }
+    while (!wide_is_negative(wide_subtract(rest, LN2))) {
+        rest = wide_subtract(rest, LN2);
+        count++;
+    }
+    WideInteger total = wide_power_of_two(FRACTION_BITS);
+    WideInteger term = total;
+    for (uint32_t k = 1; !wide_is_zero(term); k++) {
+        term = wide_divide_small(wide_multiply(term, rest), k);
+        total = wide_add(total, term);
+    }
+    *twos = count;
+    return total;
+}
+
+static CAROM_NOINLINE double decide_exp(double x) {
+    int twos;
+    WideInteger power = wide_exponential(x, &twos);
+    return wide_to_double(power, twos - FRACTION_BITS);
+}
+
+static CAROM_NOINLINE double decide_expm1(double x) {
+    int twos;
+    WideInteger power = wide_exponential(x, &twos);
+    if (twos <= FRACTION_BITS) {
+        return wide_to_double(wide_subtract(power, wide_power_of_two(FRACTION_BITS - twos)), twos - FRACTION_BITS);
+    }
+    /* Here 1 is less than a unit of `power`. An eighth of a unit rounds alike. */
+    power = wide_subtract(wide_multiply_small(power, 8), wide_power_of_two(0));
+    return wide_to_double(power, twos - FRACTION_BITS - 3);
+}
+
+/* Return the logarithm of 1 + x, given a float near it: by one step of Newton's method, of third order. */
+static CAROM_NOINLINE double decide_log1p(double x, double near) {
+    int twos;
+    int exponent;
+    WideInteger power = wide_exponential(-near, &twos);
+    DoubleDouble sum = two_sum(x, 1.0);
+    frexp(sum.high, &exponent);
+    int shift = FRACTION_BITS - exponent;
+    WideInteger scaled = wide_add(wide_from_double(sum.high, shift), wide_from_double(sum.low, shift));
+    WideInteger ratio = wide_shift(wide_multiply(scaled, power), exponent + twos); /* (1 + x) / e^near, about 1 */
+    WideInteger rest = wide_subtract(ratio, wide_power_of_two(FRACTION_BITS));
+    WideInteger size = wide_is_negative(rest) ? wide_negate(rest) : rest;
+    rest = wide_subtract(rest, wide_shift(wide_multiply(size, size), -1));
+    return wide_to_double(wide_add(wide_from_double(near, FRACTION_BITS), rest), -FRACTION_BITS);
+}
+
+/* ---- the functions ---- */
+
+/* Return a 2^exponent, for exponents from -1022 to 1024 and a of about 1: infinity beyond the largest float. */
+static inline double scale_by_two(double a, int exponent) {
+    return exponent > -1000 && exponent < 1000 ? a * ldexp(1.0, exponent) : ldexp(a, exponent);
+}
+
+/* Return e^x: infinity beyond the largest float, and 0 below -708, where floats have fewer bits. */
+static inline double nearest_exp(double x) {
+    if (!(x >= CAROM_EXP_LEAST && x <= CAROM_EXP_MOST)) {
+        return x < CAROM_EXP_LEAST ? 0.0 : x > CAROM_EXP_MOST ? CAROM_INF : x; /* NaN stays NaN */
+    }
+    if (fabs(x) <= CAROM_EXP_LINEAR) {
+        return 1.0;
+    }
+    Exponential power = expand_exponential(x);
+    double nearest;
+    if (CAROM_LIKELY(round_pair(combine_exponential(power), 2.0 * CAROM_EXP_ERROR, &nearest))) {
+        return scale_by_two(nearest, power.exponent);
+    }
+    return decide_exp(x);
+}
+
+/* Return e^x - 1 over 2^exponent as a pair, for x from -40 to 710, not 0. `error` is above its error. */
+static inline DoubleDouble expand_expm1(double x, int *exponent, double *error) {
+    Exponential power = expand_exponential(x);
+    if (power.is_small) {
+        *exponent = 0;
+        *error = CAROM_EXP_ERROR * fabs(power.growth.high);
+        return power.growth;
+    }
+    *exponent = power.exponent;
+    DoubleDouble whole = combine_exponential(power);
+    DoubleDouble value = pair_sum((DoubleDouble){-scale_by_two(1.0, -power.exponent), 0.0}, whole);
+    *error = CAROM_EXP_ERROR * (2.0 + fabs(value.high));
+    return value;
+}
+
+/* Return e^x - 1: infinity beyond the largest float. */
+static inline double nearest_expm1(double x) {
+    if (!(x >= CAROM_EXPM1_LEAST && x <= CAROM_EXP_MOST)) {
+        return x < CAROM_EXPM1_LEAST ? -1.0 : x > CAROM_EXP_MOST ? CAROM_INF : x; /* NaN stays NaN */
+    }
+    if (fabs(x) < CAROM_EXP_LINEAR) {
+        return x;
+    }
+    int exponent;
+    double error;
+    double nearest;
+    DoubleDouble value = expand_expm1(x, &exponent, &error);
+    return CAROM_LIKELY(round_pair(value, error, &nearest)) ? scale_by_two(nearest, exponent) : decide_expm1(x);
+}
+
+/* Return the logarithm of 1 + x, for x above -1, with a relative error below 2^-48. */
+static inline double approximate_log1p(double x) {
+    int exponent = 0;
+    double rest = x;
+    if (x < -0.29 || x > 0.41) {
+        rest = 2.0 * frexp(1.0 + x, &exponent) - 1.0;
+        exponent--;
+        if (rest > 0.41) {
+            rest = 0.5 * (rest - 1.0);
+            exponent++;
+        }
+    }
+    double z = rest / (2.0 + rest); /* at most 0.172 in size; the logarithm is 2 (z + z^3 / 3 + z^5 / 5 + ...) */
+    double square = z * z;
+    double series = 0.0;
+    for (int k = 19; k >= 1; k -= 2) {
+        series = series * square + 1.0 / k;
+    }
+    return exponent * CAROM_LN2 + 2.0 * z * series;
+}
+
+/* Return the natural logarithm of 1 + x: minus infinity at -1, and NaN below. */
+static inline double nearest_log1p(double x) {
+    if (!(x > -1.0 && x < CAROM_INF)) {
+        return x == -1.0 ? -CAROM_INF : x < -1.0 ? NAN : x; /* NaN stays NaN */
+    }
+    if (fabs(x) < CAROM_EXP_LINEAR) {
+        return x;
+    }
+    /* One step of Newton's method from a first value. The rest is (1 + x) / e^first - 1, at most 2^-48 of the first
+       value, and the logarithm of 1 + rest is rest - rest^2 / 2 up to 2^-120 of the result. */
+    double first = approximate_log1p(x);
+    Exponential inverse = expand_exponential(-first);
+    DoubleDouble rest;
+    double error = CAROM_EXP_ERROR * fabs(first);
+    if (inverse.is_small) { /* x + growth + x growth, where x and growth nearly cancel */
+        DoubleDouble product = pair_product((DoubleDouble){x, 0.0}, inverse.growth);
+        DoubleDouble sum = two_sum(x, inverse.growth.high);
+        rest = two_sum(sum.high, product.high);
+        rest.low += sum.low + (inverse.growth.low + product.low);
+    } else {
+        DoubleDouble sum = two_sum(x, 1.0);
+        DoubleDouble scaled = {ldexp(sum.high, inverse.exponent), ldexp(sum.low, inverse.exponent)};
+        rest = pair_sum((DoubleDouble){-1.0, 0.0}, pair_product(scaled, combine_exponential(inverse)));
+        error += CAROM_EXP_ERROR;
+    }
+    DoubleDouble value = two_sum(first, rest.high);
+    value = two_sum(value.high, value.low + (rest.low - 0.5 * rest.high * rest.high));
+    double nearest;
+    return CAROM_LIKELY(round_pair(value, error, &nearest)) ? nearest : decide_log1p(x, value.high);
+}
+
+#endif
