@@ -35,10 +35,13 @@ typedef struct Parabola { /* of a disc: what its row does not say of its path */
     double leaving;   /* speed along the normal after its last impact */
     double spin_rate; /* radians a second squared */
     double entered;   /* when it entered its present cell */
+    Instant left;     /* when that was: the gap was 0 then, and the acceleration is constant since */
+    double left_speed; /* at which the gap opened */
     Instant ends;     /* when this motion ends by itself: a mode of contact, or a stop on a table */
     int ground;       /* feature that it is in contact with, or NO_OBSTACLE */
     int never_of;     /* feature whose list `never_met` refers to */
     int never_but;    /* vertex that NEVER_FLAT leaves out */
+    int left_ground;  /* between two walls: the one that an impact on the other took it off, or NO_OBSTACLE */
     int changes;      /* of its motion that were no impacts: Disc.impacts counts them, too */
     unsigned char mode;      /* Mode */
     unsigned char never_met; /* NeverMet */

@@ -133,8 +133,15 @@ static inline ModeRow settle(State *s, Index i, Index k, Slips now) {
     }
     a->vx = speed * f->ny;
     a->vy = 0.0 - speed * f->nx;
-    p->ax = rates.along * f->ny;
-    p->ay = 0.0 - rates.along * f->nx;
+    double ax = rates.along * f->ny, ay = 0.0 - rates.along * f->nx;
+    if (p->left_ground != NO_OBSTACLE && is_same_instant(p->left, own_instant(a, p))) {
+        const Feature *other = &s->features[p->left_ground];
+        p->left_speed = greater(wall_speed(a->vx, a->vy, other->nx, other->ny).high, 0.0);
+    } else if (ax != p->ax || ay != p->ay) {
+        p->left_ground = NO_OBSTACLE;
+    }
+    p->ax = ax;
+    p->ay = ay;
     p->spin_rate = rates.rim / a->radius;
     p->never_of = (int)k;
     p->never_met = NEVER_ALL;
@@ -198,7 +205,7 @@ static inline ModeRow take_off(State *s, Index i) {
     Parabola *p = &s->accelerated.paths[i];
     Mode before = p->mode;
     Index wall = s->features[p->ground].wall;
-    p->ground = NO_OBSTACLE;
+    p->ground = p->left_ground = NO_OBSTACLE;
     p->mode = FLIGHT;
     p->ends = NEVER;
     p->ax = s->accelerated.gx;
@@ -255,27 +262,39 @@ static inline bool end_mode(State *s, Index i, ModeRow *row) {
     return true;
 }
 
-/* Let a disc that an impact has just struck go on: in contact it stays so, or leaves its wall. Return whether that changes
-   more of its motion than its velocity.
+/* Let a disc that an impact on `struck`, a feature or NO_OBSTACLE for a disc, has just struck go on: in contact it stays
+   so, or leaves its wall. Return whether that changes more of its motion than its velocity.
 
-   It stays where its speed along the normal makes a hop that is lower than the gap is known to. One that is driven into
-   its wall is in flight, too, and meets the wall at once. */
-static inline bool update_contact(State *s, Index i, ModeRow *row) {
+   It stays where its speed along the normal makes a hop that is lower than the gap is known to; between two walls, where
+   one hop after another is lower, it stays where there is no hop. One that is driven into its wall is in flight, too, and
+   meets the wall at once. */
+static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row) {
     Parabola *p = &s->accelerated.paths[i];
     const Index k = p->ground;
     p->never_met = NEVER_NOTHING;
+    p->left_ground = NO_OBSTACLE;
     if (k == NO_OBSTACLE) {
         return false;
     }
     const Feature *f = &s->features[k];
     double approach = ground_approach(s, i, f);
-    if (approach * approach <= 2.0 * press_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
+    bool hops = false;
+    if (struck != NO_OBSTACLE) {
+        const Feature *other = &s->features[struck];
+        hops = approach < 0.0 && other->kind <= FACE && other->nx * f->nx + other->ny * f->ny != 0.0;
+    }
+    if (!hops && approach * approach <= 2.0 * press_on(s, i, f).normal * ground_gap_resolution(s, i, k)) {
         Parabola before = *p;
         *row = settle(s, i, k, (Slips){slip_on(s, i, f), rim_speed(s, i)});
         return before.mode != p->mode || before.ax != p->ax || before.ay != p->ay || before.spin_rate != p->spin_rate;
     }
     set_on_ground(s, i, k);
     *row = take_off(s, i);
+    if (hops) { /* no rounded gap bears on when it comes back */
+        p->left_ground = (int)k;
+        p->left = own_instant(&s->discs[i], p);
+        p->left_speed = -approach;
+    }
     return true;
 }
 

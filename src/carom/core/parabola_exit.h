@@ -171,6 +171,21 @@ static inline double parabola_feature_wait(const State *s, Index i, Index k, con
     return feature_fall_time(&run->exact, &disc, f, p->ax, p->ay, has_just_left, p->leaving);
 }
 
+/* Return when a disc between two walls comes back to the one that it has left: see `Parabola.left_ground`. */
+static inline Instant return_to_left_ground(const State *s, Index i) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    const Feature *f = &s->features[p->left_ground];
+    DoubleDouble pull = wall_speed(p->ax, p->ay, f->nx, f->ny);
+    if (!(pull.high < 0.0)) {
+        return NEVER;
+    }
+    Instant met = instant_after(p->left, return_time((DoubleDouble){p->left_speed, 0.0}, pull));
+    Mover disc = mover_of(a);
+    double wait = seconds_between(own_instant(a, p), met);
+    return f->kind == PLANE || foot_is_on_face(&disc, f, wait, p->ax, p->ay) ? met : NEVER;
+}
+
 typedef struct NextObstacle {
     Instant time;
     Index feature; /* NO_OBSTACLE for none before `time` */
@@ -190,8 +205,13 @@ static inline NextObstacle first_of_features(const State *s, Index i, const int 
             continue;
         }
         double within = next.time.high - a->time + CAROM_TIME_ERROR * next.time.high; /* and what rounds to that time */
-        double wait = parabola_feature_wait(s, i, k, &seen, a->last == -1 - k, keeps_touching(s, i, k), within);
-        Instant met = instant_after(own, wait);
+        Instant met;
+        if (CAROM_UNLIKELY(s->accelerated.paths[i].left_ground == k)) {
+            met = return_to_left_ground(s, i);
+        } else {
+            bool touches = keeps_touching(s, i, k);
+            met = instant_after(own, parabola_feature_wait(s, i, k, &seen, a->last == -1 - k, touches, within));
+        }
         bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&
                       is_same_instant(met, next.time);
         if (is_before(met, next.time) || is_tie) {

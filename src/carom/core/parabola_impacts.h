@@ -81,7 +81,7 @@ static inline bool finish_impact(State *s, bool is_wanted, const Impact *impact,
     for (int k = 0; k < 2; k++) {
         ModeRow row;
         if (struck[k] >= 0 && s->discs[struck[k]].inverse_mass > 0.0 && s->accelerated.deceleration == 0.0 &&
-            update_contact(s, struck[k], &row)) {
+            update_contact(s, struck[k], feature, &row)) {
             record_mode(s, &row);
         }
     }
@@ -184,7 +184,7 @@ static inline bool apply_parabola_pair(State *s, Index i, Index j, Instant at, b
     }
     Ambiguity ambiguity = {resolution, s->law.contact.friction > 0.0, a->inverse_mass > 0.0, b->inverse_mass > 0.0,
                            NO_FEATURE, false};
-    if (!finish_impact(s, is_wanted, &impact, &spins, place, NO_FEATURE, &ambiguity)) {
+    if (!finish_impact(s, is_wanted, &impact, &spins, place, NO_OBSTACLE, &ambiguity)) {
         return false;
     }
     s->stopped = CRUSHED;
@@ -238,11 +238,11 @@ static inline double feature_gap(const Mover *disc, const Feature *f) {
 }
 
 /* Return what disc `i`, at the present instant, does along the normal of feature k. */
-static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n, bool returns) {
+static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n) {
     const Disc *a = &s->discs[i];
     const Parabola *p = &s->accelerated.paths[i];
     const Feature *f = &s->features[k];
-    double approach = returns ? p->leaving : -wall_speed(seen->vx, seen->vy, n.x, n.y).high;
+    double approach = -wall_speed(seen->vx, seen->vy, n.x, n.y).high;
     double size = size_of(a->x, a->y, a->radius);
     if (f->kind == PLANE) {
         /* Nothing pulls a disc on a table back to what is flat, whatever rounding makes of it. */
@@ -322,12 +322,21 @@ static inline bool apply_parabola_wall(State *s, Index i, Index k, Instant at, b
     set_instant(s, at);
     Instant now = now_instant(s), last = own_instant(a, p);
     bool returns = returns_to(s, i, k, now.high), is_same_feature = a->last == -1 - k;
+    double return_speed = p->leaving;
+    if (p->left_ground == k) {
+        returns = true;
+        last = p->left;
+        return_speed = p->left_speed;
+    }
     move_on_parabola(s, i, now);
     extend_box(&s->visited, a->x, a->y);
     Motion seen = seen_from_feature(s, i, k);
     Mover disc = mover_at(seen.x, seen.y, seen.vx, seen.vy, a->radius);
     Direction n = normal_at(f, &disc);
-    Encountered met = encounter_feature(s, i, k, &seen, n, returns);
+    Encountered met = encounter_feature(s, i, k, &seen, n);
+    if (returns) {
+        met.approach = return_speed;
+    }
     if (is_at_rest(s, &met, returns ? &last : NULL)) {
         return begin_contact(s, i, k, n, met.approach);
     }
