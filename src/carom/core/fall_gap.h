@@ -236,11 +236,12 @@ static inline void write_line_pairs(const void *source, PairPolynomial *p) {
     const bool is_across = gap->kind == ACROSS;
     DoubleDouble fx = signed_pair(is_across ? gap->fy : gap->fx, gap->sense);
     DoubleDouble fy = is_across ? signed_pair(gap->fx, -gap->sense) : signed_pair(gap->fy, gap->sense);
-    DoubleDouble x = place_from(path->x, path->from_x), y = place_from(path->y, path->from_y);
     double x_size = place_size(path->x, path->from_x), y_size = place_size(path->y, path->from_y);
     double fx_size = fabs(fx.high), fy_size = fabs(fy.high);
-    p->power[0] = sum_pairs(pair_product(fx, x), pair_product(fy, y));
-    p->size[0] = fx_size * x_size + fy_size * y_size;
+    TripleDouble place = add_place_product(empty_sum(), place_parts(path->x, path->from_x), fx);
+    place = add_place_product(place, place_parts(path->y, path->from_y), fy);
+    p->power[0] = round_sum(place);
+    p->size[0] = fabs(p->power[0].high) + 0x1p-44 * (fx_size * x_size + fy_size * y_size);
     /* The sign of the other two is exact. */
     DoubleDouble ax = {path->ax, 0.0}, ay = {path->ay, 0.0};
     p->power[1] = inner_product(fx, fy, path->ux, path->uy);

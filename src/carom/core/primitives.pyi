@@ -15,6 +15,7 @@ def fill_pair_times(
     r2: NDArray[np.float64],
     times: NDArray[np.float64],
 ) -> None: ...
+
 @disjoint_base
 class Features:
     def __new__(cls, rows: Sequence[Sequence[float]]) -> Features: ...

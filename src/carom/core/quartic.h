@@ -160,6 +160,10 @@ static inline int find_all_falls(Falls *falls, double *times) {
     Bracket brackets[QUARTIC_POWERS];
     QuarticRoot roots[QUARTIC_POWERS];
     int count = isolate_in_stages(falls, CAROM_INF, QUARTIC_POWERS, brackets);
+    if (count == 1 && !brackets[0].is_fall) {
+        CAROM_STAGE_DECIDED(2);
+        return 0;
+    }
     for (int i = 0; i < count; i++) {
         if (!refine_quartic_root(&falls->pairs, &falls->floats, &brackets[i], &roots[i]))
             return QUARTIC_UNDECIDED;
@@ -174,14 +178,17 @@ static inline int find_all_falls(Falls *falls, double *times) {
 
 /* ---- falls in their order ---- */
 
-/* Return the exact sign of a power, by an exact sum, or UNKNOWN_SIGN if a product leaves the range of floats. */
+/* Return the exact sign of a power, by an exact sum; UNKNOWN_SIGN if a product leaves the range of floats, or if
+   the gap counts from another instant than now. */
 static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
     Products products = {.from = 0.0};
     double terms[2 * MOST_PRODUCTS];
     falls->gap->write_products(falls->gap->source, &products);
+    if (products.from != 0.0)
+        return UNKNOWN_SIGN;
     for (int i = 0; i < products.count[k]; i++) {
         DoubleDouble product = two_prod(products.products[k][i].a, products.products[k][i].b);
-        if (products.from != 0.0 || !(fabs(product.high) >= LEAST_PRODUCT && fabs(product.high) <= 1.0 / LEAST_PRODUCT))
+        if (!(fabs(product.high) >= LEAST_PRODUCT && fabs(product.high) <= 1.0 / LEAST_PRODUCT))
             return UNKNOWN_SIGN;
         terms[2 * i] = product.high;
         terms[2 * i + 1] = product.low;
@@ -251,7 +258,9 @@ static inline double next_fall(Falls *falls) {
         CAROM_STAGE_DECIDED(1);
         return 0.0;
     }
-    if (keeps_sign(&falls->floats, falls->start, QUARTIC_ERROR)) {
+    const int number = index - falls->falls_now;
+    const int most = (falls->floats.degree + (falls->start > 0)) / 2; /* falls and rises alternate */
+    if (number >= most || keeps_sign(&falls->floats, falls->start, QUARTIC_ERROR)) {
         CAROM_STAGE_DECIDED(1);
         return CAROM_INF;
     }
@@ -268,7 +277,6 @@ static inline double next_fall(Falls *falls) {
         if (falls->needs_exact)
             return solve_exactly(falls, index);
     }
-    int number = index - falls->falls_now;
     return number < falls->count ? falls->times[number] : CAROM_INF;
 }
 

@@ -53,13 +53,15 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
     return t;
 }
 
-/* Find the root in a bracket; return whether that succeeds. `floats` is the float form of `p`. */
+/* Find the root in a bracket, as exactly as pairs allow; return whether its error is known. `floats` is the float form
+   of `p`. */
 static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket, QuarticRoot *root) {
     const int n = p->degree;
     /* The ends of a bracket are rounded instants, so a root that is found next to one may be another. */
     const double least = bracket->begin * (1.0 + 0x1p-48), most = bracket->end * (1.0 - 0x1p-48);
     double begin = bracket->begin, end = bracket->end;
     double t = approximate_root(floats, bracket);
+    bool is_found = false;
     for (int step = 0; step < MOST_PAIR_STEPS; step++) {
         if (!(t > begin && t < end))
             t = 0.5 * (begin + end);
@@ -80,24 +82,23 @@ static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial
         if (doubt <= 0.25 * slope && reach <= 0x1p-8 * t && t - reach > least && t + reach < most) {
             double part = doubt / slope + 0x1p-50;
             double error = 1.5 * (at.error / slope + fabs(change) * part);
-            bool has_converged = fabs(change) <= 0x1p-53 * t;
-            if (error <= 0x1p-64 * t || has_converged) {
-                *root = (QuarticRoot){t, change, error, bracket->end, bracket->is_fall};
-                return error <= 0x1p-55 * t;
-            }
+            *root = (QuarticRoot){t, change, error, bracket->end, bracket->is_fall};
+            is_found = true;
+            if (error <= 0x1p-64 * t)
+                return true;
         }
         if (fabs(at.value.high) <= at.error)
-            return false;
+            return is_found;
         if ((at.value.high > 0.0) == bracket->is_fall)
             begin = t;
         else
             end = t;
         double next = t + change;
         if (next == t)
-            return false;
+            return is_found;
         t = next;
     }
-    return false;
+    return is_found;
 }
 
 /* Write the float nearest to a root; return whether the error bound decides which one that is. */
@@ -134,6 +135,11 @@ static inline bool round_by_halving(double low, double high, const QuarticRoot *
         return false;
     halvings = halvings < 0 ? 0 : halvings;
     double part = ldexp(width.high, -halvings);
+    /* The middle is at most half a part from the root. */
+    QuarticRoot blurred = *root;
+    blurred.error += 0.5000001 * part;
+    if (round_quartic_root(&blurred, time))
+        return true;
     DoubleDouble offset = two_diff(root->time, low);
     offset = two_sum(offset.high, offset.low + root->rest);
     double first = offset.high / part;
