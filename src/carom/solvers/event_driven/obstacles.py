@@ -64,7 +64,7 @@ class Obstacles:
         walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
         if walls[0] == walls[1] and None not in edges:
-            return f"edges {edges[0]} and {edges[1]} of {walls[0]}"
+            return "edges {} and {} of {}".format(*sorted(edges), walls[0])
         return " and ".join(wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True))
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
