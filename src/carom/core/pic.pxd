@@ -194,6 +194,7 @@ cdef extern from "carom/core/state.h" nogil:
         Index standstill
         bint has_spins
         bint has_finite_walls
+        bint solves_all_pairs
         bint has_acceleration
         double gravity[2]
         double deceleration

@@ -46,6 +46,7 @@ cdef class Kernel:
         contact_duration: Of the TC model, seconds; 0 for none.
         standstill: Number of impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
+        all_pairs: Whether to compute all pairs at each event, see `all_pairs.h`; it changes no result.
 
     Raises:
         ValueError: There are more discs or obstacles than can be numbered.
@@ -57,7 +58,8 @@ cdef class Kernel:
     cdef object is_order_free
 
     def __cinit__(
-        self, start, obstacles, double until, acceleration, double contact_duration, Index standstill, double cell_factor
+        self, start, obstacles, double until, acceleration, double contact_duration, Index standstill,
+        double cell_factor, bint all_pairs
     ):
         cdef RunInput given
         cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
@@ -98,6 +100,7 @@ cdef class Kernel:
             given.rolling_resistance = acceleration.wall_rolling_resistance
         given.cell_factor, given.standstill = cell_factor, standstill
         given.has_finite_walls = not start.has_half_planes
+        given.solves_all_pairs = all_pairs
         given.law = law_of(start, contact_duration)
         given.resize = carom_enlarge
         self.is_order_free = None if obstacles is None else obstacles.decides

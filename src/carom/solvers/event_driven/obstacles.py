@@ -23,12 +23,6 @@ if TYPE_CHECKING:
 MOST_OBSTACLES = 32_767
 
 
-def obstacles_at_most(start: DiscArrays) -> int:
-    """Return how many obstacles walls have at most: an edge has two sides, an end and, if bent, two stops."""
-    counts = ([5 if one.centre else 3 for one in wall.stretches] for wall in start.walls if isinstance(wall, Outline))
-    return sum(sum(edges) + 1 for edges in counts) + sum(isinstance(wall, tuple) for wall in start.walls)
-
-
 class Obstacles:
     """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients, or are driven.
 
