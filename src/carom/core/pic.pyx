@@ -23,11 +23,6 @@ cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noe
     return (<object>context)(one, other, elastic)
 
 
-cdef c_bool is_crushed(void *context, int disc) noexcept with gil:
-    run = <Kernel>context
-    return run.crushes(run, disc)
-
-
 cdef double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
     """Ask Python for an instant at which a gap closes, where floats and pairs do not decide it: see quartic_forms.h."""
     powers = [
@@ -44,13 +39,14 @@ cdef class Kernel:
         obstacles: What a disc can meet of the walls, and what is driven,
             `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is driven and all walls are half-planes
             with the coefficients of the law.
-        crushes: Called with this kernel and the number of a disc that has gone to and fro for long. Returns whether it
-            is crushed.
+        until: End of the run, seconds since the start, unless `run` is given a later one: what would be crushed after it
+            is not crushed.
         acceleration: Gravity, or what a table takes off, `carom.solvers.event_driven.run.Acceleration`; None for none.
             With it there are obstacles, and these have grounds.
         contact_duration: Of the TC model, seconds; 0 for none.
         standstill: Number of impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
+        all_pairs: Whether to compute all pairs at each event, see `all_pairs.h`; it changes no result.
 
     Raises:
         ValueError: There are more discs or obstacles than can be numbered.
@@ -60,10 +56,10 @@ cdef class Kernel:
     cdef object memory
     cdef object recent_memory
     cdef object is_order_free
-    cdef object crushes
 
     def __cinit__(
-        self, start, obstacles, crushes, acceleration, double contact_duration, Index standstill, double cell_factor
+        self, start, obstacles, double until, acceleration, double contact_duration, Index standstill,
+        double cell_factor, bint all_pairs
     ):
         cdef RunInput given
         cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
@@ -104,11 +100,12 @@ cdef class Kernel:
             given.rolling_resistance = acceleration.wall_rolling_resistance
         given.cell_factor, given.standstill = cell_factor, standstill
         given.has_finite_walls = not start.has_half_planes
+        given.solves_all_pairs = all_pairs
         given.law = law_of(start, contact_duration)
         given.resize = carom_enlarge
-        self.is_order_free, self.crushes = None if obstacles is None else obstacles.decides, crushes
+        self.is_order_free = None if obstacles is None else obstacles.decides
         given.corners.is_order_free, given.corners.context = is_order_free, <void *>self.is_order_free
-        given.is_crushed, given.context = is_crushed, <void *>self
+        given.until = until
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
@@ -223,6 +220,11 @@ cdef class Kernel:
     def gliding(self):
         """After `GLIDES`: the disc that glides, and the wall along which."""
         return self.s.gliding, carom_gliding_wall(&self.s)
+
+    @property
+    def crush(self):
+        """After `CRUSHED`: see `Crush` in state.h; the time is counted from the start."""
+        return self.s.crush
 
     @property
     def nbytes(self):

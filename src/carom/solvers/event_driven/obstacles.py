@@ -18,16 +18,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.disc_arrays import DiscArrays
-    from carom.physics.features import Feature
 
 #: As many as the kernel numbers: `MOST_OBSTACLES` of state.h.
 MOST_OBSTACLES = 32_767
-
-
-def obstacles_at_most(start: DiscArrays) -> int:
-    """Return how many obstacles walls have at most: an edge has two sides, an end and, if bent, two stops."""
-    counts = ([5 if one.centre else 3 for one in wall.stretches] for wall in start.walls if isinstance(wall, Outline))
-    return sum(sum(edges) + 1 for edges in counts) + sum(isinstance(wall, tuple) for wall in start.walls)
 
 
 class Obstacles:
@@ -71,11 +64,6 @@ class Obstacles:
         """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
-
-    def feature(self, obstacle: int) -> Feature | None:
-        """Return the feature of a finite wall that is numbered; None for a half-plane, and for no number."""
-        found = self._finite.get(obstacle)
-        return None if found is None else found[1].feature
 
     def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
         """Return the edges that impacts were on, of `carom.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""
