@@ -332,6 +332,7 @@ static void fill_acceleration(State *s, const RunInput *input) {
             .ground = NO_OBSTACLE,
             .never_of = NO_OBSTACLE,
             .never_but = NO_OBSTACLE,
+            .left_ground = NO_OBSTACLE,
         };
         if (run->deceleration > 0.0)
             slow_down(s, i);

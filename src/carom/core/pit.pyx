@@ -198,6 +198,9 @@ cdef class FrameLoop:
         """Return what `release_rows` does, see record_rows.pxd."""
         return release_rows(&self.s.record)
 
+    def take_modes(self):
+        """Return None: PIT has no contact that lasts."""
+
     def ambiguous(self):
         """Return the rows that share a movable disc with an earlier impact of the same frame."""
         return ambiguous_rows(&self.s.record)

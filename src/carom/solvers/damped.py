@@ -20,7 +20,7 @@ from carom.solvers.run import SeenLog, SeenRun
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
@@ -56,8 +56,8 @@ class DampedRun(SeenRun):
     """
 
     def __init__(self, run: Run, damping: Damping) -> None:
-        def times_s() -> Iterable[float]:
-            return map(damping.damped, run.log.array()["time_s"].tolist())
+        def times_s() -> Array:
+            return damping.all_damped(run.log.array()["time_s"])
 
         super().__init__(run, lambda rows: _slowed(rows, run.log, times_s, damping))
         self.time_s = 0.0
@@ -88,7 +88,7 @@ class DampedRun(SeenRun):
 
 
 def _slowed(
-    rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Iterable[float]], damping: Damping
+    rows: NDArray[np.void], log: RunImpacts, times_s: Callable[[], Array], damping: Damping
 ) -> NDArray[np.void]:
     """Return impacts of a log without damping, or the spins around these, as they are with it.
 
@@ -99,7 +99,7 @@ def _slowed(
     slowed = rows.copy()
     for name in rows.dtype.names or ():
         if name == "time_s":
-            slowed[name] = np.fromiter(times_s(), np.float64, len(rows))
+            slowed[name] = times_s()
         elif name.startswith("velocity"):
             slowed[name] = rows[name] * kept[:, None]
         elif name.startswith(("first_", "second_")):
@@ -121,7 +121,7 @@ class DampedFrameLoop(PlainFrameLoop):
     @property
     def recorded(self) -> RunImpacts:
         """The impacts so far."""
-        return SeenLog(self.log, lambda rows: _slowed(rows, self.log, lambda: self._found_s, self._damping))
+        return SeenLog(self.log, lambda rows: _slowed(rows, self.log, lambda: np.array(self._found_s), self._damping))
 
     def run(self, until: int, most: int, work: float) -> None:
         """Move every disc to the next frame, and test for interference there."""

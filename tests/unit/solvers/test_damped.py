@@ -172,7 +172,7 @@ def test_what_damping_does_not_go_with_is_refused() -> None:
     scene = box(damping_per_s=0.4)
     with pytest.raises(InputError, match="contact_duration_s must be 0 in a scene with damping"):
         solve_pic(scene, contact_duration_s=0.1)
-    with pytest.raises(InputError, match="the event-driven kernel does not support damping"):
+    with pytest.raises(InputError, match="EventDrivenRun does not support damping"):
         EventDrivenRun(scene)
 
 

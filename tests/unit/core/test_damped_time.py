@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import mpmath
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from carom.exponentials import exp, expm1, log1p
+from carom.core.damped_time import exp, expm1, log1p
 
 #: From the smallest for which damping asks, 2**-54, on.
 DECAYS = st.floats(-708.0, -(2.0**-54))
@@ -33,23 +32,10 @@ def test_a_logarithm_is_the_nearest_float(x: float) -> None:
     assert log1p(x) == _float("log1p", x)
 
 
-@given(st.floats(-0.999, -(2.0**-54)), st.integers(-4, 4))
-def test_the_last_bits_of_the_c_library_cancel(x: float, units: int) -> None:
-    """One that is off by four units in the last place gives the same float."""
-    near = math.log1p(x)
-    off = near + units * math.ulp(near)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(math, "log1p", lambda _: off)
-        found = log1p(x)
-    assert found == log1p(x)
-
-
-def test_where_there_is_no_power() -> None:
-    """Far below 0 a power is 0, beyond the largest float it is an error, and what is no number stays none."""
+def test_far_powers_have_no_digits() -> None:
+    """Far below 0 a power is 0, beyond the largest float it is infinite, and what is no number stays none."""
     assert (exp(-709.0), exp(-math.inf), expm1(-1e300), expm1(-math.inf)) == (0.0, 0.0, -1.0, -1.0)
     assert math.isnan(exp(math.nan))
     assert math.isnan(expm1(math.nan))
     for power in (exp, expm1):
-        for x in (709.9, 711.0, 1e300):
-            with pytest.raises(OverflowError):
-                power(x)
+        assert power(711.0) == power(1e300) == math.inf

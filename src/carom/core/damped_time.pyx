@@ -1,0 +1,59 @@
+"""Python binding of damping as a change of time, `damping.h`, and of the exponentials behind it."""
+
+import numpy as np
+
+cdef extern from "carom/core/damping.h" nogil:
+    double nearest_exp(double x)
+    double nearest_expm1(double x)
+    double nearest_log1p(double x)
+    double remaining_velocity(double rate, double time)
+    double undamped_time(double rate, double time)
+    double damped_time(double rate, double undamped)
+    double latest_undamped_time(double rate, double time)
+
+
+def exp(double x):
+    """Return ``e^x``, rounded to the nearest float; 0 below -708, where floats have fewer bits."""
+    return nearest_exp(x)
+
+
+def expm1(double x):
+    """Return ``e^x - 1``, rounded to the nearest float."""
+    return nearest_expm1(x)
+
+
+def log1p(double x):
+    """Return the natural logarithm of ``1 + x``, rounded to the nearest float."""
+    return nearest_log1p(x)
+
+
+def kept(double rate, double seconds):
+    """Return the part of a speed that remains after some seconds of a damping rate."""
+    return remaining_velocity(rate, seconds)
+
+
+def undamped(double rate, double seconds):
+    """Return the time in which an undamped disc gets as far as a damped one does in some seconds."""
+    return undamped_time(rate, seconds)
+
+
+def damped(double rate, double undamped_s):
+    """Return how long a damped disc takes to get as far as an undamped one in a time; infinity for never."""
+    return damped_time(rate, undamped_s)
+
+
+def latest_undamped(double rate, double seconds):
+    """Return the greatest undamped time that `damped` maps to no later than some seconds."""
+    return latest_undamped_time(rate, seconds)
+
+
+def all_damped(double rate, undamped_s):
+    """Return `damped` of each time of an array, shape ``(n,)``."""
+    cdef const double[::1] times = np.ascontiguousarray(undamped_s, np.float64)
+    found = np.empty(times.shape[0])
+    cdef double[::1] rows = found
+    cdef Py_ssize_t k
+    with nogil:
+        for k in range(times.shape[0]):
+            rows[k] = damped_time(rate, times[k])
+    return found
