@@ -1,13 +1,13 @@
 /* Crushes: discs that go to and fro between two bodies that close in on them.
 
-   `carom.solvers.plain.squeeze` explains the rule. Here impacts in a row are counted. Whether a disc is crushed is asked
-   of the caller, so rarely that its time does not matter. */
+   Here impacts in a row are counted. After many, `crush_rule.h` decides whether the disc is crushed. */
 
 #ifndef CAROM_CRUSH_H
 #define CAROM_CRUSH_H
 
 #include <math.h>
 
+#include "carom/core/crush_rule.h"
 #include "carom/core/state.h"
 
 /* Count an impact of a disc on a body, from which a normal leads to the disc; return whether it goes to and fro. */
@@ -28,11 +28,22 @@ static inline bool goes_to_and_fro(ToAndFro *t, int body, int obstacle, double n
     return t->row > 0;
 }
 
+/* Return whether a disc that goes to and fro is crushed before the requested end, and set `State.crush`. */
+static CAROM_NOINLINE bool is_crushed(State *s, Index disc) {
+    Crush crush;
+    if (!find_crush(s, disc, &crush))
+        return false;
+    crush.time = s->clock.epoch + (s->clock.epoch_rest + crush.time);
+    if (crush.time > s->until)
+        return false;
+    s->crush = crush;
+    return true;
+}
+
 /* Count an impact of a free disc on a body; return whether the disc is crushed before the requested end. */
 static inline bool is_crushed_by(State *s, Index disc, Index body, int obstacle, double nx, double ny) {
     ToAndFro *t = &s->to_and_fro[disc];
-    return goes_to_and_fro(t, (int)body, obstacle, nx, ny) && t->row > s->standstill &&
-           s->is_crushed(s->context, (int)disc);
+    return goes_to_and_fro(t, (int)body, obstacle, nx, ny) && t->row > s->standstill && is_crushed(s, disc);
 }
 
 /* Count an impact of two discs; return whether one of them is crushed. */

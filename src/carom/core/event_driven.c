@@ -216,13 +216,12 @@ static void choose_cells_again(State *s) {
 Ending carom_advance(State *s, double until, Index impacts, Index events) {
     if (s->accelerated.paths != NULL && !s->counts.has_begun && !begin_contacts(s))
         return NO_MEMORY;
+    s->until = greater(s->until, until);
     Ending ending = advance(s, until, impacts, events);
     while (ending == OUTGROWN) {
         choose_cells_again(s);
         ending = advance(s, until, impacts, events);
     }
-    if (ending == CRUSHED) /* if the caller goes on, because its answer was an error, the struck discs need predictions */
-        s->counts.predicted = 0;
     return ending;
 }
 
@@ -282,8 +281,7 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->record.has_contacts = input->has_finite_walls;
     s->record.corners = input->corners;
     s->record.resize = s->resize = input->resize;
-    s->is_crushed = input->is_crushed;
-    s->context = input->context;
+    s->until = input->until;
     set_acceleration(s, input);
     s->has_touched = can_stop(input);
     s->has_special_paths = s->feature_count > 0 || s->driving.count > 0;

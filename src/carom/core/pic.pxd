@@ -100,7 +100,10 @@ cdef extern from "carom/core/state.h" nogil:
         Index predicted
         Index too_far
 
-    ctypedef c_bool (*IsCrushed)(void *context, int disc) noexcept nogil
+    struct Crush:
+        Index disc
+        Index between[2]
+        double time
 
     enum:
         QUARTIC_POWERS
@@ -168,6 +171,7 @@ cdef extern from "carom/core/state.h" nogil:
         TouchedBodies *touched
         Accelerated accelerated
         Resize resize
+        Crush crush
 
     struct RunInput:
         const double *position
@@ -201,8 +205,7 @@ cdef extern from "carom/core/state.h" nogil:
         Law law
         Resize resize
         Corners corners
-        IsCrushed is_crushed
-        void *context
+        double until
 
     size_t carom_set_up(State *s, const RunInput *input)
     bint carom_begin(State *s, const RunInput *input, void *memory)

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, Final, final
 
 import numpy as np
@@ -19,7 +19,7 @@ class Kernel:
         cls,
         start: DiscArrays,
         obstacles: Obstacles | None,
-        crushes: Callable[[Kernel, int], bool] | None,
+        until: float,
         acceleration: Acceleration | None,
         contact_duration: float,
         standstill: int,
@@ -54,6 +54,8 @@ class Kernel:
     def paths(self) -> NDArray[np.uint8]: ...
     @property
     def gliding(self) -> tuple[int, int]: ...
+    @property
+    def crush(self) -> dict[str, Any]: ...
     @property
     def nbytes(self) -> int: ...
 

@@ -23,11 +23,6 @@ cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noe
     return (<object>context)(one, other, elastic)
 
 
-cdef c_bool is_crushed(void *context, int disc) noexcept with gil:
-    run = <Kernel>context
-    return run.crushes(run, disc)
-
-
 cdef double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
     """Ask Python for an instant at which a gap closes, where floats and pairs do not decide it: see quartic_forms.h."""
     powers = [
@@ -44,8 +39,8 @@ cdef class Kernel:
         obstacles: What a disc can meet of the walls, and what is driven,
             `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is driven and all walls are half-planes
             with the coefficients of the law.
-        crushes: Called with this kernel and the number of a disc that has gone to and fro for long. Returns whether it
-            is crushed.
+        until: End of the run, seconds since the start, unless `run` is given a later one: what would be crushed after it
+            is not crushed.
         acceleration: Gravity, or what a table takes off, `carom.solvers.event_driven.run.Acceleration`; None for none.
             With it there are obstacles, and these have grounds.
         contact_duration: Of the TC model, seconds; 0 for none.
@@ -60,10 +55,9 @@ cdef class Kernel:
     cdef object memory
     cdef object recent_memory
     cdef object is_order_free
-    cdef object crushes
 
     def __cinit__(
-        self, start, obstacles, crushes, acceleration, double contact_duration, Index standstill, double cell_factor
+        self, start, obstacles, double until, acceleration, double contact_duration, Index standstill, double cell_factor
     ):
         cdef RunInput given
         cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
@@ -106,9 +100,9 @@ cdef class Kernel:
         given.has_finite_walls = not start.has_half_planes
         given.law = law_of(start, contact_duration)
         given.resize = carom_enlarge
-        self.is_order_free, self.crushes = None if obstacles is None else obstacles.decides, crushes
+        self.is_order_free = None if obstacles is None else obstacles.decides
         given.corners.is_order_free, given.corners.context = is_order_free, <void *>self.is_order_free
-        given.is_crushed, given.context = is_crushed, <void *>self
+        given.until = until
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
@@ -223,6 +217,11 @@ cdef class Kernel:
     def gliding(self):
         """After `GLIDES`: the disc that glides, and the wall along which."""
         return self.s.gliding, carom_gliding_wall(&self.s)
+
+    @property
+    def crush(self):
+        """After `CRUSHED`: see `Crush` in state.h; the time is counted from the start."""
+        return self.s.crush
 
     @property
     def nbytes(self):

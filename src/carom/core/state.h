@@ -152,8 +152,11 @@ typedef struct ToAndFro { /* how often in a row a disc has struck two exactly op
     Index row; /* number of impacts in a row */
 } ToAndFro;
 
-/* Return whether a disc that has gone to and fro for long is crushed before the requested end. */
-typedef bool (*IsCrushed)(void *context, int disc);
+typedef struct Crush { /* of a disc that has no space left */
+    Index disc;
+    Index between[2]; /* bodies that close in on it, or on the row of discs that it is in */
+    double time;      /* when its space is used up */
+} Crush;
 
 /* ---- cells ---- */
 
@@ -291,10 +294,10 @@ typedef struct State { /* all that a run consists of */
     ToAndFro *to_and_fro; /* of each disc; NULL if no body is driven */
     TouchedBodies *touched; /* of each disc; NULL unless some impact has restitution 0 */
     Accelerated accelerated;
-    IsCrushed is_crushed;
-    void *context;  /* of `is_crushed` */
     Resize resize;  /* of `Grid.lists` and `Grid.own_memory` */
     Ending stopped; /* how an impact has ended the run */
+    double until;   /* latest requested end, since the start: what would be crushed later is not crushed */
+    Crush crush;    /* after `CRUSHED`; its time is counted from the start */
 } State;
 
 /* ---- functions for bindings ---- */
@@ -332,8 +335,7 @@ typedef struct RunInput {  /* what a run is set up from; its arrays are only rea
     Law law;
     Resize resize;
     Corners corners;
-    IsCrushed is_crushed;
-    void *context; /* of `is_crushed` */
+    double until; /* end of the run, since the start, unless `carom_advance` is given a later one: see `State.until` */
 } RunInput;
 
 /* Set the sizes of a run; return how many bytes of memory it needs, 0 if there are too many discs or obstacles. */

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.disc_arrays import DiscArrays
-    from carom.physics.features import Feature
 
 #: As many as the kernel numbers: `MOST_OBSTACLES` of state.h.
 MOST_OBSTACLES = 32_767
@@ -71,11 +70,6 @@ class Obstacles:
         """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""
         first, second = self._finite[one][1], self._finite[other][1]
         return are_decidable(first.feature, second.feature, elastic=elastic)
-
-    def feature(self, obstacle: int) -> Feature | None:
-        """Return the feature of a finite wall that is numbered; None for a half-plane, and for no number."""
-        found = self._finite.get(obstacle)
-        return None if found is None else found[1].feature
 
     def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
         """Return the edges that impacts were on, of `carom.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""

@@ -11,10 +11,9 @@ import numpy as np
 from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
-from carom.solvers.event_driven.driven import Crushes
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.impact.resolution import too_far_out
-from carom.solvers.impact_log import gliding_note, standstill_impacts
+from carom.solvers.impact_log import crushing_note, gliding_note, standstill_impacts
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_compiled, require_goal
 from carom.solvers.rows import RecordedImpacts
 from carom.trace import Outcome, body_name
@@ -132,9 +131,8 @@ class EventDrivenRun:
         from carom.core import pic
 
         obstacles = _obstacles_of(start, accelerate=acceleration is not None)
-        self._crushes = Crushes(start, obstacles, duration_s, acceleration) if start.driven else None
         contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
-        self._kernel = pic.Kernel(start, obstacles, self._crushes, acceleration, contact_s, standstill, cell_factor)
+        self._kernel = pic.Kernel(start, obstacles, duration_s, acceleration, contact_s, standstill, cell_factor)
         self._ended: Outcome | None = None
         self._reached: tuple[float, float] = (0.0, 0.0)  # since the epoch, as an instant: see instant.h
         self._obstacles = obstacles
@@ -157,8 +155,6 @@ class EventDrivenRun:
                 not tell their centres apart.
         """
         require_goal(time_s, max_impacts)
-        if self._crushes is not None:
-            self._crushes.until_s = max(self._crushes.until_s, time_s)
         if self._ended is not None:
             return self._ended
         ended = _PAUSE
@@ -166,8 +162,6 @@ class EventDrivenRun:
             ended = self._kernel.run(time_s, NO_LIMIT if max_impacts is None else max_impacts, _EVENTS)
             if progress is not None:
                 progress(self.impacts, self._kernel.clock["reported"])
-        if self._crushes is not None:
-            self._crushes.reraise()
         has_completed = ended == _DONE and time_s < math.inf
         reached_s = time_s if has_completed else self._kernel.clock["reported"]
         self.time_s = max(self.time_s, reached_s)
@@ -186,8 +180,9 @@ class EventDrivenRun:
 
     def _note(self, ended: int, reached_s: float) -> str:
         """Return what a user reads of a run that an impact, or contact, has ended."""
-        if ended == _CRUSHED and self._crushes is not None:
-            return self._crushes.note
+        if ended == _CRUSHED:
+            crush = self._kernel.crush
+            return crushing_note(crush["disc"], tuple(crush["between"]), crush["time"])
         if ended == _GLIDES:
             return gliding_note(*self._kernel.gliding, reached_s)
         if ended == _STANDSTILL:

@@ -4,23 +4,24 @@ from __future__ import annotations
 
 import math
 from typing import Any
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
 from tests.drawn import table
 from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
-from tests.unit.solvers.kinds import assert_same, bits
+from tests.unit.solvers.kinds import assert_same
 
 from carom import Chain, Disc, Outcome, Scene, Wall
-from carom.solvers.event_driven.driven import NO_BODY
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.plain.squeeze import Squeezes
 
 pytest.importorskip("carom.core.pic")
+
+#: That of state.h.
+NO_BODY = -(2**31)
 
 
 def legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
@@ -152,21 +153,3 @@ def test_legs_are_counted_from_each_epoch() -> None:
     plain = assert_same(staged("shaken", *discs, *walls, duration_s=6.0), 300)
     assert plain.counts["epochs"] >= 4
     assert plain.time_s > 3.0
-
-
-def test_what_fails_while_a_crush_is_told_reaches_the_caller_and_the_run_goes_on(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """As Ctrl-C does: no impact is lost, and none is carried out twice."""
-    scene = row(1, 0.25, 0.125)
-    run, undisturbed = EventDrivenRun(scene), EventDrivenRun(scene)
-    expected = bits(undisturbed, undisturbed.advance_to(scene.duration_s))
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Squeezes, "crush", Mock(side_effect=KeyboardInterrupt))
-        with pytest.raises(KeyboardInterrupt):
-            run.advance_to(scene.duration_s)
-    outcome = run.advance_to(scene.duration_s)
-    assert outcome is Outcome.CRUSHED
-    assert run.impacts == undisturbed.impacts + 1  # it is told one impact later
-    assert run.log.array()[: undisturbed.impacts].tobytes() == expected[0]
