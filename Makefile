@@ -194,6 +194,7 @@ quick:
 generated: $(BUILT)
 	$(BIN)/carom diff --schema > src/carom/results.schema.json
 	$(BIN)/carom scenes --schema | $(BIN)/python -m json.tool --indent 2 --sort-keys > src/carom/scene.schema.json
+	$(BIN)/python -m tests.packaging.core_wasm
 	$(BIN)/python docs/figures/readme.py
 	$(BIN)/python docs/figures/engine_pages.py
 	CAROM_SNAPSHOTS=write $(BIN)/python -m pytest -q tests/unit/test_snapshots.py

@@ -1,5 +1,4 @@
 // The paths of driven bodies, in legs of one velocity each: carom/driving.py.
-import { INF } from "./arithmetic.js";
 import { less, nearest, plus, rational, times } from "./rational.js";
 
 const NO_WAY = [0, 0];
@@ -8,16 +7,15 @@ export function legsOf({ legs = [], velocity_m_s = NO_WAY }) {
   const given = legs.length ? legs : [{ from_s: 0, velocity_m_s }];
   let at = [0, 0].map(rational);
   return given.map(({ from_s: begin, velocity_m_s: velocity }, k) => {
-    const end = given[k + 1]?.from_s ?? INF,
+    const end = given[k + 1]?.from_s ?? Infinity,
       moved = at.map(nearest);
-    if (end < INF) {
+    if (end < Infinity) {
       const lasts = less(rational(end), rational(begin));
       at = at.map((x, axis) => plus(x, times(lasts, rational(velocity[axis]))));
     }
     return { begin, end, moved, velocity };
   });
 }
-export const STANDS = legsOf({});
 export const isDriven = (legs) => legs.some(({ velocity }) => velocity.some((v) => v !== 0));
 export const movedOn = ({ begin, moved, velocity }, t) => moved.map((x, k) => x + velocity[k] * (t - begin));
 // The leg at a time, and those after it.
@@ -26,4 +24,3 @@ export const legsFrom = (legs, t) => {
   while (first > 0 && legs[first].begin > t) first--;
   return first ? legs.slice(first) : legs;
 };
-export const countedFrom = (legs, since) => legs.map((leg) => ({ ...leg, begin: since(leg.begin), end: since(leg.end) }));

@@ -10,7 +10,7 @@ globalThis.caromEngines = {};
 const starting = {};
 export const load = (name) => (starting[name] ??= start(name));
 async function start(name) {
-  const text = await globalThis.caromUnpacked(document.querySelector(`script[data-engine="${name}"]`));
+  const text = globalThis.caromText(document.querySelector(`script[data-engine="${name}"]`));
   return new Promise((done, fail) => {
     globalThis.caromEngines[name] = { done, fail };
     const script = document.createElement("script");

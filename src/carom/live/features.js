@@ -1,6 +1,6 @@
 // What a disc meets of a finite wall: faces, arcs and vertices, merged exactly. carom/physics/wall_features.py and
 // features.py. A feature is { kind: "face" | "vertex" | "arc", ... } with the edges that it is of; pairs are [high, low].
-import { abs, twoDiff } from "./arithmetic.js";
+import { twoDiff } from "./arithmetic.js";
 import { circleOf, sameEnds } from "./outline.js";
 import { alike, cross, dot, less, nearestRoot, negated, pairOf, plus, rational, rootOf, times } from "./rational.js";
 
@@ -25,7 +25,7 @@ function arcOn({ x, y, radius2 }, ends, halfWidth, inside, edges) {
 const PLACES = 2 ** -50;
 // Narrower discs than fitsBelow alone meet the inner side of an arc, and the others its stops.
 function roundOf(centre, radius, halfWidth, inside, sector, edges) {
-  const size = abs(centre[0][0]) + abs(centre[1][0]) + radius[0],
+  const size = Math.abs(centre[0][0]) + Math.abs(centre[1][0]) + radius[0],
     fitsBelow = inside ? radius[0] - halfWidth - PLACES * size : 0;
   return { kind: "arc", edges, centre, radius, halfWidth, inside, sector, fitsBelow };
 }
@@ -110,7 +110,8 @@ function stopsOf({ edge, circle }, inner, before, after) {
   }
   return ways.map((way) => stopOf(inner, circle, way));
 }
-export function featuresOf(outline) {
+// Those of a wall, where no disc is wider than `widest`.
+export function featuresOf(outline, widest) {
   const { halfWidth, closed, radius, points } = outline,
     whole = radius !== null,
     vertex = (at, edge) => ({ kind: "vertex", edges: [edge], at, halfWidth });
@@ -127,7 +128,9 @@ export function featuresOf(outline) {
   const sides = runs.map((run) => sidesOf(run, halfWidth)),
     smooth = runs.map((run, k) => (closed || k > 0) && goesSmoothly(runs.at(k - 1), run)),
     stops = runs.flatMap((run, k) =>
-      run.circle === null ? [] : stopsOf(run, sides[k][0], smooth[k], smooth[k + 1] ?? (closed && smooth[0])),
+      run.circle === null || sides[k][0].fitsBelow > widest
+        ? []
+        : stopsOf(run, sides[k][0], smooth[k], smooth[k + 1] ?? (closed && smooth[0])),
     );
   return [...sides.flat(), ...ends, ...stops];
 }

@@ -1,5 +1,5 @@
 // The line of a finite wall as floats, and what of it is nearest to a point: carom/outline.py.
-import { abs, ldexp, sqrt } from "./arithmetic.js";
+import { ldexp } from "./arithmetic.js";
 import { halfBits, less, nearest, over, plus, power4, rational, times } from "./rational.js";
 
 const HALF = [1n, 2n];
@@ -15,7 +15,7 @@ export function circleOf({ a, b, bulge }) {
 }
 const floatRoot = (square) => {
   const shift = halfBits(square);
-  return ldexp(sqrt(nearest(over(square, power4(shift)))), shift);
+  return ldexp(Math.sqrt(nearest(over(square, power4(shift)))), shift);
 };
 const squareOf = (x, y) => x * x + y * y;
 
@@ -46,14 +46,14 @@ class Stretch {
     const [cx, cy] = this.centre,
       dx = x - cx,
       dy = y - cy,
-      distance = sqrt(dx * dx + dy * dy);
+      distance = Math.sqrt(dx * dx + dy * dy);
     if (sameEnds(this.edge)) {
       const { radius } = this;
       return [distance ? [cx + (radius * dx) / distance, cy + (radius * dy) / distance] : [ax, ay], radius > 0];
     }
     const begun = ((ax - cx) * (y - ay) - (ay - cy) * (x - ax)) * bulge > 0,
       going = ((bx - cx) * (y - by) - (by - cy) * (x - bx)) * bulge < 0;
-    if (abs(bulge) > 1 ? begun || going : begun && going) {
+    if (Math.abs(bulge) > 1 ? begun || going : begun && going) {
       const out = distance ? this.power(x, y) / (distance + this.radius) : 0;
       return [distance ? [x - (out * dx) / distance, y - (out * dy) / distance] : [ax, ay], true];
     }

@@ -4,6 +4,7 @@ import { drawChart } from "./charts.js";
 import "./dragging.js";
 import { extent, head, listNumbers } from "./edits.js";
 import { load } from "./engines.js";
+import "./started.js";
 import { bounce, clock, damp, fewer, gravity, grip, left, more, phase, problem, rate, says, scenes } from "./layout.js";
 import { sentence, slow, time, walls } from "./layout.js";
 import "./links.js";

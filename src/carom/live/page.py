@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import gzip
 import hashlib
 import html
 import json
@@ -17,14 +16,19 @@ from carom.scene import Scene
 from carom.scenes import all_scenes
 
 SOURCES = Path(__file__).parent
+#: The solvers, compiled from `carom/core` by `carom.live.build`.
+CORE = SOURCES / "core.wasm"
 #: The modules of the page, each after those that it imports.
 MODULES = (
-    *("arithmetic", "rational", "meeting", "outline", "features", "touching", "finite", "driving", "bodies"),
-    *("squeeze", "instants", "damping", "flying", "encounter", "grounds", "contacts", "ambiguity", "falling", "index"),
-    *("stage", "scene", "compare"),
+    *("arithmetic", "rational", "driving", "outline", "features", "obstacles", "quartic", "core", "units"),
+    *("stage", "places", "index", "scene", "compare", "started"),
     *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
 )
 MOST_DISCS = 10
+#: Letters of packed blocks: 91 of ASCII, "!" in place of "<", so that no block ends the element that it is in.
+_LETTERS = bytes(range(35, 126)).replace(b"<", b"!").decode()
+#: Of the byte before a literal, as many bits choose its probabilities; `loader.js` has the same number.
+_LITERAL_BITS = 4
 #: Scenes of the catalogue that a reader is led to, the first of them being shown.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
@@ -51,9 +55,8 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
     """
     script, loader = page_script(), (SOURCES / "loader.js").read_text(encoding="utf-8")
     hashes = [_hash(text) for text in (loader, script, *(engine.script for engine in engines))]
-    wasm = ["'wasm-unsafe-eval'"] if any(engine.wasm for engine in engines) else []
     policy = (
-        f"default-src 'none'; script-src {' '.join([*hashes, *wasm])}; style-src 'unsafe-inline'; "
+        f"default-src 'none'; script-src {' '.join(hashes)} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
         "base-uri 'none'; form-action 'none'"
     )
     about = [{"name": one.name, "label": one.label, "profiles": one.profiles, "lacks": one.lacks} for one in engines]
@@ -64,10 +67,11 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
         "scenes": _json({scene.name: _fields(scene) for scene in scenes}),
         "engines": _json(about),
         "blocks": "\n".join(
-            f'<script type="text/plain" data-engine="{html.escape(one.name)}">{_packed(one.script)}</script>'
+            f'<script type="text/plain" data-engine="{html.escape(one.name)}">{packed_block(one.script.encode())}</script>'
             for one in engines
         ),
-        "page": _packed(script),
+        "core": packed_block(CORE.read_bytes()),
+        "page": packed_block(script.encode()),
         "loader": loader,
     }
     return _filled((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
@@ -83,7 +87,7 @@ def beyond_page(scene: Scene) -> str:
     """Return what of a scene the page does not show, as a sentence's end; empty where it shows all, numbers aside."""
     if len(scene.discs) > MOST_DISCS:
         return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
-    return f"the page shows no table that slows discs down; {scene.name} has one" * bool(scene.table_deceleration_m_s2)
+    return ""
 
 
 def _fields(scene: Scene) -> object:
@@ -102,8 +106,27 @@ def _json(value: object) -> str:
     return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _packed(text: str) -> str:
-    return base64.b64encode(gzip.compress(text.encode(), mtime=0)).decode()
+def packed_block(content: bytes) -> str:
+    """Return what `loader.js` unpacks: its length, and an LZMA stream, as letters of which two are 13 bits.
+
+    Raises:
+        InputError: This Python was built without LZMA.
+    """
+    try:
+        import lzma
+    except ImportError as error:
+        raise InputError("the page needs Python's module lzma, which this Python was built without") from error
+    filters = [{"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]
+    stream = len(content).to_bytes(4, "little") + lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)
+    held, bits, letters = 0, 0, []
+    for byte in (*stream, 0, 0):
+        held |= byte << bits
+        bits += 8
+        if bits >= 13:
+            letters += [_LETTERS[held % 8192 % 91], _LETTERS[held % 8192 // 91]]
+            held >>= 13
+            bits -= 13
+    return "".join(letters)
 
 
 def _hash(text: str) -> str:

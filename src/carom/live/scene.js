@@ -1,8 +1,9 @@
 // The scene of the page: what may be asked of it, as a link, and as a file that `carom run` takes.
-import { dampingOf } from "./damping.js";
+import { kept, undamped } from "./core.js";
 import { isDriven, legsFrom, legsOf, movedOn } from "./driving.js";
-import { refused } from "./index.js";
+import { pit, refused } from "./index.js";
 import { Outline } from "./outline.js";
+import { slowing, stopsAfter } from "./stage.js";
 
 export const MOST_DISCS = 10;
 const MOST_WALLS = 8,
@@ -17,6 +18,7 @@ const LAWS = [
   "wall_tangential_restitution",
   "wall_rolling_resistance",
   "damping_per_s",
+  "table_deceleration_m_s2",
 ];
 const DEFAULTS = {
   restitution: 1,
@@ -27,6 +29,7 @@ const DEFAULTS = {
   wall_tangential_restitution: 0,
   wall_rolling_resistance: 0,
   damping_per_s: 0,
+  table_deceleration_m_s2: 0,
 };
 export const isFixed = (disc) => disc.mass_kg === "inf";
 
@@ -52,6 +55,7 @@ const RANGES = {
   wall_tangential_restitution: [-1, 1],
   wall_rolling_resistance: [0, 100],
   damping_per_s: [0, 100],
+  table_deceleration_m_s2: [0, 1e3],
 };
 export const inRange = (what, x) => typeof x === "number" && x >= RANGES[what][0] && x <= RANGES[what][1];
 const checked = (what, x) => {
@@ -130,8 +134,10 @@ export function asPageScene(given, phase = 0) {
   if (discs.some((d) => (d.driven && !isFixed(d)) || (d.legs && !d.driven))) throw new RangeError("a driven disc is one that no impact moves");
   const walls = list(given.walls ?? [], "walls", 0, MOST_WALLS).map(asPageWall),
     gravity_m_s2 = list(given.gravity_m_s2 ?? [0, 0], "coordinates", 2, 2).map((x) => checked("gravity", x));
-  if (given.damping_per_s && !mayBeDamped({ discs, walls, gravity_m_s2 }))
-    throw new RangeError("there is no damping with gravity, nor with what is driven");
+  if (given.damping_per_s && !mayBeDamped({ ...given, discs, walls, gravity_m_s2 }))
+    throw new RangeError("there is no damping with gravity, nor with what is driven, nor on a table that slows discs");
+  if (given.table_deceleration_m_s2 && !maySlow({ ...given, discs, walls, gravity_m_s2 }))
+    throw new RangeError("a table slows discs without gravity, spin and friction, and where nothing is driven");
   return {
     name: "from-the-page",
     discs,
@@ -143,8 +149,11 @@ export function asPageScene(given, phase = 0) {
     phase: checked("phase", phase),
   };
 }
-export const mayBeDamped = ({ discs, walls, gravity_m_s2: [gx, gy] }) =>
+const isUnpulled = ({ discs, walls, gravity_m_s2: [gx, gy] }) =>
   gx === 0 && gy === 0 && !discs.some((d) => d.driven) && !walls.some((w) => w.surface_speed_m_s || isDriven(legsOf(w)));
+export const mayBeDamped = (scene) => isUnpulled(scene) && !scene.table_deceleration_m_s2;
+const maySlow = (scene) =>
+  isUnpulled(scene) && ![...scene.discs.map((d) => d.spin_rad_s), scene.friction, scene.wall_friction, ...scene.walls.map((w) => w.friction)].some((x) => x);
 // As Carom's solvers and engines take it: without what is the page's own.
 export const bare = ({ phase, ...scene }) => scene;
 
@@ -217,22 +226,35 @@ function wallOn(wall, by) {
   return { ...wall, ...Object.fromEntries(there), ...(wall.legs ? { legs: legsAfter(legs, by) } : {}) };
 }
 export function advanced(s, by) {
-  const damping = dampingOf(s),
-    flown = damping ? damping.undamped(by) : by,
-    kept = damping ? damping.kept(by) : 1;
+  const rate = s.damping_per_s,
+    left = kept(rate, by);
   const discs = s.discs.map((d) => {
-    const pull = isFixed(d) ? [0, 0] : s.gravity_m_s2,
+    const lasts = Math.min(by, stopsAfter(s, d.velocity_m_s)),
+      flown = undamped(rate, lasts),
+      slow = slowing(s, d.velocity_m_s),
+      pull = isFixed(d) ? [0, 0] : s.gravity_m_s2.map((g, k) => g + slow[k]),
       legs = d.legs ? legsOf(d) : null,
       moved = legs && movedOn(legsFrom(legs, by)[0], by);
     if (legs) return { ...d, position_m: d.position_m.map((x, k) => x + moved[k]), legs: legsAfter(legs, by) };
     return {
       ...d,
-      position_m: d.position_m.map((x, k) => x + d.velocity_m_s[k] * flown + 0.5 * pull[k] * by * by),
-      velocity_m_s: d.velocity_m_s.map((v, k) => kept * v + pull[k] * by),
-      spin_rad_s: kept * d.spin_rad_s,
+      position_m: d.position_m.map((x, k) => x + d.velocity_m_s[k] * flown + 0.5 * pull[k] * lasts * lasts),
+      velocity_m_s: lasts < by ? [0, 0] : d.velocity_m_s.map((v, k) => left * v + pull[k] * lasts),
+      spin_rad_s: left * d.spin_rad_s,
     };
   });
   return { ...s, duration_s: s.duration_s - by, discs, walls: s.walls.map((wall) => wallOn(wall, by)) };
+}
+
+// PIT at the rate and the phase of a scene: of where its discs are at the first frame.
+export function pitOf(s) {
+  const rate = s.frame_rate_hz,
+    early = s.phase / rate;
+  if (early >= s.duration_s) return pit(bare(s), rate, 0);
+  const run = pit(bare(advanced(s, early)), rate);
+  if (!early) return run;
+  const later = (event) => ({ ...event, time_s: early + event.time_s });
+  return { ...run, impacts: run.impacts.map(later), end_s: s.duration_s };
 }
 
 const decimal = (x) =>
@@ -247,14 +269,14 @@ const decimal = (x) =>
       : Number.isInteger(x) && Math.abs(x) < 1e15
         ? x.toFixed(1)
         : String(x);
-const row = (name, value) => `${name} = ${decimal(value)}\n`;
+const tomlRow = (name, value) => `${name} = ${decimal(value)}\n`;
 export function asToml(s) {
   const start = s.phase ? advanced(s, s.phase / s.frame_rate_hz) : s;
   const said = s.phase
     ? `description = "Taken forward by ${s.phase} of a frame: the looks at whole frames are those of the page."\n`
     : "";
   const fields = ["gravity_m_s2", "duration_s", "frame_rate_hz", ...LAWS];
-  const table = (head, names, one) => head + names.map((name) => row(name, one[name])).join("");
+  const table = (head, names, one) => head + names.map((name) => tomlRow(name, one[name])).join("");
   return [
     `name = "${s.name}"\n${said}`,
     table("", fields, start),

@@ -2,9 +2,9 @@
 import { compare } from "./compare.js";
 import { isDriven, legsOf } from "./driving.js";
 import { drive, installed, load } from "./engines.js";
-import { pic, pit } from "./index.js";
+import { pic } from "./index.js";
 import { methods, problem } from "./layout.js";
-import { bare } from "./scene.js";
+import { bare, pitOf } from "./scene.js";
 import { anglesOf, tracksOf } from "./stage.js";
 import { MOST_IMPACTS, changed, state } from "./state.js";
 
@@ -25,7 +25,7 @@ export async function choose(method) {
 }
 // A scene at its rate and phase by a method that has started; null while it has not.
 export function runOf(method, s, truth) {
-  if (method === "pit") return pit(bare(s), s.frame_rate_hz, s.phase);
+  if (method === "pit") return pitOf(s);
   if (!state.World) return null;
   const [name, profile] = method.split("/"),
     early = s.phase / s.frame_rate_hz;
@@ -48,6 +48,7 @@ export function runOf(method, s, truth) {
     "rolling resistance": s.wall_rolling_resistance > 0,
     "driven discs": s.discs.some((d) => d.driven),
     damping: s.damping_per_s > 0,
+    "a table that slows discs": s.table_deceleration_m_s2 > 0,
   };
   for (const need of lacks) if (needs[need]) throw new RangeError(`${label} has no ${need} here, and the scene has`);
   return drive(state.World, profiles[profile], s, s.phase);

@@ -60,14 +60,22 @@ const eventsOf = ({ impacts, modes }) => {
   return [...events, ...impacts.slice(k)];
 };
 // What damping makes of times: how far an undamped disc takes so long, and when a damped one is there.
-const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
+export const flownIn = ({ damping_per_s: c }, t) => (c ? -Math.expm1(-c * t) / c : t);
 export const clockOf = ({ damping_per_s: c }, t) => (!c ? t : c * t < 1 ? -Math.log1p(-c * t) / c : Infinity);
 const piecesOf = ({ damping_per_s: c }, t) => (c ? Math.max(1, Math.min(400, Math.ceil(16 * c * t))) : 1);
+// What a table takes off of a velocity, metres a second squared, and how long a disc goes on at most.
+export function slowing({ table_deceleration_m_s2: a = 0 }, velocity) {
+  const speed = Math.hypot(...velocity);
+  return a && speed ? velocity.map((v) => (-a * v) / speed) : [0, 0];
+}
+export const stopsAfter = ({ table_deceleration_m_s2: a = 0 }, velocity) => (a ? Math.hypot(...velocity) / a : Infinity);
 // Tracks of a run: discs fly freely between its events, in contact with a pull of their own.
 export const tracksOf = (scene, run) => {
-  const free = scene.discs.map((d) => (d.mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]))),
-    now = [...free],
-    tracks = scene.discs.map((d, i) => [[0], [d.position_m[0]], [d.position_m[1]], [free[i]]]);
+  const pullOf = (i, velocity) =>
+      scene.discs[i].mass_kg === "inf" ? [0, 0] : (scene.gravity_m_s2 ?? [0, 0]).map((g, k) => g + slowing(scene, velocity)[k]);
+  const velocities = scene.discs.map((d) => d.velocity_m_s ?? [0, 0]),
+    now = scene.discs.map((_, i) => pullOf(i, velocities[i])),
+    tracks = scene.discs.map((d, i) => [[0], [d.position_m[0]], [d.position_m[1]], [now[i]]]);
   const put = (i, ...knot) => knot.forEach((value, k) => tracks[i][k].push(value));
   const add = (i, t, [x, y]) => {
     const [begin, fromX, fromY] = tracks[i].map((values) => values.at(-1)),
@@ -80,16 +88,33 @@ export const tracksOf = (scene, run) => {
     }
     put(i, t, x, y, now[i]);
   };
+  // On a table a disc may have stopped on its way to a place.
+  const stopBefore = (i, t, [x, y]) => {
+    const stop = tracks[i][0].at(-1) + stopsAfter(scene, velocities[i]);
+    if (!(stop < t) || scene.discs[i].mass_kg === "inf") return;
+    velocities[i] = now[i] = [0, 0];
+    put(i, stop, x, y, now[i]);
+  };
   for (const event of eventsOf(run))
     if (event.acceleration) {
       now[event.disc] = event.acceleration;
       add(event.disc, event.time_s, event.at);
     } else {
-      add(event.first, event.time_s, event.at[0]);
-      if (event.second >= 0) add(event.second, event.time_s, event.at[1]);
+      [event.first, event.second].forEach((i, k) => {
+        if (i < 0) return;
+        stopBefore(i, event.time_s, event.at[k]);
+        if (scene.table_deceleration_m_s2) {
+          velocities[i] = event.after[k];
+          now[i] = pullOf(i, velocities[i]);
+        }
+        add(i, event.time_s, event.at[k]);
+      });
     }
-  run.positions.forEach((p, i) => add(i, run.end_s, p));
-  return run.modes ? tracks : tracks.map((track) => track.slice(0, 3));
+  run.positions.forEach((p, i) => {
+    stopBefore(i, run.end_s, p);
+    add(i, run.end_s, p);
+  });
+  return run.modes || scene.table_deceleration_m_s2 ? tracks : tracks.map((track) => track.slice(0, 3));
 };
 const PIECES_OF_A_SLIDE = 12; // in which a spin that changes evenly is drawn
 // The times and angles of each disc of a run in which discs spin.

@@ -1,8 +1,7 @@
 // What the numbers are, in words: the sentence, the boxes below it, what a frame costs, the clock.
 import { bouncedAt, missedShare } from "./compare.js";
-import { pit } from "./index.js";
 import { clock, keys, methods, play, problem, says, sentence } from "./layout.js";
-import { bare } from "./scene.js";
+import { pitOf } from "./scene.js";
 import { clockOf, digits, make, overlapOf } from "./stage.js";
 import { state } from "./state.js";
 
@@ -86,7 +85,7 @@ export function cost() {
     let runs = 0;
     const began = performance.now();
     do {
-      pit(bare(s), s.frame_rate_hz, s.phase);
+      pitOf(s);
       runs++;
     } while (performance.now() - began < TOLD_WITHIN_MS);
     each = (performance.now() - began) / runs / Math.max(1, seen.frames);

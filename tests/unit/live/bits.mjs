@@ -1,10 +1,31 @@
 // node bits.mjs FOLDER: for each line of JSON on stdin, a scene and what to solve it by, what the modules of the folder
-// make of it: impacts as bodies and the bits of every float, or what of the scene is not ported.
+// make of it: impacts as bodies and the bits of every float, or what of the scene is not known.
+import { readFileSync } from "node:fs";
 import { createInterface } from "node:readline";
 import { pathToFileURL } from "node:url";
 
-const { pic, pit, refused } = await import(pathToFileURL(`${process.argv[2]}/index.js`));
+const moduleOf = (name) => import(pathToFileURL(`${process.argv[2]}/${name}.js`));
+const { startCore } = await moduleOf("core");
+await startCore(readFileSync(`${process.argv[2]}/core.wasm`));
+const { pic, pit, refused } = await moduleOf("index");
+const { Obstacles } = await moduleOf("obstacles");
 const bits = (numbers) => Buffer.from(Float64Array.from(numbers).buffer).toString("hex");
+const KINDS = { face: 0, vertex: 1, arc: 2 };
+const NO_EDGE = [-1, -1];
+
+// The edge that an impact was on, and of which kind; of PIC by the feature that it records, of PIT by the nearest point.
+function edgeOf({ second, at: [[x, y]], feature }, method, { features, outlines }) {
+  if (second >= 0 || feature < 0) return NO_EDGE;
+  const outline = outlines[-1 - second];
+  if (outline === null) return NO_EDGE;
+  if (method === "pic") {
+    const { edges, kind } = features[feature];
+    return [edges.length === 1 ? edges[0] : outline.nearest(x, y, edges).edge, KINDS[kind]];
+  }
+  const { at, edge, inner } = outline.nearest(x, y);
+  if (at[0] === x && at[1] === y) return NO_EDGE;
+  return [edge, !inner ? KINDS.vertex : outline.stretches[edge].centre === null ? KINDS.face : KINDS.arc];
+}
 
 for await (const line of createInterface({ input: process.stdin })) {
   const { scene, method, most } = JSON.parse(line);
@@ -14,6 +35,7 @@ for await (const line of createInterface({ input: process.stdin })) {
     continue;
   }
   const run = method === "pic" ? pic(scene, most) : pit(scene);
+  const obstacles = new Obstacles(scene.walls, Math.max(...scene.discs.map((d) => d.radius_m)));
   const rows = run.impacts.map((impact) => [impact.time_s, impact.normal, impact.before, impact.after].flat(3));
   const modes = (run.modes ?? []).map((mode) => [
     [mode.impacts, mode.disc, mode.wall, mode.before, mode.after],
@@ -23,10 +45,11 @@ for await (const line of createInterface({ input: process.stdin })) {
     JSON.stringify({
       outcome: run.outcome,
       bodies: run.impacts.map(({ first, second }) => [first, second]),
-      edges: run.impacts.map(({ edge }) => edge),
+      edges: run.impacts.map((impact) => edgeOf(impact, method, obstacles)),
       floats: rows.map(bits),
       spins: run.spins === null ? null : run.impacts.map((impact) => bits(impact.spins)),
       modes,
+      ambiguous: run.ambiguous,
       final: bits([run.positions, run.velocities, run.spins ?? []].flat(2)),
     }),
   );

@@ -75,6 +75,7 @@ def _solved(scene: carom.Scene, method: str) -> dict[str, Any]:
         "edges": [list(edge) for edge in edges],
         "floats": [_bits(np.hstack([row[name] for name in names])) for row in rows],
         "spins": None if trace.spins is None else [_bits(list(row)) for row in trace.spins.tolist()],
+        "ambiguous": list(trace.ambiguous),
         "modes": [] if trace.modes is None else [_mode(row) for row in trace.modes],
         "final": _bits(np.hstack([state.ravel() for state in states if state is not None])),
     }

@@ -1,0 +1,11 @@
+/* The functions of string.h that the core calls, for a target without a C library: WebAssembly has them as instructions. */
+
+#ifndef CAROM_WASM_STRING_H
+#define CAROM_WASM_STRING_H
+
+#include <stddef.h>
+
+#define memcpy __builtin_memcpy
+#define memset __builtin_memset
+
+#endif

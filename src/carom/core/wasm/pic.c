@@ -1,0 +1,124 @@
+/* Binding of the event-driven loop for JavaScript: `event_driven.c` in WebAssembly. */
+
+#include <math.h>
+#include <string.h>
+
+#include "carom/core/state.h"
+#include "carom/core/wasm/input.h"
+
+/* ---- what JavaScript answers ---- */
+
+#define CAROM_IMPORT(name) __attribute__((import_module("carom"), import_name(name)))
+
+CAROM_IMPORT("is_order_free") int js_is_order_free(int one, int other, int elastic);
+CAROM_IMPORT("is_crushed") int js_is_crushed(int disc);
+CAROM_IMPORT("solve_quartic")
+double js_solve_quartic(double from, int is_closed, const int *counts, const Product *products, int index);
+
+static bool is_order_free(void *context, int one, int other, bool elastic) {
+    (void)context;
+    return js_is_order_free(one, other, elastic);
+}
+
+static bool is_crushed(void *context, int disc) {
+    (void)context;
+    return js_is_crushed(disc);
+}
+
+static double solve_quartic(void *context, const Products *gap, int index) {
+    (void)context;
+    return js_solve_quartic(gap->from, gap->is_closed, gap->count, &gap->products[0][0], index);
+}
+
+/* ---- a run ---- */
+
+static State state;
+
+/* Return whole numbers that JavaScript has given as floats; NULL if there are none. */
+static const int *whole_numbers(Array array) {
+    Index count = carom_input.lengths[array];
+    int *numbers = carom_resize(NULL, 0, (size_t)count * sizeof(int));
+    for (Index k = 0; k < count && numbers != NULL; k++)
+        numbers[k] = (int)carom_input.arrays[array][k];
+    return numbers;
+}
+
+static RunInput run_input(void) {
+    double *const *arrays = carom_input.arrays;
+    const Index *lengths = carom_input.lengths;
+    const double *n = carom_input.numbers;
+    return (RunInput){
+        .position = arrays[POSITIONS],
+        .velocity = arrays[VELOCITIES],
+        .radius = arrays[RADII],
+        .mass = arrays[MASSES],
+        .spin = arrays[SPINS],
+        .inertia = arrays[INERTIAS],
+        .disc_count = lengths[RADII],
+        .wall_count = lengths[WALLS] / 4 + lengths[MATERIALS] / 2,
+        .walls = arrays[WALLS],
+        .features = arrays[FEATURES],
+        .materials = arrays[MATERIALS],
+        .driven = arrays[DRIVEN],
+        .legs = arrays[LEGS],
+        .feature_count = lengths[FEATURES] / FEATURE_NUMBERS,
+        .driven_count = lengths[DRIVEN] / 3,
+        .leg_count = lengths[LEGS] / 6,
+        .cell_factor = 1.0,
+        .standstill = (Index)n[STANDSTILL_IMPACTS],
+        .has_spins = n[HAS_SPINS] != 0.0,
+        .has_finite_walls = true, /* so that the places of all impacts are recorded, which a page draws */
+        .has_acceleration = n[GRAVITY_X] != 0.0 || n[GRAVITY_Y] != 0.0 || n[TABLE_DECELERATION] != 0.0,
+        .gravity = {n[GRAVITY_X], n[GRAVITY_Y]},
+        .deceleration = n[TABLE_DECELERATION],
+        .rolling_resistance = n[ROLLING_RESISTANCE],
+        .grounds = whole_numbers(GROUNDS),
+        .never_lists = whole_numbers(NEVER_LISTS),
+        .never_length = lengths[NEVER_LISTS],
+        .exact = {solve_quartic, NULL},
+        .law = input_law(),
+        .resize = carom_resize,
+        .corners = {is_order_free, NULL},
+        .is_crushed = is_crushed,
+    };
+}
+
+/* Begin a run of the input, and record all impacts; return whether there was memory. */
+CAROM_EXPORT("begin_pic") bool begin_pic(void) {
+    RunInput input = run_input();
+    size_t size = carom_set_up(&state, &input);
+    void *memory = size == 0 ? NULL : carom_resize(NULL, 0, size);
+    Recent *recent = carom_resize(NULL, 0, (size_t)input.disc_count * sizeof(Recent));
+    if (memory == NULL || recent == NULL || !carom_begin(&state, &input, memory))
+        return false;
+    carom_record(&state, recent, -CAROM_INF, CAROM_INF);
+    return true;
+}
+
+/* Advance the run as `carom_advance` does, and write `carom_results`. */
+CAROM_EXPORT("advance_pic") void advance_pic(double until, Index impacts) {
+    Ending ending = PAUSE;
+    while (ending == PAUSE)
+        ending = carom_advance(&state, until, impacts, INT32_MAX);
+    write_record(&state.record);
+    carom_results[MODES] = (double)(uintptr_t)state.accelerated.modes;
+    carom_results[MODE_COUNT] = (double)state.accelerated.mode_count;
+    carom_results[ENDING] = ending;
+    carom_results[REPORTED] = state.clock.reported;
+    carom_results[NOW] = state.clock.now;
+    carom_results[NOW_LOW] = state.clock.now_low;
+    carom_results[EPOCH] = state.clock.epoch;
+    carom_results[EPOCH_REST] = state.clock.epoch_rest;
+    carom_results[IS_TOO_FAR] = state.counts.too_far > 0;
+}
+
+/* Return x, y, vx and vy of each disc at a time since the epoch; after them the spins, if a disc spins. */
+CAROM_EXPORT("states_pic") double *states_pic(double time, double time_low) {
+    double *states = carom_resize(NULL, 0, (size_t)state.disc_count * 5 * sizeof(double));
+    if (states != NULL) {
+        carom_states(&state, time, time_low, states);
+        if (state.record.has_spins)
+            carom_spins(&state, time, time_low, states + 4 * state.disc_count);
+    }
+    return states;
+}

@@ -1,0 +1,121 @@
+"""Build of `core.wasm`, the core as WebAssembly for the page: ``make generated``, or ``python -m tests.packaging.core_wasm``.
+
+The same sources give the same bytes in any folder. A digest of the sources, of the flags and of the compiler's version
+is a section of the file, so that a test finds a stale file without the compiler. pyproject.toml pins the compiler, zig.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+CORE_WASM = ROOT / "src/carom/live/core.wasm"
+SECTION = b"carom.sources"
+_MAGIC = b"\0asm\x01\0\0\0"
+_CUSTOM = 0
+#: Every file that is compiled. Headers are found by their names.
+_COMPILED = ("event_driven.c", "frame_sampled.c", "wasm/memory.c", "wasm/pic.c", "wasm/pit.c")
+#: Small rather than fast: the page has ten discs. `inline` asks for copies of functions, which a small file does without.
+_FLAGS = (
+    *("-target", "wasm32-freestanding", "-mcpu=generic+nontrapping_fptoint+bulk_memory", "-std=c11"),
+    *("-Oz", "-Xclang", "-Oz", "-Dinline=", "-DCAROM_PLAIN_FRAMES", "-ffp-contract=off", "-fno-math-errno", "-g0", "-s"),
+    *("-nostdlib", "-Wl,--no-entry", "-Isrc", "-Isrc/carom/core/wasm/include"),
+)
+
+
+def compiler() -> str:
+    """Return the requirement of the compiler that is pinned, as ``ziglang==0.13.0``."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
+    (pinned,) = extras["wasm"]
+    return str(pinned)
+
+
+def sources_digest() -> str:
+    """Return the digest of everything that the file is made of."""
+    digest = hashlib.sha256(" ".join([compiler(), *_COMPILED, *_FLAGS]).encode())
+    core = ROOT / "src/carom/core"
+    for path in sorted([*core.rglob("*.h"), *core.rglob("*.c")]):
+        content = path.read_bytes().replace(b"\r\n", b"\n")
+        digest.update(f"\n{path.relative_to(core).as_posix()} {len(content)}\n".encode() + content)
+    return digest.hexdigest()
+
+
+def sources_digest_of(wasm: bytes) -> str:
+    """Return the digest of the sources that a file was built from; empty if it has none."""
+    digests = (content for kind, content in _sections(wasm) if kind == _CUSTOM and content.startswith(_name(SECTION)))
+    return next(digests, b"").removeprefix(_name(SECTION)).decode()
+
+
+def build(root: Path = ROOT) -> bytes:
+    """Return the file, built from the sources below a folder.
+
+    Raises:
+        subprocess.CalledProcessError: The sources do not compile, or the compiler can't be downloaded.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder, "core.wasm")
+        caches = {"ZIG_GLOBAL_CACHE_DIR": f"{folder}/global", "ZIG_LOCAL_CACHE_DIR": f"{folder}/local"}
+        python_path = {} if _is_installed() else {"PYTHONPATH": _downloaded(Path(folder, "zig"))}
+        sources = [f"src/carom/core/{name}" for name in _COMPILED]
+        command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "-o", out, *sources]
+        subprocess.run(command, check=True, cwd=root, env=os.environ | caches | python_path)
+        return out.read_bytes() + _section(SECTION, sources_digest().encode())
+
+
+def main() -> None:
+    """Write the file that the page contains."""
+    wasm = build()
+    CORE_WASM.write_bytes(wasm)
+    sys.stdout.write(f"{CORE_WASM.relative_to(ROOT)}: {len(wasm)} bytes\n")
+
+
+def _is_installed() -> bool:
+    name, _, pinned = compiler().partition("==")
+    try:
+        return version(name) == pinned
+    except PackageNotFoundError:
+        return False
+
+
+def _downloaded(folder: Path) -> str:
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", folder, compiler()]
+    subprocess.run(pip, check=True)
+    return str(folder)
+
+
+def _sections(wasm: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield kind and content of the sections of a file."""
+    if not wasm.startswith(_MAGIC):
+        raise ValueError("this is no WebAssembly")
+    place = len(_MAGIC)
+    while place < len(wasm):
+        kind, size, shift = wasm[place], 0, 0
+        while True:  # LEB128
+            place += 1
+            size |= (wasm[place] & 0x7F) << shift
+            shift += 7
+            if wasm[place] < 0x80:
+                break
+        yield kind, wasm[place + 1 : (place := place + 1 + size)]
+
+
+def _name(name: bytes) -> bytes:
+    return bytes([len(name)]) + name
+
+
+def _section(name: bytes, content: bytes) -> bytes:
+    """Return a section of up to 127 bytes."""
+    filled = _name(name) + content
+    return bytes([_CUSTOM, len(filled)]) + filled
+
+
+if __name__ == "__main__":
+    main()
