@@ -18,7 +18,7 @@ Phys. Fluids 6 (1994) 1108; b = 0 is Coulomb's law alone, b = 1 with enough fric
 
 from __future__ import annotations
 
-from carom.physics.rough_impact import ContactFriction
+from carom.physics.rough_impact import ContactFriction as ContactFriction
 
 
 def tangential_impulse(contact: ContactFriction, slip: float, inverse_effective_mass: float, pressed: float) -> float:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from carom.core.primitives import WallFeatures
+from carom.core import primitives
 from carom.physics.features import Feature, Mover, Point
 from carom.physics.numbered import numbers_of
 
 
-def in_core(feature: Feature) -> WallFeatures:
+def in_core(feature: Feature) -> primitives.WallFeatures:
     """Return a wall of one feature."""
-    return WallFeatures([numbers_of(feature, 0)])
+    return primitives.WallFeatures([numbers_of(feature, 0)])
 
 
 def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> tuple[float, bool]:

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
 from tests.lengths import each
 
-from carom.core.primitives import disc_fall_time, wall_fall_time
+from carom.core import primitives
 
 probe = pytest.importorskip("tests.probe")
 
@@ -27,7 +27,8 @@ def pair(value: float) -> tuple[float, float]:
 
 
 def descent(gap: float, speed: float, pull: float) -> float:
-    return probe.descent_time(pair(gap), pair(speed), pair(pull))
+    time: float = probe.descent_time(pair(gap), pair(speed), pair(pull))
+    return time
 
 
 def units_off(found: float, exact: Any) -> float:
@@ -103,10 +104,10 @@ def test_which_root_it_is_follows_from_signs(gap: float, speed: float, pull: flo
 def test_a_falling_disc_lands_on_the_floor_and_on_a_slope() -> None:
     """From 3-4-5: a drop of 4.9 m at 9.8 m/s^2 takes 1 s; on a slope both gap and gravity count along its normal."""
     floor, down = (7.0, 0.0, 0.0, 1.0), (0.0, -9.8)
-    time = wall_fall_time(0.0, 5.9, 3.0, 0.0, 1.0, floor, *down)
+    time = primitives.wall_fall_time(0.0, 5.9, 3.0, 0.0, 1.0, floor, *down)
     assert time == pytest.approx(1, rel=1e-15)
     slope, gap, pull = (0.0, 0.0, 0.6, 0.8), 2.0, 9.8 * 0.8
-    time = wall_fall_time(0.6 * 3, 0.8 * 3, 0.0, 0.0, 1.0, slope, *down)
+    time = primitives.wall_fall_time(0.6 * 3, 0.8 * 3, 0.0, 0.0, 1.0, slope, *down)
     assert time == pytest.approx(math.sqrt(2 * gap / pull), rel=1e-14)
 
 
@@ -139,7 +140,7 @@ def test_the_quartic_agrees_with_all_roots_by_another_method(
     roots = acb_poly(quartic).roots(tol=1e-60)  # balls, none of which meets another
     times = [root.real for root in roots if root.imag.contains(0) and root.real > 0]
     exact = min((mpf(time.str(50, radius=False)) for time in times), default=None)
-    found = disc_fall_time(x, y, vx, vy, radius, 0.0, 0.0, fixed_radius, gx, gy)
+    found = primitives.disc_fall_time(x, y, vx, vy, radius, 0.0, 0.0, fixed_radius, gx, gy)
     if exact is None:
         assert found == math.inf
     else:
@@ -148,8 +149,8 @@ def test_the_quartic_agrees_with_all_roots_by_another_method(
 
 def test_a_disc_dropped_on_another_takes_the_time_of_free_fall() -> None:
     """Straight down on an immovable disc, the gap of 4.9 m closes in a second; from aside it never does."""
-    assert disc_fall_time(0, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == pytest.approx(1, rel=1e-15)
-    assert disc_fall_time(1.75, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == math.inf
+    assert primitives.disc_fall_time(0, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == pytest.approx(1, rel=1e-15)
+    assert primitives.disc_fall_time(1.75, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == math.inf
 
 
 @each(
@@ -168,5 +169,5 @@ def test_contact_with_an_immovable_disc_is_decided_by_signs(
     y: float, vx: float, vy: float, leaving: float | None, time: float
 ) -> None:
     """In contact, the lowest power of the gap that is not zero says whether it opens."""
-    found = disc_fall_time(0, y, vx, vy, 0.5, 0, 0, 1, 0, -8, leaving)
+    found = primitives.disc_fall_time(0, y, vx, vy, 0.5, 0, 0, 1, 0, -8, leaving)
     assert found == time

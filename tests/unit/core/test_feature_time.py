@@ -16,7 +16,7 @@ from mpmath import atan2, mp, mpf, sqrt
 from tests.lengths import each
 from tests.unit.core.features import feature_fall_time, feature_time, in_core
 
-from carom.core.primitives import WallFeatures
+from carom.core import primitives
 from carom.outline import Edge, ExactCircle, circle_of
 from carom.physics.features import Arc, Face, Feature, Mover, Pair, Point
 from carom.physics.numbered import numbers_of
@@ -404,14 +404,14 @@ def test_of_features_that_are_met_at_one_instant_the_first_counts() -> None:
     """A disc that comes onto a face's very end meets the face, if it is listed before the vertex there."""
     disc, vertex = Mover.at((2.0, 1.5), (0.0, -1.0), 0.25), Arc.vertex((2.0, 0.0), 0.25)
     for order, first in (((FLOOR, vertex), 0), ((vertex, FLOOR), 0), ((RING, vertex, FLOOR), 1)):
-        wall = WallFeatures([numbers_of(feature, 0) for feature in order])
+        wall = primitives.WallFeatures([numbers_of(feature, 0) for feature in order])
         assert wall.first_touch(disc, -1) == (1.0, first, False)
         assert wall.first_fall(disc, 0.0, 0.0, -1, 0.0) == (1.0, first)
 
 
 def test_a_wall_that_is_not_met_has_no_first_feature() -> None:
     """Without features, and with some that a disc moves away from, nothing is met."""
-    for wall in (WallFeatures([]), in_core(FLOOR)):
+    for wall in (primitives.WallFeatures([]), in_core(FLOOR)):
         assert wall.first_touch(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), -1) == (NEVER, -1, False)
         assert wall.first_fall(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), 0.0, 1.0, -1, 0.0) == (NEVER, -1)
 

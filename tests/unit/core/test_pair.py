@@ -12,7 +12,7 @@ from flint import arb, ctx
 from tests.lengths import each, long_after
 from tests.unit.core.exact import exact_time, ulps
 
-from carom.core.primitives import pair_time, wall_time
+from carom.core import primitives
 
 CASES = 1500
 
@@ -43,7 +43,7 @@ def test_every_class_is_right_to_two_units_in_the_last_place(name: str, larger: 
 def test_scalar_and_array_forms_agree_to_the_bit(name: str) -> None:
     """Arrays give the bits that `pair_time` gives each pair."""
     columns = pairs_of_class(name, 200, 2)
-    scalar = [pair_time(*row) for row in columns.T.tolist()]
+    scalar = [primitives.pair_time(*row) for row in columns.T.tolist()]
     assert carom_form(columns).tolist() == scalar
 
 
@@ -61,16 +61,16 @@ def test_a_far_graze_takes_two_to_some_power_of_the_time_at_that_part_of_the_spe
     speed = math.ldexp(1.0, power)
     start, other = (0.0, 0.0), (78000.74509667783, 82644.98196682754, 0.0, 0.0, 0.5)
     vx, vy = 0.6863840910811245, 0.7272392175280006
-    time = pair_time(*start, vx, vy, 0.5, *other)
+    time = primitives.pair_time(*start, vx, vy, 0.5, *other)
     assert 0.0 < time < math.inf
-    assert pair_time(*start, vx * speed, vy * speed, 0.5, *other) * speed == time
+    assert primitives.pair_time(*start, vx * speed, vy * speed, 0.5, *other) * speed == time
 
 
 def test_where_a_pair_stands_does_not_change_its_time() -> None:
     """Blocks, and what of a block is ruled out before, change no bit: mixed classes, any length, any strides."""
     columns = np.concatenate([pairs_of_class(name, 400, 7) for name in CLASSES], axis=1)
     columns = columns[:, np.random.default_rng(7).permutation(columns.shape[1])]
-    scalar = [pair_time(*row) for row in columns.T.tolist()]
+    scalar = [primitives.pair_time(*row) for row in columns.T.tolist()]
     for count in (0, 1, 127, 128, 129, columns.shape[1]):
         assert carom_form(columns[:, :count]).tolist() == scalar[:count]
     assert carom_form(columns[:, ::-3]).tolist() == scalar[::-3]
@@ -117,7 +117,7 @@ def test_no_rounding_decides_a_tie(kind: str, rows: int) -> None:
     for row in ties(kind, rows):
         b, c, d = signs = sign_of(row)
         seen.add(signs)
-        found = pair_time(*row)
+        found = primitives.pair_time(*row)
         if b >= 0 or (c > 0 and d <= 0):
             assert found == math.inf
         elif c <= 0:
@@ -137,8 +137,8 @@ def test_ties_of_numbers_with_all_their_bits() -> None:
     for _ in range(500):
         h, k = (float(a) for a in rng.uniform(1, 2, 2))
         low, m = (float(a) for a in rng.uniform(0, 1, 2) * 2.0 ** -rng.integers(54, 62))
-        assert pair_time(-low, 0.0, 0.0, 0.0, low, h, 0.0, -1.0, 0.5, h) == 0.0
-        assert pair_time(-low, -m, m, -low, 9.0, h, k, -k, h, 9.0) == math.inf
+        assert primitives.pair_time(-low, 0.0, 0.0, 0.0, low, h, 0.0, -1.0, 0.5, h) == 0.0
+        assert primitives.pair_time(-low, -m, m, -low, 9.0, h, k, -k, h, 9.0) == math.inf
 
 
 @each("gap", ["ordinary", "near", "offset"])
@@ -155,7 +155,7 @@ def test_walls_are_right_to_two_units_in_the_last_place(gap: str, tilted: bool) 
         x, y = qx + nx * height, qy + ny * height
         vx, vy = rng.normal(size=2)
         arguments = [float(value) for value in (x, y, vx, vy, radius, qx, qy, nx, ny)]
-        found = wall_time(*arguments[:5], (qx, qy, nx, ny))
+        found = primitives.wall_time(x, y, vx, vy, radius, (qx, qy, nx, ny))
         ctx.prec = 600
         ax, ay, avx, avy, ar, aqx, aqy, anx, any_ = (arb(value) for value in arguments)
         closing, distance = avx * anx + avy * any_, (ax - aqx) * anx + (ay - aqy) * any_ - ar
