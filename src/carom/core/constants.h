@@ -124,6 +124,9 @@
 #define CAROM_DISC_WORK 24.0
 #define CAROM_CELL_WORK 6.0
 #define CAROM_BODY_WORK 3.0
+/* Cost of one disc in a sweep, in the same unit, and width of a cell in a sweep, in radii. Measured at packings .05 to .8. */
+#define CAROM_SWEEP_WORK 12.0
+#define CAROM_SWEEP_WIDTH 4.0
 /* Where skipping has cost more than it saved, frames use the plain loop until the excess is at most this part of their
    cost. Chosen. */
 #define CAROM_EXCESS_PART 0x1p-6

@@ -11,6 +11,8 @@
 #ifndef CAROM_DOUBLE_DOUBLE_H
 #define CAROM_DOUBLE_DOUBLE_H
 
+#include <math.h>
+
 #include "carom/core/constants.h"
 
 /* The exact sum of two floats. */
@@ -161,6 +163,24 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
         sum = (DoubleDouble){total.high, sum.low + total.low};
     }
     return two_sum(sum.high, sum.low);
+}
+
+/* Return the length of a vector of any size to the nearest float: the root of an error-free sum of squares, corrected
+   once. */
+static inline double nearest_length(double x, double y) {
+    double largest = greater(fabs(x), fabs(y));
+    if (!(largest > 0.0 && largest < CAROM_INF))
+        return largest;
+    int exponent;
+    frexp(largest, &exponent);
+    x = ldexp(x, -exponent);
+    y = ldexp(y, -exponent);
+    DoubleDouble xx = two_prod(x, x), yy = two_prod(y, y);
+    DoubleDouble sum = two_sum(xx.high, yy.high);
+    sum = two_sum(sum.high, sum.low + (xx.low + yy.low));
+    double root = sqrt(sum.high);
+    DoubleDouble square = two_prod(root, root);
+    return ldexp(root + (((sum.high - square.high) - square.low) + sum.low) / (2.0 * root), exponent);
 }
 
 #endif

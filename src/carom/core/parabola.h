@@ -24,19 +24,6 @@ typedef struct Motion { /* state of a disc */
     double vy;
 } Motion;
 
-/* Return the length of a vector to the nearest float: the root of an error-free sum of squares, corrected once. */
-static inline double nearest_length(double x, double y) {
-    DoubleDouble xx = two_prod(x, x), yy = two_prod(y, y);
-    DoubleDouble sum = two_sum(xx.high, yy.high);
-    sum = two_sum(sum.high, sum.low + (xx.low + yy.low));
-    if (sum.high == 0.0) {
-        return 0.0;
-    }
-    double root = sqrt(sum.high);
-    DoubleDouble square = two_prod(root, root);
-    return root + (((sum.high - square.high) - square.low) + sum.low) / (2.0 * root);
-}
-
 static inline Instant own_instant(const Disc *a, const Parabola *p) {
     return (Instant){a->time, p->time_low};
 }

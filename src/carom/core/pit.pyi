@@ -5,12 +5,15 @@ from numpy.typing import NDArray
 from typing_extensions import Buffer, disjoint_base
 
 from carom.disc_arrays import DiscArrays
+from carom.driving import Drive
 from carom.solvers.pit.clock import FrameClock
+from carom.solvers.run import Start
 
+def driven_bodies(start: DiscArrays) -> list[tuple[int, Drive]]: ...
 @disjoint_base
 class FrameLoop:
     def __new__(
-        cls, start: DiscArrays, clock: FrameClock, skips: bool, max_waste: float, gravity: tuple[float, float] = ...
+        cls, start: Start, clock: FrameClock, skips: bool, max_waste: float, damping_per_s: float = ...
     ) -> Self: ...
     def run(self, until: int, most: int, work: float) -> None: ...
     @property

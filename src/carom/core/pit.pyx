@@ -1,8 +1,5 @@
 # distutils: sources = src/carom/core/frame_sampled.c
-"""Python binding of the frame-sampled loop, `frame_sampled.c`: PIT for any number of discs.
-
-The loop is compiled for straight flight, and for gravity without friction, where every frame is tested.
-"""
+"""Python binding of the frame-sampled loop, `frame_sampled.c`: PIT for any number of discs and all kinds of motion."""
 
 from libc.stdint cimport uintptr_t
 from libc.stdlib cimport free
@@ -11,7 +8,7 @@ import numpy as np
 
 from carom.solvers.impact.resolution import too_far_out
 
-from carom.core.carom_core cimport Index, Law, Record, Turning, Wall
+from carom.core.carom_core cimport Index, Law, Record, Surface, Turning, Wall
 from carom.core.laws cimport law_of, write_wall_laws
 from carom.core.record_rows cimport ambiguous_rows, carom_enlarge, free_record, release_rows
 
@@ -42,6 +39,40 @@ cdef extern from "carom/core/pit_state.h" nogil:
         double half_width
         double size
 
+    enum MotionKind:
+        STRAIGHT
+        FALLING
+        SLOWING
+
+    enum:
+        NO_PATH
+
+    struct Leg:
+        double begin
+        double end
+        double moved_x
+        double moved_y
+        double vx
+        double vy
+
+    struct Path:
+        Index body
+        const Leg *legs
+        Index leg_count
+        Index leg
+        double x
+        double y
+        double fastest
+
+    struct WallMotion:
+        int path
+        double moved_x
+        double moved_y
+        Surface surface
+
+    struct Damping:
+        double rate
+
     struct Clock:
         double step
         double rate
@@ -54,6 +85,9 @@ cdef extern from "carom/core/pit_state.h" nogil:
     struct Pending:
         void *heap
 
+    struct Touching:
+        void *bodies
+
     struct State:
         Disc *discs
         Wall *walls
@@ -61,13 +95,25 @@ cdef extern from "carom/core/pit_state.h" nogil:
         Chain *chains
         ChainEdge *edges
         Turning *turning
+        Path *paths
+        Leg *legs
+        int *disc_paths
+        WallMotion *wall_motions
         Index disc_count
         Index wall_count
         Index edge_count
+        Index path_count
+        Index leg_count
         bint has_chains
-        bint falls
+        bint has_driven_discs
+        bint has_wall_motions
+        MotionKind motion
         double gx
         double gy
+        double rolling_resistance
+        double deceleration
+        Damping damping
+        double now
         bint skips
         double max_waste
         double work
@@ -77,6 +123,7 @@ cdef extern from "carom/core/pit_state.h" nogil:
         Clock clock
         Counts counts
         Pending pending
+        Touching touching
         Record record
 
     size_t carom_pit_lay_out(State *s, char *memory)
@@ -85,41 +132,56 @@ cdef extern from "carom/core/pit_state.h" nogil:
     void carom_pit_write_states(const State *s, double time, double *states)
 
 
+def driven_bodies(start):
+    """Return the bodies that are driven, walls as negative numbers, with their paths."""
+    walls = [(-1 - k, drive) for k, drive in enumerate(start.wall_drives or ()) if not drive.stands]
+    return [*walls, *zip(start.driven_discs, start.disc_drives, strict=True)]
+
+
 cdef class FrameLoop:
     """A PIT run of discs and walls, and the rows of its impacts: `carom.solvers.rows.RecordedImpacts` is their log.
 
     Args:
-        start: The discs and walls, `carom.disc_arrays.DiscArrays`.
+        start: Where the run begins, `carom.solvers.run.Start`.
         clock: The times of the frames, `carom.solvers.pit.clock.FrameClock`.
         skips: Whether tests that can find nothing are skipped.
         max_waste: How many times the work of scheduling all discs once may be wasted before plain looping replaces
             skipping for a while; infinity for no limit.
-        gravity: Uniform gravity, metres a second squared.
+        damping_per_s: Rate at which the motion of the discs is damped. Positions and velocities are then those of the
+            undamped motion at an undamped time; recorded impacts are damped.
     """
 
     cdef State s
     cdef object memory
 
-    def __cinit__(self, start, clock, bint skips, double max_waste, gravity=(0.0, 0.0)):
+    def __cinit__(self, start, clock, bint skips, double max_waste, double damping_per_s=0.0):
         s = &self.s
-        chains = [wall for wall in start.walls if not isinstance(wall, tuple)]
-        s.disc_count, s.wall_count = len(start.radius_m), len(start.walls)
+        arrays = start.arrays
+        chains = [wall for wall in arrays.walls if not isinstance(wall, tuple)]
+        drives = driven_bodies(arrays)
+        s.disc_count, s.wall_count = len(arrays.radius_m), len(arrays.walls)
         s.edge_count = sum(len(wall.stretches) for wall in chains)
+        s.path_count, s.leg_count = len(drives), sum(len(drive.legs) for _, drive in drives)
         if s.disc_count + s.wall_count > 2**31 - 1:
             raise ValueError("more discs and walls than can be numbered")
         s.clock.step, s.clock.rate = clock.step_s, clock.rate_hz
-        s.law = law_of(start, 0.0)
-        s.gx, s.gy = gravity
-        s.falls = s.gx != 0.0 or s.gy != 0.0
-        s.skips, s.max_waste = skips and not s.falls, max_waste
+        s.law = law_of(arrays, 0.0)
+        s.gx, s.gy = start.gravity_m_s2
+        s.rolling_resistance, s.deceleration = start.wall_rolling_resistance, start.table_deceleration_m_s2
+        s.damping.rate = damping_per_s
+        s.motion = SLOWING if s.deceleration > 0.0 else FALLING if s.gx != 0.0 or s.gy != 0.0 else STRAIGHT
+        s.skips, s.max_waste = skips, max_waste
         s.has_chains = bool(chains)
-        s.record.has_spins, s.record.has_contacts = start.turns, s.has_chains
+        s.has_driven_discs = bool(arrays.driven_discs)
+        s.has_wall_motions = arrays.wall_drives is not None or arrays.belts_m_s is not None
+        s.record.has_spins, s.record.has_contacts = arrays.turns, s.has_chains
         s.record.resize = carom_enlarge
         self.memory = np.empty(carom_pit_lay_out(s, NULL) + 64, np.uint8)
         cdef unsigned char[::1] memory = self.memory
         carom_pit_lay_out(s, <char *>((<uintptr_t>&memory[0] + 63) // 64 * 64))
-        self.write_discs(start)
-        self.write_walls(start)
+        self.write_discs(arrays)
+        self.write_walls(arrays)
+        self.write_paths(arrays, drives)
         carom_pit_begin(s)
 
     cdef write_discs(self, start):
@@ -154,8 +216,32 @@ cdef class FrameLoop:
                 s.edges[edge] = ChainEdge(ax, ay, bx, by, bulge, cx, cy, stretch.radius, is_arc, stretch.whole)
                 edge += 1
 
+    cdef write_paths(self, start, drives):
+        """Write the paths of driven bodies, and how walls and their surfaces move."""
+        s = &self.s
+        cdef Index i, k
+        cdef Index leg = 0
+        for i in range(s.disc_count if s.has_driven_discs else 0):
+            s.disc_paths[i] = NO_PATH
+        for k in range(s.wall_count if s.has_wall_motions else 0):
+            s.wall_motions[k] = WallMotion(NO_PATH, 0.0, 0.0, Surface(0.0, 0.0, start.belt_of_wall(k)))
+        for i, (body, drive) in enumerate(drives):
+            path = &s.paths[i]
+            path.body, path.legs, path.leg_count, path.fastest = body, &s.legs[leg], len(drive.legs), drive.fastest
+            for begin, end, moved, velocity in drive.legs:
+                s.legs[leg] = Leg(begin, end, moved[0], moved[1], velocity[0], velocity[1])
+                leg += 1
+            if path.body >= 0:
+                path.x, path.y = s.discs[path.body].x, s.discs[path.body].y
+                s.disc_paths[path.body] = <int>i
+            else:
+                motion = &s.wall_motions[-1 - path.body]
+                motion.path = <int>i
+                motion.surface.vx, motion.surface.vy = path.legs[0].vx, path.legs[0].vy
+
     def __dealloc__(self):
         free(self.s.pending.heap)
+        free(self.s.touching.bodies)
         free_record(&self.s.record)
 
     def run(self, Index until, Index most, double work):
@@ -200,6 +286,7 @@ cdef class FrameLoop:
 
     def take_modes(self):
         """Return None: PIT has no contact that lasts."""
+        return None
 
     def ambiguous(self):
         """Return the rows that share a movable disc with an earlier impact of the same frame."""

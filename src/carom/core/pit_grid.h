@@ -3,9 +3,9 @@
    Discs of about one size (within a factor of 2) are kept on a level of square cells of an unbounded plane. A cell's
    number is folded into a fixed number of lists; discs of another cell in the same list are excluded by their distance.
 
-   A disc is put into its cell when it is scheduled, and may move on by the `leeway` of its level before it is due again.
-   So two discs that can touch were put into cells no further apart than their reach, radius and leeway allow. Cells
-   decide when a pair is tested, never what is found. */
+   A disc is put into its cell when it is scheduled, and may move on by the `leeway` of its level before it is due
+   again. So two discs that can touch were put into cells no further apart than their reach, radius and leeway allow.
+   Cells decide when a pair is tested, never what is found. */
 
 #ifndef CAROM_PIT_GRID_H
 #define CAROM_PIT_GRID_H
@@ -64,10 +64,13 @@ static inline double time_in_leeway(const State *s, const Disc *a, double margin
     if (s->grid.list_count == 0)
         return s->horizon;
     double speed = sqrt(a->vx * a->vx + a->vy * a->vy);
+    double pull = a->inverse_mass != 0.0 ? sqrt(s->gx * s->gx + s->gy * s->gy) : 0.0;
     double left = s->grid.levels[a->level].leeway - margin;
-    if (speed * s->horizon <= left)
+    if ((speed + 0.5 * pull * s->horizon) * s->horizon <= left)
         return s->horizon;
-    return left > 0.0 ? left / speed : 0.0;
+    if (!(left > 0.0))
+        return 0.0;
+    return pull == 0.0 ? left / speed : 2.0 * left / (speed + sqrt(speed * speed + 2.0 * pull * left));
 }
 
 /* ---- levels, chosen once ---- */
@@ -108,7 +111,8 @@ static inline void choose_levels(State *s) {
         double least = CAROM_LEAST_LEEWAY_PART * radii[k];
         double leeway = CAROM_LEEWAY_PART * distance > least ? CAROM_LEEWAY_PART * distance : least;
         levels[k] = (int)g->level_count;
-        g->levels[g->level_count] = (Level){2.0 * (radii[k] + leeway), leeway, radii[k] + leeway};
+        g->levels[g->level_count] = (Level){
+            2.0 * (radii[k] + leeway), leeway, radii[k] + leeway, radii[k], 1.0 / (CAROM_SWEEP_WIDTH * radii[k])};
         g->level_count += 1;
     }
     for (Index i = 0; i < s->disc_count; i++) {

@@ -9,14 +9,15 @@
 #include <math.h>
 
 #include "carom/core/constants.h"
+#include "carom/core/contact_law.h"
 #include "carom/core/impact.h"
-#include "carom/core/pit_state.h"
+#include "carom/core/pit_motion.h"
 #include "carom/core/record.h"
 #include "carom/core/resolution.h"
 
 /* ---- two discs ---- */
 
-/* Return whether two discs approach and touch or overlap. Two that never move do not approach. */
+/* Return whether two discs approach and touch or overlap. */
 static inline bool discs_interfere(const Disc *a, const Disc *b) {
     double dx = b->x - a->x;
     double dy = b->y - a->y;
@@ -29,55 +30,27 @@ static inline bool discs_interfere(const Disc *a, const Disc *b) {
     return along < 0.0 && sqrt(squared) <= contact;
 }
 
-/* Return whether two discs are on the paths that their own impact gave them. One that never moves always is.
+/* Return whether an impact changes the velocity of neither of two discs. */
+static inline bool are_immovable(const Disc *a, const Disc *b) {
+    return a->inverse_mass == 0.0 && b->inverse_mass == 0.0;
+}
 
-   A disc that falls onto one that does not fall comes back. */
+/* Return whether two discs are on the paths that their own impact gave them. One that no impact moves always is.
+
+   A disc that falls onto one that does not fall comes back. On a table two discs, slowed in other directions, may. */
 static inline bool are_separating(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i];
     const Disc *b = &s->discs[j];
-    if (s->falls && (a->inverse_mass == 0.0 || b->inverse_mass == 0.0))
+    if (s->motion == SLOWING || (s->motion == FALLING && (a->inverse_mass == 0.0 || b->inverse_mass == 0.0)))
         return false;
     return (a->last == j || a->inverse_mass == 0.0) && (b->last == i || b->inverse_mass == 0.0);
 }
 
 /* Return whether discs i < j have an impact at this frame. */
 static inline bool pair_interferes(const State *s, Index i, Index j) {
-    return discs_interfere(&s->discs[i], &s->discs[j]) && !are_separating(s, i, j);
-}
-
-/* Return disc i as the law sees it. */
-static inline Body body_of(const State *s, Index i, bool has_spins) {
-    Disc *a = &s->discs[i];
-    return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[has_spins ? i : 0]};
-}
-
-/* Give two discs that interfere their velocities after the impact, along the line of centres as it is. */
-static inline void apply_pair_impact(State *s, Index i, Index j) {
-    Disc *a = &s->discs[i];
-    Disc *b = &s->discs[j];
-    bool has_spins = s->record.has_spins;
-    if (!reserve_row(&s->record)) {
-        s->is_out_of_memory = true;
-        return;
-    }
-    if (!are_distinguishable(a->x, a->y, b->x, b->y, a->radius + b->radius)) {
-        s->is_too_far = true;
-        return;
-    }
-    double dx = b->x - a->x;
-    double dy = b->y - a->y;
-    Before before = {{a->vx, a->vy}, {b->vx, b->vy}};
-    Body first = body_of(s, i, has_spins);
-    Body second = body_of(s, j, has_spins);
-    Spins spins;
-    collide_discs(&s->law, dx, dy, &first, &second, false, has_spins, &spins);
-    a->last = (int)j;
-    b->last = (int)i;
-    double distance = sqrt(dx * dx + dy * dy);
-    record_impact(&s->record, s->now, i, j, dx / distance, dy / distance, &before, &a->vx, &b->vx, &spins, a->x, a->y,
-                  NO_FEATURE,
-                  &(Ambiguity){0.0, s->law.contact.friction > 0.0, a->inverse_mass > 0.0, b->inverse_mass > 0.0,
-                               NO_FEATURE, false});
+    const Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[j];
+    return discs_interfere(a, b) && !are_separating(s, i, j) && !are_immovable(a, b);
 }
 
 /* ---- a disc and a wall ---- */
@@ -86,11 +59,16 @@ static inline bool is_chain(const State *s, Index k) {
     return s->chains != NULL && s->chains[k].edge_count > 0;
 }
 
+/* Return whether disc i is on the path that its impact with half-plane k gave it. A fall comes back. */
+static inline bool is_leaving_plane(const State *s, Index i, Index k) {
+    return s->motion != FALLING && s->discs[i].last == ON_WALL - k;
+}
+
 /* Return whether a disc approaches a half-plane and touches or overlaps it. */
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
     double depth = (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
-    return along < 0.0 && depth <= a->radius;
+    return depth <= a->radius && along < 0.0; /* few discs are at a wall; whether one approaches is hard to predict */
 }
 
 /* Return the unit vector from the nearest point of a chain to a disc's centre; NaN for a centre on the chain's line. */
@@ -102,11 +80,11 @@ static inline Normal chain_normal(const Chain *chain, const Disc *a) {
     return (Normal){dx / distance, dy / distance};
 }
 
-/* Return whether disc i approaches chain k and touches or overlaps it, and is not on its path from there.
+/* Return whether a disc, disc i relative to chain k, approaches and touches or overlaps it, and is not on its path from
+   there.
 
    A path from a chain can lead back to it, since it bends or has another side. The normal tells the two cases apart. */
-static inline bool chain_interferes(const State *s, Index i, Index k) {
-    const Disc *a = &s->discs[i];
+static inline bool chain_interferes(const State *s, const Disc *a, Index i, Index k) {
     const Chain *chain = &s->chains[k];
     Point nearest = find_nearest(chain, a->x, a->y);
     double dx = a->x - nearest.x;
@@ -115,38 +93,149 @@ static inline bool chain_interferes(const State *s, Index i, Index k) {
     double distance = sqrt(dx * dx + dy * dy);
     if (distance == 0.0 || !(a->vx * dx + a->vy * dy < 0.0 && dx * dx + dy * dy <= reach * reach))
         return false;
-    return s->falls || a->last != ON_WALL - k || dx / distance != s->normals[i].x || dy / distance != s->normals[i].y;
+    return s->motion == FALLING || a->last != ON_WALL - k || dx / distance != s->normals[i].x ||
+           dy / distance != s->normals[i].y;
 }
 
 /* Return whether disc i and wall k have an impact at this frame. */
 static inline bool wall_interferes(const State *s, Index i, Index k) {
+    Disc relative;
+    if (s->discs[i].inverse_mass == 0.0)
+        return false;
+    const Disc *a = relative_to_wall(s, &s->discs[i], k, &relative);
     if (is_chain(s, k))
-        return chain_interferes(s, i, k);
-    return plane_interferes(&s->discs[i], &s->walls[k]) && (s->falls || s->discs[i].last != ON_WALL - k);
+        return chain_interferes(s, a, i, k);
+    return plane_interferes(a, &s->walls[k]) && !is_leaving_plane(s, i, k);
 }
 
-/* Give a disc that interferes with a wall, and so moves, its velocity after the impact. */
+/* ---- impacts ---- */
+
+/* Return disc i as the law sees it. */
+static inline Body body_of(const State *s, Index i) {
+    Disc *a = &s->discs[i];
+    return (Body){&a->vx, a->inverse_mass, a->radius, &s->turning[s->record.has_spins ? i : 0]};
+}
+
+/* Record an impact that was just applied at this frame.
+
+   With damping velocities and spins are recorded as they are: of the undamped ones 1 - c s is left. */
+static inline void record_at_frame(State *s, Index first, Index second, double nx, double ny, const Before *before,
+                                   const double *after2, const Spins *spins, const Disc *contact, Index feature,
+                                   const Ambiguity *ambiguity) {
+    Record *r = &s->record;
+    s->is_settled = false;
+    record_impact(r, s->now, first, second, nx, ny, before, &s->discs[first].vx, after2, spins, contact->x, contact->y,
+                  feature, ambiguity);
+    if (s->damping.rate > 0.0) {
+        double kept = 1.0 - s->damping.rate * s->now;
+        Impact *row = &r->rows[r->count - 1];
+        row->time = s->reported;
+        for (int k = 0; k < 2; k++) {
+            row->first_before[k] *= kept;
+            row->second_before[k] *= kept;
+            row->first_after[k] *= kept;
+            row->second_after[k] *= kept;
+        }
+        if (r->has_spins) {
+            Spins *row_spins = &r->spins[r->count - 1];
+            row_spins->first_before *= kept;
+            row_spins->second_before *= kept;
+            row_spins->first_after *= kept;
+            row_spins->second_after *= kept;
+        }
+    }
+}
+
+/* Give two discs that interfere their velocities after the impact, along the line of centres as it is. */
+static inline void apply_pair_impact(State *s, Index i, Index j) {
+    Disc *a = &s->discs[i];
+    Disc *b = &s->discs[j];
+    if (!reserve_row(&s->record)) {
+        s->is_out_of_memory = true;
+        return;
+    }
+    if (!are_distinguishable(a->x, a->y, b->x, b->y, a->radius + b->radius)) {
+        s->is_too_far = true;
+        return;
+    }
+    double dx = b->x - a->x;
+    double dy = b->y - a->y;
+    Before before = {{a->vx, a->vy}, {b->vx, b->vy}};
+    Body first = body_of(s, i);
+    Body second = body_of(s, j);
+    Spins spins;
+    collide_discs(&s->law, dx, dy, &first, &second, false, s->record.has_spins, &spins);
+    a->last = (int)j;
+    b->last = (int)i;
+    double distance = sqrt(dx * dx + dy * dy);
+    record_at_frame(s, i, j, dx / distance, dy / distance, &before, &b->vx, &spins, a, NO_FEATURE,
+                    &(Ambiguity){0.0, s->law.contact.friction > 0.0, a->inverse_mass > 0.0, b->inverse_mass > 0.0,
+                                 NO_FEATURE, false});
+    slow_disc(s, i);
+    slow_disc(s, j);
+}
+
+/* Apply friction and rolling resistance to a disc that falls onto a wall with a relative velocity u; `pressed` is the
+   normal impulse for each unit of its mass. */
+static inline void apply_falling_friction(const State *s, const Law *law, const Wall *wall, const Surface *surface,
+                                          double ux, double uy, double pressed, Body *a) {
+    Turning *turning = a->turning;
+    double y = turning->inverse_inertia_ratio;
+    double rim = a->radius * turning->spin;
+    double slip = ux * wall->ny - uy * wall->nx + rim;
+    if (surface != NULL && surface->belt != 0.0)
+        slip += surface->belt;
+    Frictions by = frictional_impulses(&law->wall_contact, s->rolling_resistance, (Slips){slip, rim}, y, pressed);
+    a->velocity[0] -= by.friction * wall->ny;
+    a->velocity[1] += by.friction * wall->nx;
+    turning->spin = by.blocks ? 0.0 : turning->spin - (by.friction + by.rolling) * y / a->radius;
+}
+
+/* Apply the impact of a disc that falls onto a wall, as `collide_wall`; with rolling resistance. */
+static inline void collide_falling(const State *s, const Law *law, const Wall *wall, const Surface *surface, Body *a,
+                                   Spins *spins) {
+    Law smooth = *law;
+    smooth.wall_contact.friction = 0.0;
+    double ux = a->velocity[0] - (surface != NULL ? surface->vx : 0.0);
+    double uy = a->velocity[1] - (surface != NULL ? surface->vy : 0.0);
+    double along = collide_wall(&smooth, wall, surface, a, false, true, spins);
+    if (along < 0.0 && (law->wall_contact.friction > 0.0 || s->rolling_resistance > 0.0))
+        apply_falling_friction(s, law, wall, surface, ux, uy, -((1.0 + law->wall_restitution) * along), a);
+    spins->first_after = a->turning->spin;
+}
+
+/* Give disc i, which interferes with wall k and so moves, its velocity after the impact. */
 static inline void apply_wall_impact(State *s, Index i, Index k) {
     Disc *a = &s->discs[i];
-    Wall *wall = &s->walls[k];
+    Disc relative;
+    const Disc *seen = relative_to_wall(s, a, k, &relative);
+    const Surface *surface = s->wall_motions != NULL ? &s->wall_motions[k].surface : NULL;
     const Law *law = &s->wall_laws[k];
-    bool has_spins = s->record.has_spins;
+    Wall wall = s->walls[k];
     if (!reserve_row(&s->record)) {
         s->is_out_of_memory = true;
         return;
     }
     a->last = (int)(ON_WALL - k);
     if (is_chain(s, k)) {
-        s->normals[i] = chain_normal(&s->chains[k], a);
-        wall->nx = s->normals[i].x;
-        wall->ny = s->normals[i].y;
+        s->normals[i] = chain_normal(&s->chains[k], seen);
+        wall.nx = s->normals[i].x;
+        wall.ny = s->normals[i].y;
     }
     Before before = {{a->vx, a->vy}, {0.0, 0.0}};
-    Body body = body_of(s, i, has_spins);
+    if (surface != NULL) {
+        before.second[0] = surface->vx;
+        before.second[1] = surface->vy;
+    }
+    Body body = body_of(s, i);
     Spins spins;
-    collide_wall(law, wall, NULL, &body, false, has_spins, &spins);
-    record_impact(&s->record, s->now, i, -1 - k, -wall->nx, -wall->ny, &before, &a->vx, before.second, &spins, a->x,
-                  a->y, k, &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
+    if (s->motion == FALLING && s->record.has_spins)
+        collide_falling(s, law, &wall, surface, &body, &spins);
+    else
+        collide_wall(law, &wall, surface, &body, false, s->record.has_spins, &spins);
+    record_at_frame(s, i, -1 - k, -wall.nx, -wall.ny, &before, before.second, &spins, seen, k,
+                    &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
+    slow_disc(s, i);
 }
 
 #endif

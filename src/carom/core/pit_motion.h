@@ -1,17 +1,38 @@
 /* Motion between frames.
 
    Discs are advanced frame by frame, x += v dt with each product and sum rounded, as the definition does. So a disc
-   can't be advanced over many frames in one step, but it can be advanced over many frames before the next disc is. */
+   can't be advanced over many frames in one step, but it can be advanced over many frames before the next disc is.
+
+   Another kind of motion is another branch in `advance_disc`, `skip_disc` and `carom_pit_write_states`. */
 
 #ifndef CAROM_PIT_MOTION_H
 #define CAROM_PIT_MOTION_H
 
-#include "carom/core/pit_state.h"
+#include <math.h>
 
-/* Return the time of a frame, seconds since the start. */
-static inline double frame_time(const Clock *clock, Index frame) {
-    return (double)frame * clock->step / clock->rate;
+#include "carom/core/damping.h"
+#include "carom/core/pit_driven.h"
+
+/* ---- time ---- */
+
+/* Return the time of a frame by the clock, seconds since the start. */
+static inline double clock_time(const State *s, Index frame) {
+    return (double)frame * s->clock.step / s->clock.rate;
 }
+
+/* Return the time of a frame in which its discs move: undamped with damping. */
+static inline double frame_time(State *s, Index frame) {
+    Damping *d = &s->damping;
+    if (d->rate == 0.0)
+        return clock_time(s, frame);
+    if (frame != d->frame) {
+        d->time = undamped_time(d->rate, clock_time(s, frame));
+        d->frame = frame;
+    }
+    return d->time;
+}
+
+/* ---- one disc ---- */
 
 /* Advance a falling disc along its parabola. */
 static inline void advance_falling(const State *s, double *centre, double *velocity, double step) {
@@ -21,31 +42,72 @@ static inline void advance_falling(const State *s, double *centre, double *veloc
     velocity[1] += s->gy * step;
 }
 
-/* Advance a disc by a step to the next frame. */
-static inline void advance_disc(State *s, Index i, double step) {
-    Disc *a = &s->discs[i];
-    if (a->inverse_mass == 0.0)
+/* Find the acceleration by a table, and when it ends, of a disc that has a velocity since a time. */
+static inline Slowing slowing_of(const State *s, double vx, double vy, double time) {
+    double speed = nearest_length(vx, vy);
+    if (speed == 0.0)
+        return (Slowing){0.0, 0.0, NEVER};
+    double a = -s->deceleration; /* times a unit vector: over the least of speeds it would be infinite */
+    return (Slowing){a * (vx / speed), a * (vy / speed), instant_after((Instant){time, 0.0}, speed / s->deceleration)};
+}
+
+/* Advance a disc on a table from one time to another. */
+static inline void advance_slowing(double *centre, double *velocity, Slowing *slowing, double from, double to) {
+    if (is_before((Instant){to, 0.0}, slowing->stops)) {
+        double step = to - from;
+        centre[0] += step * (velocity[0] + 0.5 * slowing->ax * step);
+        centre[1] += step * (velocity[1] + 0.5 * slowing->ay * step);
+        velocity[0] += slowing->ax * step;
+        velocity[1] += slowing->ay * step;
         return;
-    if (s->falls) {
-        advance_falling(s, &a->x, &a->vx, step);
-    } else {
+    }
+    /* At its mean speed to where it stops, so that no difference of two long ways is left. */
+    double lasts = seconds_between((Instant){from, 0.0}, slowing->stops);
+    centre[0] += 0.5 * lasts * velocity[0];
+    centre[1] += 0.5 * lasts * velocity[1];
+    velocity[0] = velocity[1] = 0.0;
+    *slowing = (Slowing){0.0, 0.0, NEVER};
+}
+
+/* Advance disc i, which impacts move, from one frame to the next. */
+static inline void advance_disc(State *s, Index i, double from, double to) {
+    Disc *a = &s->discs[i];
+    double step = to - from;
+    if (s->motion == STRAIGHT) {
         a->x += a->vx * step;
         a->y += a->vy * step;
+    } else if (s->motion == FALLING) {
+        advance_falling(s, &a->x, &a->vx, step);
+    } else {
+        advance_slowing(&a->x, &a->vx, &s->slowing[i], from, to);
     }
 }
+
+/* Let the table act on disc i, which an impact has just given its velocity. */
+static inline void slow_disc(State *s, Index i) {
+    const Disc *a = &s->discs[i];
+    if (s->motion == SLOWING && a->inverse_mass > 0.0)
+        s->slowing[i] = slowing_of(s, a->vx, a->vy, s->now);
+}
+
+/* ---- all discs ---- */
 
 /* Advance every disc to the next frame. */
 static inline void advance_to_next_frame(State *s) {
-    double time = frame_time(&s->clock, s->counts.frames);
-    double step = time - s->now;
-    if (s->counts.frames > 0) {
-        for (Index i = 0; i < s->disc_count; i++)
-            advance_disc(s, i, step);
+    double time = frame_time(s, s->counts.frames);
+    if (s->counts.frames > 0 && (s->motion == STRAIGHT || time != s->now)) {
+        for (Index i = 0; i < s->disc_count; i++) {
+            if (s->discs[i].inverse_mass != 0.0)
+                advance_disc(s, i, s->now, time);
+        }
     }
     s->now = time;
+    s->reported = clock_time(s, s->counts.frames);
+    if (s->counts.frames > 0)
+        move_driven(s);
 }
 
-/* Advance two discs over some steps. Two at a time, since each sum waits for the one before it. */
+/* Advance two discs straight over some steps. Two at a time, since each sum waits for the one before it. */
 static inline void advance_two(Disc *a, Disc *b, const double *steps, Index count) {
     double ax = a->x, ay = a->y, avx = a->vx, avy = a->vy;
     double bx = b->x, by = b->y, bvx = b->vx, bvy = b->vy;
@@ -63,6 +125,37 @@ static inline void advance_two(Disc *a, Disc *b, const double *steps, Index coun
         b->x = bx;
         b->y = by;
     }
+}
+
+/* Advance disc i over some frames on a curved path. */
+static inline void advance_curved(State *s, Index i, double from, Index count) {
+    Disc a = s->discs[i];
+    if (a.inverse_mass == 0.0)
+        return;
+    if (s->motion == FALLING) {
+        for (Index k = 0; k < count; k++)
+            advance_falling(s, &a.x, &a.vx, s->steps[k]);
+    } else {
+        Slowing slowing = s->slowing[i];
+        for (Index k = 0; k < count; k++)
+            advance_slowing(&a.x, &a.vx, &slowing, k == 0 ? from : s->times[k - 1], s->times[k]);
+        s->slowing[i] = slowing;
+    }
+    s->discs[i] = a;
+}
+
+/* Advance all discs over the frames of `s->times`, of which there are some; `from` is the time before these. */
+static inline void advance_over_frames(State *s, double from, Index count) {
+    Index last = s->disc_count - 1;
+    if (s->motion == STRAIGHT) {
+        for (Index i = 0; i <= last; i += 2)
+            advance_two(&s->discs[i], &s->discs[i < last ? i + 1 : last], s->steps, count);
+    } else {
+        for (Index i = 0; i <= last; i++)
+            advance_curved(s, i, from, count);
+    }
+    if (s->path_count > 0)
+        move_driven(s);
 }
 
 #endif

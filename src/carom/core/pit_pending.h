@@ -13,6 +13,8 @@ enum {
     HALF_BITS = 32, /* of a test's number */
 };
 
+#define LAST_TEST UINT64_MAX /* after all tests */
+
 static inline Test test_of(Index first, Index second) {
     return (Test)first << HALF_BITS | (Test)second;
 }

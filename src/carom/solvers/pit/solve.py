@@ -10,6 +10,7 @@ import numpy as np
 from carom.damping import UNDAMPED, Damping
 from carom.extension import Patience, extension_available, extension_notes
 from carom.scene import Scene, as_scene
+from carom.solvers.damped import DampedFrameLoop, damping_in
 from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
@@ -143,42 +144,32 @@ class FrameRun:
 
 
 def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
-    """Return a PIT run at the start of a scene: compiled, or else the definition.
-
-    The definition runs with damping, on a table that slows discs down, under gravity where anything rubs or turns,
-    where a body is driven, and without the extension.
+    """Return a PIT run at the start of a scene: compiled, or the definition in plain Python without the extension.
 
     Args:
         scene: The scene.
         clock: When the frames are.
-        skipping: Whether to leave out tests that can find nothing; the result is the same to the bit. The definition
-            leaves none out.
+        skipping: Whether to skip tests that can find nothing; the result is the same to the bit. The definition skips
+            none.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
-        by_clock = clock.in_units(units)
-        if not scene.damping_per_s:
-            return _pit_run(start, by_clock, skipping)
-        from carom.solvers.damped import DampedFrameLoop, damping_in
-
-        damping = damping_in(units, scene.damping_per_s)
-        return FrameRun(DampedFrameLoop(start, by_clock, damping), by_clock, damping=damping)
+        damping = damping_in(units, scene.damping_per_s) if scene.damping_per_s else UNDAMPED
+        return _pit_run(start, clock.in_units(units), damping, skipping)
 
     run: FrameRun | RunInUnits = run_in_ordinary_units(scene.undamped, make)
     return run
 
 
-def _pit_run(start: Start, clock: FrameClock, skipping: bool) -> FrameRun:
-    arrays, gravity = start.arrays, start.gravity_m_s2
-    alone = gravity == (0.0, 0.0) or not (arrays.turns or start.wall_rolling_resistance)
-    compiled = alone and not arrays.driven and not start.table_deceleration_m_s2
-    if compiled and extension_available():
+def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) -> FrameRun:
+    if extension_available():
         from carom.core import pit
 
-        edges_of = None if arrays.has_half_planes else partial(nearest_edges, arrays.walls)
-        loop = pit.FrameLoop(arrays, clock, skipping, MOST_WASTE, gravity)
-        return FrameRun(loop, clock, edges_of=edges_of)
-    return FrameRun(PlainFrameLoop(start, clock), clock, extension_notes() if compiled else ())
+        edges_of = None if start.arrays.has_half_planes else partial(nearest_edges, start.arrays.walls)
+        loop = pit.FrameLoop(start, clock, skipping, MOST_WASTE, damping.per_s)
+        return FrameRun(loop, clock, edges_of=edges_of, damping=damping)
+    definition = DampedFrameLoop(start, clock, damping) if damping.per_s else PlainFrameLoop(start, clock)
+    return FrameRun(definition, clock, extension_notes(), damping=damping)
 
 
 def nearest_edges(walls: Sequence[HalfPlane | Outline], contacts: NDArray[np.void]) -> NDArray[np.void]:

@@ -9,7 +9,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.damping import Damping
 from carom.scene import Scene
+from carom.solvers.damped import DampedFrameLoop
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.pit.solve import MOST_WASTE, FrameRun, nearest_edges
@@ -22,22 +24,28 @@ def edges_of(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | N
 
 
 def definition(scene: Scene, clock: FrameClock) -> FrameRun:
-    return FrameRun(PlainFrameLoop(scene, clock), clock)
+    damping = Damping(scene.damping_per_s)
+    loop = DampedFrameLoop(scene.undamped, clock, damping) if damping.per_s else PlainFrameLoop(scene, clock)
+    return FrameRun(loop, clock, damping=damping)
 
 
 def compiled_forms() -> dict[str, Form]:
-    """Return the compiled run as a user gets it, looping plainly, and skipping whatever that costs."""
+    """Return the compiled run as a user gets it, looping plainly, skipping whatever that costs, and sweeping."""
     from carom.core.pit import FrameLoop
 
-    def form(*, skips: bool, most_waste: float) -> Form:
+    def form(*, skips: bool, max_waste: float) -> Form:
         return lambda scene, clock: FrameRun(
-            FrameLoop(scene.arrays, clock, skips, most_waste, scene.gravity_m_s2), clock, edges_of=edges_of(scene)
+            FrameLoop(scene.undamped, clock, skips, max_waste, scene.damping_per_s),
+            clock,
+            edges_of=edges_of(scene),
+            damping=Damping(scene.damping_per_s),
         )
 
     return {
-        "default": form(skips=True, most_waste=MOST_WASTE),
-        "plain": form(skips=False, most_waste=MOST_WASTE),
-        "always skipping": form(skips=True, most_waste=math.inf),
+        "default": form(skips=True, max_waste=MOST_WASTE),
+        "plain": form(skips=False, max_waste=MOST_WASTE),
+        "always skipping": form(skips=True, max_waste=math.inf),
+        "sweeping": form(skips=True, max_waste=0.0),
     }
 
 

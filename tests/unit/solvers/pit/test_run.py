@@ -159,7 +159,7 @@ def test_other_threads_run_meanwhile() -> None:
     """While compiled code passes frames, another thread sees how many it has passed."""
     from carom.core.pit import FrameLoop
 
-    loop = FrameLoop(gas_scene(300, 0.3).arrays, CLOCK, False, 0.0)
+    loop = FrameLoop(gas_scene(300, 0.3), CLOCK, False, 0.0)
     thread = threading.Thread(target=loop.run, args=(500, 2**62, 1e18))
     thread.start()
     seen = set()

@@ -9,10 +9,9 @@ from tests.forms import needs_extension, plain_form
 from tests.stage import line
 from tests.unit.solvers.pit.forms import compiled_forms, definition, finished
 
-from carom import extension
+from carom import Wall, extension
 from carom.errors import InputError
 from carom.scene import Scene
-from carom.solvers.impact_log import ImpactLog
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run, solve_pit
 from carom.solvers.rows import RecordedImpacts
@@ -27,21 +26,21 @@ def falling(**changes: Any) -> Scene:
 
 
 @needs_extension
-def test_compiled_code_serves_scenes_in_which_nothing_rubs_or_turns_under_gravity() -> None:
-    """So it does whatever the number of discs, and for plain looping, too; there is nothing to note."""
-    for scene in (line(0.0, velocities=(1.0,)), falling(friction=0.5, gravity_m_s2=(0.0, 0.0)), falling()):
+def test_compiled_code_runs_every_kind_of_motion() -> None:
+    """So it does for plain looping, too; there is nothing to note."""
+    still = {"gravity_m_s2": (0.0, 0.0)}
+    for scene in (
+        line(0.0, velocities=(1.0,)),
+        falling(),
+        falling(friction=0.5, wall_rolling_resistance=0.1),
+        falling(**still, damping_per_s=0.5),
+        falling(**still, table_deceleration_m_s2=0.5),
+        falling(walls=[Wall(point_m=(0.0, -5.0), normal=(0.0, 1.0), velocity_m_s=(0.0, -1.0))]),
+    ):
         for skipping in (True, False):
             run = pit_run(scene, CLOCK, skipping=skipping)
             assert isinstance(run.log, RecordedImpacts)
             assert run.notes == ()
-
-
-def test_the_definition_serves_what_rubs_under_gravity() -> None:
-    """Where no faster form is left out there is nothing to note."""
-    for scene in (falling(friction=0.5), falling(wall_rolling_resistance=0.1)):
-        run = pit_run(scene, CLOCK)
-        assert isinstance(run.log, ImpactLog)
-        assert run.notes == ()
 
 
 def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -> None:

@@ -1,0 +1,118 @@
+"""Every kind of motion, compiled: the definition's bits, with all tests of a frame and with those that are due."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from tests.drawn import drawn, slowing, table, thrown
+from tests.forms import needs_extension
+from tests.lengths import long_after
+from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
+
+from carom import Chain, Disc, Scene, Wall
+from carom.solvers.pit.clock import FrameClock
+from carom.walls import Leg
+
+pytestmark = needs_extension
+
+FALL = (0.4, -9.81)
+
+
+def falling_roughly(number: int) -> Scene:
+    changes = {"wall_rolling_resistance": 0.05, "wall_tangential_restitution": 0.0} if number % 2 else {}
+    return drawn("gas", number, rough=True, gravity=FALL).model_copy(update=changes)
+
+
+def falling_on_driven(number: int) -> Scene:
+    return table("driven table", number).model_copy(update={"gravity_m_s2": FALL})
+
+
+#: The scene of a number, of each kind.
+DRAWN: dict[str, Callable[[int], Scene]] = {
+    "damped": lambda number: drawn("gas", number).model_copy(update={"damping_per_s": (0.3, 20.0)[number % 2]}),
+    "driven": lambda number: table("driven table", number),
+    "falling": falling_roughly,
+    "falling on driven walls": falling_on_driven,
+    "thrown": thrown,
+    "table": slowing,
+}
+
+
+@pytest.mark.parametrize("kind", DRAWN)
+@pytest.mark.parametrize("numbers", long_after(1, [range(4), range(4, 60)]))
+def test_drawn_scenes_are_the_definitions_to_the_bit(kind: str, numbers: range) -> None:
+    """Few discs, drawn at random, at a frame rate that is not round."""
+    for number in numbers:
+        scene = DRAWN[kind](number)
+        frames = min(100, 20_000 // len(scene.discs) ** 2)
+        assert_identical(scene.model_copy(update={"duration_s": frames / 37.0}), FrameClock(rate_hz=37.0))
+
+
+def test_damped_discs_that_have_come_to_rest_cost_no_tests() -> None:
+    """When undamped time stands still, frames are skipped."""
+    scene, clock = crowd(damping_per_s=40.0, duration_s=3.0), FrameClock(rate_hz=30.0)
+    assert assert_identical(scene, clock).velocities().max() < 1e-30
+    assert finished(scene, clock, compiled_forms()["always skipping"]).counts["frames_skipped"] > 30
+
+
+# Many discs in cells, compared with compiled plain looping -----------------------------------------------------------
+
+
+def crowd(*, fixed: dict[str, Any] | None = None, **fields: Any) -> Scene:
+    """Return 100 discs of some sizes on a lattice of 1 m in a box, each tenth of which is as `fixed` says."""
+    discs = []
+    for k in range(100):
+        angle, place = 2.399 * k, (k % 10 + 0.5, k // 10 + 0.5)
+        radius = 0.45 - 0.03 * (k % 7)
+        if fixed is not None and k % 10 == 5:
+            discs.append(Disc(position_m=place, radius_m=radius, mass_kg=math.inf, **fixed))
+        else:
+            velocity = (1.5 * math.cos(angle), 1.5 * math.sin(angle))
+            discs.append(Disc(position_m=place, velocity_m_s=velocity, radius_m=radius, mass_kg=1.0 + k % 3))
+    fields = {"walls": box(), "restitution": 0.9, "wall_restitution": 0.8, "duration_s": 2.0, **fields}
+    return Scene(name="crowd", discs=discs, **fields)
+
+
+def box(**motion: Any) -> list[Wall]:
+    sides = (((0, 0), (1, 0)), ((10, 0), (-1, 0)), ((0, 0), (0, 1)), ((0, 10), (0, -1)))
+    return [Wall(point_m=point, normal=normal, **(motion if k == 0 else {})) for k, (point, normal) in enumerate(sides)]
+
+
+def shaken(times: int, speed: float) -> list[Leg]:
+    return [Leg(from_s=0.21 * k, velocity_m_s=(speed * math.cos(k), speed * math.sin(2.0 * k))) for k in range(times)]
+
+
+ROOM = Chain(points_m=[(0, 0), (10, 0), (10, 10), (5, 10), (0, 10)], bulges=[0.0, 0.2, 0.0, 0.0, 0.1], closed=True)
+
+CROWDS: dict[str, Callable[[], Scene]] = {
+    "straight": crowd,
+    "friction": lambda: crowd(friction=0.3, wall_friction=0.2),
+    "damped": lambda: crowd(damping_per_s=0.7),
+    "driven wall": lambda: crowd(walls=box(velocity_m_s=(-0.3, 0.1), surface_speed_m_s=0.5), wall_friction=0.3),
+    "shaken wall": lambda: crowd(walls=box(legs=shaken(9, 0.4))),
+    "mallets": lambda: crowd(fixed={"driven": True, "legs": shaken(9, 0.3)}),
+    "falling": lambda: crowd(gravity_m_s2=FALL),
+    "falling on fixed discs": lambda: crowd(gravity_m_s2=FALL, fixed={}),
+    "falling on mallets": lambda: crowd(gravity_m_s2=FALL, fixed={"driven": True, "legs": shaken(9, 0.3)}),
+    "falling on a shaken wall": lambda: crowd(gravity_m_s2=(-5.0, -3.0), walls=box(legs=shaken(9, 0.4))),
+    "falling and rolling": lambda: crowd(gravity_m_s2=FALL, wall_friction=0.3, wall_rolling_resistance=0.02),
+    "table": lambda: crowd(table_deceleration_m_s2=0.8),
+    "table with fixed discs": lambda: crowd(table_deceleration_m_s2=0.8, fixed={}),
+    "room": lambda: crowd(walls=[ROOM]),
+    "falling in a room": lambda: crowd(walls=[ROOM], gravity_m_s2=FALL),
+    "table in a room": lambda: crowd(walls=[ROOM], table_deceleration_m_s2=0.8),
+}
+
+
+@pytest.mark.parametrize("kind", CROWDS)
+@pytest.mark.parametrize("rate_hz", long_after(1, [30.0, 7.0, 240.0]))
+def test_crowds_are_plain_loopings_to_the_bit(kind: str, rate_hz: float) -> None:
+    """Skipping, and sweeping where that costs less, find what a loop over all pairs finds."""
+    scene, clock, forms = CROWDS[kind](), FrameClock(rate_hz=rate_hz), compiled_forms()
+    plain = finished(scene, clock, forms["plain"])
+    assert len(plain.log) > 50
+    for name in ("default", "always skipping", "sweeping"):
+        assert bits(finished(scene, clock, forms[name])) == bits(plain), name
