@@ -21,7 +21,8 @@ CLOCK = FrameClock(rate_hz=60.0)
 
 def bodies(scene: Scene) -> list[int]:
     """Return the second bodies of all impacts; every form has them."""
-    return assert_identical(scene, CLOCK).log.array()["second"].tolist()
+    found: list[int] = assert_identical(scene, CLOCK).log.array()["second"].tolist()
+    return found
 
 
 def turned(angle: float) -> tuple[tuple[float, float], tuple[float, float]]:
