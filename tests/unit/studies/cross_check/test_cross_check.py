@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.clocks import Clock
 from tests.lengths import long_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
@@ -22,7 +23,7 @@ from carom.runs.observe import Observe
 from carom.runs.options import Options, default_dts
 from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
-from carom.runs.timing import Measure
+from carom.runs.timing import TIMING_RUNS, Measure
 from carom.scenes import catalogue
 from carom.studies.cross_check import run as execute
 from carom.studies.cross_check.observed import observed_journal
@@ -217,8 +218,10 @@ def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
     ]
 
 
-def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
+def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every timed row has two clocks and its ratio to PIT on the same scene and step, PIT's own being 1."""
+    # Each interval is twice the one before, so no two runs agree and every job is timed TIMING_RUNS times.
+    monkeypatch.setattr("carom.runs.timing.time", Clock(1.0, factor=2.0))
     calls: list[tuple[int, int, str]] = []
     results = carom.cross_check(
         [scene],
@@ -229,9 +232,12 @@ def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene) -> None:
         pool=InProcess(),
     )
     ratios = {row.job.engine: row.time_ratio for row in results.rows}
-    assert ratios["pit"] == 1.0
-    assert ratios["pic"] is not None
-    assert all(row.timing is not None and row.timing.runs == 3 for row in results.rows)
+    times = {row.job.engine: sure(row.timing) for row in results.rows}
+    assert ratios == {"pit": 1.0, "pic": times["pic"].advance_s / times["pit"].advance_s}
+    assert ratios["pic"] != 1.0
+    for timing in times.values():
+        assert 0.0 < timing.prepare_s < timing.advance_s
+        assert timing.runs == TIMING_RUNS
     assert [done for done, _, _ in calls] == [1, 2, 3, 4]
     assert {total for _, total, _ in calls} == {4}
 

@@ -1,0 +1,32 @@
+"""A clock for modules that read `time`, so that no test depends on the speed of the machine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class Clock:
+    """Replaces the module `time` in a module under test, and advances only as it is told to.
+
+    Args:
+        tick_s: Seconds that pass with each reading.
+        factor: What the tick is multiplied by after each reading.
+        after: No time passes until this file is there: an engine writes it when it begins to hang, say.
+
+    Attributes:
+        now_s: What the next reading returns, seconds; a test may change it.
+    """
+
+    def __init__(self, tick_s: float = 0.0, factor: float = 1.0, after: Path | None = None) -> None:
+        self.now_s = 1000.0
+        self._tick_s, self._factor, self._after = tick_s, factor, after
+
+    def perf_counter(self) -> float:
+        """Return the time, seconds."""
+        now_s = self.now_s
+        if self._after is None or self._after.exists():
+            self.now_s += self._tick_s
+            self._tick_s *= self._factor
+        return now_s
+
+    monotonic = perf_counter
