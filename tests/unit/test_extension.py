@@ -9,6 +9,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+from tests.clocks import Clock
 from tests.forms import needs_extension, plain_form
 from tests.lengths import long_after
 
@@ -16,6 +17,14 @@ import carom
 from carom import extension
 
 PACKAGE = Path(carom.__file__).parent
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    """The clock of `Patience`."""
+    clock = Clock()
+    monkeypatch.setattr(extension, "time", clock)
+    return clock
 
 
 @needs_extension
@@ -39,11 +48,11 @@ def test_the_plain_form_can_be_asked_for_and_says_so() -> None:
 
 
 @needs_extension
-def test_compiled_runs_have_nothing_to_note() -> None:
+def test_compiled_runs_have_nothing_to_note(clock: Clock) -> None:
     """Where the extension serves, there is no note, and however long a wait, no warning."""
     assert extension.extension_notes() == ()
     patience = extension.Patience()
-    patience._ends = 0.0  # noqa: SLF001 - long ago
+    clock.now_s += 3600.0
     patience.look()
 
 
@@ -80,15 +89,16 @@ print(extension.__file__, [w.category.__name__ for w in caught], notes)
     assert said or "[] ()" in done.stdout
 
 
-def test_the_first_long_wait_in_plain_python_is_warned_of_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_long_wait_in_plain_python_is_warned_of_once(clock: Clock) -> None:
     """A wait of over a second in plain Python warns, once in a process; a shorter one does not."""
     extension._warn.cache_clear()  # noqa: SLF001 - a process that has not warned yet
     with plain_form(), warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         patience = extension.Patience()
+        clock.now_s += 1.0
         patience.look()
         assert not caught
-        monkeypatch.setattr(patience, "_ends", 0.0)
+        clock.now_s += 0.25
         patience.look()
         patience.look()
     assert [warning.category for warning in caught] == [extension.PlainFormWarning]
