@@ -8,8 +8,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-#: Long enough for a process to end on a machine that is busy.
-PATIENT_S = 60.0
+import pytest
+
+from carom.runs.job import AdapterTask
+from carom.runs.observe import Observe
+
+#: Only guards against hanging, seconds: nothing that is waited for takes this long, even on a busy machine.
+PATIENT_S = 120.0
 
 
 def alive(pid: int) -> bool:
@@ -26,6 +31,22 @@ def ended(*pids: int) -> bool:
     while any(map(alive, pids)) and time.monotonic() < until:
         time.sleep(0.01)
     return not any(map(alive, pids))
+
+
+def noted(note: Path) -> int:
+    """Wait until a process number is written to a file as a whole line, and return it."""
+    until = time.monotonic() + PATIENT_S
+    while not (note.exists() and note.read_text().endswith("\n")):
+        assert time.monotonic() < until, f"nothing is written to {note}"
+        time.sleep(0.01)
+    return int(note.read_text())
+
+
+def limit_only(patch: pytest.MonkeyPatch, *engines: str) -> None:
+    """Let a pool's time limit end runs of these engines alone; a busy machine has `PATIENT_S` for anything else."""
+    least_s = property(lambda task: 0.0 if task.engine in engines else PATIENT_S)
+    patch.setattr(Observe, "least_limit_s", least_s, raising=False)
+    patch.setattr(AdapterTask, "least_limit_s", PATIENT_S)
 
 
 def ran(command: Sequence[str | Path], *, check: bool = True, **options: Any) -> subprocess.CompletedProcess[str]:

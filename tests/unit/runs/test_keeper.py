@@ -6,12 +6,11 @@ import os
 import pickle
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from tests.processes import PATIENT_S, ended
+from tests.processes import PATIENT_S, ended, noted
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
 
@@ -27,15 +26,6 @@ class Starts:
     def __reduce__(self) -> tuple[object, tuple[str]]:
         act = f"__import__('os').system('setsid sleep 3600 & echo $! > {self.note}')"
         return (eval, (f"[{act}] * 0",))
-
-
-def noted(note: Path) -> int:
-    """Return the number of the process that is noted, when it is."""
-    until = time.monotonic() + PATIENT_S
-    while not (note.exists() and note.read_text().strip()):
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    return int(note.read_text())
 
 
 @pytest.fixture

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import os
 import stat
+import subprocess
 import tarfile
 import zipfile
 from pathlib import Path
 
 import pytest
 from tests.lengths import each
-from tests.processes import ended
+from tests.processes import ended, noted
 
 from carom.errors import InputError
 from carom.studies.history import clients
@@ -42,12 +43,22 @@ def test_a_client_that_gives_no_answer_is_ended_with_what_it_started(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The program that it started is gone, too."""
-    program(tmp_path, "npm", f"sleep 600 & echo $! > {tmp_path}/child; wait", monkeypatch)
+    program(tmp_path, "npm", f"sleep 3600 & echo $! > {tmp_path}/child; wait", monkeypatch)
+
+    class Process(subprocess.Popen[bytes]):
+        """Reaches its time limit when the program has started a child, not earlier."""
+
+        def wait(self, timeout: float | None = None) -> int:
+            if timeout is None:
+                return super().wait()
+            noted(tmp_path / "child")
+            raise subprocess.TimeoutExpired(self.args, timeout)
+
+    monkeypatch.setattr(subprocess, "Popen", Process)
     monkeypatch.setattr(clients, "LISTING_S", 0.4)
     with pytest.raises(ClientError, match=r"npm has given no answer within 0\.4 s"):
         Npm().listed("toy")
-    child = int((tmp_path / "child").read_text())
-    assert ended(child)
+    assert ended(noted(tmp_path / "child"))
 
 
 @pytest.mark.parametrize(
