@@ -97,6 +97,7 @@ def tried(items: list[pytest.Item], number: int, fault: Fault | None, limit_s: f
         os.close(reading)
         resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(time.process_time() + limit_s), resource.RLIM_INFINITY))
         _run(items, number, fault, writing)
+    os.setpgid(child, child)  # also here, or a child that has not run yet could not be killed by its group
     os.close(writing)
     ends_s, said = time.monotonic() + _BUSY * limit_s, b""
     while (left_s := ends_s - time.monotonic()) > 0.0:
