@@ -22,7 +22,7 @@ from carom.runs.pool import InProcess
 from carom.studies.bench import timing_pass
 from carom.studies.bench.timing_pass import TimeScene
 
-#: A timing pass takes a second or two, on a machine with ten times more to do than it has cores some ten.
+#: A timing pass takes a second or two of processor time.
 LONGEST_S = 60.0
 #: What a clock ticks by, seconds.
 TICKS = (1e-9, 1e-3, 1e-2, 1.0)

@@ -9,11 +9,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from tests.processes import PATIENT_S
+
 from carom.errors import InputError
 from carom.text import visible
 
-#: What takes longer counts as a hang.
+#: What takes more processor time counts as a hang, seconds.
 HANG_S = 10.0
+#: What waits for ever takes none: it may take this many times as long by the clock, which a busy machine does not.
+_BUSY = 20.0
 
 
 class HangError(BaseException):
@@ -21,19 +25,30 @@ class HangError(BaseException):
 
 
 @contextmanager
-def within(limit_s: float = HANG_S) -> Iterator[None]:
-    """Raise `HangError` where the body takes longer."""
+def within(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
+    """Raise `HangError` if the body takes longer.
+
+    Args:
+        limit_s: Processor time of this process, seconds, so that a busy machine counts for nothing.
+        busy: Multiple of the limit that the body may take by the clock.
+    """
 
     def late(*_: object) -> None:
         raise HangError
 
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    timers = [
+        (signal.SIGPROF, signal.ITIMER_PROF, limit_s),
+        (signal.SIGALRM, signal.ITIMER_REAL, busy * limit_s),
+    ]
+    before = [signal.signal(number, late) for number, _, _ in timers]
+    for _, timer, seconds in timers:
+        signal.setitimer(timer, seconds)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        for (number, timer, _), handler in zip(timers, before, strict=True):
+            signal.setitimer(timer, 0.0)
+            signal.signal(number, handler)
 
 
 def tried(act: Callable[[], str], *names: str, most: int = 2000, limit_s: float = HANG_S) -> str:
@@ -69,7 +84,7 @@ def shrunk(data: bytes, fails: Callable[[bytes], bool]) -> bytes:
     return data
 
 
-def left_over(mark: str, temporary: Path, patience_s: float = 10.0) -> str:
+def left_over(mark: str, temporary: Path, patience_s: float = PATIENT_S) -> str:
     """Say which processes with `mark` in their environment, or folders of Carom's, are still there after a while."""
     until = time.monotonic() + patience_s
     while True:

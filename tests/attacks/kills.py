@@ -83,7 +83,11 @@ WORK: dict[str, tuple[tuple[str, ...], str, Callable[[Path], Any]]] = {
         "--out",
         _bench,
     ),
-    "timing": (("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "6"), "--out", _timed),
+    "timing": (
+        ("bench", "paper/late", "-e", "pit", "--dt", "1/60", "--rounds", "3", "--budget", "1e5"),
+        "--out",
+        _timed,
+    ),
     "stress": (("stress", "tunnelling", "-e", "pit", "--quick"), "--out", _stress),
     "tune": (("tune", "pymunk", "paper/late", "--trials", "6"), "--out", _tuned),
     "advise": (("advise", "paper/late", "-e", "pit", "--phases", "2", "--budget", "20000"), "", _said),
