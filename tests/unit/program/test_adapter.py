@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.processes import PATIENT_S
 from tests.unit.program.programs import crowd, manifest_of
 
 from carom.adapter import AdapterError, CuttableWorld
@@ -36,6 +37,12 @@ BUILDS = {
     "cpp": ("g++", ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "engine", "engine.cpp"]),
     "rust": ("rustc", ["rustc", "-D", "warnings", "-o", "engine", "engine.rs"]),
 }
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait for the end of a program however slow the machine is: only then is it known how it ended."""
+    monkeypatch.setattr(process, "GRACE_S", PATIENT_S)
 
 
 def still() -> Scene:
@@ -126,7 +133,7 @@ def test_a_program_that_had_to_be_killed_is_told_for_what(
 ) -> None:
     """That it was killed is no news, and not the program's doing."""
     monkeypatch.setattr(process, "MOST_ANSWER_BYTES", 2**20)
-    monkeypatch.setattr(process, "GRACE_S", 0.02)
+    monkeypatch.setattr(process, "GRACE_S", 0.02)  # neither ends by itself
     with pytest.raises(AdapterError, match=told) as caught:
         world_of(tmp_path, instead).advance(1)
     assert "signal" not in str(caught.value)
