@@ -20,6 +20,7 @@ from tests.lengths import each, long_after
 
 from carom import DiscArrays
 from carom.disc_arrays import HalfPlane
+from carom.outline import Outline
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.run import Progress
 from carom.trace import Outcome
@@ -60,7 +61,7 @@ def test_a_right_run_breaks_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.sum((second >= 0) & ~fixed[first] & ~fixed[np.maximum(second, 0)]) > 20
 
 
-def with_walls(walls: list[HalfPlane]) -> Gas:
+def with_walls(walls: list[HalfPlane | Outline]) -> Gas:
     return replace(gas(), start=replace(gas().start, walls=tuple(walls)))
 
 
