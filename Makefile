@@ -15,7 +15,7 @@ MODULES := $(subst /,.,$(patsubst src/%.pyx,%,$(filter src/%.pyx,$(SOURCES))))
 IMPACTS ?= 1e6
 # For campaign-tables: tables in all; their counts add up in reports/campaign-tables.json.
 TABLES ?= 1000
-# For campaign-contact: scenes in all.
+# For campaign-contact and campaign-features: scenes in all; of the latter counts add up in reports/campaign-features.json.
 SCENES ?= 10000
 # For mutants: faults in all; what was tried stands in reports/mutants.jsonl and is not tried again.
 FAULTS ?= 200
@@ -38,7 +38,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
 export PIP_NO_COMPILE := 1
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact mutants arm wheels bench bench-clones weight check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-clones weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -61,6 +61,7 @@ help:
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make campaign-tables TABLES=20000: compare PIC on random tables of finite walls with brute force of 600 bits"
 	@echo "make campaign-contact   SCENES=10000: compare PIC of discs in contact with small steps that know no modes"
+	@echo "make campaign-features  SCENES=20000 JOBS=2: compare PIC on random scenes of all features with certified runs and with itself"
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make wheels             PYTHONS='python3.11 python3.12': make a wheel and try it on each of these, and make one for musl"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
@@ -159,6 +160,9 @@ campaign-pic: $(BUILT)
 
 campaign-contact: $(BUILT)
 	$(BIN)/python -m tests.campaign.contact --scenes $(SCENES)
+
+campaign-features: $(BUILT)
+	$(BIN)/python -m tests.campaign.features --scenes $(SCENES) --jobs $(JOBS) --state reports/campaign-features.json
 
 campaign-tables: $(BUILT)
 	$(BIN)/python -m tests.campaign.tables --tables $(TABLES) --state reports/campaign-tables.json

@@ -39,7 +39,7 @@ CLASSES = (
 
 
 def pairs_of_class(name: str, count: int, seed: int = 1) -> Array:
-    """Return ten columns of `count` pairs of discs, in the order of `carom.physics.pair_time.pair_time`'s arguments.
+    """Return ten columns of `count` pairs of discs, in the order of `carom.core.primitives.pair_time`'s arguments.
 
     Those of the last class, "as they come", are drawn blindly, and a tenth of them hit; all others approach, and hit or
     graze.

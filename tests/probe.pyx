@@ -3,9 +3,9 @@
 Built with the extension if that is built in place, see setup.py. No wheel contains this module.
 """
 
-from carom.core cimport primitives
-from carom.core.carom_core cimport ContactFriction, Corners, Index, NO_FEATURE, NOBODY, Recent, Resize, Wall
-from carom.core.primitives cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, encounter, exact_pair_time, feature_from
+from carom.core cimport formulas
+from carom.core.carom_core cimport Corners, Index, NO_FEATURE, NOBODY, Recent, Resize, Wall
+from carom.core.formulas cimport DoubleDouble, Press, Slips, encounter, exact_pair_time
 
 from libc.stdlib cimport free
 
@@ -16,13 +16,6 @@ cdef extern from "float.h":
 
 cdef extern from "carom/core/binding_memory.h":
     void *carom_enlarge(void *memory, size_t used, size_t size) noexcept nogil
-
-cdef extern from "carom/core/impact.h" nogil:
-    double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution)
-    double tangential_impulse "pair_tangential_impulse"(
-        const ContactFriction *contact, double dx, double dy, double ux, double uy, double surface,
-        double inverse_effective_mass, double normal,
-    )
 
 cdef extern from "carom/core/ambiguity.h" nogil:
     void clear_recent(Recent *recent)
@@ -172,24 +165,22 @@ EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
 def two_sum(double a, double b):
-    s = primitives.two_sum(a, b)
-    return s.high, s.low
-
-
-def two_diff(double a, double b):
-    s = primitives.two_diff(a, b)
+    s = formulas.two_sum(a, b)
     return s.high, s.low
 
 
 def two_prod(double a, double b):
-    p = primitives.two_prod(a, b)
+    p = formulas.two_prod(a, b)
     return p.high, p.low
 
 
-def pair_time(
-    double x1, double y1, double vx1, double vy1, double r1, double x2, double y2, double vx2, double vy2, double r2
-):
-    return primitives.pair_time(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
+def sum_of_products(factors):
+    """Return the sum of products of two numbers each, as a pair."""
+    total = formulas.empty_sum()
+    for a, b in factors:
+        total = formulas.add_product(total, a, b)
+    s = formulas.round_sum(total)
+    return s.high, s.low
 
 
 def exact_time(
@@ -199,42 +190,38 @@ def exact_time(
     return exact_pair_time(encounter(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2))
 
 
-def wall_time(double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny):
-    return primitives.wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
+def descent_time(gap, speed, pull):
+    """Return when a gap closes; the gap, its rate of change and its acceleration are pairs."""
+    return formulas.descent_time(
+        DoubleDouble(gap[0], gap[1]), DoubleDouble(speed[0], speed[1]), DoubleDouble(pull[0], pull[1])
+    )
 
 
-cdef Mover mover_of(disc):
-    (x, xl), (y, yl), (ux, uxl), (uy, uyl), radius = disc
-    return Mover(DoubleDouble(x, xl), DoubleDouble(y, yl), DoubleDouble(ux, uxl), DoubleDouble(uy, uyl), radius)
+def share_frictions(double s1, double q1, most, double y, signs):
+    """Return the two frictions, and what they hold, `Frictions` in contact_law.h, by name."""
+    cdef double f_most, h_most, slip, rim
+    f_most, h_most = most
+    slip, rim = signs
+    return formulas.share_frictions(s1, q1, f_most, h_most, y, Slips(slip, rim))
 
 
-def feature_time(const double[::1] numbers, disc, bint just_left):
-    """Return when a disc touches a feature, given by its row of numbers, and whether it glides there."""
-    if numbers.shape[0] != FEATURE_NUMBERS:
-        raise ValueError("not the numbers of a feature")
-    cdef Feature feature = feature_from(&numbers[0])
-    cdef Mover mover = mover_of(disc)
-    touch = primitives.feature_time(&mover, &feature, just_left)
-    return touch.time, touch.glides
+cdef Press press_from(press):
+    return Press(press[0], press[1], press[2], press[3], press[4])
 
 
-def normal_at(const double[::1] numbers, disc):
-    """Return the unit vector from a feature to a disc."""
-    cdef Feature feature = feature_from(&numbers[0])
-    cdef Mover mover = mover_of(disc)
-    normal = primitives.normal_at(&feature, &mover)
-    return normal.x, normal.y
+def contact_rates(press, double slip, double rim):
+    """Return the rates of a disc in contact, `ContactRates` in contact_law.h, by name."""
+    cdef Press pressed = press_from(press)
+    return formulas.contact_rates(&pressed, Slips(slip, rim))
 
 
-def pair_normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
-    return normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
+def time_to_zero(double value, double rate):
+    return formulas.time_to_zero(value, rate)
 
 
-def pair_tangential_impulse(
-    contact, double dx, double dy, double ux, double uy, double surface, double inverse_effective_mass, double normal
-):
-    cdef ContactFriction friction = ContactFriction(contact[0], contact[1])
-    return tangential_impulse(&friction, dx, dy, ux, uy, surface, inverse_effective_mass, normal)
+def slip_after_bounces(press, double slip, double approach, double restitution):
+    cdef Press pressed = press_from(press)
+    return formulas.slip_after_bounces(&pressed, slip, approach, restitution)
 
 
 def layouts():
@@ -308,7 +295,7 @@ cdef class Cells:
         cdef Index k
         s.disc_count, s.wall_count, s.walls, s.resize = n, walls.shape[0], <Wall *>&walls[0, 0], carom_enlarge
         for k in range(s.wall_count):
-            s.grid.extent = primitives.greater(s.grid.extent, wall_extent(&s.walls[k]))
+            s.grid.extent = formulas.greater(s.grid.extent, wall_extent(&s.walls[k]))
         s.visited = box_around(&position[0, 0], n)
         set_sizes(&s.grid, &radius[0], n, 1.0)
         choose_grid(&s.grid, &s.visited, n, 0)

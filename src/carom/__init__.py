@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from carom.solvers.event_driven.run import EventDrivenRun as EventDrivenRun
     from carom.solvers.pic import solve_pic as solve_pic
     from carom.solvers.pit.solve import solve_pit as solve_pit
-    from carom.solvers.plain.framewise import solve_pic_framewise as solve_pic_framewise
+    from carom.solvers.reference.algorithm_2 import solve_pic_framewise as solve_pic_framewise
     from carom.studies.advise.ask import advise as advise
     from carom.studies.cross_check.demo import demo as demo
     from carom.studies.cross_check.playback import replay as replay
@@ -74,7 +74,7 @@ _HOMES = {
     "carom.solvers.event_driven.run": ("EventDrivenRun",),
     "carom.solvers.pic": ("solve_pic",),
     "carom.solvers.pit.solve": ("solve_pit",),
-    "carom.solvers.plain.framewise": ("solve_pic_framewise",),
+    "carom.solvers.reference.algorithm_2": ("solve_pic_framewise",),
     "carom.trace": ("Mode", "Outcome", "Trace"),
 }
 _HOME = dict(sorted((name, module) for module, names in _HOMES.items() for name in names))

@@ -95,7 +95,8 @@ def _lost(rng: Random, which: str, folder: Path) -> str:
             TemporaryDirectory(dir=folder) as place,
             started(Path(place)) as processes,
             mock.patch.object(cluster, "WORKERLESS_S", WORKERLESS_S),
-            within(PATIENT_S),
+            within(PATIENT_S, busy=1.0),
+            mock.patch.object(cluster, "CONNECT_S", PATIENT_S),
         ):
             killer = threading.Timer(after_s, getattr(processes, which).kill)
             try:

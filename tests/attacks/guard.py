@@ -18,6 +18,8 @@ from carom.text import visible
 HANG_S = 10.0
 #: What waits for ever takes none: it may take this many times as long by the clock, which a busy machine does not.
 _BUSY = 20.0
+#: A signal is repeated after so long, seconds: Python can be about to sleep when the first comes, and sleep on.
+_AGAIN_S = 0.1
 
 
 class HangError(BaseException):
@@ -32,22 +34,24 @@ def within(limit_s: float = HANG_S, busy: float = _BUSY) -> Iterator[None]:
         limit_s: Processor time of this process, seconds, so that a busy machine counts for nothing.
         busy: Multiple of the limit that the body may take by the clock.
     """
+    timers = {signal.ITIMER_PROF: limit_s, signal.ITIMER_REAL: busy * limit_s}
+
+    def stop() -> None:
+        for timer in timers:
+            signal.setitimer(timer, 0.0)
 
     def late(*_: object) -> None:
+        stop()
         raise HangError
 
-    timers = [
-        (signal.SIGPROF, signal.ITIMER_PROF, limit_s),
-        (signal.SIGALRM, signal.ITIMER_REAL, busy * limit_s),
-    ]
-    before = [signal.signal(number, late) for number, _, _ in timers]
-    for _, timer, seconds in timers:
-        signal.setitimer(timer, seconds)
+    before = {number: signal.signal(number, late) for number in (signal.SIGPROF, signal.SIGALRM)}
     try:
+        for timer, seconds in timers.items():
+            signal.setitimer(timer, seconds, _AGAIN_S)
         yield
     finally:
-        for (number, timer, _), handler in zip(timers, before, strict=True):
-            signal.setitimer(timer, 0.0)
+        stop()
+        for number, handler in before.items():
             signal.signal(number, handler)
 
 

@@ -15,9 +15,11 @@ from random import Random
 from shutil import rmtree
 from unittest import mock
 
+import pytest
 from tests.attacks.guard import HangError, left_over, within
 from tests.distribution import forget, lay
-from tests.unit.runs.test_hostile import ACTS, LIMIT_S, PATIENT_S, SAYS, SOURCE, scene
+from tests.processes import PATIENT_S, limit_only
+from tests.unit.runs.test_hostile import ACTS, LIMIT_S, SAYS, SOURCE, scene
 
 from carom.runs.job import Status
 from carom.runs.options import Options
@@ -44,8 +46,12 @@ def _lost(name: str, folder: Path) -> str:
     """Return what is wrong after an act, empty where nothing is."""
     asked = Options(("pit", name), [0.1], ["tuned"], timing=False, samples=False)
     try:
-        limit_s = LIMIT_S if SAYS[name][0] is Status.TIMED_OUT else PATIENT_S
-        with within(LONGEST_S), LocalPool(2, limit_s, memory_limit_mb=1500) as pool:
+        with (
+            pytest.MonkeyPatch.context() as patch,
+            within(LONGEST_S, busy=1.0),
+            LocalPool(2, LIMIT_S, memory_limit_mb=1500) as pool,
+        ):
+            limit_only(patch, *[name] * (SAYS[name][0] is Status.TIMED_OUT))
             rows = {row.job.engine: row for row in execute(plan_of([scene()], asked, pool), pool).rows}
     except HangError:
         return f"{name}: no end after {LONGEST_S:g} s"

@@ -17,7 +17,10 @@ _S, _U, _V = "src/carom/solvers", "tests/unit/solvers", "tests/validation"
 _CORE = "src/carom/core"
 _PRIMITIVES = tuple(
     f"{_CORE}/{name}"
-    for name in ("primitives.pyx", "double_double.h", "feature*.h", "pair.h", "half_plane.h", "face.h", "arc.h")
+    for name in (
+        *("primitives.pyx", "double_double.h", "feature*.h", "pair.h", "half_plane.h", "face.h", "arc.h"),
+        *("fall.h", "contact_law.h"),
+    )
 )
 _PIT = tuple(f"{_CORE}/{name}" for name in ("pit*", "frame_sampled.c", "chain_distance.h"))
 _LOOP = (f"{_CORE}/*", *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)))
@@ -30,7 +33,7 @@ _PIC = (
 )
 
 ROOMS = {
-    "physics": Room(("src/carom/physics/*.py", *_PRIMITIVES), ("tests/unit/physics",)),
+    "physics": Room(("src/carom/physics/*.py", *_PRIMITIVES), ("tests/unit/core", "tests/unit/physics")),
     "event-driven": Room((f"{_S}/event_driven/*.py", f"{_S}/impact/*.py", *_LOOP), _PIC),
     "plain": Room(
         (f"{_S}/*.py", f"{_S}/plain/*.py"),

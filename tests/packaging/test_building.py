@@ -16,8 +16,8 @@ pytestmark = pytest.mark.long
 
 NO_COMPILER = {"CC": "/nonexistent", "CAROM_REQUIRE_EXTENSION": "0"}
 
-#: Tests that compare forms, and the physics with the truth.
-IDENTITY = ("tests/unit/physics", "tests/unit/solvers")
+#: Tests that compare forms, and the physics with exact results.
+IDENTITY = ("tests/unit/core", "tests/unit/physics", "tests/unit/solvers")
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,7 @@ def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
     assert compiled() == set()
     for name, dependent in (
         ("broad_phase/tree.pyx", {"tree"}),
-        ("core/primitives.pxd", {"primitives"}),
+        ("core/formulas.pxd", {"primitives"}),
         ("core/laws.pxd", set()),
     ):
         source = tree / "src/carom" / name

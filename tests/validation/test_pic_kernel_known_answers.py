@@ -14,8 +14,8 @@ from tests.validation import own
 from tests.validation.own import galperin, galperin_error
 
 from carom import Disc, Outcome, Scene, Trace, solve_pic, solve_pic_framewise
+from carom.core import primitives
 from carom.disc_arrays import DiscArrays
-from carom.physics.pair_time import pair_time
 from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.runs.wire import CarriedTrace, Codec
@@ -212,8 +212,10 @@ def test_a_collapse_whose_velocities_vanish_comes_to_an_end(e: float, solve: obj
 
 def test_a_wait_beyond_the_largest_float_is_for_ever() -> None:
     """Discs that approach by the least float a second meet after 2e323 s, which no float is: never."""
-    assert pair_time(0.0, 0.0, 5e-324, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == math.inf
-    assert pair_time(0.0, 0.0, 1e-300, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == pytest.approx(5e299, rel=1e-15)
+    assert primitives.pair_time(0.0, 0.0, 5e-324, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == math.inf
+    assert primitives.pair_time(0.0, 0.0, 1e-300, 0.0, 0.25, 1.0, 0.0, 0.0, 0.0, 0.25) == pytest.approx(
+        5e299, rel=1e-15
+    )
 
 
 def test_a_standstill_keeps_its_name_on_its_way_from_a_worker() -> None:

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from carom.comparator.align import LATEST_STAMP_STEPS
 from carom.comparator.scales import Scales
-from carom.physics.contact_law import frictional_impulses
-from carom.physics.friction import ContactFriction, tangential_impulse
+from carom.core import primitives
+from carom.physics.rough_impact import ContactFriction
 from carom.scene import Scene, Wall
 from carom.trace import Trace, Vector, body_name, free_flights, rim_speeds, wall_body, wall_index
 
@@ -299,11 +299,13 @@ def _rubbed(
         slip -= float(np.array(wall_m_s) @ tangent)
         slip += start.belt_of_wall(wall_index(second))
     inverse_effective_mass = sum(weights[body] * (1.0 + 1.0 / start.inertia[body]) for body, _ in sides)
-    turned = rubbed = tangential_impulse(law, slip, inverse_effective_mass, pressed)
+    turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
     if resists:  # of a wall: per unit of the disc's mass
         rim = before[row[first], 2]
-        by = frictional_impulses(law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first])
-        rubbed, turned = by.friction / weights[first], (by.friction + by.rolling) / weights[first]
+        friction, rolling = primitives.frictional_impulses(
+            *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first]
+        )
+        rubbed, turned = friction / weights[first], (friction + rolling) / weights[first]
     for body, sign in sides:
         after[row[body], :2] += sign * rubbed * weights[body] * tangent
         after[row[body], 2] -= turned * weights[body] / start.inertia[body]

@@ -2,7 +2,7 @@
 
 Asked of each impact with its own velocities before, its own normal and its own push, so that neither when it was found
 nor how hard it pushed plays a part. What it did along the tangent is one impulse; the law of friction offers two, and
-takes the lesser (`carom.physics.friction`). Nearer to the other than to the law's is the wrong branch. Where both are
+takes the lesser (`core/impact.h`). Nearer to the other than to the law's is the wrong branch. Where both are
 one, between stick and slide, none is wrong.
 """
 

@@ -19,17 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.comparator.finite import finite_impacts
+from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
 from carom.disc_arrays import HalfPlane
 from carom.outline import Outline
-from carom.physics.feature_time import normal_at
 from carom.physics.features import Mover
 from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
 from carom.physics.time_of_impact import time_of_impact
-from carom.solvers.plain.compiled_walls import finite_wall
-from carom.solvers.plain.finite_walls import FiniteWall, overlap_since
 from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
 Array = NDArray[np.float64]
@@ -245,7 +243,7 @@ def _entry(bodies: _Bodies, at: NDArray[np.intp]) -> Array:
 def _meetings_with_walls(trace: Trace, bodies: _Bodies, begun_s: Array, at: NDArray[np.intp]) -> tuple[Array, Array]:
     """Return the seconds until discs meet walls on free paths, as `_entry` does, and the normals there."""
     start, numbers = trace.scene.arrays, [wall_index(int(body)) for body in trace.impacts["second"][at]]
-    finite = {k: finite_wall(wall) for k in set(numbers) if not isinstance(wall := start.walls[k], tuple)}
+    finite = {k: FiniteWall(wall) for k in set(numbers) if not isinstance(wall := start.walls[k], tuple)}
     wait, normal = np.full(len(at), math.inf), np.zeros((len(at), 2))
     for row, (k, number) in enumerate(zip(at.tolist(), numbers, strict=True)):
         wall, radius, begin_s = start.walls[number], float(bodies.radius[0, k]), float(begun_s[k])
@@ -270,13 +268,14 @@ def _meeting_with_wall(
         return -gap / speed if speed < 0.0 else math.inf, (-wall[2], -wall[3])
     (x, y), (vx, vy) = place.tolist(), velocity.tolist()
     mover = Mover.at((x, y), (vx, vy), radius)
-    ahead, part, _ = (finite or finite_wall(wall)).next_time(mover, None)
-    if part is None:
+    features = (finite or FiniteWall(wall)).features
+    ahead, feature, _ = features.first_touch(mover, NO_FEATURE)
+    if feature == NO_FEATURE:
         return math.inf, (0.0, 0.0)
     if ahead == 0.0:
-        ahead = overlap_since(mover, part.feature)
+        ahead = features.overlap_start(feature, mover)
     met = mover._replace(x=(x + vx * ahead, 0.0), y=(y + vy * ahead, 0.0))
-    nx, ny = normal_at(part.feature, met)
+    nx, ny = features.normal(feature, met)
     return ahead, (-nx, -ny)
 
 

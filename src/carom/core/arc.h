@@ -17,7 +17,7 @@
    A disc that touches the inner side, or that slides from a straight edge onto it, may be outside the circle by one
    unit in the last place. If its path then never enters the circle (D < 0), the path is the arc's tangent up to
    rounding, and the disc glides. The same holds for a path that leaves the arc by a chord within the rounding of its
-   velocity, as after an impact with restitution 0. `carom/physics/arc_time.py` is the plain form. */
+   velocity, as after an impact with restitution 0. */
 
 #ifndef CAROM_ARC_H
 #define CAROM_ARC_H

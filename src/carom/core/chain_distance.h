@@ -36,11 +36,40 @@ typedef struct Point {
     double y;
 } Point;
 
+typedef struct Nearest { /* point of a chain */
+    double x;
+    double y;
+    Index edge;
+} Nearest;
+
+typedef enum ChainPart { /* what of an edge is nearest to a point */
+    AT_BEGIN = 0,
+    AT_END = 1,
+    ON_LEFT = 2,  /* of a segment; of an arc its outside */
+    ON_RIGHT = 3, /* of a segment; of an arc its inside */
+} ChainPart;
+
+enum { CHAIN_PARTS = 4 };
+
 /* Return the power of a point with respect to the circle of an arc. */
 static inline double power_of(const ChainEdge *e, double x, double y) {
     double across = (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax);
     double chord = (x - e->ax) * (x - e->bx) + (y - e->ay) * (y - e->by);
     return chord - across * (0.5 * (1.0 / e->bulge - e->bulge));
+}
+
+/* Return whether a point is in the sector of an arc, which is told from the ends: the centre of a flat arc is far away. */
+static inline bool is_in_sector(const ChainEdge *e, double x, double y) {
+    bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
+    bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
+    return fabs(e->bulge) > 1.0 ? begun || not_ended : begun && not_ended;
+}
+
+/* Return whether a point is at least as near to where an edge begins as to where it ends. */
+static inline bool is_nearer_to_begin(const ChainEdge *e, double x, double y) {
+    double to_a = (x - e->ax) * (x - e->ax) + (y - e->ay) * (y - e->ay);
+    double to_b = (x - e->bx) * (x - e->bx) + (y - e->by) * (y - e->by);
+    return to_a <= to_b;
 }
 
 static inline Point find_nearest_on_arc(const ChainEdge *e, double x, double y) {
@@ -52,31 +81,32 @@ static inline Point find_nearest_on_arc(const ChainEdge *e, double x, double y) 
             return (Point){e->ax, e->ay};
         return (Point){e->cx + e->radius * dx / distance, e->cy + e->radius * dy / distance};
     }
-    bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
-    bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
-    if (fabs(e->bulge) > 1.0 ? begun || not_ended : begun && not_ended) {
+    if (is_in_sector(e, x, y)) {
         if (distance == 0.0)
             return (Point){e->ax, e->ay};
         double out = power_of(e, x, y) / (distance + e->radius);
         return (Point){x - out * dx / distance, y - out * dy / distance};
     }
-    double to_a = (x - e->ax) * (x - e->ax) + (y - e->ay) * (y - e->ay);
-    double to_b = (x - e->bx) * (x - e->bx) + (y - e->by) * (y - e->by);
-    return to_a <= to_b ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
+    return is_nearer_to_begin(e, x, y) ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
+}
+
+/* Return where on a segment's line the foot of a point is: 0 where the segment begins, 1 where it ends. */
+static inline double foot_on_segment(const ChainEdge *e, double x, double y) {
+    double ex = e->bx - e->ax;
+    double ey = e->by - e->ay;
+    return ((x - e->ax) * ex + (y - e->ay) * ey) / (ex * ex + ey * ey);
 }
 
 static inline Point find_nearest_on_segment(const ChainEdge *e, double x, double y) {
-    double ex = e->bx - e->ax;
-    double ey = e->by - e->ay;
-    double part = ((x - e->ax) * ex + (y - e->ay) * ey) / (ex * ex + ey * ey);
+    double part = foot_on_segment(e, x, y);
     if (0.0 < part && part < 1.0)
-        return (Point){e->ax + part * ex, e->ay + part * ey};
+        return (Point){e->ax + part * (e->bx - e->ax), e->ay + part * (e->by - e->ay)};
     return part <= 0.0 ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
 /* Return the point of a chain's line that is nearest to another; of several, that of the first edge. */
-static inline Point find_nearest(const Chain *chain, double x, double y) {
-    Point best = {0.0, 0.0};
+static inline Nearest find_nearest(const Chain *chain, double x, double y) {
+    Nearest best = {0.0, 0.0, 0};
     double least = CAROM_INF;
     for (Index k = 0; k < chain->edge_count; k++) {
         const ChainEdge *e = &chain->edges[k];
@@ -86,10 +116,25 @@ static inline Point find_nearest(const Chain *chain, double x, double y) {
         double square = dx * dx + dy * dy;
         if (k == 0 || square < least) {
             least = square;
-            best = point;
+            best = (Nearest){point.x, point.y, k};
         }
     }
     return best;
+}
+
+/* Return what of an edge is nearest to a point. */
+static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
+    if (e->is_arc) {
+        double dx = x - e->cx;
+        double dy = y - e->cy;
+        if (e->is_whole || is_in_sector(e, x, y))
+            return sqrt(dx * dx + dy * dy) < e->radius ? ON_RIGHT : ON_LEFT;
+        return is_nearer_to_begin(e, x, y) ? AT_BEGIN : AT_END;
+    }
+    double part = foot_on_segment(e, x, y);
+    if (part <= 0.0 || part >= 1.0)
+        return part <= 0.0 ? AT_BEGIN : AT_END;
+    return (e->bx - e->ax) * (y - e->ay) - (e->by - e->ay) * (x - e->ax) > 0.0 ? ON_LEFT : ON_RIGHT;
 }
 
 /* Return a lower bound, except for rounding, of the distance of a point from an edge: an arc is no nearer than its

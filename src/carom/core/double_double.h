@@ -1,7 +1,7 @@
 /* Double-double arithmetic: a number as the exact sum of two floats, longer sums, and error-free sums and products.
 
    Every step is one correctly rounded operation of IEEE 754, and none may be fused or reordered. All results are exact
-   as stated if nothing overflows or underflows. `carom/physics/double_double.py` is the plain form.
+   as stated if nothing overflows or underflows.
 
    Sources: T. J. Dekker, "A floating-point technique for extending the available precision", Numer. Math. 18 (1971);
    D. E. Knuth, TAOCP vol. 2, 4.2.2 (two_sum); T. Ogita, S. M. Rump, S. Oishi, "Accurate sum and dot product", SIAM J.

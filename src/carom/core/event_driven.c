@@ -2,6 +2,7 @@
 
    Start with `state.h`. No result depends on the cells, on prefetching, or on the pieces in which a run is advanced. */
 
+#include "carom/core/all_pairs.h"
 #include "carom/core/cell_exit.h"
 #include "carom/core/driven.h"
 #include "carom/core/epochs.h"
@@ -217,6 +218,8 @@ Ending carom_advance(State *s, double until, Index impacts, Index events) {
     if (s->accelerated.paths != NULL && !s->counts.has_begun && !begin_contacts(s))
         return NO_MEMORY;
     s->until = greater(s->until, until);
+    if (s->solves_all_pairs)
+        return advance_all_pairs(s, until, impacts, events);
     Ending ending = advance(s, until, impacts, events);
     while (ending == OUTGROWN) {
         choose_cells_again(s);
@@ -282,6 +285,7 @@ size_t carom_set_up(State *s, const RunInput *input) {
     s->record.corners = input->corners;
     s->record.resize = s->resize = input->resize;
     s->until = input->until;
+    s->solves_all_pairs = input->solves_all_pairs;
     set_acceleration(s, input);
     s->has_touched = can_stop(input);
     s->has_special_paths = s->feature_count > 0 || s->driving.count > 0;

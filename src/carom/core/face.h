@@ -7,8 +7,8 @@
 
    and touches after minus their quotient, to within 1 unit in the last place. The vector e is not normalised, so no
    rounded normal enters. The disc touches the face if its foot is on the edge by then. At a convex end the outline of
-   the wall has no kink, so face and vertex give the same impact. Signs are exact. `carom/physics/face_time.py` is the
-   plain form. Lengths are in metres, velocities in metres per second. */
+   the wall has no kink, so face and vertex give the same impact. Signs are exact. Lengths are in metres, velocities in
+   metres per second. */
 
 #ifndef CAROM_FACE_H
 #define CAROM_FACE_H

@@ -1,4 +1,4 @@
-/* Time of impact of a disc on any feature of a wall, in straight uniform motion, and the normal at a touch. */
+/* Time of impact of a disc on any feature of a wall, in straight uniform motion; the gap to it, and the normal at a touch. */
 
 #ifndef CAROM_FEATURE_TIME_H
 #define CAROM_FEATURE_TIME_H
@@ -46,6 +46,24 @@ static inline Direction normal_at(const Feature *feature, const Mover *disc) {
     if (feature->kind == INNER_ARC)
         return (Direction){-x / distance, -y / distance};
     return (Direction){x / distance, y / distance};
+}
+
+/* Return the distance of a disc's rim from a feature, along the normal.
+
+   The radius of an arc may be many times everything else. The difference of two distances from its centre would be
+   rounded like these, so the difference of their squares is computed. */
+static inline double feature_gap(const Mover *disc, const Feature *f) {
+    if (f->kind == PLANE) {
+        return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;
+    }
+    if (f->kind == FACE) {
+        return face_gap(disc, f).high / f->size.high;
+    }
+    DoubleDouble reach = reach_of(disc, f);
+    double x = disc->x.high - f->x.high, y = disc->y.high - f->y.high;
+    double away = sqrt(x * x + y * y);
+    double gap = excess(offset_between(disc->x, f->x), offset_between(disc->y, f->y), reach).high / (away + reach.high);
+    return f->kind == INNER_ARC ? -gap : gap;
 }
 
 #endif

@@ -18,7 +18,8 @@ size_t carom_pit_lay_out(State *s, char *memory) {
     s->wall_laws = RESERVE_ROWS(&arena, Law, s->wall_count);
     s->chains = RESERVE_ROWS(&arena, Chain, chains);
     s->edges = RESERVE_ROWS(&arena, ChainEdge, s->edge_count);
-    s->normals = RESERVE_ROWS(&arena, Normal, s->has_chains ? s->disc_count : 0);
+    s->hits = RESERVE_ROWS(&arena, ChainHit, s->has_chains ? s->disc_count : 0);
+    s->touched = RESERVE_ROWS(&arena, TouchedBodies, s->has_touched ? s->disc_count : 0);
     s->slowing = RESERVE_ROWS(&arena, Slowing, s->motion == SLOWING ? s->disc_count : 0);
     s->paths = RESERVE_ROWS(&arena, Path, s->path_count);
     s->legs = RESERVE_ROWS(&arena, Leg, s->leg_count);
@@ -40,6 +41,8 @@ size_t carom_pit_lay_out(State *s, char *memory) {
         s->disc_paths = NULL;
     if (!s->has_wall_motions)
         s->wall_motions = NULL;
+    if (!s->has_touched)
+        s->touched = NULL;
     if (memory != NULL)
         memset(memory, 0, arena.used);
     return arena.used;

@@ -3,7 +3,7 @@
    The free side of the wall is (p - q).n >= 0, with a point q and a unit normal n that are used as the floats given.
    The disc's rim is at gap = (p - q).n - r, closes at -v.n, and touches after their quotient. Offset, radius and
    products are error-free pairs: near contact, plain floats have errors of up to 1e14 units in the last place. The
-   time is right to within 2 units in the last place. `carom/physics/wall_time.py` is the plain form. Lengths are in
+   time is right to within 2 units in the last place, for lengths and speeds between 1e-250 and 1e290. Lengths are in
    metres, velocities in metres per second, times in seconds. */
 
 #ifndef CAROM_HALF_PLANE_H

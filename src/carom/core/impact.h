@@ -10,8 +10,22 @@
    - `has_spins` is a constant at each call, so a scene without spin pays nothing for it. The functions are inlined: a
      call through a pointer costs the event loop a tenth of its speed.
 
-   `carom.physics.impact_law` and `carom.physics.friction` say where the formulas come from. Tests compare bits, so no
-   operation may be reordered or fused. */
+   With n the unit normal from body 1 to body 2, t = n turned by +90 degrees, spins w counterclockwise, and moments of
+   inertia k m R^2, the normal impulse is J = (1 + e) (v1 - v2).n / (1/m1 + 1/m2). The surface of 1 moves past that of 2
+   at the slip
+
+       s = (v1 - v2).t + R1 w1 + R2 w2.
+
+   The tangential impulse T, along -t on body 1 and t on body 2, turns the slip into -b times itself, as far as Coulomb's
+   cone allows:
+
+       T = clip((1 + b) s / ((1 + 1/k1)/m1 + (1 + 1/k2)/m2), -f J, f J),
+       v1' = v1 - T t / m1,   v2' = v2 + T t / m2,   R1 w1' = R1 w1 - T / (k1 m1),   R2 w2' = R2 w2 - T / (k2 m2).
+
+   This is the law of three parameters (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
+   Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone; b = 1 with enough friction is Garwin's superball (Am.
+   J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/physics.md and docs/spin.md derive both
+   impulses. Tests compare bits, so no operation may be reordered or fused. */
 
 #ifndef CAROM_IMPACT_H
 #define CAROM_IMPACT_H

@@ -219,24 +219,6 @@ static inline bool returns_to(const State *s, Index i, Index k, double time) {
     return row == NULL || row->leg_count == 0 || s->driving.legs[leg_at(&s->driving, row, a->time)].end > time;
 }
 
-/* Return how far the rim of a disc is from a feature, along the normal.
-
-   The radius of an arc may be many times everything else: the difference of two distances from its centre would be rounded
-   as these are, so that of their squares is taken. */
-static inline double feature_gap(const Mover *disc, const Feature *f) {
-    if (f->kind == PLANE) {
-        return wall_gap(disc->x.high, disc->y.high, disc->radius, f->x.high, f->y.high, f->nx, f->ny).high;
-    }
-    if (f->kind == FACE) {
-        return face_gap(disc, f).high / f->size.high;
-    }
-    DoubleDouble reach = reach_of(disc, f);
-    double x = disc->x.high - f->x.high, y = disc->y.high - f->y.high;
-    double away = sqrt(x * x + y * y);
-    double gap = excess(offset_between(disc->x, f->x), offset_between(disc->y, f->y), reach).high / (away + reach.high);
-    return f->kind == INNER_ARC ? -gap : gap;
-}
-
 /* Return what disc `i`, at the present instant, does along the normal of feature k. */
 static inline Encountered encounter_feature(const State *s, Index i, Index k, const Motion *seen, Direction n) {
     const Disc *a = &s->discs[i];

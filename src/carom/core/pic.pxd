@@ -3,7 +3,7 @@
 from libc.stdint cimport int64_t
 
 from carom.core.carom_core cimport Corners, Impact, Index, Law, Recent, Record, Resize, Turning, Wall, c_bool
-from carom.core.primitives cimport Feature
+from carom.core.formulas cimport ExactQuartic, Feature
 
 cdef extern from "carom/core/state.h" nogil:
     enum:
@@ -105,19 +105,6 @@ cdef extern from "carom/core/state.h" nogil:
         Index between[2]
         double time
 
-    enum:
-        QUARTIC_POWERS
-
-    struct Product:
-        double a
-        double b
-
-    struct Products:
-        double begin "from"
-        c_bool is_closed
-        int count[5]
-        Product products[5][36]
-
     struct Parabola:
         double ax
         double ay
@@ -137,10 +124,6 @@ cdef extern from "carom/core/state.h" nogil:
 
     struct TouchedBodies:
         pass
-
-    struct ExactQuartic:
-        double (*solve)(void *context, const Products *gap, int index) noexcept nogil
-        void *context
 
     struct Accelerated:
         Parabola *paths
@@ -194,6 +177,7 @@ cdef extern from "carom/core/state.h" nogil:
         Index standstill
         bint has_spins
         bint has_finite_walls
+        bint solves_all_pairs
         bint has_acceleration
         double gravity[2]
         double deceleration

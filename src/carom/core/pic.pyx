@@ -5,12 +5,11 @@ from cpython.bytes cimport PyBytes_FromStringAndSize
 from libc.stdint cimport int64_t, uintptr_t
 from libc.stdlib cimport free
 
+from carom.core.exact_quartic cimport exact_solver
 from carom.core.laws cimport law_of
 from carom.core.record_rows cimport ambiguous_rows, carom_enlarge, free_record, memory_as_array, release_rows
 
 import numpy as np
-
-from carom.physics.pair_time_falling import exact_fall
 
 cdef Disc _disc
 DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
@@ -22,13 +21,6 @@ cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noe
     """Ask Python whether the order of impacts on two features matters: at corners, so rarely."""
     return (<object>context)(one, other, elastic)
 
-
-cdef double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
-    """Ask Python for an instant at which a gap closes, where floats and pairs do not decide it: see quartic_forms.h."""
-    powers = [
-        [(gap.products[k][n].a, gap.products[k][n].b) for n in range(gap.count[k])] for k in range(QUARTIC_POWERS)
-    ]
-    return exact_fall(powers, gap.begin, gap.is_closed, index)
 
 
 cdef class Kernel:
@@ -46,6 +38,7 @@ cdef class Kernel:
         contact_duration: Of the TC model, seconds; 0 for none.
         standstill: Number of impacts at one instant after which time no longer advances.
         cell_factor: Factor on the width of a cell; infinity for a single one.
+        all_pairs: Whether to compute all pairs at each event, see `all_pairs.h`; it changes no result.
 
     Raises:
         ValueError: There are more discs or obstacles than can be numbered.
@@ -57,7 +50,8 @@ cdef class Kernel:
     cdef object is_order_free
 
     def __cinit__(
-        self, start, obstacles, double until, acceleration, double contact_duration, Index standstill, double cell_factor
+        self, start, obstacles, double until, acceleration, double contact_duration, Index standstill,
+        double cell_factor, bint all_pairs
     ):
         cdef RunInput given
         cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
@@ -93,11 +87,12 @@ cdef class Kernel:
             given.grounds, given.never_lists = &grounds[0, 0], &never_lists[0]
             given.never_length = never_lists.shape[0]
             given.gravity[0], given.gravity[1] = acceleration.gravity_m_s2
-            given.exact.solve, given.exact.context = solve_quartic, NULL
+            given.exact = exact_solver()
             given.deceleration = acceleration.table_deceleration_m_s2
             given.rolling_resistance = acceleration.wall_rolling_resistance
         given.cell_factor, given.standstill = cell_factor, standstill
         given.has_finite_walls = not start.has_half_planes
+        given.solves_all_pairs = all_pairs
         given.law = law_of(start, contact_duration)
         given.resize = carom_enlarge
         self.is_order_free = None if obstacles is None else obstacles.decides

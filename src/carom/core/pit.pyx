@@ -107,6 +107,7 @@ cdef extern from "carom/core/pit_state.h" nogil:
         bint has_chains
         bint has_driven_discs
         bint has_wall_motions
+        bint has_touched
         MotionKind motion
         double gx
         double gy
@@ -174,6 +175,7 @@ cdef class FrameLoop:
         s.has_chains = bool(chains)
         s.has_driven_discs = bool(arrays.driven_discs)
         s.has_wall_motions = arrays.wall_drives is not None or arrays.belts_m_s is not None
+        s.has_touched = 0.0 in (s.law.restitution, *(material.restitution for material in arrays.materials))
         s.record.has_spins, s.record.has_contacts = arrays.turns, s.has_chains
         s.record.resize = carom_enlarge
         self.memory = np.empty(carom_pit_lay_out(s, NULL) + 64, np.uint8)
@@ -286,6 +288,7 @@ cdef class FrameLoop:
 
     def take_modes(self):
         """Return None: PIT has no contact that lasts."""
+        return None
 
     def ambiguous(self):
         """Return the rows that share a movable disc with an earlier impact of the same frame."""

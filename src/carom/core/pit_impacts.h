@@ -12,6 +12,7 @@
 #include "carom/core/contact_law.h"
 #include "carom/core/impact.h"
 #include "carom/core/pit_motion.h"
+#include "carom/core/pit_separation.h"
 #include "carom/core/record.h"
 #include "carom/core/resolution.h"
 
@@ -35,17 +36,6 @@ static inline bool are_immovable(const Disc *a, const Disc *b) {
     return a->inverse_mass == 0.0 && b->inverse_mass == 0.0;
 }
 
-/* Return whether two discs are on the paths that their own impact gave them. One that no impact moves always is.
-
-   A disc that falls onto one that does not fall comes back. On a table two discs, slowed in other directions, may. */
-static inline bool are_separating(const State *s, Index i, Index j) {
-    const Disc *a = &s->discs[i];
-    const Disc *b = &s->discs[j];
-    if (s->motion == SLOWING || (s->motion == FALLING && (a->inverse_mass == 0.0 || b->inverse_mass == 0.0)))
-        return false;
-    return (a->last == j || a->inverse_mass == 0.0) && (b->last == i || b->inverse_mass == 0.0);
-}
-
 /* Return whether discs i < j have an impact at this frame. */
 static inline bool pair_interferes(const State *s, Index i, Index j) {
     const Disc *a = &s->discs[i];
@@ -55,15 +45,6 @@ static inline bool pair_interferes(const State *s, Index i, Index j) {
 
 /* ---- a disc and a wall ---- */
 
-static inline bool is_chain(const State *s, Index k) {
-    return s->chains != NULL && s->chains[k].edge_count > 0;
-}
-
-/* Return whether disc i is on the path that its impact with half-plane k gave it. A fall comes back. */
-static inline bool is_leaving_plane(const State *s, Index i, Index k) {
-    return s->motion != FALLING && s->discs[i].last == ON_WALL - k;
-}
-
 /* Return whether a disc approaches a half-plane and touches or overlaps it. */
 static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     double along = a->vx * wall->nx + a->vy * wall->ny;
@@ -71,30 +52,26 @@ static inline bool plane_interferes(const Disc *a, const Wall *wall) {
     return depth <= a->radius && along < 0.0; /* few discs are at a wall; whether one approaches is hard to predict */
 }
 
-/* Return the unit vector from the nearest point of a chain to a disc's centre; NaN for a centre on the chain's line. */
-static inline Normal chain_normal(const Chain *chain, const Disc *a) {
-    Point nearest = find_nearest(chain, a->x, a->y);
-    double dx = a->x - nearest.x;
-    double dy = a->y - nearest.y;
-    double distance = sqrt(dx * dx + dy * dy);
-    return (Normal){dx / distance, dy / distance};
-}
-
-/* Return whether a disc, disc i relative to chain k, approaches and touches or overlaps it, and is not on its path from
-   there.
-
-   A path from a chain can lead back to it, since it bends or has another side. The normal tells the two cases apart. */
+/* Return whether a disc, disc i relative to chain k, approaches and touches or overlaps it. */
 static inline bool chain_interferes(const State *s, const Disc *a, Index i, Index k) {
     const Chain *chain = &s->chains[k];
-    Point nearest = find_nearest(chain, a->x, a->y);
+    Nearest nearest = find_nearest(chain, a->x, a->y);
     double dx = a->x - nearest.x;
     double dy = a->y - nearest.y;
     double reach = chain->half_width + a->radius;
     double distance = sqrt(dx * dx + dy * dy);
     if (distance == 0.0 || !(a->vx * dx + a->vy * dy < 0.0 && dx * dx + dy * dy <= reach * reach))
         return false;
-    return s->motion == FALLING || a->last != ON_WALL - k || dx / distance != s->normals[i].x ||
-           dy / distance != s->normals[i].y;
+    return !is_leaving_chain(s, i, k, feature_at(s, k, &nearest, a->x, a->y), dx / distance, dy / distance);
+}
+
+/* Return what of chain k a disc is nearest to. */
+static inline ChainHit find_hit(const State *s, Index k, const Disc *a) {
+    Nearest nearest = find_nearest(&s->chains[k], a->x, a->y);
+    double dx = a->x - nearest.x;
+    double dy = a->y - nearest.y;
+    double distance = sqrt(dx * dx + dy * dy);
+    return (ChainHit){dx / distance, dy / distance, feature_at(s, k, &nearest, a->x, a->y)};
 }
 
 /* Return whether disc i and wall k have an impact at this frame. */
@@ -173,6 +150,7 @@ static inline void apply_pair_impact(State *s, Index i, Index j) {
                                  NO_FEATURE, false});
     slow_disc(s, i);
     slow_disc(s, j);
+    note_pair_contact(s, i, j, dx / distance, dy / distance);
 }
 
 /* Apply friction and rolling resistance to a disc that falls onto a wall with a relative velocity u; `pressed` is the
@@ -218,9 +196,9 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
     }
     a->last = (int)(ON_WALL - k);
     if (is_chain(s, k)) {
-        s->normals[i] = chain_normal(&s->chains[k], seen);
-        wall.nx = s->normals[i].x;
-        wall.ny = s->normals[i].y;
+        s->hits[i] = find_hit(s, k, seen);
+        wall.nx = s->hits[i].nx;
+        wall.ny = s->hits[i].ny;
     }
     Before before = {{a->vx, a->vy}, {0.0, 0.0}};
     if (surface != NULL) {
@@ -236,6 +214,7 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
     record_at_frame(s, i, -1 - k, -wall.nx, -wall.ny, &before, before.second, &spins, seen, k,
                     &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     slow_disc(s, i);
+    note_wall_contact(s, i, k, wall.nx, wall.ny);
 }
 
 #endif

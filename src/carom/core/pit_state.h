@@ -10,6 +10,7 @@
 #include "carom/core/carom_core.h"
 #include "carom/core/chain_distance.h"
 #include "carom/core/instant.h"
+#include "carom/core/touched.h"
 
 enum {
     NO_CELL = -1,
@@ -34,10 +35,11 @@ typedef struct Disc { /* 64 bytes, one cache line: all that the tests of other d
     int last;            /* the body that it met last: a disc, `ON_WALL - k` for wall k, or NOBODY */
 } Disc;
 
-typedef struct Normal { /* of the finite wall that a disc met last */
-    double x;
-    double y;
-} Normal;
+typedef struct ChainHit { /* what of a chain a disc met last */
+    double nx;            /* unit vector from the chain to the disc */
+    double ny;
+    Index feature; /* the edge's number in `State.edges` and its part: see pit_separation.h */
+} ChainHit;
 
 typedef enum MotionKind { /* of all discs that impacts move */
     STRAIGHT = 0,
@@ -155,7 +157,8 @@ typedef struct State {
     Law *wall_laws;           /* the law of each wall */
     Chain *chains;            /* one a wall; NULL if all walls are half-planes */
     ChainEdge *edges;         /* of all chains */
-    Normal *normals;          /* one a disc, with chains */
+    ChainHit *hits;           /* one a disc, with chains */
+    TouchedBodies *touched;   /* one a disc; NULL if each impact leaves a speed along its normal */
     Turning *turning;         /* one a disc, with spin */
     Slowing *slowing;         /* one a disc, on a table */
     Path *paths;              /* of driven bodies */
@@ -176,6 +179,7 @@ typedef struct State {
     bool has_chains;
     bool has_driven_discs;
     bool has_wall_motions;
+    bool has_touched; /* whether some restitution is 0 */
     MotionKind motion;
     double gx; /* gravity */
     double gy;

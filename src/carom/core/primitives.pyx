@@ -1,12 +1,27 @@
-"""Times of impact for Python: of arrays of pairs of discs, and of a disc with the features of a finite wall."""
+"""Formulas of the core for Python, one call at a time: times of impact, features of a wall, and impulses.
+
+Lengths are in metres, velocities in metres per second, times in seconds from now: 0 for bodies that touch or overlap and
+approach, infinity for never. A disc as seen from a wall is a `carom.physics.features.Mover`.
+"""
 
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
-from libc.math cimport NAN, fabs
+from libc.math cimport NAN, fabs, sqrt
+
+from carom.core cimport formulas
+from carom.core.carom_core cimport ContactFriction
+from carom.core.exact_quartic cimport exact_solver
+from carom.core.formulas cimport (
+    CAROM_INF, CAROM_PAIR_LEAST, CAROM_PAIR_MOST, FACE, FEATURE_NUMBERS, INNER_ARC, DoubleDouble, ExactQuartic,
+    FallingDisc, Feature, Mover, Slips, feature_from, greater, lesser,
+)
 
 
 cdef inline bint is_moderate(double a) noexcept nogil:
     size = fabs(a)
     return (CAROM_PAIR_LEAST <= size) & (size < CAROM_PAIR_MOST) | (size == 0.0)
+
+
+# ---- times of impact ----
 
 
 def fill_pair_times(
@@ -22,45 +37,201 @@ def fill_pair_times(
             x2, y2, vx2, vy2 = p2[k, 0], p2[k, 1], v2[k, 0], v2[k, 1]
             moderate = is_moderate(x2 - x1) & is_moderate(y2 - y1) & is_moderate(vx2 - vx1) & is_moderate(vy2 - vy1)
             moderate = moderate & is_moderate(r1[k] + r2[k])
-            times[k] = pair_time(x1, y1, vx1, vy1, r1[k], x2, y2, vx2, vy2, r2[k]) if moderate else NAN
+            times[k] = formulas.pair_time(x1, y1, vx1, vy1, r1[k], x2, y2, vx2, vy2, r2[k]) if moderate else NAN
 
 
-cdef class Features:
-    """The features of a finite wall. Of those met at the same time, the first in this order counts."""
+def pair_time(
+    double x1, double y1, double vx1, double vy1, double r1, double x2, double y2, double vx2, double vy2, double r2
+):
+    """Return the seconds until two discs collide."""
+    return formulas.pair_time(x1, y1, vx1, vy1, r1, x2, y2, vx2, vy2, r2)
 
-    cdef Feature *_rows
-    cdef int _count
+
+def wall_time(double x, double y, double vx, double vy, double radius, wall):
+    """Return the seconds until a disc touches a half-plane, `carom.disc_arrays.HalfPlane`."""
+    qx, qy, nx, ny = wall
+    return formulas.wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
+
+
+def wall_fall_time(double x, double y, double vx, double vy, double radius, wall, double ax, double ay):
+    """Return the seconds until a disc with an acceleration touches a half-plane."""
+    cdef double qx, qy, nx, ny
+    qx, qy, nx, ny = wall
+    gap = formulas.wall_gap(x, y, radius, qx, qy, nx, ny)
+    return formulas.descent_time(gap, formulas.wall_speed(vx, vy, nx, ny), formulas.wall_speed(ax, ay, nx, ny))
+
+
+def disc_fall_time(
+    double x, double y, double vx, double vy, double radius, double fixed_x, double fixed_y, double fixed_radius,
+    double ax, double ay, leaving=None,
+):
+    """Return the seconds until a disc with an acceleration touches a fixed one.
+
+    If it has just hit the fixed disc, `leaving` is the speed at which it leaves: the gap is then 0, and this its rate of
+    change, whatever rounding has made of position and velocity.
+    """
+    cdef ExactQuartic exact = exact_solver()
+    cdef FallingDisc disc = FallingDisc(x, y, vx, vy, radius)
+    cdef bint has_left = leaving is not None
+    cdef double speed = leaving if has_left else 0.0
+    return formulas.disc_fall_time(&exact, &disc, fixed_x, fixed_y, fixed_radius, ax, ay, has_left, speed)
+
+
+# ---- features of a wall ----
+
+
+cdef class WallFeatures:
+    """The features of a finite wall, by number. Of those met at the same time, the first in this order counts.
+
+    Args:
+        rows: A row of numbers for each feature, as `carom.physics.numbered.numbers_of` returns it.
+    """
+
+    cdef Feature *rows
+    cdef int count
 
     def __cinit__(self, rows):
         cdef double[FEATURE_NUMBERS] numbers
         cdef int k, n
-        self._count = len(rows)
-        self._rows = <Feature *> PyMem_Malloc(self._count * sizeof(Feature))
-        if self._rows == NULL:
+        self.count = len(rows)
+        self.rows = <Feature *> PyMem_Malloc(self.count * sizeof(Feature))
+        if self.rows == NULL:
             raise MemoryError
-        for k in range(self._count):
+        for k in range(self.count):
             for n in range(FEATURE_NUMBERS):
                 numbers[n] = rows[k][n]
-            self._rows[k] = feature_from(numbers)
+            self.rows[k] = feature_from(numbers)
 
     def __dealloc__(self):
-        PyMem_Free(self._rows)
+        PyMem_Free(self.rows)
 
-    def first_time(self, x, y, ux, uy, double radius, int last):
-        """Return the seconds until a disc meets a feature, the number of that feature, and whether the disc glides there.
+    cdef const Feature *at(self, int number) except NULL:
+        if not 0 <= number < self.count:
+            raise IndexError(f"no feature {number} of {self.count}")
+        return &self.rows[number]
 
-        `last` is the number of the feature that the disc met last, or -1. The number returned is -1 if none is met.
+    def first_touch(self, disc, int last):
+        """Return when a disc on a straight path meets a feature, the number of that feature, and whether it glides there.
+
+        `last` is the number of the feature that the disc met last, on the path that it is on; -1 for none. The number
+        returned is -1 if none is met.
         """
-        cdef Mover disc = Mover(_pair(x), _pair(y), _pair(ux), _pair(uy), radius)
+        cdef Mover seen = mover_from(disc)
         cdef double least = CAROM_INF
         cdef int first = -1, k
         cdef bint glides = False
-        for k in range(self._count):
-            touch = feature_time(&disc, &self._rows[k], k == last)
+        for k in range(self.count):
+            touch = formulas.feature_time(&seen, &self.rows[k], k == last)
             if touch.time < least:
                 least, first, glides = touch.time, k, touch.glides
         return least, first, glides
 
+    def first_fall(self, disc, double ax, double ay, int last, double leaving):
+        """Return when a disc with an acceleration meets a feature, and the number of that feature.
 
-cdef DoubleDouble _pair(pair):
+        The arguments are those of `first_touch`. `leaving` is the speed along the normal at which the disc left the
+        feature `last`.
+        """
+        cdef ExactQuartic exact = exact_solver()
+        cdef Mover seen = mover_from(disc)
+        cdef double least = CAROM_INF
+        cdef int first = -1, k
+        for k in range(self.count):
+            time = formulas.feature_fall_time(&exact, &seen, &self.rows[k], ax, ay, k == last, leaving)
+            if time < least:
+                least, first = time, k
+        return least, first
+
+    def normal(self, int number, disc):
+        """Return the unit vector from a feature to a disc that touches it."""
+        cdef Mover seen = mover_from(disc)
+        normal = formulas.normal_at(self.at(number), &seen)
+        return normal.x, normal.y
+
+    def gap(self, int number, disc):
+        """Return the distance of a disc's rim from a feature, along the normal."""
+        cdef Mover seen = mover_from(disc)
+        return formulas.feature_gap(&seen, self.at(number))
+
+    def overlap_start(self, int number, disc):
+        """Return when a disc that overlaps a feature, and approaches it, touched it: seconds from now, 0 or less.
+
+        On a straight path, by plain formulas. 0 where rounding leaves no speed of approach.
+        """
+        cdef Mover seen = mover_from(disc)
+        cdef const Feature *feature = self.at(number)
+        cdef double vx = seen.ux.high, vy = seen.uy.high, gap = lesser(formulas.feature_gap(&seen, feature), 0.0)
+        normal = formulas.normal_at(feature, &seen)
+        cdef double speed = vx * normal.x + vy * normal.y
+        if feature.kind <= FACE:
+            return -gap / speed if speed < 0.0 else 0.0
+        cdef double x = seen.x.high - feature.x.high, y = seen.y.high - feature.y.high
+        cdef double away = sqrt(x * x + y * y), reach = formulas.reach_of(&seen, feature).high
+        cdef double sign = -1.0 if feature.kind == INNER_ARC else 1.0
+        # |d + t u| = reach, with d out from the centre: the later of the roots in the past.
+        cdef double a = vx * vx + vy * vy, b = sign * away * speed, c = sign * gap * (away + reach)
+        cdef double root = sqrt(greater(b * b - a * c, 0.0))
+        if sign > 0.0:
+            return (-b - root) / a
+        return -c / (b + root) if b + root > 0.0 else 0.0
+
+
+cdef Mover mover_from(disc):
+    x, y, ux, uy, radius = disc
+    return Mover(pair_from(x), pair_from(y), pair_from(ux), pair_from(uy), radius)
+
+
+cdef DoubleDouble pair_from(pair):
     return DoubleDouble(pair[0], pair[1])
+
+
+def two_diff(double a, double b):
+    """Return the rounded difference and its rounding error: ``a - b`` is exactly their sum."""
+    difference = formulas.two_diff(a, b)
+    return difference.high, difference.low
+
+
+# ---- impulses ----
+
+
+def normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution):
+    """Return ``g <= 0``: with ``d = c2 - c1`` and ``u = v2 - v1`` an impact gives the first disc the impulse ``g d``."""
+    return formulas.normal_impulse(dx, dy, ux, uy, inverse_masses, restitution)
+
+
+def tangential_impulse(
+    double friction, double restitution, double slip, double inverse_effective_mass, double pressed
+):
+    """Return the impulse of friction on two bodies that are pressed together by an impulse, 0 or more.
+
+    Args:
+        friction: Coulomb's coefficient.
+        restitution: The tangential one.
+        slip: Velocity at which the surface of the first moves past that of the second.
+        inverse_effective_mass: By how much the slip falls for each unit of the impulse, above 0.
+        pressed: The normal impulse.
+    """
+    cdef ContactFriction contact = ContactFriction(friction, restitution)
+    return formulas.tangential_impulse(&contact, slip, inverse_effective_mass, pressed)
+
+
+def pair_tangential_impulse(
+    double friction, double restitution, double dx, double dy, double ux, double uy, double surface,
+    double inverse_effective_mass, double normal,
+):
+    """Return h: with ``d = c2 - c1`` and ``u = v2 - v1`` friction gives the first disc the impulse ``h (dy, -dx)``.
+
+    `surface` is ``|d| (R1 w1 + R2 w2)``, and `normal` what `normal_impulse` returns.
+    """
+    cdef ContactFriction contact = ContactFriction(friction, restitution)
+    return formulas.pair_tangential_impulse(&contact, dx, dy, ux, uy, surface, inverse_effective_mass, normal)
+
+
+def frictional_impulses(
+    double friction, double restitution, double rolling_resistance, double slip, double rim, double inverse_inertia_ratio,
+    double pressed,
+):
+    """Return the impulses of friction and of rolling resistance on a disc that hits a wall, per unit of its mass."""
+    cdef ContactFriction contact = ContactFriction(friction, restitution)
+    by = formulas.frictional_impulses(&contact, rolling_resistance, Slips(slip, rim), inverse_inertia_ratio, pressed)
+    return by.friction, by.rolling

@@ -63,7 +63,7 @@ typedef struct Gap {
 /* Solver of what pairs leave undecided: the caller's, exact for numbers of any size. Must not be NULL.
 
    Returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`; infinity if
-   there are no more. These are the instants of `touches` in `carom/physics/pair_time_falling.py`. With index
+   there are no more. These are the instants of `find_closings` in `carom/physics/exact_quartic.py`. With index
    QUARTIC_SIGN it returns the sign of the gap at `from` instead: -1, 0 or 1. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);

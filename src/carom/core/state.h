@@ -281,6 +281,7 @@ typedef struct State { /* all that a run consists of */
     bool has_touched;         /* whether some impact has restitution 0: see touched.h */
     bool needs_prefetch;      /* whether memory is prefetched: see prefetch.h */
     bool has_special_paths;   /* whether there are features or driven bodies: `predict_special` predicts them */
+    bool solves_all_pairs;    /* whether `all_pairs.h` advances the run */
     bool has_special_impacts; /* whether there are spins, features or driven bodies: `apply_special_impact` applies them */
     Clock clock;
     Law law;
@@ -323,6 +324,7 @@ typedef struct RunInput {  /* what a run is set up from; its arrays are only rea
     Index standstill;
     bool has_spins;
     bool has_finite_walls;
+    bool solves_all_pairs; /* for comparison: without cells, queue and stored predictions. It changes no result */
     bool has_acceleration; /* gravity, or a table that decelerates: then the features are the obstacles */
     double gravity[2];
     double deceleration;       /* of a table */

@@ -2,13 +2,18 @@
 
    An impact with restitution 0 leaves two bodies without relative velocity along the normal. Floats leave a rounding of
    it instead, which must not become another impact. So the contact is kept as a fact: until an impact on the disc changes
-   the velocity along that normal, the disc does not meet that body again. An impact whose normal is exactly orthogonal
-   changes nothing along it; any other does, and so does friction. docs/pic.md, "Impacts that leave no speed". */
+   the velocity along that normal, the disc does not meet that body again. An impact whose normal is orthogonal changes
+   nothing along it; any other does, and so does friction. Two unit normals of floats, of two roundings a component, have
+   a product of at most CAROM_ERROR if they are orthogonal: what an impact changes along a normal by less than that is
+   less than the rounding of the velocity itself. docs/pic.md, section 9. */
 
 #ifndef CAROM_TOUCHED_H
 #define CAROM_TOUCHED_H
 
+#include <math.h>
+
 #include "carom/core/carom_core.h"
+#include "carom/core/constants.h"
 
 enum {
     /* In the plane two normals that are not parallel fix a velocity; the third is for a wall that is given twice. */
@@ -42,7 +47,7 @@ static inline void note_touched(TouchedBodies *t, Touched body, double time, boo
     int kept = 0;
     for (int k = 0; k < t->count; k++) {
         const Touched *one = &t->bodies[k];
-        bool is_orthogonal = one->nx * body.nx + one->ny * body.ny == 0.0;
+        bool is_orthogonal = fabs(one->nx * body.nx + one->ny * body.ny) <= CAROM_ERROR;
         if (!slides && is_orthogonal && one->body != body.body && one->until > time) {
             t->bodies[kept++] = *one;
         }

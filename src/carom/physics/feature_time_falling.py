@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING
 
 from carom.physics.arc_time import from_pair, is_before_arc, is_in, reach_of
 from carom.physics.double_double import Pair, pair_product, two_sum
+from carom.physics.exact_quartic import find_closings as touches
 from carom.physics.face_time import across, face_gap, from_point, is_before_face
 from carom.physics.features import Face
 from carom.physics.pair_time import discriminant_from_gap
-from carom.physics.pair_time_falling import squared_gap, touches
+from carom.physics.pair_time_falling import squared_gap
 from carom.physics.wall_time_falling import descent_time, return_time
 
 if TYPE_CHECKING:

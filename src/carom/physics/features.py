@@ -6,7 +6,7 @@ from outside for a vertex and an arc's outer side, and one seen from inside for 
 of radius 0.
 
 Features are frozen, and hold everything that the times of impact need, precomputed from the numbers of the file. What
-these give exactly is a pair ``(high, low)`` of its nearest floats: see `carom.physics.double_double`.
+these give exactly is a pair ``(high, low)`` of its nearest floats: see `core/double_double.h`.
 """
 
 from __future__ import annotations
@@ -16,12 +16,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.physics.double_double import Pair, two_diff
+from carom.core import primitives
 
 if TYPE_CHECKING:
     from carom.outline import ExactCircle
 
 Point = tuple[float, float]
+Pair = tuple[float, float]
 
 #: Bits of a square root before it becomes a pair: more than a pair's 106, and some to round by.
 _ROOT_BITS = 160
@@ -50,7 +51,7 @@ class Mover(NamedTuple):
     @classmethod
     def at(cls, position: Point, velocity: Point, radius: float, wall_velocity: Point = (0.0, 0.0)) -> Mover:
         """Return a disc as seen from a wall that is where the file has it, and moves at a velocity."""
-        ux, uy = two_diff(velocity[0], wall_velocity[0]), two_diff(velocity[1], wall_velocity[1])
+        ux, uy = primitives.two_diff(velocity[0], wall_velocity[0]), primitives.two_diff(velocity[1], wall_velocity[1])
         return cls((position[0], 0.0), (position[1], 0.0), ux, uy, radius)
 
 
@@ -77,7 +78,7 @@ class Face:
     @classmethod
     def between(cls, a: Point, b: Point, half_width: float = 0.0) -> Face:
         """Return the side on the left of an edge; its ends differ."""
-        along = two_diff(b[0], a[0]), two_diff(b[1], a[1])
+        along = primitives.two_diff(b[0], a[0]), primitives.two_diff(b[1], a[1])
         ex, ey = (Fraction(high) + Fraction(low) for high, low in along)
         length2 = ex * ex + ey * ey
         normal = _nearest_root(-ey, length2), _nearest_root(ex, length2)

@@ -18,19 +18,7 @@ Phys. Fluids 6 (1994) 1108; b = 0 is Coulomb's law alone, b = 1 with enough fric
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-
-class ContactFriction(NamedTuple):
-    """How two bodies rub against each other.
-
-    Attributes:
-        friction: Coulomb's coefficient f, 0 or more.
-        restitution: b, -1 to 1: the slip after an impact in which they stick, over the one before, turned round.
-    """
-
-    friction: float = 0.0
-    restitution: float = 0.0
+from carom.physics.rough_impact import ContactFriction as ContactFriction
 
 
 def tangential_impulse(contact: ContactFriction, slip: float, inverse_effective_mass: float, pressed: float) -> float:

@@ -8,8 +8,7 @@ from carom.physics.features import Face
 
 if TYPE_CHECKING:
     from carom.disc_arrays import HalfPlane
-    from carom.physics.double_double import Pair
-    from carom.physics.features import Feature, Point
+    from carom.physics.features import Feature, Pair, Point
 
 #: Numbers of a row.
 FEATURE_NUMBERS = 22

@@ -1,4 +1,4 @@
-"""The impact of `carom.physics.friction` on arrays: many impacts at once, for those who hold others against the law.
+"""Impacts with friction on arrays, by the law of `core/impact.h`: many impacts at once, for comparisons.
 
 Spins come as speeds of rims, ``R w`` in metres a second, which the law adds to velocities.
 """
@@ -31,8 +31,20 @@ class RoughBodies(NamedTuple):
     inertia: NDArray[np.float64]
 
 
+class ContactFriction(NamedTuple):
+    """Friction of two bodies.
+
+    Attributes:
+        friction: Coulomb's coefficient f, 0 or more.
+        restitution: b, -1 to 1: the reversed slip after an impact in which they stick, over the slip before.
+    """
+
+    friction: float = 0.0
+    restitution: float = 0.0
+
+
 class ContactFrictions(NamedTuple):
-    """Friction of the bodies of `m` impacts, as `carom.physics.friction.ContactFriction`; shape ``(m,)`` each."""
+    """Friction of the bodies of `m` impacts, as `ContactFriction`; shape ``(m,)`` each."""
 
     friction: NDArray[np.float64]
     restitution: NDArray[np.float64]

@@ -1,8 +1,7 @@
 """Time of impact of arrays of discs, in straight uniform motion: the public form.
 
-Pair by pair the result is that of `carom.physics.pair_time.pair_time`, to the bit: the compiled extension runs the same
-operations in a loop. See there for the method and its guarantee, and `carom.physics.pair_time_any_size` for numbers of
-other than moderate sizes.
+The core computes each time (`core/pair.h` describes the method and its guarantee), and
+`carom.physics.pair_time_any_size` scales numbers that are not of moderate size.
 
 Whether bodies approach decides everything; no time or distance is ever compared with a small number.
 """
@@ -14,14 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.arguments import finite, vectors
+from carom.core import primitives
 from carom.errors import InputError
-from carom.extension import Patience, extension_available
-from carom.physics.pair_time_any_size import any_pair_time
+from carom.physics.pair_time_any_size import scaled_pair_time
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
-
-    Array = NDArray[np.float64]
 
 
 def time_of_impact(
@@ -54,31 +51,15 @@ def time_of_impact(
         raise InputError(f"the shapes of positions, velocities and radii do not broadcast: {error}") from None
     p1, v1, p2, v2 = (np.broadcast_to(v, (*shape, 2)).reshape(-1, 2) for v in both)
     r1, r2 = (np.broadcast_to(r, shape).reshape(-1) for r in (radius1, radius2))
-    if not shape:
-        return _plain_times(p1, v1, r1, p2, v2, r2)[0]
-    if not extension_available():
-        return np.array(_plain_times(p1, v1, r1, p2, v2, r2)).reshape(shape)
-    from carom.core import primitives
-
     times = np.empty(len(r1))
     primitives.fill_pair_times(p1, v1, r1, p2, v2, r2, times)
-    left = np.isnan(times)
-    if left.any():
-        times[left] = _plain_times(*(a[left] for a in (p1, v1, r1, p2, v2, r2)))
-    return times.reshape(shape)
+    left = np.flatnonzero(np.isnan(times))
+    for k, row in zip(left, np.column_stack([a[left] for a in (p1, v1, r1, p2, v2, r2)]).tolist(), strict=True):
+        times[k] = scaled_pair_time(*row)
+    return times.reshape(shape) if shape else float(times[0])
 
 
-def _plain_times(p1: Array, v1: Array, r1: Array, p2: Array, v2: Array, r2: Array) -> list[float]:
-    """Return the time of each pair: of one pair, of those not of moderate sizes, and of all without the extension."""
-    patience = Patience()
-    times = []
-    for row in np.column_stack((p1, v1, r1, p2, v2, r2)).tolist():
-        times.append(any_pair_time(*row))
-        patience.look()
-    return times
-
-
-def _radii(name: str, value: ArrayLike) -> Array:
+def _radii(name: str, value: ArrayLike) -> NDArray[np.float64]:
     array = finite(name, value)
     if not np.all(array > 0):
         raise InputError(f"{name} must be above 0 everywhere, got {np.min(array)}")

@@ -76,13 +76,13 @@ PLAIN = RunOptions()
 
 
 def require_compiled(part: str) -> None:
-    """Refuse a part that plain Python has no form of.
+    """Refuse a part that needs the compiled extension.
 
     Raises:
         MissingExtraError: The extension does not serve; the message says why, and the remedy.
     """
     if not extension_available():
-        raise MissingExtraError(f"{part} is compiled only, carom.solve_pic is not: {'; '.join(extension_notes())}")
+        raise MissingExtraError(f"{part} is compiled only: {'; '.join(extension_notes())}")
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:

@@ -14,7 +14,6 @@ import numpy as np
 
 from carom.extension import extension_available, extension_notes
 from carom.scene import Scene, as_scene
-from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, obstacles_at_most
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
@@ -34,9 +33,9 @@ _IMPACTS_PER_DISC = np.frombuffer(np.array([[0, 0], [1, 1]]).tobytes(), np.int64
 
 
 def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = False) -> Run:
-    """Return a run of a scene by PIC, of any gravity or damping, that can be taken forward in pieces.
+    """Return a run of a scene by PIC, with any gravity or damping, that can be advanced in pieces.
 
-    Solving for `all_pairs`, as without the extension, changes no result.
+    `all_pairs` computes all pairs at each event; it changes no result.
     """
 
     def make(start: Start, units: Units) -> Run:
@@ -48,22 +47,7 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
         return DampedRun(undamped(start, undamped_options(options.in_units(units), damping)), damping)
 
     def undamped(start: Start, options: RunOptions) -> Run:
-        asked = asdict(options)
-        if extension_available() and not all_pairs and obstacles_at_most(start.arrays) <= MOST_OBSTACLES:
-            return EventDrivenRun(start, **asked)
-        if start.table_deceleration_m_s2:
-            from carom.solvers.falling.table import TableRun
-
-            del asked["contact_duration_s"]
-            return TableRun(start, **asked)
-        if start.gravity_m_s2 != (0.0, 0.0):
-            from carom.solvers.falling.run import FallingRun
-
-            del asked["contact_duration_s"]  # of the TC model, which is not there under gravity
-            return FallingRun(start, **asked)
-        from carom.solvers.plain.run import AllPairsRun
-
-        return AllPairsRun(start, **asked)
+        return EventDrivenRun(start, **asdict(options), all_pairs=all_pairs)
 
     run: Run = run_in_ordinary_units(scene.undamped, make)
     return run

@@ -9,6 +9,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from tests.lengths import each, long_after
+from tests.unit.core.features import in_core
 
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
@@ -20,7 +21,6 @@ from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.runs.pool import InProcess
 from carom.scenes import catalogue
-from carom.solvers.plain.finite_walls import gap_of, overlap_since
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
 ROUNDING = 1e-12
@@ -145,12 +145,12 @@ def test_where_an_overlap_began_the_rim_touched(
     feature: Feature, place: tuple[float, float], velocity: tuple[float, float]
 ) -> None:
     """Brought back by that time along its path, a disc that overlaps a feature touches it."""
-    disc = Mover.at(place, velocity, 0.25)
-    assert gap_of(disc, feature) < -0.01
-    ago = overlap_since(disc, feature)
+    disc, wall = Mover.at(place, velocity, 0.25), in_core(feature)
+    assert wall.gap(0, disc) < -0.01
+    ago = wall.overlap_start(0, disc)
     assert ago < 0.0
     back = Mover.at((place[0] + velocity[0] * ago, place[1] + velocity[1] * ago), velocity, 0.25)
-    assert abs(gap_of(back, feature)) < 1e-15
+    assert abs(wall.gap(0, back)) < 1e-15
 
 
 @each(
@@ -161,7 +161,7 @@ def test_a_disc_that_touches_a_wall_and_moves_along_it_came_to_it_now(
     feature: Feature, place: tuple[float, float]
 ) -> None:
     """No speed at which it closes divides what is no gap."""
-    assert overlap_since(Mover.at(place, (1.0, 0.0), 0.25), feature) == 0.0
+    assert in_core(feature).overlap_start(0, Mover.at(place, (1.0, 0.0), 0.25)) == 0.0
 
 
 @pytest.mark.parametrize("name", long_after(1, ["end-of-wall", "box-of-edges", "star", "stadium-rhombus"]))

@@ -10,8 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from carom.outline import Edge, ExactCircle, circle_of
-from carom.physics.double_double import Pair
-from carom.physics.features import Arc, Face, pair_of, root_of
+from carom.physics.features import Arc, Face, Pair, pair_of, root_of
 
 coordinates = st.floats(-1e6, 1e6).filter(lambda value: value == 0.0 or abs(value) > 1e-12)
 points = st.tuples(coordinates, coordinates)

@@ -1,4 +1,4 @@
-"""Time of impact at the edges where naive forms fail; `test_time_of_impact_accuracy.py` has it against the truth."""
+"""Times of impact where naive formulas fail; `tests/unit/core/test_pair.py` compares them with exact ones."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.lengths import each
 
+from carom.core import primitives
 from carom.errors import InputError
-from carom.physics import pair_time as pair_module
-from carom.physics import wall_time as wall_module
 from carom.physics.time_of_impact import time_of_impact
 
 #: Relative rounding of one operation.
@@ -32,12 +31,12 @@ def array_form(dx: float, dy: float, ux: float, uy: float, contact_distance: flo
 def pair_time(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
     """The scalar form, of relative position and velocity."""
     half = contact_distance / 2
-    return pair_module.pair_time(0.0, 0.0, 0.0, 0.0, half, dx, dy, ux, uy, half)
+    return primitives.pair_time(0.0, 0.0, 0.0, 0.0, half, dx, dy, ux, uy, half)
 
 
 def wall_time(gap: float, velocity: float) -> float:
     """The scalar form, of a disc of radius 1 above a wall at height -1."""
-    return wall_module.wall_time(0.0, gap, 0.0, velocity, 1.0, 0.0, -1.0, 0.0, 1.0)
+    return primitives.wall_time(0.0, gap, 0.0, velocity, 1.0, (0.0, -1.0, 0.0, 1.0))
 
 
 FORMS = [pytest.param(pair_time, id="scalar"), pytest.param(array_form, id="array")]

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from tests.processes import PATIENT_S
 
 from carom import Disc, Scene, cross_check
 from carom.adapter import Capabilities
@@ -114,9 +115,11 @@ def declared(install: Install) -> None:
 )
 def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever loading an adapter does, it is unavailable with the reason, in bounded time."""
-    if "timed out" in LOADING[name][1]:
-        monkeypatch.setattr(Describe, "least_limit_s", 6.0)
-    with LocalPool(1, 6.0) as pool:
+    # An adapter that hangs is ended soon, and one that ends by itself is waited for, however slowly its process starts.
+    monkeypatch.setattr(Describe, "least_limit_s", 5.0 if "timed out" in LOADING[name][1] else PATIENT_S)
+    if "closed" not in LOADING[name][1]:
+        monkeypatch.setattr("carom.runs.process.GRACE_S", PATIENT_S)
+    with LocalPool(1, 5.0) as pool:
         (line,) = described([name], pool)
     assert LOADING[name][1] in line.unavailable
     assert not line.profiles
@@ -181,9 +184,11 @@ def test_settings_that_can_t_be_had_cost_their_profile_alone(
     install: Install, monkeypatch: pytest.MonkeyPatch, act: str, said: str
 ) -> None:
     """A profile whose settings end the process, or hang, is a reason for its own rows; the adapter's others run."""
-    monkeypatch.setattr(SettingsAt, "least_limit_s", 6.0)
+    monkeypatch.setattr(Describe, "least_limit_s", PATIENT_S)
+    # The limit is that of both profiles: long enough for a process to start slowly after the one that hung.
+    monkeypatch.setattr(SettingsAt, "least_limit_s", 30.0 if "sleep" in act else PATIENT_S)
     install(ADAPTER + f"odd = setting({act!r})\n", {"odd": "odd"})
-    with LocalPool(1, 6.0) as pool:
+    with LocalPool(1, 30.0) as pool:
         methods = methods_of(described(["odd"], pool), ["tuned", "sound"], [0.1], pool)
     tuned, sound = Method("odd", "tuned"), Method("odd", "sound")
     assert set(methods.at["odd", 0.1]) == {tuned, sound}

@@ -364,9 +364,12 @@ def cheap_jobs(count: int) -> list[Job]:
     ]
 
 
-def sitting(count: int, path: Path) -> None:
+def sitting(count: int, path: Path, most: int | None = None) -> None:
+    """Sweep over jobs; where `most` is given, only over that many, and wait to be killed."""
     with LocalPool(2) as pool, score_journal(path, resume=True) as journal:
-        sweep(cheap_jobs(count), pool, journal)
+        sweep(cheap_jobs(count)[:most], pool, journal)
+        if most is not None:
+            signal.pause()
 
 
 def results_in(path: Path) -> int:
@@ -379,9 +382,12 @@ def test_a_sweep_killed_three_times_ends_as_one_left_alone(tmp_path: Path) -> No
     jobs, kills, path = 96, 3, tmp_path / "killed.jsonl"
     at = []
     for k in range(kills):
-        with subprocess.Popen([sys.executable, __file__, str(jobs), str(path)]) as process:
-            while process.poll() is None and results_in(path) < jobs * (k + 1) // (4 * kills):
-                time.sleep(0.002)  # of so many the rest takes longer than this process may be kept waiting
+        # It never finishes, however long this process may be kept waiting before it kills.
+        most = jobs * (k + 1) // (kills + 1)
+        with subprocess.Popen([sys.executable, __file__, str(jobs), str(path), str(most)]) as process:
+            while results_in(path) < most // 3:
+                assert process.poll() is None
+                time.sleep(0.002)
             process.send_signal(signal.SIGKILL)
         at.append(results_in(path))
     sitting(jobs, path)
@@ -393,4 +399,4 @@ def test_a_sweep_killed_three_times_ends_as_one_left_alone(tmp_path: Path) -> No
 
 
 if __name__ == "__main__":
-    sitting(int(sys.argv[1]), Path(sys.argv[2]))
+    sitting(int(sys.argv[1]), Path(sys.argv[2]), int(sys.argv[3]))

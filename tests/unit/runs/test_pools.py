@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.processes import PATIENT_S, limit_only
 
 from carom import Disc, Scene, Wall
 from carom.runs.job import Status
@@ -23,9 +24,8 @@ from carom.studies.cross_check.run import execute
 #: Engines that a process survives, and such as end it or never answer.
 SOUND = ("pic", "pit", "raises", "goes-nan", "warns", "only-discs", "missing", "broken", "bad-profile")
 DEADLY = ("aborts", "exits", "hangs")
-#: Long enough for a process to start on a machine that is busy: where one never answers, and where each does.
-LIMIT_S = 20.0
-PATIENT_S = 120.0
+#: Time limit of an engine that never answers.
+LIMIT_S = 5.0
 
 
 @contextmanager
@@ -83,11 +83,12 @@ def options(engines: tuple[str, ...]) -> Options:
 @pytest.mark.long
 @pytest.mark.parametrize("where", [name for name in POOLS if name != "in process"])
 @pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
-def test_a_pool_alters_nothing(where: str, expected: CameOf) -> None:
+def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
     """A crash, a hang and a failure each are a row that explains itself; every other row is that of running in process.
 
     In process, nobody keeps what an engine prints.
     """
+    limit_only(monkeypatch, "hangs")
     if where == "dask" and importlib.util.find_spec("distributed") is None:
         pytest.skip("distributed, extra cluster, is missing")
     with POOLS[where]() as pool:

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from tests.lengths import each, long_after
 from tests.stage import disc_at, sure, wall_at
+from tests.unit.core.features import in_core
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import CaromError
 from carom.outline import Outline
 from carom.physics.features import Arc, Face, Mover
 from carom.runs.wire import CarriedTrace, Codec
-from carom.solvers.plain.finite_walls import overlap_since
 from carom.solvers.plain.run import AllPairsRun
 from carom.trace import EdgeKind, Trace
 
@@ -72,7 +72,7 @@ def test_how_long_a_disc_overlaps_what_it_closes_on_is_depth_over_speed(
     feature: Face | Arc, x: float, since_s: float
 ) -> None:
     """Half a metre wide, head-on at 2 m/s: an eighth of a second for each quarter of a metre, in the past."""
-    assert overlap_since(Mover.at((x, 0.0), (-2.0, 0.0), 0.5), feature) == since_s
+    assert in_core(feature).overlap_start(0, Mover.at((x, 0.0), (-2.0, 0.0), 0.5)) == since_s
 
 
 def test_a_disc_that_left_a_wall_meets_its_other_edges() -> None:

@@ -1,7 +1,7 @@
 """The states of a few bodies on plain floats, set going from anywhere in a run.
 
 The solvers begin with discs that are apart. A window begins wherever the run is, in overlap too, where what overlaps
-and closes meets at once. The times of impact and the law are those of `carom.physics`.
+and closes meets at once. The times of impact and the law are those of the core.
 """
 
 from __future__ import annotations
@@ -9,20 +9,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
 from carom.comparator.local_truth.law import TOUCH, Law, Pair
-from carom.disc_arrays import HalfPlane
+from carom.core import primitives
 from carom.driving import Drive
-from carom.physics.contact_law import frictional_impulses
-from carom.physics.feature_time import normal_at
-from carom.physics.feature_time_falling import first_feature_falling
-from carom.physics.features import Feature, Mover
-from carom.physics.friction import pair_tangential_impulse
-from carom.physics.impact_law import normal_impulse
-from carom.physics.pair_time import pair_time
-from carom.physics.pair_time_falling import encounter_time
-from carom.physics.wall_time import wall_gap, wall_speed, wall_time
-from carom.physics.wall_time_falling import descent_time
-from carom.solvers.plain.finite_walls import FiniteWall
+from carom.physics.features import Mover
 
 
 class Separation(NamedTuple):
@@ -47,8 +38,8 @@ class BodyStates:
         time_s: float,
     ) -> None:
         self.law, self.xy, self.velocity, self.spin, self.time_s = law, xy, velocity, spin, time_s
-        #: What of each finite wall was found to be met next.
-        self.met: dict[Pair, Feature] = {}
+        #: Number of the feature of each finite wall that was found to be met next.
+        self.met: dict[Pair, int] = {}
 
     def copy(self) -> BodyStates:
         """Return a state of its own."""
@@ -109,14 +100,15 @@ class BodyStates:
         x, y = self.xy[disc]
         self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
 
-    def contact(self, pair: Pair, feature: Feature | None = None) -> Separation:
-        """Return how the two bodies of a pair are to each other; of a finite wall, with `feature`, at what of it."""
+    def contact(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
+        """Return how the two bodies of a pair are to each other; of a finite wall at a feature, if given."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
         if j >= law.n:
             away, nx, ny = law.side_of(j - law.n, x, y, self.time_s)
-            if feature is not None:
-                nx, ny = normal_at(feature, self._mover(i, j))
+            wall = law.walls[j - law.n]
+            if feature != NO_FEATURE and isinstance(wall, FiniteWall):
+                nx, ny = wall.features.normal(feature, self._mover(i, j))
             wx, wy = law.wall_velocity(j - law.n, self.time_s)
             return Separation(away - law.radius[i], (-nx, -ny), -((vx - wx) * nx + (vy - wy) * ny))
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
@@ -143,10 +135,10 @@ class BodyStates:
         reach += law.radius[j] * TOUCH
         return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
 
-    def wait(self, pair: Pair, last: Feature | None = None) -> float:
+    def wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
         """Return the seconds until the bodies of a pair meet, infinity for never; 0 where they overlap and close.
 
-        `last` is what the disc has just met of a finite wall.
+        `last` is the feature of a finite wall that the disc has just met.
         """
         if self.law.slowing.table_m_s2:
             return self._wait_on_table(pair, last, None)
@@ -159,7 +151,7 @@ class BodyStates:
         for leg in self.law.later_legs(pair, self.time_s):
             there = self.copy()
             there.fly(leg.begin_s - self.time_s)
-            wait = there.undamped_wait(pair, None)
+            wait = there.undamped_wait(pair, NO_FEATURE)
             if there.time_s + wait < leg.end_s:
                 self.met |= {pair: there.met[pair]} if pair in there.met else {}
                 return there.time_s + wait - self.time_s
@@ -172,9 +164,9 @@ class BodyStates:
         """
         if not self.law.slowing.table_m_s2:
             return self.wait_later(pair)
-        return self._wait_on_table(pair, None, max(0.0, -self.contact(pair).closing))
+        return self._wait_on_table(pair, NO_FEATURE, max(0.0, -self.contact(pair).closing))
 
-    def _wait_on_table(self, pair: Pair, last: Feature | None, leaving: float | None) -> float:
+    def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
         """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
         (i, j), law, there, passed = pair, self.law, self.of_pair(pair), 0.0
         speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
@@ -188,20 +180,19 @@ class BodyStates:
             if j < law.n:
                 (ox, oy), (ux, uy), other = there.xy[j], there.velocity[j], law.slowed(j, there.velocity[j])
                 one = (x - ox, y - oy, vx - ux, vy - uy, law.radius[i])
-                wait = encounter_time(one, (0.0, 0.0, law.radius[j]), (pull[0] - other[0], pull[1] - other[1]), leaving)
+                relative = (pull[0] - other[0], pull[1] - other[1])
+                wait = primitives.disc_fall_time(*one, 0.0, 0.0, law.radius[j], *relative, leaving)
             elif isinstance(wall := law.walls[j - law.n], tuple):
-                wait = self._wall_wait(i, wall, there, pull)
+                wait = primitives.wall_fall_time(x, y, vx, vy, law.radius[i], wall, *pull)
             else:
                 disc = Mover.at((x, y), (vx, vy), law.radius[i])
-                wait, part = first_feature_falling(disc, wall.features, pull, last, self._leaving(disc, last))
-                if part is not None:
-                    self.met[pair] = part.feature
+                wait = self._fall_wait(pair, wall, disc, pull, last)
             if wait <= stops:
                 return passed + wait
             if stops == math.inf:
                 return math.inf
             there.fly(stops)
-            passed, leaving, last = passed + stops, None, None
+            passed, leaving, last = passed + stops, None, NO_FEATURE
 
     def of_pair(self, pair: Pair) -> BodyStates:
         """Return the state of the discs of a pair alone."""
@@ -210,12 +201,7 @@ class BodyStates:
             alone.take(self.only(pair[1]))
         return alone
 
-    def _wall_wait(self, i: int, wall: HalfPlane, there: BodyStates, pull: tuple[float, float]) -> float:
-        (x, y), (vx, vy), normal = there.xy[i], there.velocity[i], wall[2:]
-        gap, speed = wall_gap(x, y, self.law.radius[i], *wall), wall_speed(vx, vy, *normal)
-        return descent_time(gap, speed, wall_speed(*pull, *normal))
-
-    def undamped_wait(self, pair: Pair, last: Feature | None) -> float:
+    def undamped_wait(self, pair: Pair, last: int) -> float:
         """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
@@ -227,36 +213,37 @@ class BodyStates:
             wx, wy = law.wall_velocity(j - law.n, self.time_s)
             vx, vy = vx - wx, vy - wy
             if not law.falls(i):
-                return wall_time(x, y, vx, vy, radius, *wall)
-            normal = wall[2:]
-            return descent_time(
-                wall_gap(x, y, radius, *wall), wall_speed(vx, vy, *normal), wall_speed(*law.gravity, *normal)
-            )
+                return primitives.wall_time(x, y, vx, vy, radius, wall)
+            return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *law.gravity)
         (ox, oy), (ux, uy) = self.xy[j], self.velocity[j]
         if law.falls(i) == law.falls(j):  # gravity moves both alike
-            return pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, law.radius[j])
+            return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, law.radius[j])
         if law.falls(i):
-            return encounter_time((x, y, vx - ux, vy - uy, radius), (ox, oy, law.radius[j]), law.gravity)
-        return encounter_time((ox, oy, ux - vx, uy - vy, law.radius[j]), (x, y, radius), law.gravity)
+            return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, law.radius[j], *law.gravity)
+        return primitives.disc_fall_time(ox, oy, ux - vx, uy - vy, law.radius[j], x, y, radius, *law.gravity)
 
-    def _finite_wait(self, pair: Pair, wall: FiniteWall, last: Feature | None) -> float:
-        i, law = pair[0], self.law
+    def _finite_wait(self, pair: Pair, wall: FiniteWall, last: int) -> float:
         disc = self._mover(*pair)
-        if law.falls(i):
-            wait, part = first_feature_falling(disc, wall.features, law.gravity, last, self._leaving(disc, last))
-        else:
-            wait, part, _ = wall.next_time(disc, last)
-        if part is not None:
-            self.met[pair] = part.feature
+        if self.law.falls(pair[0]):
+            return self._fall_wait(pair, wall, disc, self.law.gravity, last)
+        wait, feature, _ = wall.features.first_touch(disc, last)
+        if feature != NO_FEATURE:
+            self.met[pair] = feature
         return wait
 
-    def _leaving(self, disc: Mover, last: Feature | None) -> float:
-        if last is None:
-            return 0.0
-        nx, ny = normal_at(last, disc)
-        return max(0.0, disc.ux[0] * nx + disc.uy[0] * ny)
+    def _fall_wait(
+        self, pair: Pair, wall: FiniteWall, disc: Mover, acceleration: tuple[float, float], last: int
+    ) -> float:
+        leaving = 0.0
+        if last != NO_FEATURE:
+            nx, ny = wall.features.normal(last, disc)
+            leaving = max(0.0, disc.ux[0] * nx + disc.uy[0] * ny)
+        wait, feature = wall.features.first_fall(disc, *acceleration, last, leaving)
+        if feature != NO_FEATURE:
+            self.met[pair] = feature
+        return wait
 
-    def strike(self, pair: Pair, feature: Feature | None = None) -> None:
+    def strike(self, pair: Pair, feature: int = NO_FEATURE) -> None:
         """Give the bodies of a pair, where they are, their velocities after an impact; `feature` as of `contact`."""
         (i, j), law = pair, self.law
         (x, y), (vx, vy) = self.xy[i], self.velocity[i]
@@ -275,15 +262,17 @@ class BodyStates:
             if contact.friction > 0.0 or law.rolling_resistance > 0.0:
                 rim, y = law.radius[i] * self.spin[i], law.inverse_inertia_ratio[i]
                 slip = before[0] * ny - before[1] * nx + rim + (0.0 if law.belts is None else law.belts[j - law.n])
-                by = frictional_impulses(contact, law.rolling_resistance, slip, rim, y, pressed)
-                vx, vy = vx - by.friction * ny, vy + by.friction * nx
-                self.spin[i] -= (by.friction + by.rolling) * y / law.radius[i]
+                friction, rolling = primitives.frictional_impulses(
+                    *contact, law.rolling_resistance, slip, rim, y, pressed
+                )
+                vx, vy = vx - friction * ny, vy + friction * nx
+                self.spin[i] -= (friction + rolling) * y / law.radius[i]
             self.velocity[i] = (vx, vy)
             return
         dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
         ux, uy = self.velocity[j]
         w_j = law.inverse_mass[j]
-        impulse = normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
+        impulse = primitives.normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
         turn = 0.0
         if law.disc_contact.friction > 0.0 and impulse < 0.0:
             distance = math.hypot(dx, dy)
@@ -291,8 +280,8 @@ class BodyStates:
             inverse_effective_mass = w_i * (1.0 + law.inverse_inertia_ratio[i]) + w_j * (
                 1.0 + law.inverse_inertia_ratio[j]
             )
-            turn = pair_tangential_impulse(
-                law.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, impulse
+            turn = primitives.pair_tangential_impulse(
+                *law.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, impulse
             )
             self.spin[i] -= turn * distance * w_i * law.inverse_inertia_ratio[i] / law.radius[i]
             self.spin[j] -= turn * distance * w_j * law.inverse_inertia_ratio[j] / law.radius[j]

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from carom.comparator.finite_walls import FiniteWall
 from carom.comparator.slowing import Slowing
 from carom.disc_arrays import HalfPlane
 from carom.driving import Course
-from carom.physics.friction import ContactFriction
+from carom.physics.rough_impact import ContactFriction
 from carom.scene import Scene
-from carom.solvers.plain.compiled_walls import finite_wall
-from carom.solvers.plain.finite_walls import FiniteWall
 
 #: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
 Pair = tuple[int, int]
@@ -33,7 +32,7 @@ class Law:
         self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
         self.inverse_inertia_ratio: list[float] = (1.0 / arrays.inertia).tolist()
         self.walls: list[HalfPlane | FiniteWall] = [
-            tuple(map(float, wall)) if isinstance(wall, tuple) else finite_wall(wall)  # type: ignore[misc] # four floats
+            tuple(map(float, wall)) if isinstance(wall, tuple) else FiniteWall(wall)  # type: ignore[misc] # four floats
             for wall in arrays.walls
         ]
         self.wall_drives = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]

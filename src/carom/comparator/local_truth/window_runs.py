@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from carom.comparator.finite_walls import NO_FEATURE
 from carom.comparator.local_truth.bodies import BodyStates, Separation
 from carom.comparator.local_truth.law import TOUCH, Pair
 
@@ -41,7 +42,7 @@ def exact_run(
             break
         state.fly(max(at_s - now_s, 0.0))
         now_s = max(at_s, now_s)
-        feature, law = state.met.get(pair), state.law
+        feature, law = state.met.get(pair, NO_FEATURE), state.law
         contact = state.contact(pair, feature)
         falls_back = law.falls(pair[0]) != law.falls(pair[1])
         if falls_back and contact.closing <= resting_speed:

@@ -11,7 +11,7 @@ nor does a driven wall, or a driven disc that turns.
 from libc.math cimport fabs, ldexp, sqrt
 from libc.stdlib cimport calloc, free
 
-from carom.core.primitives cimport greater
+from carom.core.formulas cimport greater
 
 from math import frexp
 

@@ -1,6 +1,6 @@
 """Contact in certified runs: discs that slide, roll and rest on straight walls that gravity presses them to.
 
-The law is that of `carom.physics.contact_law`, and what discs do that of `carom.solvers.falling.contacts`, in balls.
+The law is that of `core/contact_law.h`, and what discs do that of `core/contact.h`, in balls.
 What the law makes 0 is exactly 0. A disc in contact is seen from its wall, on a path of its own acceleration; for an
 impact it is taken off its wall as if nothing held it there, and put back, or let go, after it. What is not decided ends
 the run by name.

@@ -154,7 +154,8 @@ def _horizon(powers: Sequence[arb], until: float | arb) -> arb:
     end = arb(until)
     if not last > 0:
         return end
-    roots = [(power.abs_upper() / last).root(degree - k) for k, power in enumerate(powers[:-1])]
+    sizes = [(power.abs_upper() / last, degree - k) for k, power in enumerate(powers[:-1])]
+    roots = [size.root(order) for size, order in sizes if not size.is_zero()]  # python-flint 0.9: arb(0).root(3) is NaN
     bound = arb(0)
     for root in roots:
         bound = bound.max(root)

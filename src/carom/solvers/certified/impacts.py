@@ -249,7 +249,7 @@ def _restitution(bodies: BallBodies, meeting: Meeting) -> arb:
 
 
 def _slide_pair(bodies: BallBodies, meeting: Meeting, near: PairApproach, normal: tuple[arb, arb, arb]) -> None:
-    """Let friction act on two discs that collide: as `carom.physics.friction.pair_tangential_impulse`, at contact."""
+    """Let friction act on two discs that collide: as `pair_tangential_impulse` of `core/impact.h`, at contact."""
     i, j = meeting.first, meeting.second
     nx, ny, reach = normal
     law, scene = bodies.pair_law(i, j), bodies.scene

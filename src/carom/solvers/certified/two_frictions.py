@@ -1,6 +1,6 @@
-"""`carom.physics.contact_law` in balls: what two frictions take of a slip and of a rim's speed, and hold at 0.
+"""`core/contact_law.h` in balls: what two frictions take of a slip and of a rim's speed, and hold at 0.
 
-`stick` is the clip of `carom.physics.friction` between sticking and sliding.
+`stick` is the clip of `core/impact.h` between sticking and sliding.
 
 Forces are cuts, which are continuous: where it is not decided which side of one they are on, the ball holds both.
 """
@@ -15,7 +15,7 @@ from carom.solvers.certified.legs import ZERO
 
 
 class BallFrictions(NamedTuple):
-    """As `carom.physics.contact_law.Frictions`, of balls; None where it is not decided what is held."""
+    """As `Frictions` of `core/contact_law.h`, of balls; None where it is not decided what is held."""
 
     friction: arb
     rolling: arb
@@ -39,7 +39,7 @@ def stick(sticking: arb, most: arb) -> BallFrictions:
 
 
 def take(s1: arb, q1: arb, most: tuple[arb, arb], y: arb, signs: tuple[int, int] = (0, 0)) -> BallFrictions:
-    """Do as `carom.physics.contact_law.take`."""
+    """Do as `share_frictions` of `core/contact_law.h`."""
     (slip, rim), (f_most, h_most) = signs, most
     f = h = ZERO
     blocks: bool | None = False

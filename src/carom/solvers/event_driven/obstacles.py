@@ -23,12 +23,6 @@ if TYPE_CHECKING:
 MOST_OBSTACLES = 32_767
 
 
-def obstacles_at_most(start: DiscArrays) -> int:
-    """Return how many obstacles walls have at most: an edge has two sides, an end and, if bent, two stops."""
-    counts = ([5 if one.centre else 3 for one in wall.stretches] for wall in start.walls if isinstance(wall, Outline))
-    return sum(sum(edges) + 1 for edges in counts) + sum(isinstance(wall, tuple) for wall in start.walls)
-
-
 class Obstacles:
     """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients, or are driven.
 
@@ -63,7 +57,7 @@ class Obstacles:
         walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
         if walls[0] == walls[1] and None not in edges:
-            return f"edges {edges[0]} and {edges[1]} of {walls[0]}"
+            return "edges {} and {} of {}".format(*sorted(edges), walls[0])
         return " and ".join(wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True))
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:

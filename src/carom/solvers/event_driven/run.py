@@ -88,6 +88,8 @@ class EventDrivenRun:
         resume: The state of an earlier run to go on from: of discs of the same radii, masses and moments of inertia,
             the same walls, coefficients and contact time. Places, velocities and spins are the state's.
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
+        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions: the oracle of these, with
+            the same results.
 
     Raises:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs; walls have more
@@ -105,6 +107,7 @@ class EventDrivenRun:
         contact_duration_s: float = 0.0,
         resume: RunState | None = None,
         cell_factor: float = 1.0,
+        all_pairs: bool = False,
     ) -> None:
         self.options = RunOptions(record, window_s, contact_duration_s)
         duration_s, acceleration = 0.0, None
@@ -132,7 +135,9 @@ class EventDrivenRun:
 
         obstacles = _obstacles_of(start, accelerate=acceleration is not None)
         contact_s, standstill = self.options.contact_duration_s, standstill_impacts(len(start) + len(start.walls))
-        self._kernel = pic.Kernel(start, obstacles, duration_s, acceleration, contact_s, standstill, cell_factor)
+        self._kernel = pic.Kernel(
+            start, obstacles, duration_s, acceleration, contact_s, standstill, cell_factor, all_pairs
+        )
         self._ended: Outcome | None = None
         self._reached: tuple[float, float] = (0.0, 0.0)  # since the epoch, as an instant: see instant.h
         self._obstacles = obstacles

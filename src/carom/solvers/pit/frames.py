@@ -3,8 +3,7 @@
 At every frame instant, and nowhere else, each pair is asked: approaching? then: overlapping? then: new velocities,
 along the line of centres as it stands at that frame. Positions are never corrected. So an impact is late by up to a
 frame, its normal is turned by what the discs moved meanwhile, and one whose overlap falls between two frames is missed.
-After their impact two bodies part until another one turns them: the law of impact leaves no approach, and what rounding
-leaves of it (all that there is, where the restitution is 0) is none.
+After their impact two bodies separate until another one turns them: `carom.solvers.pit.separation`.
 
 This is the definition, on plain floats: the compiled loop gives the same impacts, velocities and positions to the bit.
 Under gravity discs move along exact parabolas between frames, so PIT is off by what checking once per frame costs.
@@ -15,8 +14,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from carom.solvers.impact_log import ImpactLog
+from carom.solvers.pit.separation import FALLING, SLOWING, STRAIGHT, Separations
 from carom.solvers.plain.bodies import Bodies
-from carom.trace import wall_body
 
 if TYPE_CHECKING:
     import numpy as np
@@ -38,7 +37,8 @@ class PlainFrameLoop:
     """
 
     def __init__(self, start: Start, clock: FrameClock) -> None:
-        self.bodies = _bodies(start)
+        self.bodies, motion = _bodies(start)
+        self.separations = Separations(self.bodies, motion)
         self.clock = clock
         self.log = ImpactLog(start)
         self.frames = 0
@@ -58,24 +58,25 @@ class PlainFrameLoop:
 
     def run(self, until: int, most: int, work: float) -> None:  # noqa: ARG002 - all are asked after every frame
         """Move every disc to the next frame, and test for interference there."""
-        bodies, log, n = self.bodies, self.log, len(self.bodies)
+        bodies, separations, log, n = self.bodies, self.separations, self.log, len(self.bodies)
+        now_s = self._moved_s() if self.frames > 0 else 0.0
         if self.frames > 0:
-            moved_s = self._moved_s()
             for i in range(n):
                 if bodies.has_legs:
-                    bodies.forget_ended_leg(i, moved_s)
-                bodies.move_to(i, moved_s)
+                    bodies.forget_ended_leg(i, now_s)
+                bodies.move_to(i, now_s)
         for i in range(n):
             for j in range(i + 1, n):
-                if bodies.pair_approaches_and_overlaps(i, j) and not bodies.are_parting(i, j):
-                    log.add(bodies.collide_pair(i, j))
-                    bodies.last_partner[i], bodies.last_partner[j] = j, i
+                if bodies.pair_approaches_and_overlaps(i, j) and not separations.are_separating(i, j, now_s):
+                    record = bodies.collide_pair(i, j)
+                    log.add(record)
+                    separations.note_pair(i, j, record.normal, now_s)
         for i in range(n):
             for k in range(len(bodies.walls)):
-                if bodies.wall_approaches_and_overlaps(i, k) and not bodies.are_parting(i, wall_body(k)):
+                if bodies.wall_approaches_and_overlaps(i, k) and not separations.is_leaving_wall(i, k, now_s):
                     bodies.find(i, k)
                     log.add(bodies.collide_wall(i, k))
-                    bodies.last_partner[i] = wall_body(k)
+                    separations.note_wall(i, k, now_s)
         self.frames += 1
 
     def positions(self, time: float) -> NDArray[np.float64]:
@@ -95,13 +96,14 @@ class PlainFrameLoop:
         return self.bodies.spins()
 
 
-def _bodies(start: Start) -> Bodies:
+def _bodies(start: Start) -> tuple[Bodies, int]:
+    """Return the bodies of a start, and their kind of motion."""
     if start.table_deceleration_m_s2:
         from carom.solvers.falling.table import TableBodies
 
-        return TableBodies(start)
+        return TableBodies(start), SLOWING
     if start.gravity_m_s2 == (0.0, 0.0):
-        return Bodies(start)
+        return Bodies(start), STRAIGHT
     from carom.solvers.falling.bodies import FallingBodies
 
-    return FallingBodies(start)
+    return FallingBodies(start), FALLING

@@ -21,12 +21,12 @@ class CompiledWall(FiniteWall):
         from carom.core import primitives
 
         super().__init__(outline)
-        self._times = primitives.Features([numbers_of(part.feature, 0) for part in self.features])
+        self._times = primitives.WallFeatures([numbers_of(part.feature, 0) for part in self.features])
 
     def next_time(self, disc: Mover, last: Feature | None) -> tuple[float, WallFeature | None, bool]:
         """Return what `FiniteWall.next_time` does."""
         left = next((k for k, part in enumerate(self.features) if part.feature is last), -1)
-        time_s, number, glides = self._times.first_time(*disc, left)
+        time_s, number, glides = self._times.first_touch(disc, left)
         return time_s, None if number < 0 else self.features[number], glides
 
 

@@ -77,6 +77,14 @@ def test_what_begins_at_zero_is_told_by_its_next_power() -> None:
     assert [(float(fall.time), fall.certain) for fall in closes] == [(0.0, False), (3.0, True)]
 
 
+def test_a_quartic_without_a_linear_power_is_decided() -> None:
+    """Of a disc at rest under gravity: t^4 + 3 t^2 + 2 has no zero, and t^4 - 5 t^2 + 4 falls at 1 alone."""
+    assert list(falls_of([arb(2), arb(0), arb(3), arb(0), arb(1)])) == []
+    (fall,) = falls_of([arb(4), arb(0), arb(-5), arb(0), arb(1)])
+    assert fall.certain
+    assert fall.time.overlaps(arb(1))
+
+
 def test_nothing_is_told_beyond_the_time_asked_for() -> None:
     """A leg's end cuts the search: the fall before it is told, the one after it is not."""
     powers = powers_of([Fraction(1), Fraction(2), Fraction(3), Fraction(4)])

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import TypeVar
 
 import pytest
+from tests.clocks import Clock
 from tests.command import carom_command, told
 
 from carom.adapter import Capabilities, Profile
@@ -37,7 +38,7 @@ def test_a_profiles_own_limits_decide(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
-    """Engine and number of discs of each run; the runs are carried out in this process."""
+    """Engine and number of discs of each run; the runs are carried out in this process, and take a second each."""
     ran: list[tuple[str, int]] = []
 
     class Pool(InProcess):
@@ -50,6 +51,8 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
             return super().ask_each(tasks)
 
     monkeypatch.setattr("carom.runs.pool.LocalPool", Pool)
+    for module in ("carom.runs.timing", "carom.studies.bench.growth"):
+        monkeypatch.setattr(f"{module}.time", Clock(1.0))
     return ran
 
 

@@ -14,14 +14,12 @@ import pytest
 from flint import acb, acb_poly, ctx, fmpq
 from mpmath import atan2, mp, mpf, sqrt
 from tests.lengths import each
+from tests.unit.core.features import feature_fall_time, feature_time, in_core
 
+from carom.core import primitives
 from carom.outline import Edge, ExactCircle, circle_of
-from carom.physics.arc_time import inner_arc_time
-from carom.physics.double_double import Pair
-from carom.physics.face_time import face_gap, face_time, is_before_face
-from carom.physics.feature_time import feature_time, normal_at
-from carom.physics.feature_time_falling import feature_time_falling
-from carom.physics.features import Arc, Face, Feature, Mover, Point
+from carom.physics.features import Arc, Face, Feature, Mover, Pair, Point
+from carom.physics.numbered import numbers_of
 
 DIGITS = 80
 #: So many halvings of the largest length away from contact, pairs still give the last digit of a time.
@@ -230,10 +228,10 @@ def measured(seed: int, rounds: int, *, falling: bool) -> dict[str, Found]:
                 if geometry.gap(*numbers[:2]) <= largest(geometry, numbers[:2]) * 2.0**-NEAREST * gap_unit(geometry):
                     continue
                 if falling:
-                    time = feature_time_falling(disc, geometry.feature, gravity)
+                    time = feature_fall_time(disc, geometry.feature, gravity)
                     true = true_time_falling(geometry, gravity, *numbers)
                 else:
-                    time, true = feature_time(disc, geometry.feature).time, true_time(geometry, *numbers)
+                    time, true = feature_time(disc, geometry.feature)[0], true_time(geometry, *numbers)
                 found.setdefault(geometry.name, Found()).add(time, true)
     return found
 
@@ -326,10 +324,10 @@ def test_what_comes_along_a_tangent_glides(place: Point, velocity: Point, time: 
 def test_what_was_just_left_is_met_again_inside_an_arc_alone() -> None:
     """From a rim of 2.25 straight through the centre it is 4.5 m, whatever rounding has made of the place."""
     disc = Mover.at((2.25 + 1e-15, 0.0), (-1.0, 0.0), 0.25)
-    assert inner_arc_time(disc, RING, just_left=True).time == 2 * (2.25 + 1e-15)
-    assert inner_arc_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
+    assert feature_time(disc, RING, just_left=True) == (2 * (2.25 + 1e-15), False)
+    assert feature_time(disc._replace(ux=(0.0, 0.0), uy=(1.0, 0.0)), RING, just_left=True) == (0.0, True)
     for feature in (FLOOR, Arc.vertex((0.0, 0.0)), RIM):
-        assert feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True).time == NEVER
+        assert feature_time(Mover.at((1.0, 0.5), (0.0, -1.0), 0.25), feature, just_left=True)[0] == NEVER
 
 
 def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
@@ -349,7 +347,7 @@ def test_a_shot_at_a_smooth_joint_meets_one_of_its_sides() -> None:
         )
         velocity = touch[0] - place[0], touch[1] - place[1]
         disc = Mover.at(place, velocity, 0.25 * math.hypot(*step))
-        assert min(feature_time(disc, feature).time for feature in wall) == pytest.approx(1.0, abs=1e-12)
+        assert min(feature_time(disc, feature)[0] for feature in wall) == pytest.approx(1.0, abs=1e-12)
 
 
 @each(
@@ -379,17 +377,17 @@ def test_a_fall_onto_a_feature_takes_the_time_of_free_fall(
     feature: Feature, place: Point, velocity: Point, leaving: float | None, time: float
 ) -> None:
     """At 8 m/s^2 the times of a disc of radius 1/4 follow from v^2 = 2 g h; sides and ends are told by signs."""
-    found = feature_time_falling(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
+    found = feature_fall_time(Mover.at(place, velocity, 0.25), feature, (0.0, -8.0), leaving)
     assert found == pytest.approx(time, rel=1e-15)
 
 
 def test_the_normal_points_from_the_wall_to_the_disc() -> None:
     """Of a face it is the left of its way; of an arc the line through its centre, inwards inside."""
     disc = Mover.at((3.0, 4.0), (0.0, 0.0), 0.25)
-    assert normal_at(FLOOR, disc) == (0.0, 1.0)
-    assert normal_at(Arc.vertex((0.0, 0.0)), disc) == (0.6, 0.8)
-    assert normal_at(RING, disc) == (-0.6, -0.8)
-    assert normal_at(RIM, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
+    assert in_core(FLOOR).normal(0, disc) == (0.0, 1.0)
+    assert in_core(Arc.vertex((0.0, 0.0))).normal(0, disc) == (0.6, 0.8)
+    assert in_core(RING).normal(0, disc) == (-0.6, -0.8)
+    assert in_core(RIM).normal(0, Mover.at((2.0, -3.0), (0.0, 0.0), 0.25)) == (0.0, -1.0)
 
 
 def test_a_gap_of_squares_has_its_exact_sign() -> None:
@@ -397,7 +395,30 @@ def test_a_gap_of_squares_has_its_exact_sign() -> None:
     face = Face.between((0.0, 0.0), (8.0, 6.0))
     for y, sign in ((5.0, 0), (math.nextafter(5.0, 6.0), 1), (math.nextafter(5.0, 4.0), -1)):
         disc = Mover.at((0.0, y), (0.0, -1.0), 4.0)
-        gap = face_gap(disc, face)
-        assert (gap[0] > 0) - (gap[0] < 0) == sign
-        assert is_before_face(disc, face)
-        assert face_time(disc, face) == (0.0 if sign <= 0 else 2.0**-50)
+        gap = in_core(face).gap(0, disc)
+        assert (gap > 0) - (gap < 0) == sign
+        assert feature_time(disc, face) == (0.0 if sign <= 0 else 2.0**-50, False)
+
+
+def test_of_features_that_are_met_at_one_instant_the_first_counts() -> None:
+    """A disc that comes onto a face's very end meets the face, if it is listed before the vertex there."""
+    disc, vertex = Mover.at((2.0, 1.5), (0.0, -1.0), 0.25), Arc.vertex((2.0, 0.0), 0.25)
+    for order, first in (((FLOOR, vertex), 0), ((vertex, FLOOR), 0), ((RING, vertex, FLOOR), 1)):
+        wall = primitives.WallFeatures([numbers_of(feature, 0) for feature in order])
+        assert wall.first_touch(disc, -1) == (1.0, first, False)
+        assert wall.first_fall(disc, 0.0, 0.0, -1, 0.0) == (1.0, first)
+
+
+def test_a_wall_that_is_not_met_has_no_first_feature() -> None:
+    """Without features, and with some that a disc moves away from, nothing is met."""
+    for wall in (primitives.WallFeatures([]), in_core(FLOOR)):
+        assert wall.first_touch(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), -1) == (NEVER, -1, False)
+        assert wall.first_fall(Mover.at((1.0, 3.0), (0.0, 1.0), 0.25), 0.0, 1.0, -1, 0.0) == (NEVER, -1)
+
+
+def test_a_feature_that_a_wall_does_not_have_is_refused() -> None:
+    """Numbers of features are from 0 on."""
+    disc = Mover.at((1.0, 3.0), (0.0, 1.0), 0.25)
+    for number in (-1, 1):
+        with pytest.raises(IndexError):
+            in_core(FLOOR).normal(number, disc)

@@ -1,4 +1,4 @@
-"""Times of fall against exact arithmetic, and which root it is in every degenerate case."""
+"""Times of fall onto a half-plane and a fixed disc against exact arithmetic, and which root in each degenerate case."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from mpmath import mp, mpf, sqrt
 from tests.lengths import each
 
-from carom.physics.pair_time_falling import encounter_time, falls_below_zero
-from carom.physics.wall_time import wall_gap, wall_speed
-from carom.physics.wall_time_falling import descent_time, return_time
+from carom.core import primitives
+
+probe = pytest.importorskip("tests.probe")
 
 DIGITS = 80
 lengths = st.floats(-1e3, 1e3)
@@ -27,7 +27,8 @@ def pair(value: float) -> tuple[float, float]:
 
 
 def descent(gap: float, speed: float, pull: float) -> float:
-    return descent_time(pair(gap), pair(speed), pair(pull))
+    time: float = probe.descent_time(pair(gap), pair(speed), pair(pull))
+    return time
 
 
 def units_off(found: float, exact: Any) -> float:
@@ -68,7 +69,7 @@ def test_a_path_that_turns_just_before_or_behind_a_ceiling_is_told_apart(pull: f
     gap = apex * (1 + Fraction(nudge, 2**80))
     high = float(gap)
     low = float(gap - Fraction(high))
-    found = descent_time((high, low), pair(-speed), pair(pull))
+    found = probe.descent_time((high, low), pair(-speed), pair(pull))
     exact = exact_descent(mpf(high) + mpf(low), -mpf(speed), mpf(pull))
     assert (found == math.inf) == (exact is None)
     if exact is not None:
@@ -103,20 +104,17 @@ def test_which_root_it_is_follows_from_signs(gap: float, speed: float, pull: flo
 def test_a_falling_disc_lands_on_the_floor_and_on_a_slope() -> None:
     """From 3-4-5: a drop of 4.9 m at 9.8 m/s^2 takes 1 s; on a slope both gap and gravity count along its normal."""
     floor, down = (7.0, 0.0, 0.0, 1.0), (0.0, -9.8)
-    time = descent_time(
-        wall_gap(0.0, 5.9, 1.0, *floor), wall_speed(3.0, 0.0, *floor[2:]), wall_speed(*down, *floor[2:])
-    )
+    time = primitives.wall_fall_time(0.0, 5.9, 3.0, 0.0, 1.0, floor, *down)
     assert time == pytest.approx(1, rel=1e-15)
     slope, gap, pull = (0.0, 0.0, 0.6, 0.8), 2.0, 9.8 * 0.8
-    above = wall_gap(0.6 * 3, 0.8 * 3, 1.0, *slope)
-    time = descent_time(above, wall_speed(0.0, 0.0, *slope[2:]), wall_speed(*down, *slope[2:]))
+    time = primitives.wall_fall_time(0.6 * 3, 0.8 * 3, 0.0, 0.0, 1.0, slope, *down)
     assert time == pytest.approx(math.sqrt(2 * gap / pull), rel=1e-14)
 
 
 @given(st.floats(1e-6, 1e6), st.floats(-1e6, -1e-6))
 def test_the_way_back_is_twice_the_way_up(speed: float, pull: float) -> None:
     """A body that leaves at v comes back after 2 v/g, to an ulp."""
-    assert return_time(pair(speed), pair(pull)) == pytest.approx(-2 * speed / pull, rel=2**-51)
+    assert descent(0.0, speed, pull) == pytest.approx(-2 * speed / pull, rel=2**-51)
 
 
 # An immovable disc ----------------------------------------------------------------------------------------------------
@@ -142,7 +140,7 @@ def test_the_quartic_agrees_with_all_roots_by_another_method(
     roots = acb_poly(quartic).roots(tol=1e-60)  # balls, none of which meets another
     times = [root.real for root in roots if root.imag.contains(0) and root.real > 0]
     exact = min((mpf(time.str(50, radius=False)) for time in times), default=None)
-    found = encounter_time((x, y, vx, vy, radius), (0.0, 0.0, fixed_radius), (gx, gy))
+    found = primitives.disc_fall_time(x, y, vx, vy, radius, 0.0, 0.0, fixed_radius, gx, gy)
     if exact is None:
         assert found == math.inf
     else:
@@ -151,8 +149,8 @@ def test_the_quartic_agrees_with_all_roots_by_another_method(
 
 def test_a_disc_dropped_on_another_takes_the_time_of_free_fall() -> None:
     """Straight down on an immovable disc, the gap of 4.9 m closes in a second; from aside it never does."""
-    assert encounter_time((0, 6.4, 0, 0, 0.5), (0, 0, 1), (0, -9.8)) == pytest.approx(1, rel=1e-15)
-    assert encounter_time((1.75, 6.4, 0, 0, 0.5), (0, 0, 1), (0, -9.8)) == math.inf
+    assert primitives.disc_fall_time(0, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == pytest.approx(1, rel=1e-15)
+    assert primitives.disc_fall_time(1.75, 6.4, 0, 0, 0.5, 0, 0, 1, 0, -9.8) == math.inf
 
 
 @each(
@@ -171,35 +169,5 @@ def test_contact_with_an_immovable_disc_is_decided_by_signs(
     y: float, vx: float, vy: float, leaving: float | None, time: float
 ) -> None:
     """In contact, the lowest power of the gap that is not zero says whether it opens."""
-    found = encounter_time((0, y, vx, vy, 0.5), (0, 0, 1), (0, -8), leaving)
+    found = primitives.disc_fall_time(0, y, vx, vy, 0.5, 0, 0, 1, 0, -8, leaving)
     assert found == time
-
-
-def polynomial(*roots: int) -> list[int]:
-    """Return the coefficients of the product of ``t - root``, the lowest power first."""
-    p = [1]
-    for root in roots:
-        p = [(p[k - 1] if k else 0) - root * (p[k] if k < len(p) else 0) for k in range(len(p) + 1)]
-    return p
-
-
-@each(
-    ("roots", "times"),
-    [
-        ((1, 2, 3, 4), [1.0, 3.0]),
-        ((1, 1, 3, 4), [3.0]),  # a graze first
-        ((1, 1, 1, 4), [1.0]),  # a threefold root is a crossing
-        ((1, 1, 2, 2), []),  # two grazes
-        ((1, 2, 3, 3), [1.0]),  # a graze from below is no fall
-        ((-1, 1, 2, 3), [2.0]),  # below 0 at first: it rises at 1
-        ((-1, 1, 2, 2), []),
-        ((-1, -2, 3, 4), [3.0]),
-        ((-1, -2, -3, -4), []),
-        ((3, 3, 3, 3), []),
-        ((2, 2), []),
-        ((1000, 1001), [1000.0]),
-    ],
-)
-def test_falls_are_told_from_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
-    """Only a root of odd multiplicity is a crossing, and every other one of these is a fall."""
-    assert list(falls_below_zero(polynomial(*roots))) == times

@@ -1,8 +1,8 @@
-"""PIC as the source paper's Algorithm 2: frame by frame, stopping at each impact on the way to the next frame.
+"""Algorithm 2 of the source paper: PIC frame by frame, with a stop at each impact before the next frame.
 
-The printed algorithm carries out one impact a frame; its own figure 9 needs several. Here a frame goes on until no
-impact is left in it, which is what the figure shows. Frames add no rounding (see `AllPairsRun`), so the impacts come
-out as those of the event-driven form, which finds them by other means, identical to the bit.
+The printed algorithm applies one impact a frame; its own figure 9 needs several. Here a frame ends when no impact is left
+in it, as in the figure. The run computes all pairs at each impact, without a queue, as the paper does. The state of a disc
+is that at its last impact, so frames add no rounding: all bits are those of `carom.solve_pic`.
 """
 
 from __future__ import annotations
@@ -16,8 +16,6 @@ from carom.trace import Outcome, Trace
 
 def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = None) -> Trace:
     """Run a scene by Algorithm 2 of the source paper, all impacts of a frame included.
-
-    Under gravity the run is the event-driven one: a disc's state is that at its last impact, so frames change nothing.
 
     Args:
         scene: The scene, or its name in the catalogue.

@@ -1,0 +1,17 @@
+"""The exact solver of quartics, in Python, as the core calls it: see `ExactQuartic` in quartic_forms.h."""
+
+from carom.core.formulas cimport QUARTIC_POWERS, ExactQuartic, Products
+
+
+cdef inline double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
+    """Return an instant at which a gap closes, where floats and pairs do not decide it."""
+    from carom.physics import exact_quartic
+
+    powers = [
+        [(gap.products[k][n].a, gap.products[k][n].b) for n in range(gap.count[k])] for k in range(QUARTIC_POWERS)
+    ]
+    return exact_quartic.solve_quartic(powers, gap.begin, gap.is_closed, index)
+
+
+cdef inline ExactQuartic exact_solver() noexcept nogil:
+    return ExactQuartic(solve_quartic, NULL)

@@ -1,0 +1,176 @@
+"""Declarations of the headers of times of impact and of impulses, for the bindings and the tests."""
+
+from carom.core.carom_core cimport ContactFriction, c_bool
+
+cdef extern from "carom/core/constants.h" nogil:
+    const double CAROM_INF
+    const double CAROM_PAIR_LEAST
+    const double CAROM_PAIR_MOST
+
+cdef extern from "carom/core/double_double.h" nogil:
+    struct DoubleDouble:
+        double high
+        double low
+
+    double lesser(double a, double b)
+    double greater(double a, double b)
+    struct TripleDouble:
+        pass
+
+    DoubleDouble two_sum(double a, double b)
+    DoubleDouble two_diff(double a, double b)
+    DoubleDouble two_prod(double a, double b)
+    TripleDouble empty_sum()
+    TripleDouble add_product(TripleDouble total, double a, double b)
+    DoubleDouble round_sum(TripleDouble total)
+
+cdef extern from "carom/core/pair.h" nogil:
+    struct Encounter:
+        DoubleDouble x
+        DoubleDouble y
+        DoubleDouble ux
+        DoubleDouble uy
+        DoubleDouble reach
+
+    Encounter encounter(
+        double x1, double y1, double vx1, double vy1, double r1,
+        double x2, double y2, double vx2, double vy2, double r2,
+    )
+    double exact_pair_time(Encounter e)
+    double pair_time(
+        double x1, double y1, double vx1, double vy1, double r1,
+        double x2, double y2, double vx2, double vy2, double r2,
+    )
+
+cdef extern from "carom/core/feature.h" nogil:
+    enum:
+        FEATURE_NUMBERS
+
+    enum FeatureKind:
+        PLANE
+        FACE
+        VERTEX
+        OUTER_ARC
+        INNER_ARC
+
+    struct Feature:
+        FeatureKind kind
+        int wall
+        double nx
+        double ny
+        DoubleDouble x
+        DoubleDouble y
+
+    struct Mover:
+        DoubleDouble x
+        DoubleDouble y
+        DoubleDouble ux
+        DoubleDouble uy
+        double radius
+
+    Feature feature_from(const double *row)
+
+cdef extern from "carom/core/face.h" nogil:
+    DoubleDouble face_gap(const Mover *disc, const Feature *face)
+    bint is_before_face(const Mover *disc, const Feature *face)
+
+cdef extern from "carom/core/half_plane.h" nogil:
+    DoubleDouble wall_gap(double x, double y, double radius, double qx, double qy, double nx, double ny)
+    DoubleDouble wall_speed(double vx, double vy, double nx, double ny)
+    double wall_time(
+        double x, double y, double vx, double vy, double radius, double qx, double qy, double nx, double ny
+    )
+
+cdef extern from "carom/core/arc.h" nogil:
+    struct Touch:
+        double time
+        bint glides
+
+    DoubleDouble reach_of(const Mover *disc, const Feature *arc)
+
+cdef extern from "carom/core/feature_time.h" nogil:
+    struct Direction:
+        double x
+        double y
+
+    Touch feature_time(const Mover *disc, const Feature *feature, bint just_left)
+    Direction normal_at(const Feature *feature, const Mover *disc)
+    double feature_gap(const Mover *disc, const Feature *feature)
+
+cdef extern from "carom/core/quartic_forms.h" nogil:
+    enum:
+        QUARTIC_POWERS
+
+    struct Product:
+        double a
+        double b
+
+    struct Products:
+        double begin "from"
+        c_bool is_closed
+        int count[5]
+        Product products[5][36]
+
+    struct ExactQuartic:
+        double (*solve)(void *context, const Products *gap, int index) noexcept nogil
+        void *context
+
+cdef extern from "carom/core/fall.h" nogil:
+    struct FallingDisc:
+        double x
+        double y
+        double vx
+        double vy
+        double radius
+
+    double descent_time(DoubleDouble gap, DoubleDouble speed, DoubleDouble pull)
+    double disc_fall_time(
+        const ExactQuartic *exact, const FallingDisc *disc, double fixed_x, double fixed_y, double fixed_radius,
+        double ax, double ay, bint has_just_left, double leaving,
+    )
+    double feature_fall_time(
+        const ExactQuartic *exact, const Mover *disc, const Feature *feature, double ax, double ay, bint has_just_left,
+        double leaving,
+    )
+
+cdef extern from "carom/core/impact.h" nogil:
+    double normal_impulse(double dx, double dy, double ux, double uy, double inverse_masses, double restitution)
+    double tangential_impulse(
+        const ContactFriction *contact, double slip, double inverse_effective_mass, double pressed
+    )
+    double pair_tangential_impulse(
+        const ContactFriction *contact, double dx, double dy, double ux, double uy, double surface,
+        double inverse_effective_mass, double normal,
+    )
+
+cdef extern from "carom/core/contact_law.h" nogil:
+    struct Press:
+        double normal
+        double along
+        double friction
+        double inverse_inertia_ratio
+        double rolling_resistance
+
+    struct Frictions:
+        double friction
+        double rolling
+        bint sticks
+        bint blocks
+
+    struct ContactRates:
+        double along
+        double rim
+        bint sticks
+        bint blocks
+
+    struct Slips:
+        double slip
+        double rim
+
+    Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs)
+    ContactRates contact_rates(const Press *press, Slips now)
+    Frictions frictional_impulses(
+        const ContactFriction *contact, double rolling_resistance, Slips before, double y, double pressed
+    )
+    double time_to_zero(double value, double rate)
+    double slip_after_bounces(const Press *press, double slip, double approach, double restitution)

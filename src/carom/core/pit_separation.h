@@ -1,0 +1,146 @@
+/* Separation: the bodies that a disc does not approach on its present path, whatever rounding makes of it.
+
+   - After their impact two bodies separate until another impact changes one of the paths. On straight paths they can't
+     approach again, unless a chain bends or the path leads to its other side: then it is another feature of the chain, or
+     the inside of an arc. A fall comes back.
+   - An impact with restitution 0 leaves no speed along the normal, of which floats leave a rounding. touched.h keeps that
+     as a fact while other impacts act at right angles to it. */
+
+#ifndef CAROM_PIT_SEPARATION_H
+#define CAROM_PIT_SEPARATION_H
+
+#include "carom/core/pit_driven.h"
+
+static inline bool is_chain(const State *s, Index k) {
+    return s->chains != NULL && s->chains[k].edge_count > 0;
+}
+
+/* ---- facts of contacts without speed along the normal ---- */
+
+/* Return the contact without speed along the normal of disc i and a body, or NULL. A wall is -1 - k, or -1 - what of it
+   a disc touches. */
+static inline const Touched *find_touched(const State *s, Index i, Index body) {
+    if (s->touched == NULL)
+        return NULL;
+    const TouchedBodies *t = &s->touched[i];
+    for (int k = 0; k < t->count; k++) {
+        if (t->bodies[k].body == body)
+            return s->now < t->bodies[k].until ? &t->bodies[k] : NULL;
+    }
+    return NULL;
+}
+
+/* Return the speed at which disc j moves past disc i, to the left of a normal. */
+static inline double slip_past(const State *s, Index i, Index j, double nx, double ny) {
+    const Disc *a = &s->discs[i];
+    const Disc *b = &s->discs[j];
+    return nx * (b->vy - a->vy) - ny * (b->vx - a->vx);
+}
+
+/* Return whether disc i touches disc j without speed along the normal, and does not move back past it.
+
+   PIT finds impacts late, with overlap. So a disc that has moved on past another approaches it on its way back. */
+static inline bool is_touching_disc(const State *s, Index i, Index j) {
+    const Touched *t = find_touched(s, i, j);
+    if (t == NULL)
+        return false;
+    double moved = t->nx * (s->discs[j].y - s->discs[i].y) - t->ny * (s->discs[j].x - s->discs[i].x);
+    return !(moved * slip_past(s, i, j, t->nx, t->ny) < 0.0);
+}
+
+/* Forget the discs that a table slows in another direction than disc i. */
+static inline void forget_slipping(State *s, Index i) {
+    TouchedBodies *t = &s->touched[i];
+    int kept = 0;
+    for (int k = 0; k < t->count; k++) {
+        const Touched *one = &t->bodies[k];
+        if (one->body < 0 || slip_past(s, i, one->body, one->nx, one->ny) == 0.0)
+            t->bodies[kept++] = *one;
+    }
+    t->count = kept;
+}
+
+/* Note an impact of disc i on a body that was just applied; `stops` says whether it leaves no speed along the normal. */
+static inline void note_contact(State *s, Index i, Touched body, bool slides, bool stops) {
+    note_touched(&s->touched[i], body, s->now, slides, stops);
+    if (s->motion == SLOWING)
+        forget_slipping(s, i);
+}
+
+/* Note an impact of two discs that was just applied; n is the unit normal. */
+static inline void note_pair_contact(State *s, Index i, Index j, double nx, double ny) {
+    Index pair[2] = {i, j};
+    bool stops = s->law.restitution == 0.0;
+    if (s->touched == NULL)
+        return;
+    if (s->motion == FALLING)
+        stops = stops && s->discs[i].inverse_mass > 0.0 && s->discs[j].inverse_mass > 0.0;
+    for (int k = 0; k < 2; k++) {
+        const Path *path = disc_path(s, pair[1 - k]);
+        double until = path != NULL ? path->legs[path->leg].end : CAROM_INF;
+        if (s->discs[pair[k]].inverse_mass > 0.0)
+            note_contact(s, pair[k], (Touched){(int)pair[1 - k], nx, ny, until}, s->law.contact.friction > 0.0, stops);
+    }
+}
+
+/* ---- two discs ---- */
+
+/* Return whether disc i is on a path on which it does not approach disc j, if disc j is, too. */
+static inline bool is_separating_from(const State *s, Index i, Index j) {
+    const Disc *a = &s->discs[i];
+    return a->inverse_mass == 0.0 || (a->last == j && s->motion != SLOWING) || is_touching_disc(s, i, j);
+}
+
+/* Return whether two discs do not approach on their present paths.
+
+   A disc that falls onto one that does not fall comes back. On a table two discs, slowed in other directions, may. */
+static inline bool are_separating(const State *s, Index i, Index j) {
+    if (s->motion == FALLING && (s->discs[i].inverse_mass == 0.0 || s->discs[j].inverse_mass == 0.0))
+        return false;
+    return is_separating_from(s, i, j) && is_separating_from(s, j, i);
+}
+
+/* ---- a disc and a wall ---- */
+
+/* Return whether disc i does not approach half-plane k on its present path. */
+static inline bool is_leaving_plane(const State *s, Index i, Index k) {
+    return (s->motion != FALLING && s->discs[i].last == ON_WALL - k) || find_touched(s, i, -1 - k) != NULL;
+}
+
+/* Return the number of the part of a chain's edge that is nearest to a place. */
+static inline Index feature_at(const State *s, Index k, const Nearest *nearest, double x, double y) {
+    const ChainEdge *edge = &s->chains[k].edges[nearest->edge];
+    return CHAIN_PARTS * (edge - s->edges) + find_part(edge, x, y);
+}
+
+static inline bool is_inside_arc(const State *s, Index feature) {
+    return s->edges[feature / CHAIN_PARTS].is_arc && feature % CHAIN_PARTS == ON_RIGHT;
+}
+
+/* Return whether disc i, which is nearest to a feature of chain k, does not approach it on its present path; n is the unit
+   normal there. The inside of an arc is met again, unless the disc has not moved. */
+static inline bool is_leaving_chain(const State *s, Index i, Index k, Index feature, double nx, double ny) {
+    const ChainHit *hit = &s->hits[i];
+    if (s->motion != FALLING && s->discs[i].last == ON_WALL - k && hit->feature == feature &&
+        (!is_inside_arc(s, feature) || (nx == hit->nx && ny == hit->ny)))
+        return true;
+    return find_touched(s, i, -1 - s->wall_count - feature) != NULL;
+}
+
+/* Note an impact of disc i on wall k that was just applied; n is the unit normal. */
+static inline void note_wall_contact(State *s, Index i, Index k, double nx, double ny) {
+    const Law *law = &s->wall_laws[k];
+    const Path *path = wall_path(s, k);
+    bool stops = law->wall_restitution == 0.0 && s->gx * nx + s->gy * ny == 0.0;
+    Index body = -1 - k;
+    if (s->touched == NULL)
+        return;
+    if (is_chain(s, k)) {
+        body = -1 - s->wall_count - s->hits[i].feature;
+        stops = stops && !is_inside_arc(s, s->hits[i].feature);
+    }
+    double until = path != NULL ? path->legs[path->leg].end : CAROM_INF;
+    note_contact(s, i, (Touched){(int)body, nx, ny, until}, law->wall_contact.friction > 0.0, stops);
+}
+
+#endif

@@ -1,0 +1,141 @@
+"""Instants at which a gap that is a polynomial in time closes, in exact arithmetic: what the core asks for in doubt.
+
+Every float is a fraction whose denominator is a power of two, so a polynomial with float coefficients is one with
+integer coefficients over a power of two. Sturm's theorem counts the roots in an interval. Halving isolates those at
+which the polynomial turns negative, and ends where floats cannot tell the ends of the interval apart. A root at which
+it only touches zero is a graze of zero depth, and no impact.
+
+Source: J. C. F. Sturm's theorem with pseudo-remainders: D. E. Knuth, TAOCP vol. 2, 4.6.1, exercise 22.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import islice, pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    Polynomial = list[int]  # lowest power first
+
+#: Two bits more than a float has.
+_BITS = 55
+
+
+def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float, is_closed: bool, index: int) -> float:
+    """Return an instant at which a gap closes, in seconds after `begin`; infinity if there are no more.
+
+    Args:
+        powers: For each power of time, lowest first, the numbers whose products add up to its coefficient.
+        begin: Start of the search, seconds.
+        is_closed: Whether the gap is 0 at `begin`, whatever the powers say.
+        index: Number of the instant, from 0. With -1 the sign of the gap at `begin` is returned instead.
+    """
+    gap = [sum((Fraction(a) * Fraction(b) for a, b in products), Fraction(0)) for products in powers]
+    start = Fraction(begin)
+    for lowest in range(len(gap)):
+        for k in reversed(range(lowest, len(gap) - 1)):
+            gap[k] += start * gap[k + 1]
+    if is_closed:
+        gap[0] = Fraction(0)
+    if index < 0:
+        return float((gap[0] > 0) - (gap[0] < 0))
+    return next(islice(find_closings(gap), index, None), math.inf)
+
+
+def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:
+    """Yield the instants from now on at which a gap closes; 0 if it is closed and does not open.
+
+    The gap is a polynomial in time, lowest power first. Its denominators are powers of two. A gap below 0 has to open
+    first.
+    """
+    powers = list(gap)
+    while powers and powers[0] == 0:  # in contact: the lowest power left decides what the gap does next
+        del powers[0]
+    if not powers:
+        return
+    if powers[0] < 0 and len(powers) < len(gap):
+        yield 0.0
+    unit = max(power.denominator for power in powers)  # all are powers of two
+    yield from find_falls([int(power * unit) for power in powers])
+
+
+def find_falls(polynomial: Sequence[int]) -> Iterator[float]:
+    """Yield the instants t > 0 at which a polynomial turns negative, in order. It must not be 0 at t = 0."""
+    p = list(polynomial)
+    while p[-1] == 0:
+        del p[-1]
+    chain = _build_sturm_chain(p)
+    at_infinity = _count_changes([q[-1] for q in chain])
+    low, high, scale = 0, 1, 0  # the interval is from low to high, over 2^scale
+    before = _count_changes([q[0] for q in chain])
+    while before != at_infinity:
+        while _count_changes([_value_at(q, high, scale) for q in chain]) == before or _value_at(p, high, scale) == 0:
+            high *= 2
+        while (before - (after := _count_changes([_value_at(q, high, scale) for q in chain]))) > 1:
+            low, high, scale = 2 * low, 2 * high, scale + 1
+            middle = (low + high) // 2
+            while _value_at(p, middle, scale) == 0:  # an end must not be a root
+                low, high, middle, scale = 2 * low, 2 * high, 2 * middle + 1, scale + 1
+            halfway = _count_changes([_value_at(q, middle, scale) for q in chain])
+            if halfway == before:
+                low = middle
+            else:
+                high = middle
+        if _value_at(p, low, scale) > 0 > _value_at(p, high, scale):  # and no touch of zero, nor a rise
+            yield _bisect(p, low, high, scale)
+        low, before, high = high, after, 2 * high
+
+
+def _bisect(p: Polynomial, low: int, high: int, scale: int) -> float:
+    """Return the only root between two instants at which a polynomial turns negative, to about the nearest float."""
+    while (high - low) << _BITS > high:
+        low, high, scale = 2 * low, 2 * high, scale + 1
+        middle = (low + high) // 2
+        if _value_at(p, middle, scale) < 0:
+            high = middle
+        else:
+            low = middle
+    return (low + high) / (1 << (scale + 1))
+
+
+def _value_at(p: Polynomial, t: int, scale: int) -> int:
+    """Return a positive multiple of the polynomial at ``t / 2^scale``."""
+    value, shift = p[-1], 0
+    for coefficient in p[-2::-1]:
+        shift += scale
+        value = value * t + (coefficient << shift)
+    return value
+
+
+def _count_changes(values: Sequence[int]) -> int:
+    """Return the number of changes of sign, without zeros."""
+    signs = [value > 0 for value in values if value]
+    return sum(a != b for a, b in pairwise(signs))
+
+
+def _build_sturm_chain(p: Polynomial) -> list[Polynomial]:
+    chain = [p, [k * c for k, c in enumerate(p)][1:]]
+    while len(chain[-1]) > 1:
+        rest = _negative_remainder(chain[-2], chain[-1])
+        if not rest:
+            break
+        chain.append(rest)
+    return [q for q in chain if q]
+
+
+def _negative_remainder(a: Polynomial, b: Polynomial) -> Polynomial:
+    """Return a positive multiple of minus the remainder of a by b."""
+    rest, lead = list(a), b[-1]
+    while len(rest) >= len(b):
+        top, shift = rest[-1], len(rest) - len(b)
+        rest = [abs(lead) * c for c in rest]
+        top = top if lead > 0 else -top
+        for k, c in enumerate(b):
+            rest[shift + k] -= top * c
+        while rest and rest[-1] == 0:
+            del rest[-1]
+    common = math.gcd(*rest) if rest else 1
+    return [-c // common for c in rest]

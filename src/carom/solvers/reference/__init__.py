@@ -1,0 +1,1 @@
+"""The source paper's two algorithms in readable Python: the definition of PIT, and PIC frame by frame."""

@@ -1,0 +1,171 @@
+"""Algorithm 1 of the source paper: PIT, the periodic interference test, for discs and half-planes on straight paths.
+
+At each frame, and nowhere else, each pair is tested: do the bodies approach? Do they overlap? If both, they get new
+velocities, along the line of centres as it is at that frame. Positions are never corrected. So an impact is late by up to
+a frame, its normal is turned by the distance that the discs moved meanwhile, and an impact whose overlap is between two
+frames is missed.
+
+This is the definition to read and to test against. `carom.solve_pit` gives the same bits, skips frames at which nothing
+can be found, and supports every kind of body and motion.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from carom.errors import InputError
+from carom.scene import Scene, as_scene
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.request import frames_of
+from carom.trace import ImpactRecord, wall_body
+
+if TYPE_CHECKING:
+    from carom.disc_arrays import HalfPlane
+    from carom.trace import Vector
+
+
+@dataclass
+class MovingDisc:
+    """A disc at the present frame.
+
+    Attributes:
+        x: Centre, metres.
+        y: Likewise.
+        vx: Velocity, metres a second.
+        vy: Likewise.
+        radius: Metres.
+        inverse_mass: One over the mass; 0 for a disc that no impact moves.
+        last_partner: Body that its last impact was with; a wall is negative.
+    """
+
+    x: float
+    y: float
+    vx: float
+    vy: float
+    radius: float
+    inverse_mass: float
+    last_partner: int | None = None
+
+    @property
+    def velocity(self) -> Vector:
+        """The velocity as a vector."""
+        return self.vx, self.vy
+
+    def move(self, seconds: float) -> None:
+        """Move straight on."""
+        if self.inverse_mass > 0.0:
+            self.x += self.vx * seconds
+            self.y += self.vy * seconds
+
+
+@dataclass(frozen=True)
+class PitResult:
+    """What Algorithm 1 finds.
+
+    Attributes:
+        impacts: The impacts in their order.
+        discs: The discs at the end.
+    """
+
+    impacts: list[ImpactRecord]
+    discs: list[MovingDisc]
+
+
+def run_algorithm_1(scene: Scene | str, *, frame_rate_hz: float | None = None) -> PitResult:
+    """Run a scene of discs and half-planes by Algorithm 1.
+
+    Args:
+        scene: The scene, or its name in the catalogue.
+        frame_rate_hz: Frames a second; the scene's own by default.
+
+    Raises:
+        InputError: The scene has more than straight motion of discs before half-planes, or the frame rate is not a
+            positive number.
+    """
+    if isinstance(scene, str):
+        scene = as_scene(scene)
+    _require_simple(scene)
+    clock = FrameClock(rate_hz=frames_of(scene, frame_rate_hz)[0])
+    discs = [
+        MovingDisc(*disc.position_m, *disc.velocity_m_s, disc.radius_m, 1.0 / disc.mass_kg) for disc in scene.discs
+    ]
+    walls = scene.arrays.half_planes()
+    impacts: list[ImpactRecord] = []
+    now_s = 0.0
+    for frame in range(clock.frames_before(scene.duration_s)):
+        _move(discs, clock.time_s(frame) - now_s)
+        now_s = clock.time_s(frame)
+        for i, first in enumerate(discs):
+            for j, second in enumerate(discs[i + 1 :], i + 1):
+                if do_discs_interfere(first, second) and not (_just_met(first, j) and _just_met(second, i)):
+                    impacts.append(collide_discs(first, second, i, j, now_s, scene.restitution))
+        for i, disc in enumerate(discs):
+            for k, wall in enumerate(walls):
+                if does_wall_interfere(disc, wall) and not _just_met(disc, wall_body(k)):
+                    impacts.append(collide_wall(disc, wall, i, k, now_s, scene.wall_restitution))
+    _move(discs, scene.duration_s - now_s)
+    return PitResult(impacts, discs)
+
+
+def do_discs_interfere(first: MovingDisc, second: MovingDisc) -> bool:
+    """Return whether two discs approach, and touch or overlap: the test of PIT."""
+    if first.inverse_mass == second.inverse_mass == 0.0:
+        return False
+    dx, dy = second.x - first.x, second.y - first.y
+    approach = dx * (second.vx - first.vx) + dy * (second.vy - first.vy) < 0.0
+    return approach and math.sqrt(dx * dx + dy * dy) <= first.radius + second.radius
+
+
+def does_wall_interfere(disc: MovingDisc, wall: HalfPlane) -> bool:
+    """Return whether a disc approaches a half-plane, and touches or overlaps it."""
+    x, y, nx, ny = wall
+    approaches = disc.vx * nx + disc.vy * ny < 0.0
+    return approaches and (disc.x - x) * nx + (disc.y - y) * ny <= disc.radius
+
+
+def collide_discs(first: MovingDisc, second: MovingDisc, i: int, j: int, time_s: float, e: float) -> ImpactRecord:
+    """Give two discs their velocities after an impact along the line of centres; return its record.
+
+    With d from the first centre to the second and u the relative velocity, the impulse on the first is ``f d``. The
+    square of d is not rooted, so no rounding of its length does work.
+    """
+    dx, dy = second.x - first.x, second.y - first.y
+    along = dx * (second.vx - first.vx) + dy * (second.vy - first.vy)
+    f = (1.0 + e) * along / ((dx * dx + dy * dy) * (first.inverse_mass + second.inverse_mass))
+    before = first.velocity, second.velocity
+    first.vx += f * first.inverse_mass * dx
+    first.vy += f * first.inverse_mass * dy
+    second.vx -= f * second.inverse_mass * dx
+    second.vy -= f * second.inverse_mass * dy
+    first.last_partner, second.last_partner = j, i
+    distance = math.sqrt(dx * dx + dy * dy)
+    return ImpactRecord(time_s, i, j, (dx / distance, dy / distance), *before, first.velocity, second.velocity)
+
+
+def collide_wall(disc: MovingDisc, wall: HalfPlane, i: int, k: int, time_s: float, e: float) -> ImpactRecord:
+    """Give a disc its velocity after an impact on a half-plane; return its record."""
+    _, _, nx, ny = wall
+    along, before = disc.vx * nx + disc.vy * ny, disc.velocity
+    disc.vx -= (1.0 + e) * along * nx
+    disc.vy -= (1.0 + e) * along * ny
+    disc.last_partner = wall_body(k)
+    return ImpactRecord(time_s, i, wall_body(k), (-nx, -ny), before, (0.0, 0.0), disc.velocity, (0.0, 0.0))
+
+
+def _move(discs: list[MovingDisc], seconds: float) -> None:
+    for disc in discs:
+        disc.move(seconds)
+
+
+def _just_met(disc: MovingDisc, partner: int) -> bool:
+    """Return whether a disc is on the path that its impact with a partner gave it: then it does not approach it."""
+    return disc.inverse_mass == 0.0 or disc.last_partner == partner
+
+
+def _require_simple(scene: Scene) -> None:
+    arrays = scene.arrays
+    bends = scene.gravity_m_s2 != (0.0, 0.0) or scene.damping_per_s or scene.table_deceleration_m_s2
+    if bends or arrays.turns or arrays.driven or not arrays.has_plain_walls:
+        raise InputError("Algorithm 1 is for discs and half-planes on straight paths, without friction; solve_pit is not")

@@ -1,0 +1,161 @@
+"""Comparison of PIC with a certified run, beyond where a rounding envelope decides the order of events.
+
+How far roundings have grown is measured by copies of the scene (`tests.campaign.copies`), to first order. Of event k
+this is taken k + 2 times: once for the start, and once for each event that rounds. Where copies have other events than
+one another, rounding decides, and no later event is compared. An event that a run has, or has not, against the
+certified run and all copies is a difference.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from tests.campaign.comparison import Difference, Kind, Record
+from tests.campaign.copies import MANY, Copies
+from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of, is_in_landing
+
+from carom import CertifiedTrace, Outcome, Scene
+from carom.solvers.certified.result import Degenerate, Ending
+from carom.solvers.impact.resolution import clock_resolution
+
+#: Ends of certified runs after which no run goes on.
+WITHOUT_END = {Degenerate.COLLAPSE, Degenerate.CRUSH, Degenerate.EDGE}
+#: A note that names one body as two.
+_TWICE = re.compile(r"\b((?:wall|disc) \d+) and \1\b")
+
+
+def compare_with_certified(
+    scene: Scene, certified: CertifiedTrace, record: Record, copies: Copies, gap_m: float
+) -> list[Difference]:
+    """Return how a run differs from what is proven, in order of time."""
+    comparison = _Comparison(scene, certified, record, copies, gap_m)
+    found = list(comparison.differences())
+    if any(difference.kind not in {Kind.NOTE, Kind.ROUNDING} for difference in found):
+        copies.run(MANY)  # rounding may decide, although the first few agree
+        found = list(comparison.differences())
+    return sorted(found, key=lambda difference: difference.time_s)
+
+
+def reliable_until(certified: CertifiedTrace) -> float:
+    """Return the time up to which a certified run has all events."""
+    if certified.ending is Ending.COMPLETED:
+        return math.inf
+    if certified.degeneracy is not None:
+        return certified.degeneracy.earliest_s
+    last_s = float(certified.trace.impacts["time_s"].max(initial=0.0))
+    return last_s - 4.0 * clock_resolution(last_s)  # events at the same instant may come later
+
+
+class _Comparison:
+    def __init__(self, scene: Scene, certified: CertifiedTrace, record: Record, copies: Copies, gap_m: float) -> None:
+        self.scene, self.certified, self.record, self.copies = scene, certified, record, copies
+        self.ours = events_of(scene, record, gap_m)
+        self.theirs = events_of(scene, Record.of(certified.trace), gap_m)
+        self._certified_s = reliable_until(certified)
+
+    def differences(self) -> Iterator[Difference]:
+        """Yield what differs before rounding decides, or the certified run ends."""
+        unmatched = {event.name: event for event in self.theirs}
+        until_s, alike, is_alike = min(self.copies.horizon_s, self._certified_s), list[Event](), True
+        for number, event in enumerate(self.ours):
+            proven = unmatched.pop(event.name, None)
+            if proven is None:
+                is_alike = is_alike and self._is_in_landing(event)
+                yield from self._of_spurious(number, event, until_s)
+            elif (found := self._of_values(number, event, proven)) is not None:
+                is_alike = False
+                if event.time_s < until_s:
+                    yield found
+                    return
+            else:
+                alike.append(event)
+        left = [event for event in unmatched.values() if not self._is_in_landing(event)]
+        # How well the end is known: it comes after what is alike, and nothing has made it worse.
+        known_s = 2.0 * clock_resolution(self.record.end_time_s)
+        known_s += max((self._allowed_s(number, event) for number, event in enumerate(alike)), default=0.0)
+        yield from self._of_missed(left, known_s, until_s)
+        if is_alike:
+            yield from self._of_ending(left, known_s)
+
+    def _is_in_landing(self, event: Event) -> bool:
+        """Whether an event is one of the last bounces before a landing, of which each run resolves another number."""
+        return any(is_in_landing(event, run, NEAR_LANDING) for run in (self.ours, self.theirs))
+
+    def _of_spurious(self, number: int, event: Event, until_s: float) -> Iterator[Difference]:
+        """Yield an event that the certified run does not have."""
+        latest_s = event.time_s + self._allowed_s(number, event)
+        if not latest_s < self._certified_s or self._is_in_landing(event):
+            return
+        if event.closing_m_s <= event.closing_own_m_s:
+            yield Difference(Kind.ROUNDING, event.time_s, f"{event.told}, closes at {event.closing_m_s!r} m/s")
+        elif latest_s < until_s:
+            kind = Kind.SPURIOUS if event.is_impact else Kind.MODE
+            yield Difference(kind, event.time_s, f"{event.told}, is not in the certified run")
+
+    def _of_values(self, number: int, event: Event, proven: Event) -> Difference | None:
+        """Return how time or values of an event are further off than roundings explain."""
+        spread = self.copies.spread(event)
+        if spread is None:
+            return None
+        allowed_s, told = self._allowed_s(number, event), event.told
+        if not abs(event.time_s - proven.time_s) <= allowed_s:
+            text = f"{told}, is at {proven.time_s!r} s in the certified run; roundings explain {allowed_s:.2g} s"
+            return Difference(Kind.TIME if event.is_impact else Kind.MODE, event.time_s, text)
+        allowed = (number + 2) * spread[1] + event.own + self._radii_of(proven)
+        off = np.abs(event.values - proven.values)
+        if np.all(off <= allowed):
+            return None
+        worst = int(np.argmax(off - allowed))
+        kind = (Kind.SPIN if worst > 3 else Kind.VELOCITY) if event.is_impact else Kind.MODE
+        found, truth = float(event.values[worst]), float(proven.values[worst])
+        text = f"{told}, has value {worst} {found!r}, not {truth!r}; roundings explain {allowed[worst]:.2g}"
+        return Difference(kind, event.time_s, text)
+
+    def _allowed_s(self, number: int, event: Event) -> float:
+        """Return how far roundings may have the time of an event off."""
+        spread, damping = self.copies.spread(event), self.scene.damping_per_s
+        # A damped clock is that of the undamped run, seen through a logarithm.
+        undamped_s = math.expm1(damping * event.time_s) / damping if damping else 0.0
+        own_s = 2.0 * clock_resolution(event.time_s) + clock_resolution(undamped_s)
+        return own_s + (number + 2) * (0.0 if spread is None else spread[0])
+
+    def _radii_of(self, proven: Event) -> Floats:
+        """Return how far the truth may be from what the certified run reports."""
+        certified, k = self.certified, proven.number
+        if proven.is_impact:
+            radii = certified.radii[k]
+            spins = [0.0, 0.0] if certified.spin_radii is None else list(certified.spin_radii[k].tolist()[2:])
+            return np.concatenate([radii["velocity_first_after"], radii["velocity_second_after"], spins])
+        assert certified.mode_radii is not None
+        radii = certified.mode_radii[k]
+        return np.concatenate([radii["position"], radii["velocity"], [radii["spin"]]])
+
+    def _of_missed(self, left: Sequence[Event], known_s: float, until_s: float) -> Iterator[Difference]:
+        """Yield an event that the run does not have although it goes on beyond it."""
+        for event in left:
+            if event.time_s < min(until_s, self.record.end_time_s - known_s):
+                kind = Kind.MISSED if event.is_impact else Kind.MODE
+                yield Difference(kind, event.time_s, f"certified {event.told}, is missing")
+                return
+
+    def _of_ending(self, left: Sequence[Event], known_s: float) -> Iterator[Difference]:
+        """Yield an end of the run that the certified run does not have, or has later, or an end that it lacks."""
+        record, certified = self.record, self.certified
+        end_s, found = record.end_time_s, certified.degeneracy
+        if record.outcome in {Outcome.COMPLETED, Outcome.MAX_IMPACTS}:
+            if found is not None and found.kind in WITHOUT_END:  # impacts without end: no run gets beyond them
+                latest_s = found.latest_s + known_s
+                if latest_s < min(end_s, self.copies.horizon_s):
+                    yield Difference(Kind.ENDING, found.latest_s, f"goes on to {end_s!r} s after: {found}")
+            return
+        if record.notes and (twice := _TWICE.search(record.notes[0])) is not None:
+            yield Difference(Kind.NOTE, end_s, f"the note names {twice[1]} twice: {record.notes[0]}")
+        named = f"ends by {record.outcome.name} at {end_s!r} s, known to {known_s:.2g} s"
+        later = [event for event in left if event.time_s > end_s + known_s]
+        if later:
+            yield Difference(Kind.EARLY_END, end_s, f"{named}, before certified {later[0].told}: {record.notes}")
+        elif certified.ending is Ending.COMPLETED and end_s < self.copies.horizon_s:
+            yield Difference(Kind.ENDING, end_s, f"{named}, and nothing certified ends it: {record.notes}")

@@ -1,0 +1,378 @@
+"""Rounding envelope of a scene: balls that hold every run whose roundings stay within what PIC states.
+
+It is a certified run whose state is widened by the roundings of a float64 run: each centre by the resolution of a gap
+(`carom.solvers.impact.resolution`), each velocity and spin after an impact by the roundings of the impact law that
+`tests.checker.laws` derives. The widened balls grow from impact to impact as rounding errors do, so that nothing has to
+be said of how much a run amplifies them. The envelope ends where its balls no longer decide which event comes next:
+from there on rounding may change the order of events.
+
+What a ball holds exactly is not widened. A disc that an impact with restitution 0 has left on a driven wall has that
+wall's normal velocity exactly, and floats can hold it exactly.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from flint import arb, ctx
+
+from carom import Scene, Trace
+from carom.disc_arrays import wall_lengths
+from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.contacts import BallContacts
+from carom.solvers.certified.exact import contact_at_start
+from carom.solvers.certified.finite_walls import finite_contact_at_start
+from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.gliding import BallMode
+from carom.solvers.certified.impacts import BallEvent, BallImpact, carry_out
+from carom.solvers.certified.legs import ZERO
+from carom.solvers.certified.meeting import Meeting, Seam
+from carom.solvers.certified.result import Degeneracy, Undecided
+from carom.solvers.certified.selection import OutOfTime, Selection
+from carom.solvers.certified.slowing import kept, slow, undamped
+from carom.solvers.impact.resolution import clock_resolution, gap_resolution
+from carom.trace import NO_EDGE, free_flights, wall_index
+
+#: Bits of the balls: far more than the 53 of the roundings that they hold.
+PRECISION = 192
+UNIT = 2.0**-53
+#: Roundings of the impact law in units of the relative speed, and of the velocity before: see `tests.checker.laws`.
+ROUNDINGS_OF_LAW, ROUNDINGS_OF_SUM, ROUNDINGS_OF_RIM = 24, 4, 8
+#: Roundings of the velocity of a disc that falls, of its speed, and of the recorded time: see `tests.checker.flights`.
+ROUNDINGS_OF_FALL, ROUNDINGS_OF_FALL_TIME = 20, 4
+#: Bounces are replaced by the landing that they end in where they are over within this part of the time.
+LANDING_PART = 1e-15
+
+
+class Rounding(NamedTuple):
+    """How far roundings of one impact may have velocities off, metres a second, and spins, radians a second."""
+
+    velocities: tuple[float, float]
+    spins: tuple[float, float]
+
+
+class EnvelopeImpact(NamedTuple):
+    """An impact of the envelope.
+
+    Attributes:
+        impact: Balls for its time, normal, velocities and spins.
+        rounding: What one run's own roundings at this impact may add to velocities and spins.
+        time_s: What its own clock may add to the time.
+        is_on_one_edge: Whether it is certain which edge of a finite wall is hit.
+    """
+
+    impact: BallImpact
+    rounding: Rounding
+    time_s: float
+    is_on_one_edge: bool
+
+
+class EnvelopeMode(NamedTuple):
+    """A change of how a disc moves in contact: balls, and how far roundings may have its velocity and time off."""
+
+    mode: BallMode
+    speed_m_s: float
+    time_s: float
+
+
+class FinalState(NamedTuple):
+    """Balls for centre, velocity and spin of a disc at the end of the scene, and what its own roundings may add."""
+
+    place: tuple[arb, arb]
+    velocity: tuple[arb, arb]
+    spin: arb
+    place_m: float
+    speed_m_s: float
+    spin_rad_s: float
+
+
+@dataclass
+class Envelope:
+    """The events that every run has whose roundings stay within what PIC states.
+
+    Attributes:
+        events: Impacts and changes of modes, in an order in which they may come.
+        end: The state of each disc at the end of the scene, where the envelope reaches it.
+        stop: What is undecided, where it does not; None if `most` events were reached, or the balls became too wide.
+        horizon_s: No event before this time is left out; infinity where the scene's end is reached.
+        gap_m: By how much each coordinate was widened.
+    """
+
+    events: list[EnvelopeImpact | EnvelopeMode] = field(default_factory=list)
+    end: list[FinalState] | None = None
+    stop: Degeneracy | None = None
+    horizon_s: float = 0.0
+    gap_m: float = 0.0
+
+
+def compute_envelope(scene: Scene, trace: Trace, most: int, deadline_s: float = math.inf) -> Envelope:
+    """Return the rounding envelope of a scene.
+
+    Args:
+        scene: The scene.
+        trace: A run of it, for how far discs get from the origin.
+        most: Events after which the envelope ends.
+        deadline_s: It ends when `time.perf_counter` is past this.
+    """
+    with ctx.workprec(PRECISION):
+        return _Widened(scene, trace).envelope(most, deadline_s)
+
+
+def reach_of(scene: Scene, trace: Trace, until_s: float) -> float:
+    """Return a bound on what a body's coordinates, its radius and the terms of its way add up to, metres."""
+    arrays = scene.arrays
+    sizes = [float(np.abs(disc.position_m).sum()) + disc.radius_m for disc in scene.discs]
+    for flight in free_flights(trace):
+        if flight.begin_s <= until_s:
+            lasts_s = max(0.0, min(flight.end_s, until_s) - flight.begin_s)
+            way_m = lasts_s * (_norm(flight.velocity_m_s) + 0.5 * lasts_s * _norm(flight.pull_m_s2))
+            sizes.append(float(np.abs(flight.position_m).sum()) + 2.0 * way_m + float(arrays.radius_m[flight.disc]))
+    for wall, drive in ((wall, arrays.drive_of_wall(k)) for k, wall in enumerate(arrays.walls)):
+        lengths = [abs(length) for length in wall_lengths(wall)]
+        moved_m = 0.0 if drive.stands else math.hypot(*drive.moved_at(until_s))
+        sizes.append(2.0 * max(lengths, default=0.0) + moved_m)
+    return max(sizes)
+
+
+def law_rounding(
+    scene: Scene, first: int, second: int, speeds: Sequence[float], rims: Sequence[float], falls: Sequence[float]
+) -> Rounding:
+    """Return how far the roundings of one impact may have velocities and spins off.
+
+    Args:
+        scene: The scene.
+        first: A disc.
+        second: A disc or the body number of a wall.
+        speeds: Speeds before the impact of those of both that are discs, metres a second.
+        rims: Likewise the speeds of their rims.
+        falls: Likewise how far the velocities before the impact may be off.
+    """
+    arrays, movers = scene.arrays, [first, second] if second >= 0 else [first]
+    fast, back = sum(speeds) + sum(rims), scene.tangential_restitution
+    restitution, friction, rolling = scene.restitution, scene.friction, 0.0
+    if second < 0:
+        k = wall_index(second)
+        restitution, friction = arrays.materials[k]
+        back, rolling = scene.wall_tangential_restitution, scene.wall_rolling_resistance
+        fast += arrays.drive_of_wall(k).fastest + abs(arrays.belt_of_wall(k))
+    push = 1.0 + restitution
+    drag = max(1.0 + back, (friction + rolling) * push) if friction or rolling else 0.0
+    masses = [1.0 / scene.discs[i].mass_kg for i in movers]
+    velocities, spins = [], []
+    for i, mass, speed, rim, fall in zip(movers, masses, speeds, rims, falls, strict=True):
+        share = mass / sum(masses) if mass else 0.0
+        law = share * (ROUNDINGS_OF_LAW * UNIT * fast + sum(falls))
+        velocities.append((push + drag) * law + ROUNDINGS_OF_SUM * UNIT * speed + fall)
+        turned = drag * law / scene.discs[i].inertia_factor + ROUNDINGS_OF_RIM * UNIT * rim
+        spins.append(turned / scene.discs[i].radius_m)
+    (v1, v2), (w1, w2) = (*velocities, 0.0)[:2], (*spins, 0.0)[:2]
+    return Rounding((v1, v2), (w1, w2))
+
+
+def _norm(vector: Iterable[float]) -> float:
+    return math.hypot(*vector)
+
+
+class _Widened:
+    """A certified run of one precision whose state is widened at each event."""
+
+    def __init__(self, scene: Scene, trace: Trace) -> None:
+        self.scene = scene
+        self.bodies = BallBodies(scene)
+        last_s = float(trace.impacts["time_s"].max(initial=0.0))
+        self.found = Envelope(gap_m=gap_resolution(2.0 * reach_of(scene, trace, last_s)))
+        self._final_gap_m = gap_resolution(2.0 * reach_of(scene, trace, trace.end_time_s))
+        self._last_rounding = [(0.0, 0.0)] * len(scene.discs)
+        self._pull = math.hypot(*scene.gravity_m_s2) + scene.table_deceleration_m_s2
+
+    def envelope(self, most: int, deadline_s: float) -> Envelope:
+        """Return the envelope, of so many events at most."""
+        found, bodies = self.found, self.bodies
+        try:
+            if (trouble := self._trouble_at_start()) is not None:
+                raise Undecided(trouble)
+            self._begin()
+            selection = Selection(bodies)
+            end = undamped(self.scene.damping_per_s, arb(self.scene.duration_s))
+            selection.end_s, selection.deadline_s = float_above(end), deadline_s
+            while len(found.events) < most:
+                choice = selection.next_impact()
+                if choice is None or choice.meeting.time > end:
+                    found.horizon_s, found.end = math.inf, self._final_states()
+                    return found
+                if not choice.meeting.time <= end:
+                    selection.is_at_the_end(choice.meeting)
+                self._carry_out(choice.meeting)
+                selection.changed(choice.meeting)
+            found.horizon_s = self._earliest_s(selection)
+        except Undecided as undecided:
+            found.stop = undecided.degeneracy
+            found.horizon_s = min(found.horizon_s, self._clock(arb(undecided.degeneracy.earliest_s)))
+        except OutOfTime:
+            pass
+        return found
+
+    def _trouble_at_start(self) -> Degeneracy | None:
+        bodies, scene = self.bodies, self.scene
+        lying = BallContacts(bodies).lying() if bodies.falls else ()
+        begun = {i: bodies.trace_body(ground.body) for i, ground in lying}
+        found = contact_at_start(bodies, begun)
+        return found if found or scene.arrays.has_half_planes else finite_contact_at_start(scene, begun)
+
+    def _begin(self) -> None:
+        """Begin the motion on a table, and the contacts of discs that lie on something; widen all other centres."""
+        bodies, contacts, table = self.bodies, BallContacts(self.bodies), self.scene.table_deceleration_m_s2
+        lying = dict(contacts.lying()) if bodies.falls else {}
+        for i in range(len(bodies)):
+            if bodies.movable[i] and i not in lying:
+                bodies.x[i], bodies.y[i] = self._wider(bodies.x[i], bodies.y[i], self.found.gap_m)
+                if table:
+                    slow(bodies, i, ZERO, 0.0)
+        for i, ground in lying.items():
+            begun = contacts.begin(i, ground)
+            if isinstance(begun, Meeting):
+                self._carry_out(begun)
+            else:
+                self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)), is_on_one_edge=True)
+
+    def _carry_out(self, meeting: Meeting) -> None:
+        bodies, (first, second) = self.bodies, meeting[:2]
+        rounding = self._rounding(meeting)
+        event = carry_out(bodies, meeting)
+        self._add(event, meeting, rounding, is_on_one_edge=not isinstance(meeting.near, Seam))
+        discs = [(body, side) for side, body in enumerate((first, second)) if body >= 0 and bodies.movable[body]]
+        for i, side in discs if first != second else ():
+            self._last_rounding[i] = (rounding.velocities[side], rounding.spins[side])
+            self._widen(i, meeting, rounding.velocities[side], rounding.spins[side])
+        for i in {body for body, _ in discs}:
+            BallContacts(bodies).consider_landing(i, arb(LANDING_PART))
+
+    def _widen(self, i: int, meeting: Meeting, speed_m_s: float, spin_rad_s: float) -> None:
+        """Widen the state of a disc after an impact; in contact its path is that of its ground, which is exact."""
+        bodies, gap_m = self.bodies, self.found.gap_m
+        if bodies.contacts.gliding[i] is not None:
+            return
+        if not bodies.spin[i].is_exact():
+            bodies.spin[i] = bodies.spin[i] + arb(0, spin_rad_s)
+        if not self.scene.table_deceleration_m_s2:
+            bodies.x[i], bodies.y[i] = self._wider(bodies.x[i], bodies.y[i], gap_m)
+            bodies.vx[i], bodies.vy[i] = (
+                v if v.is_exact() else v + arb(0, speed_m_s) for v in (bodies.vx[i], bodies.vy[i])
+            )
+            return
+        # The deceleration is against the velocity: both are widened together.
+        time, at = meeting.time, meeting.at
+        (x, y), velocity = bodies.place_at(i, time), bodies.velocity(i, time, at)
+        vx, vy = (v if v.is_exact() else v + arb(0, speed_m_s) for v in velocity)
+        (x, y), wait = self._wider(x, y, gap_m), time - arb(at)
+        bodies.acceleration[i], bodies.contacts.stops[i] = None, None
+        bodies.vx[i], bodies.vy[i], bodies.time[i] = vx, vy, at
+        bodies.x[i], bodies.y[i] = x - vx * wait, y - vy * wait
+        slow(bodies, i, time, at)
+
+    @staticmethod
+    def _wider(x: arb, y: arb, by: float) -> tuple[arb, arb]:
+        return x + arb(0, by), y + arb(0, by)
+
+    # Roundings --------------------------------------------------------------------------------------------------------
+
+    def _rounding(self, meeting: Meeting) -> Rounding:
+        """Return how far the roundings of one impact may have velocities and spins off."""
+        bodies, (first, second) = self.bodies, meeting[:2]
+        movers = [first, second] if second >= 0 and second != first else [first]
+        falls = [self._fall_m_s(i, meeting.time) for i in movers]
+        if first == second:
+            return Rounding((falls[0], 0.0), (0.0, 0.0))
+        speeds = [math.hypot(*map(_size, bodies.velocity(i, meeting.time, meeting.at))) for i in movers]
+        rims = [_size(bodies.surface(i)) for i in movers]
+        return law_rounding(self.scene, first, bodies.trace_body(second), speeds, rims, falls)
+
+    def _fall_m_s(self, i: int, time: arb) -> float:
+        """Return how far roundings of a flight under gravity, or on a table, may have a velocity off."""
+        if not self._pull or not self.bodies.movable[i]:
+            return 0.0
+        time_s = _size(time)
+        flown_s = max(0.0, time_s - self.bodies.time[i])
+        speed = math.hypot(*map(_size, self.bodies.velocity(i, time, self.bodies.time[i]))) + self._pull * flown_s
+        return UNIT * (ROUNDINGS_OF_FALL * speed + ROUNDINGS_OF_FALL_TIME * self._pull * time_s)
+
+    # Events as traces have them ---------------------------------------------------------------------------------------
+
+    def _add(self, event: BallEvent, meeting: Meeting | None, rounding: Rounding, *, is_on_one_edge: bool) -> None:
+        impact, events = event.impact, self.found.events
+        for mode in event.modes:
+            own_s = clock_resolution(_size(mode.time))
+            speed = self._fall_m_s(mode.disc, mode.time) + rounding.velocities[0]
+            events.append(EnvelopeMode(mode, speed, own_s))
+        if impact is None:
+            return
+        own_s = clock_resolution(_size(impact.time))
+        if damping := self.scene.damping_per_s:
+            left = kept(damping, impact.time)
+            own_s = own_s / max(_least(left), UNIT) + clock_resolution(self._clock(impact.time))
+            impact = impact._replace(
+                time=_damped(damping, impact.time),
+                after=_times(impact.after, left),
+                before=None if impact.before is None else _times(impact.before, left),
+                spins_after=(impact.spins_after[0] * left, impact.spins_after[1] * left),
+            )
+        if impact.edge != NO_EDGE and meeting is not None:
+            is_on_one_edge &= len(self.bodies.obstacles[wall_index(meeting.second)].edges) == 1
+        position = len(events) - len(event.modes)  # an impact comes before the modes that it begins or ends
+        events.insert(position, EnvelopeImpact(impact, rounding, own_s, is_on_one_edge))
+
+    def _clock(self, time: arb) -> float:
+        """Return a time of the undamped run as a clock has it, seconds."""
+        damping = self.scene.damping_per_s
+        shown = _damped(damping, time) if damping else time
+        return float(shown.mid()) if shown.is_finite() else math.inf
+
+    def _earliest_s(self, selection: Selection) -> float:
+        """Return a time before which no event is left out, after the last one that was carried out."""
+        try:
+            choice = selection.next_impact()
+        except Undecided as undecided:
+            return self._clock(arb(undecided.degeneracy.earliest_s))
+        if choice is None:
+            return math.inf
+        lower = choice.meeting.time.lower()
+        return self._clock(lower)
+
+    def _final_states(self) -> list[FinalState]:
+        bodies, damping, end_s = self.bodies, self.scene.damping_per_s, self.scene.duration_s
+        now = undamped(damping, arb(end_s))
+        left, found = kept(damping, now), []
+        for i in range(len(bodies)):
+            moves = bodies.movable[i]
+            place = bodies.place_at(i, now) if moves else bodies.place(i, end_s)
+            vx, vy = bodies.velocity(i, now, end_s)
+            speed, spin = math.hypot(_size(vx), _size(vy)), bodies.spin_at(i, now)
+            by_impact, by_impact_spin = self._last_rounding[i]
+            speed_m_s = by_impact + self._fall_m_s(i, now) + ROUNDINGS_OF_SUM * UNIT * speed
+            place_m = self._final_gap_m + by_impact * max(0.0, end_s - bodies.time[i])
+            spin_rad_s = by_impact_spin + ROUNDINGS_OF_RIM * UNIT * _size(spin)
+            states = ((vx * left, vy * left), spin * left, place_m, speed_m_s, spin_rad_s)
+            found.append(FinalState(place, *states))
+        return found
+
+
+def _size(ball: arb) -> float:
+    """Return a bound on the magnitude of what a ball holds."""
+    return float(abs(ball).upper())
+
+
+def _least(ball: arb) -> float:
+    return float(ball.lower())
+
+
+def _damped(damping_per_s: float, time: arb) -> arb:
+    return ZERO - (ZERO - damping_per_s * time).log1p() / damping_per_s
+
+
+def _times(parts: Iterable[arb], left: arb) -> tuple[arb, arb, arb, arb]:
+    a, b, c, d = (part * left for part in parts)
+    return a, b, c, d

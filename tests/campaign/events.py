@@ -1,0 +1,136 @@
+"""Events of a run: its impacts and the changes of how discs move in contact, named so that runs can be compared."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from tests.campaign.comparison import Record, closing_speed, impact_rounding
+from tests.campaign.envelope import ROUNDINGS_OF_FALL, ROUNDINGS_OF_FALL_TIME, UNIT
+
+from carom import Scene
+from carom.solvers.impact.resolution import clock_resolution
+from carom.trace import Mode, body_name, wall_index
+
+Floats = NDArray[np.float64]
+Key = tuple[int, ...]
+Name = tuple[Key, int, int]
+
+#: Resolutions of the clock within which bounces are part of a landing, and within which another run may have it so.
+AS_LANDING, NEAR_LANDING = 8.0, 16.0
+
+
+class Event(NamedTuple):
+    """An impact or a change of a mode.
+
+    Attributes:
+        key: Bodies of an impact; disc, wall and both modes of a change.
+        landings: Of an impact on a wall, how often its disc had landed there before.
+        occurrence: How many events of that key came before it in its run, after as many landings.
+        number: Index of the impact or mode in its run.
+        time_s: When it is.
+        values: What is compared: velocities and spins after an impact; position, velocity and spin of a mode.
+        own: How far the roundings of this event alone may have each value off.
+        closing_m_s: Speed at which the two bodies of an impact approach; infinity of a mode.
+        closing_own_m_s: How far roundings may have that off.
+        can_bounce: Whether it is an impact on a wall whose restitution is above 0.
+    """
+
+    key: Key
+    landings: int
+    occurrence: int
+    number: int
+    time_s: float
+    values: Floats
+    own: Floats
+    closing_m_s: float
+    closing_own_m_s: float
+    can_bounce: bool = False
+
+    @property
+    def name(self) -> Name:
+        """What identifies it among the events of its run."""
+        return self.key, self.landings, self.occurrence
+
+    @property
+    def is_impact(self) -> bool:
+        """Whether it is an impact, and no change of a mode."""
+        return len(self.key) == 2
+
+    @property
+    def told(self) -> str:
+        """What it is, and when."""
+        if self.is_impact:
+            first, second = self.key
+            return f"impact {self.number}, of {body_name(first)} and {body_name(second)}, at {self.time_s!r} s"
+        disc, wall, before, after = self.key
+        change = f"{Mode(before).name} to {Mode(after).name}"
+        return f"mode {self.number}, of disc {disc} on {body_name(wall)}, {change}, at {self.time_s!r} s"
+
+
+def events_of(scene: Scene, record: Record, gap_m: float) -> list[Event]:
+    """Return the events of a run, in their order, without the last bounces before each landing.
+
+    Of infinitely many bounces a run carries out those that its clock, or its digits, tell apart: how many is no answer.
+    """
+    found: list[Event] = []
+    modes = [] if record.modes is None else list(enumerate(record.modes))
+    for k in range(len(record.impacts) + 1):
+        while modes and modes[0][1]["impacts"] <= k:
+            found.append(_mode_event(scene, *modes.pop(0), gap_m))
+        if k < len(record.impacts):
+            found.append(_impact_event(scene, record, k))
+    return list(_numbered(event for event in found if not is_in_landing(event, found, AS_LANDING)))
+
+
+def _numbered(events: Iterable[Event]) -> Iterator[Event]:
+    """Yield events with how many like them came before."""
+    landings: Counter[Key] = Counter()
+    seen: Counter[tuple[Key, int]] = Counter()
+    for event in events:
+        landed = landings[event.key] if event.is_impact else 0
+        yield event._replace(landings=landed, occurrence=seen[event.key, landed])
+        seen[event.key, landed] += 1
+        if not event.is_impact and event.key[2] == Mode.FLIGHT:
+            landings[event.key[:2]] += 1
+
+
+def _impact_event(scene: Scene, record: Record, k: int) -> Event:
+    row = record.impacts[k]
+    key = (int(row["first"]), int(row["second"]))
+    spins = [0.0, 0.0] if record.spins is None else record.spins[k].tolist()[2:]
+    (v1, v2), (w1, w2) = impact_rounding(scene, record, k)
+    return Event(
+        key,
+        0,
+        0,
+        k,
+        float(row["time_s"]),
+        np.concatenate([row["velocity_first_after"], row["velocity_second_after"], spins]),
+        np.array([v1, v1, v2, v2, w1, w2]),
+        *closing_speed(scene, record, k),
+        can_bounce=key[1] < 0 and scene.arrays.materials[wall_index(key[1])].restitution > 0.0,
+    )
+
+
+def _mode_event(scene: Scene, k: int, row: np.void, gap_m: float) -> Event:
+    key = tuple(int(row[name]) for name in ("disc", "wall", "before", "after"))
+    radius, pull, time_s = scene.discs[key[0]].radius_m, math.hypot(*scene.gravity_m_s2), float(row["time_s"])
+    speed = float(np.hypot(*row["velocity"])) + abs(float(row["spin"])) * radius
+    own_m_s = UNIT * (ROUNDINGS_OF_FALL * speed + (ROUNDINGS_OF_FALL + ROUNDINGS_OF_FALL_TIME) * pull * time_s)
+    values = np.concatenate([row["position"], row["velocity"], [row["spin"]]])
+    own = np.array([gap_m, gap_m, own_m_s, own_m_s, own_m_s / radius])
+    return Event(key, 0, 0, k, time_s, values, own, math.inf, 0.0)
+
+
+def is_in_landing(event: Event, run: Iterable[Event], clocks: float = AS_LANDING) -> bool:
+    """Whether a bounce is one of the last before a landing of its run: within so many resolutions of its clock."""
+    if not event.can_bounce:
+        return False
+    known_s = clocks * clock_resolution(event.time_s)
+    landing = (*event.key, int(Mode.FLIGHT))
+    return any(other.key[:3] == landing and abs(other.time_s - event.time_s) <= known_s for other in run)

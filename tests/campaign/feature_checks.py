@@ -1,0 +1,307 @@
+"""Checks of PIC on one scene: with a certified run, rotated and reordered, in pieces, and by all pairs."""
+
+from __future__ import annotations
+
+import random
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from types import FrameType
+from typing import NamedTuple
+
+import numpy as np
+from tests.campaign.certified_comparison import compare_with_certified, reliable_until
+from tests.campaign.comparison import Difference, Record, compare_with_envelope
+from tests.campaign.copies import Copies
+from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
+from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter, turn_quarter_back
+
+from carom import CertifiedTrace, Outcome, Scene, Trace, certify, solve_pic
+from carom.solvers.impact.resolution import clock_resolution
+from carom.solvers.pic import pic_run
+from carom.solvers.run import Run
+
+#: Impacts over which a scene is followed, and events of its envelope.
+MOST_IMPACTS, MOST_EVENTS = 40, 80
+#: Impacts by which a certified run goes beyond those of PIC.
+MORE_CERTIFIED = 20
+#: Seconds of processor time of a certified run, of a run whose time stands still, and of all checks of a scene.
+CERTIFIED_S, STANDSTILL_S, SCENE_S = 2.0, 2.0, 30.0
+#: What each check has, whatever those before it took.
+LEAST_S = 1.0
+#: Impacts at one instant after which a run is taken on to its end.
+AT_ONE_INSTANT = 12
+#: Pieces that a run is cut into.
+PIECES = 12
+
+
+class Check(StrEnum):
+    """What a run is compared with; its value is how tables name it."""
+
+    CERTIFIED = "certified run"
+    ROTATED = "rotated by 90 degrees"
+    REORDERED = "rotated and reordered"
+    PIECES = "in pieces"
+    ALL_PAIRS = "by all pairs"
+    TIME_LIMIT = "time limit"
+    PROCESS = "process"
+
+
+class Finding(NamedTuple):
+    """A difference that a check has found: its kind, and a sentence."""
+
+    check: Check
+    kind: str
+    text: str
+
+
+@dataclass
+class CheckedScene:
+    """What the checks of a scene have found.
+
+    Attributes:
+        impacts: Impacts of PIC.
+        certified: How many of these were compared with a certified run.
+        proven: How many of these by a rounding envelope, which decides their order.
+        modes: Changes of modes that were compared with a certified run.
+        findings: The first difference of each kind and check.
+        seconds: Processor time.
+    """
+
+    impacts: int = 0
+    certified: int = 0
+    proven: int = 0
+    modes: int = 0
+    findings: list[Finding] = field(default_factory=list)
+    seconds: float = 0.0
+
+
+class OutOfTimeError(BaseException):
+    """The processor time of a check is used up; no `Exception`, so that nothing takes it for one of its own."""
+
+
+@contextmanager
+def time_limit(seconds: float) -> Iterator[None]:
+    """Raise `OutOfTimeError` in the block when so many seconds of processor time have passed."""
+
+    def end(_signal: int, _frame: FrameType | None) -> None:
+        raise OutOfTimeError
+
+    with _alarm(seconds, end):
+        yield
+
+
+@contextmanager
+def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    """Call a handler when so many seconds of processor time have passed in the block; an outer limit goes on after."""
+    before = signal.signal(signal.SIGPROF, handler)
+    left, _ = signal.setitimer(signal.ITIMER_PROF, seconds)
+    begin_s = time.process_time()
+    try:
+        yield
+    finally:
+        left = max(1e-3, left - (time.process_time() - begin_s)) if left else 0.0
+        signal.signal(signal.SIGPROF, before)
+        signal.setitimer(signal.ITIMER_PROF, left)
+
+
+def all_pairs_run(scene: Scene) -> Run:
+    """Return a run that looks for impacts among all pairs of bodies instead of in cells."""
+    return pic_run(scene, all_pairs=True)
+
+
+def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> CheckedScene:
+    """Run all checks of a scene.
+
+    Args:
+        scene: The scene.
+        solve: The solver under test.
+    """
+    found, begin_s = CheckedScene(), time.process_time()
+    trace, oracle = list[Trace](), list[Oracle]()
+
+    def solve_scene() -> Iterator[Finding]:
+        trace.append(solve(scene, max_impacts=MOST_IMPACTS))
+        found.impacts = len(trace[0].impacts)
+        yield from _find_no_end(scene, trace[0])
+
+    def compare_with_certified() -> list[Finding]:
+        oracle.append(Oracle(scene, trace[0], solve))
+        record = Record.of(trace[0])
+        oracle[0].count(record, found)
+        return _first_of_each_kind(Check.CERTIFIED, oracle[0].differences(record))
+
+    checks: dict[Check, Callable[[], Iterable[Finding]]] = {
+        Check.TIME_LIMIT: solve_scene,
+        Check.CERTIFIED: compare_with_certified,
+        Check.REORDERED: lambda: _first_of_each_kind(Check.REORDERED, _of_reordered(scene, solve, oracle[0])),
+        Check.ROTATED: lambda: _find_unlike_rotated(trace[0], solve),
+        Check.PIECES: lambda: _find_unlike_bits(Check.PIECES, scene),
+        Check.ALL_PAIRS: lambda: _find_unlike_bits(Check.ALL_PAIRS, scene),
+    }
+    for check, find in checks.items():
+        left_s = SCENE_S - (time.process_time() - begin_s)
+        try:
+            with time_limit(max(LEAST_S, left_s)):
+                found.findings += find()
+        except OutOfTimeError:
+            found.findings.append(Finding(Check.TIME_LIMIT, f"no end of {check.value}", f"it takes {left_s:.1f} s"))
+        except Exception as error:  # noqa: BLE001 - whatever a solver raises is a finding
+            text = f"raised {type(error).__name__}: {error}"
+            found.findings.append(Finding(check, type(error).__name__, text))
+        if not (trace and (oracle or check is Check.TIME_LIMIT)):
+            break
+    found.seconds = time.process_time() - begin_s
+    return found
+
+
+def _first_of_each_kind(check: Check, differences: Sequence[Difference]) -> list[Finding]:
+    first = {difference.kind: difference for difference in reversed(differences)}
+    return [Finding(check, kind.value, difference.text) for kind, difference in first.items()]
+
+
+class Oracle:
+    """What is proven of a scene, and how far roundings may have a run off.
+
+    Attributes:
+        envelope: The rounding envelope.
+        certified: The certified run.
+    """
+
+    def __init__(self, scene: Scene, trace: Trace, solve: Callable[..., Trace]) -> None:
+        self._scene, self._solve, self._impacts = scene, solve, len(trace.impacts)
+        self.envelope: Envelope = compute_envelope(scene, trace, MOST_EVENTS)
+        self.certified: CertifiedTrace = certify_within(CERTIFIED_S, scene, self._impacts + MORE_CERTIFIED)
+
+    @cached_property
+    def copies(self) -> Copies:
+        """Runs of copies of the scene, made where they are asked for."""
+        return Copies(self._scene, self._solve, self._impacts, self.envelope.gap_m)
+
+    def differences(self, record: Record) -> list[Difference]:
+        """Return how a run of the scene differs from what is proven, in order of time."""
+        found = compare_with_envelope(self._scene, self.envelope, record)
+        if found or self.envelope.end is not None:
+            return found
+        return compare_with_certified(self._scene, self.certified, record, self.copies, self.envelope.gap_m)
+
+    def count(self, record: Record, found: CheckedScene) -> None:
+        """Count the impacts and modes that are compared."""
+        proven = sum(isinstance(event, EnvelopeImpact) for event in self.envelope.events)
+        found.proven = min(proven, len(record.impacts))
+        if self.envelope.end is not None:
+            found.certified, found.modes = found.proven, len(self.envelope.events) - proven
+            return
+        until_s = min(self.copies.horizon_s, reliable_until(self.certified))
+        found.certified = max(found.proven, int(np.sum(record.impacts["time_s"] <= until_s)))
+        if record.modes is not None:
+            found.modes = int(np.sum(record.modes["time_s"] <= until_s))
+
+
+def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
+    """Return what is certified of a scene within so many seconds of processor time, or little more."""
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified
+
+    with _alarm(seconds, interrupt):
+        return certify(scene, max_impacts=impacts)
+
+
+def _of_reordered(scene: Scene, solve: Callable[..., Trace], oracle: Oracle) -> list[Difference]:
+    """Return how a run of the rotated scene, its discs in reverse order, differs from what is proven of the scene."""
+    trace = solve(rotate_scene(scene, turn_quarter, is_reversed=True), max_impacts=MOST_IMPACTS)
+    return oracle.differences(restore_record(Record.of(trace), turn_quarter_back, is_reversed=True))
+
+
+def _find_no_end(scene: Scene, trace: Trace) -> Iterator[Finding]:
+    """Yield a run whose time stands still, and that does not end by name in time."""
+    times = trace.impacts["time_s"]
+    if trace.outcome is not Outcome.MAX_IMPACTS or len(times) < AT_ONE_INSTANT:
+        return
+    last_s = float(times[-1])
+    if last_s - float(times[-AT_ONE_INSTANT]) > 2.0 * clock_resolution(last_s):
+        return
+    run, until_s = pic_run(scene), min(scene.duration_s, last_s + 4.0 * clock_resolution(last_s))
+    try:
+        with time_limit(STANDSTILL_S):
+            run.advance_to(until_s)
+    except OutOfTimeError:
+        text = f"{len(run.log)} impacts up to {float(run.log.array()['time_s'][-1])!r} s, no end in {STANDSTILL_S:g} s"
+        yield Finding(Check.TIME_LIMIT, "time stands still", text)
+
+
+# Bits -----------------------------------------------------------------------------------------------------------------
+
+
+def bits_of(run: Run, outcome: Outcome) -> dict[str, object]:
+    """Return all that a run has found, arrays as bytes."""
+    arrays = {
+        "impacts": run.log.array(),
+        "spins": run.log.spins(),
+        "edges": run.log.edges(),
+        "modes": run.log.modes(),
+        "final positions": run.positions(),
+        "final velocities": run.velocities(),
+        "final spins": run.spins(),
+        "impacts per disc": run.impacts_per_disc(),
+    }
+    found: dict[str, object] = {
+        name: None if array is None else np.ascontiguousarray(array).tobytes() for name, array in arrays.items()
+    }
+    return found | {"ambiguous": run.log.ambiguous(), "end": run.time_s, "outcome": outcome, "notes": run.notes}
+
+
+def _find_unlike_bits(check: Check, scene: Scene) -> Iterator[Finding]:
+    """Yield a finding where a run in pieces, or by all pairs, has not the bits of a run in cells at once."""
+    run = pic_run(scene)
+    expected = _take_at_once(run, scene)
+    if check is Check.PIECES:
+        found = _take_in_pieces(pic_run(scene), scene, run.time_s)
+    else:
+        found = _take_at_once(all_pairs_run(scene), scene)
+    unlike = [name for name, value in expected.items() if found[name] != value]
+    if unlike:
+        yield Finding(check, "other bits", f"other bits in {', '.join(unlike)}")
+
+
+def _find_unlike_rotated(trace: Trace, solve: Callable[..., Trace]) -> Iterator[Finding]:
+    """Yield a finding where the rotated scene has not the rotated bits."""
+    turned = solve(rotate_scene(trace.scene, turn_quarter), max_impacts=MOST_IMPACTS)
+    unlike = unlike_fields(Record.of(trace), restore_record(Record.of(turned), turn_quarter_back))
+    if unlike:
+        yield Finding(Check.ROTATED, "other bits", f"other bits in {', '.join(unlike)}")
+
+
+def unlike_fields(one: Record, other: Record) -> list[str]:
+    """Return the fields in which two records differ; 0 and -0 are one number."""
+    found = []
+    for name in Record.__dataclass_fields__:
+        a, b = getattr(one, name), getattr(other, name)
+        if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+            names = a.dtype.names or (None,)
+            same = a.shape == b.shape and all(
+                np.array_equal(a if part is None else a[part], b if part is None else b[part]) for part in names
+            )
+        else:
+            same = a == b
+        if not same:
+            found.append(name)
+    return found
+
+
+def _take_at_once(run: Run, scene: Scene) -> dict[str, object]:
+    return bits_of(run, run.advance_to(scene.duration_s, MOST_IMPACTS))
+
+
+def _take_in_pieces(run: Run, scene: Scene, ends_s: float) -> dict[str, object]:
+    """Take a run on in pieces, by time and by impacts, and look at it between them."""
+    rng = random.Random(scene.name)
+    for time_s in sorted(rng.uniform(0.0, ends_s) for _ in range(PIECES)):
+        outcome = run.advance_to(time_s, rng.choice((MOST_IMPACTS, rng.randint(0, MOST_IMPACTS))))
+        bits_of(run, outcome)
+    return _take_at_once(run, scene)

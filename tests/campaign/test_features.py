@@ -1,0 +1,346 @@
+"""The campaign of features: dozens of its scenes show no new difference, and each planted fault is noticed."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.campaign import feature_checks, features
+from tests.campaign.comparison import Kind, Record
+from tests.campaign.envelope import EnvelopeMode, compute_envelope
+from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_scene
+from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
+from tests.campaign.transformation import restore_record, rotate_scene, turn_by
+from tests.lengths import each, long_after
+from tests.stage import sure
+
+from carom import Disc, Outcome, Ring, Scene, Trace, Wall, load_scene, solve_pic
+from carom.solvers.pic import pic_run
+from carom.solvers.run import Run
+
+Doctor = Callable[[Trace], Trace]
+
+#: Laws of scenes of which every check is run: those that compiled code runs, then all.
+LAWS = {"compiled": {Law.STRAIGHT, Law.DAMPED}, "all": set(Law)}
+#: Scenes of these, with numbers below so many, that show no difference.
+NUMBERS = 44
+
+#: Scenes whose events are all proven, so that nothing hides a fault: rough discs among driven walls, and contact.
+DRIVEN_BOX = Scene(
+    name="driven box",
+    discs=[
+        Disc(position_m=(-1.0, 0.25), velocity_m_s=(2.0, 0.5), radius_m=0.5, spin_rad_s=3.0),
+        Disc(position_m=(1.0, -0.125), velocity_m_s=(-1.0, 0.25), radius_m=0.25, mass_kg=1e-3),
+    ],
+    walls=[
+        Wall(point_m=(-3.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(0.25, 0.0)),
+        Wall(point_m=(3.0, 0.0), normal=(-1.0, 0.0), surface_speed_m_s=0.5),
+        Ring(centre_m=(0.0, 2.5), radius_m=1.0),
+        Ring(centre_m=(0.0, -2.5), radius_m=1.0),
+    ],
+    restitution=0.8,
+    friction=0.3,
+    wall_friction=0.2,
+    duration_s=3.0,
+)
+SLIDE = Scene(
+    name="slide",
+    discs=[Disc(position_m=(0.0, 0.5), velocity_m_s=(2.0, 0.0), radius_m=0.5)],
+    walls=[Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0)), Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0))],
+    wall_friction=0.25,
+    gravity_m_s2=(0.0, -10.0),
+    duration_s=2.0,
+)
+
+
+@pytest.mark.parametrize("laws", long_after(1, LAWS))
+def test_scenes_of_the_campaign_agree(laws: str) -> None:
+    """Impacts of some dozen scenes are those that certified runs prove; rotated, in pieces, by all pairs they agree."""
+    scenes = [scene for scene in map(draw_scene, range(NUMBERS)) if law_of(scene) in LAWS[laws]]
+    checked = {scene.name: check_scene(scene) for scene in scenes}
+    assert {name: found.findings for name, found in checked.items() if found.findings} == {}
+    impacts, certified = (sum(getattr(found, name) for found in checked.values()) for name in ("impacts", "certified"))
+    assert certified > impacts / 2 > len(scenes)
+
+
+def test_all_features_are_drawn() -> None:
+    """Each law and each feature occurs in several of sixty scenes, and a number gives one scene."""
+    scenes = [draw_scene(number) for number in range(60)]
+    assert {law_of(scene) for scene in scenes} == set(Law)
+    named = [name for scene in scenes for name in features_of(scene)]
+    assert all(named.count(name) > 1 for name in set(named))
+    assert len(set(named)) == 15
+    assert draw_scene(7) == scenes[7]
+
+
+# Planted faults -------------------------------------------------------------------------------------------------------
+
+
+def without_impact(trace: Trace) -> Trace:
+    spins = None if trace.spins is None else np.delete(trace.spins, 1)
+    edges = None if trace.edges is None else np.delete(trace.edges, 1)
+    return replace(trace, impacts=np.delete(trace.impacts, 1), spins=spins, edges=edges)
+
+
+def with_impact(trace: Trace) -> Trace:
+    """Return the trace with the second impact twice, the later one between this and the next."""
+    rows = np.insert(trace.impacts, 2, trace.impacts[1])
+    rows["time_s"][2] = 0.5 * (trace.impacts["time_s"][1] + trace.impacts["time_s"][2])
+    spins = None if trace.spins is None else np.insert(trace.spins, 2, trace.spins[1])
+    edges = None if trace.edges is None else np.insert(trace.edges, 2, trace.edges[1])
+    return replace(trace, impacts=rows, spins=spins, edges=edges)
+
+
+def with_field(name: str, part: float) -> Doctor:
+    """Return what changes one number of the third impact by a part of itself."""
+
+    def doctor(trace: Trace) -> Trace:
+        rows = trace.impacts.copy()
+        rows[name][2] *= 1.0 + part
+        return replace(trace, impacts=rows)
+
+    return doctor
+
+
+def with_spin(trace: Trace) -> Trace:
+    spins = sure(trace.spins).copy()
+    spins["first_after"][1] += 1e-11
+    return replace(trace, spins=spins)
+
+
+def with_end(trace: Trace) -> Trace:
+    return replace(trace, final_position_m=trace.final_position_m + 1e-12)
+
+
+def ended_early(trace: Trace) -> Trace:
+    """Return the trace as if its run had ended by name after two impacts."""
+    end_s = float(trace.impacts["time_s"][1])
+    spins, edges = sure(trace.spins)[:2], sure(trace.edges)[:2]
+    return replace(
+        trace, impacts=trace.impacts[:2], spins=spins, edges=edges, end_time_s=end_s, outcome=Outcome.STANDSTILL
+    )
+
+
+def ended_late(trace: Trace) -> Trace:
+    """Return the trace as if its run had ended by name after all impacts, before the end of the scene."""
+    return replace(trace, end_time_s=0.5 * (trace.end_time_s + trace.impacts["time_s"][-1]), outcome=Outcome.GLIDES)
+
+
+FAULTS: list[tuple[Doctor, Kind]] = [
+    (without_impact, Kind.MISSED),
+    (with_impact, Kind.SPURIOUS),
+    (with_field("time_s", 1e-13), Kind.TIME),
+    (with_field("velocity_first_after", 1e-13), Kind.VELOCITY),
+    (with_field("velocity_first_before", 1e-13), Kind.VELOCITY),
+    (with_spin, Kind.SPIN),
+    (with_end, Kind.FINAL_STATE),
+    (ended_early, Kind.EARLY_END),
+    (ended_late, Kind.ENDING),
+]
+
+
+def kinds_of(checked: CheckedScene, check: Check) -> set[str]:
+    return {finding.kind for finding in checked.findings if finding.check is check}
+
+
+def solve_with(doctor: Doctor) -> Callable[..., Trace]:
+    return lambda scene, **options: doctor(solve_pic(scene, **options))
+
+
+def test_a_scene_without_a_fault_shows_none() -> None:
+    """Both scenes that faults are planted in have several events, and no difference."""
+    for scene in (DRIVEN_BOX, SLIDE):
+        checked = check_scene(scene)
+        assert checked.findings == []
+        assert checked.certified + checked.modes > 1
+    assert check_scene(DRIVEN_BOX).proven > 3
+
+
+@each(("doctor", "kind"), FAULTS)
+def test_a_planted_fault_is_noticed(doctor: Doctor, kind: Kind) -> None:
+    """An impact less or more, a number off by some hundred roundings, an end that nothing explains."""
+    checked = check_scene(DRIVEN_BOX, solve_with(doctor))
+    assert kind.value in kinds_of(checked, Check.CERTIFIED)
+
+
+@each(("doctor", "kind"), [(without_impact, Kind.MISSED), (with_field("time_s", 1e-9), Kind.TIME)])
+def test_a_fault_beyond_the_envelope_is_noticed(doctor: Doctor, kind: Kind, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where balls decide nothing, the certified run and copies of the scene do."""
+    monkeypatch.setattr(feature_checks, "MOST_EVENTS", 0)
+    assert check_scene(DRIVEN_BOX).findings == []
+    assert kind.value in kinds_of(check_scene(DRIVEN_BOX, solve_with(doctor)), Check.CERTIFIED)
+
+
+def test_a_fault_of_a_mode_is_noticed() -> None:
+    """A change of how a disc moves in contact that is left out, or is off by some hundred roundings."""
+    assert any(isinstance(event, EnvelopeMode) for event in compute_envelope(SLIDE, solve_pic(SLIDE), 9).events)
+
+    def without_mode(trace: Trace) -> Trace:
+        return replace(trace, modes=sure(trace.modes)[:-1])
+
+    def late(trace: Trace) -> Trace:
+        modes = sure(trace.modes).copy()
+        modes["time_s"][-1] *= 1.0 + 1e-13
+        return replace(trace, modes=modes)
+
+    for doctor in (without_mode, late):
+        assert kinds_of(check_scene(SLIDE, solve_with(doctor)), Check.CERTIFIED) == {Kind.MODE.value}
+
+
+def test_an_impact_that_is_rounding_is_told_from_others() -> None:
+    """A disc that restitution 0 has left with a driven wall's velocity, struck once more at a rounding's speed."""
+    scene = Scene(
+        name="stays",
+        discs=[Disc(position_m=(0.0, 0.0), velocity_m_s=(-1.0, 0.25), radius_m=0.5)],
+        walls=[Wall(point_m=(-2.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(0.125, 0.0))],
+        wall_restitution=0.0,
+        duration_s=4.0,
+    )
+
+    def again(trace: Trace) -> Trace:
+        rows = np.repeat(trace.impacts, 2)
+        rows["time_s"][1] += 1.0
+        rows["velocity_first_before"][1] = (0.125 * (1.0 - 2.0**-53), 0.25)
+        return replace(trace, impacts=rows)
+
+    assert check_scene(scene).findings == []
+    assert kinds_of(check_scene(scene, solve_with(again)), Check.CERTIFIED) == {Kind.ROUNDING.value}
+
+
+@each(
+    ("name", "check"), [("pic_run", Check.PIECES), ("all_pairs_run", Check.ALL_PAIRS), ("rotate_scene", Check.ROTATED)]
+)
+def test_other_bits_are_noticed(name: str, check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run in pieces, by all pairs, or of the rotated scene, whose start differs in a last place."""
+    calls = []
+
+    def shifted(scene: Scene) -> Scene:
+        first, *others = scene.discs
+        x, y = first.position_m
+        moved = first.model_copy(update={"position_m": (np.nextafter(x, 9.0).item(), y)})
+        return scene.model_copy(update={"discs": (moved, *others)})
+
+    def run(scene: Scene) -> Run:
+        calls.append(name)
+        return pic_run(shifted(scene) if name != "pic_run" or len(calls) == 2 else scene)
+
+    def rotated(scene: Scene, *arguments: Any, **options: Any) -> Scene:
+        return rotate_scene(shifted(scene), *arguments, **options)
+
+    monkeypatch.setattr(feature_checks, name, rotated if name == "rotate_scene" else run)
+    assert check in {finding.check for finding in check_scene(DRIVEN_BOX).findings}
+
+
+def test_an_error_and_a_run_without_end_are_findings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a solver raises is one of its check; so is what takes longer than its limit, whose scene goes on."""
+
+    def fails(_scene: Scene) -> Run:
+        raise ZeroDivisionError("planted")
+
+    monkeypatch.setattr(feature_checks, "all_pairs_run", fails)
+    found = check_scene(DRIVEN_BOX).findings
+    assert found == [Finding(Check.ALL_PAIRS, "ZeroDivisionError", "raised ZeroDivisionError: planted")]
+
+    def runs_on(_scene: Scene) -> Run:
+        while True:
+            pass
+
+    monkeypatch.setattr(feature_checks, "all_pairs_run", runs_on)
+    monkeypatch.setattr(feature_checks, "SCENE_S", 0.2)
+    monkeypatch.setattr(feature_checks, "LEAST_S", 0.1)
+    (finding,) = check_scene(DRIVEN_BOX).findings
+    assert (finding.check, finding.kind) == (Check.TIME_LIMIT, f"no end of {Check.ALL_PAIRS.value}")
+
+
+def test_a_rotated_record_is_seen_from_the_original_scene() -> None:
+    """By 90 degrees and back to the bit; by any angle, and with the discs in reverse order, to rounding."""
+    trace = solve_pic(DRIVEN_BOX)
+    record = Record.of(trace)
+    turned = rotate_scene(DRIVEN_BOX, turn_by(0.7), is_reversed=True)
+    found = restore_record(Record.of(solve_pic(turned)), turn_by(-0.7), is_reversed=True)
+    assert feature_checks.unlike_fields(found, found) == []
+    assert found.impacts[["first", "second"]].tolist() == record.impacts[["first", "second"]].tolist()
+    for name in ("time_s", "normal", "velocity_first_after", "velocity_second_before"):
+        np.testing.assert_allclose(found.impacts[name], record.impacts[name], atol=1e-12)
+    np.testing.assert_allclose(sure(found.spins)["first_after"], sure(record.spins)["first_after"], atol=1e-12)
+    np.testing.assert_allclose(found.final_position_m, record.final_position_m, atol=1e-12)
+
+
+# The command ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_difference_is_saved_with_its_reason(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The command counts it, saves the scene, says how to see it again, and returns 1."""
+    finding = Finding(Check.CERTIFIED, Kind.MISSED.value, "disc 0 and wall 1 meet at 0.5 s")
+    monkeypatch.setattr(features, "check_scene", lambda _: CheckedScene(impacts=3, findings=[finding]))
+    assert features.main(["--scene", "5", "--out", str(tmp_path)]) == 1
+    printed = capsys.readouterr().out
+    assert "python -m tests.campaign.features --scene 5" in printed
+    assert "| certified run: missed impact | 1 |" in printed
+    (path,) = tmp_path.iterdir()
+    saved = load_scene(path)
+    assert saved.description == "certified run: missed impact: disc 0 and wall 1 meet at 0.5 s"
+    assert saved.model_copy(update={"description": ""}) == draw_scene(5)
+
+
+@pytest.mark.long
+def test_counts_of_features_add_up_over_calls(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A second call goes on with the next scene, and its table holds the scenes of both."""
+    state = tmp_path / "features.json"
+    for scenes in (2, 5):
+        arguments = ["--scenes", str(scenes), "--jobs", "2", "--state", str(state), "--out", str(tmp_path)]
+        assert features.main(arguments) == 0
+        tally = features.Tally.load(state)
+        assert (tally.scenes, tally.begun) == (scenes, scenes)
+        assert f"| all | {scenes} |" in capsys.readouterr().out
+    assert sum(count.impacts for count in tally.counts.values()) > 0
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("heard_interrupts")
+def test_ctrl_c_shows_the_scenes_that_were_checked(tmp_path: Path) -> None:
+    """Ctrl-C ends with the scene under way: the table and the file hold all that has been checked."""
+    state = tmp_path / "features.json"
+    arguments = ["--scenes", "100000", "--state", str(state), "--out", str(tmp_path)]
+    with subprocess.Popen(
+        [sys.executable, "-m", "tests.campaign.features", *arguments],
+        cwd=Path(__file__).parents[2],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert "scenes" in sure(process.stderr).readline()
+        process.send_signal(signal.SIGINT)
+        table = sure(process.stdout).read()
+        assert process.wait() in {features.INTERRUPTED, 1}
+    tally = features.Tally.load(state)
+    assert f"| all | {tally.scenes:,} |" in table
+    assert tally.begun == tally.scenes > 0
+
+
+@pytest.mark.long
+def test_a_process_that_hangs_or_ends_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Its scene is a finding, and the campaign goes on with the next one."""
+    monkeypatch.setattr(features, "HANGING_S", -1.0)
+    campaign = features.Campaign(features.Tally(), None, tmp_path)
+    assert campaign.run(2, 1, 10.0)
+    assert set(campaign.tally.differences) <= {"time limit: hangs"}
+    worker = features.Worker()
+    worker.check(0)
+    worker.process.kill()
+    assert [finding.kind for finding in worker.result().findings] == ["crash"]
+    worker.check(1)
+    assert worker.result().impacts >= 0
+    worker.end()
+    assert "scene" in capsys.readouterr().out or not campaign.tally.differences

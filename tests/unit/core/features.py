@@ -1,0 +1,24 @@
+"""Times of impact with one feature, by the core."""
+
+from __future__ import annotations
+
+from carom.core import primitives
+from carom.physics.features import Feature, Mover, Point
+from carom.physics.numbered import numbers_of
+
+
+def in_core(feature: Feature) -> primitives.WallFeatures:
+    """Return a wall of one feature."""
+    return primitives.WallFeatures([numbers_of(feature, 0)])
+
+
+def feature_time(disc: Mover, feature: Feature, *, just_left: bool = False) -> tuple[float, bool]:
+    """Return when a disc on a straight path touches a feature, and whether it glides there."""
+    time, _, glides = in_core(feature).first_touch(disc, 0 if just_left else -1)
+    return time, glides
+
+
+def feature_fall_time(disc: Mover, feature: Feature, gravity: Point, leaving: float | None = None) -> float:
+    """Return when a falling disc touches a feature; `leaving` is the speed at which it has just left it."""
+    time, _ = in_core(feature).first_fall(disc, *gravity, -1 if leaving is None else 0, leaving or 0.0)
+    return time

@@ -1,0 +1,130 @@
+"""An impact with restitution 0 leaves contact, and no later impact that is only rounding."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import carom
+from carom import Chain, Disc, Scene, Wall
+from carom.trace import Outcome
+
+#: Directions of the first wall's normal, in radians: along an axis, and not.
+ANGLES = (0.0, 0.3, 1.0, math.pi / 3, 2.5)
+
+
+def wall(kind: str, at: complex, normal: complex, drive: complex = 0.0, **more: float) -> Wall | Chain:
+    """Return a half-plane, or a long straight edge, through a point."""
+    velocity = (drive.real, drive.imag)
+    if kind == "half-plane":
+        return Wall(point_m=(at.real, at.imag), normal=(normal.real, normal.imag), velocity_m_s=velocity, **more)
+    ends = [at + side * 40j * normal for side in (1, -1)]
+    return Chain(points_m=[(end.real, end.imag) for end in ends], velocity_m_s=velocity, **more)
+
+
+@pytest.mark.parametrize("kind", ["half-plane", "edge"])
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("drive", [0.0, 0.125, 0.3, -0.1])
+def test_a_disc_that_moves_with_a_wall_does_not_meet_it_again_after_a_wall_across(
+    kind: str, angle: float, drive: float
+) -> None:
+    """It has two impacts: on a driven wall with restitution 0, and on an elastic wall at a right angle to that."""
+    normal = complex(math.cos(angle), math.sin(angle))
+    across = complex(-normal.imag, normal.real)
+    velocity = -2.0 * normal + 0.7 * across
+    place = 3.0 * normal
+    scene = Scene(
+        name="pushed",
+        discs=[Disc(position_m=(place.real, place.imag), velocity_m_s=(velocity.real, velocity.imag), radius_m=0.5)],
+        walls=[
+            wall(kind, 0.0, normal, drive * normal, restitution=0.0),
+            wall(kind, 4.0 * across, -across, restitution=1.0),
+        ],
+        duration_s=12.0,
+    )
+    trace = carom.solve_pic(scene)
+    assert trace.impacts["second"].tolist() == [-1, -2]
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_back(driven: bool) -> None:
+    """Between two impacts on elastic walls a disc passes another one, whose normal velocity an impact has given it."""
+    pusher = {"mass_kg": math.inf, "driven": True} if driven else {"mass_kg": 1.0}
+    scene = Scene(
+        name="tangent",
+        discs=[
+            Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 0.3), radius_m=0.5, **pusher),
+            Disc(position_m=(-0.7, 3.0), velocity_m_s=(0.35, -0.9), radius_m=0.5),
+        ],
+        walls=[Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0)), Wall(point_m=(-2.0, 0.0), normal=(1.0, 0.0))],
+        restitution=0.0,
+        wall_restitution=1.0,
+        duration_s=14.0,
+    )
+    trace = carom.solve_pic(scene)
+    first = trace.impacts[0]
+    assert (first["first"], first["second"]) == (0, 1)
+    assert abs(float(first["normal"][0])) <= 0.2
+    assert set(trace.impacts["second"][1:].tolist()) <= {-1, -2, 1}
+
+
+def test_collapse_under_gravity_ends_by_name() -> None:
+    """Three discs that lose energy and are pressed together by walls end as a standstill, after at most 100 n^2 impacts."""
+    box = [Wall(point_m=(0.0, 0.0), normal=(0.6, 0.8)), Wall(point_m=(0.0, 0.0), normal=(-0.6, 0.8))]
+    discs = [
+        Disc(position_m=(x, y), velocity_m_s=(-0.3 * x, 0.0), radius_m=0.4) for x, y in ((-0.9, 2.6), (0.9, 2.6), (0.0, 4.0))
+    ]
+    scene = Scene(
+        name="heap",
+        discs=discs,
+        walls=box,
+        restitution=0.1,
+        wall_restitution=0.1,
+        gravity_m_s2=(0.0, -9.81),
+        duration_s=20.0,
+    )
+    trace = carom.solve_pic(scene)
+    assert trace.outcome in {Outcome.STANDSTILL, Outcome.PRESSED, Outcome.CORNER}
+    assert trace.end_time_s < scene.duration_s
+    assert trace.notes
+    assert len(trace.impacts) <= 2 * 100 * 5**2
+
+
+@pytest.mark.parametrize("opening", [0.5 * math.pi - 0.02, 1.6, 1.75, 1.9, 2.2])
+def test_a_corner_ends_when_its_impacts_do(opening: float) -> None:
+    """With restitution 0 a frictionless disc slides up one wall and the other, at speeds w, c w, c^2 w, ... in turn.
+
+    On each it rises and comes back within 2 w / a, where a is gravity along it. With -c the cosine of the angle between
+    the walls all of that takes 2 w (1/a + c/b) / (1 - c^2). Where the angle is acute, what is left of the first descent
+    leads into the corner, and nothing rises again.
+    """
+    c = max(-math.cos(opening), 0.0)
+    left, right = 0.9, 0.9 + opening  # directions of the walls, from the corner upwards
+    gravity, radius = 9.81, 0.25
+    middle = 0.5 * (left + right)
+    one, other = (complex(math.cos(angle), math.sin(angle)) for angle in (left, right))
+    # The disc touches both walls at the start, and is sent up the first of them.
+    corner = radius / math.sin(0.5 * opening) * complex(math.cos(middle), math.sin(middle))
+    speed = 0.5
+    ends = [40.0 * one, 0j, 40.0 * other]
+    scene = Scene(
+        name="wedge",
+        discs=[
+            Disc(
+                position_m=(corner.real, corner.imag),
+                velocity_m_s=(speed * one.real, speed * one.imag),
+                radius_m=radius,
+            )
+        ],
+        walls=[Chain(points_m=[(end.real, end.imag) for end in ends])],
+        wall_restitution=0.0,
+        gravity_m_s2=(0.0, -gravity),
+        duration_s=10.0,
+    )
+    trace = carom.solve_pic(scene)
+    along = [abs(gravity * direction.imag) for direction in (one, other)]
+    expected_s = 2.0 * speed * (1.0 / along[0] + c / along[1]) / (1.0 - c * c)
+    assert trace.outcome is Outcome.CORNER
+    assert trace.end_time_s == pytest.approx(expected_s, rel=1e-12)
+    assert trace.notes[0].startswith("disc 0 is wedged between edges 0 and 1 of wall 0")
