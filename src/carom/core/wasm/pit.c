@@ -128,6 +128,9 @@ CAROM_EXPORT("begin_pit") bool begin_pit(void) {
     state.rolling_resistance = n[ROLLING_RESISTANCE];
     state.damping.rate = n[DAMPING];
     state.motion = state.deceleration > 0.0 ? SLOWING : state.gx != 0.0 || state.gy != 0.0 ? FALLING : STRAIGHT;
+    state.has_touched = state.law.restitution == 0.0;
+    for (Index k = 0; k < state.wall_count; k++)
+        state.has_touched |= carom_input.arrays[MATERIALS][2 * k] == 0.0;
     count_paths();
     state.has_chains = state.edge_count > 0;
     state.record.has_spins = n[HAS_SPINS] != 0.0;
