@@ -76,7 +76,8 @@ def sources_digest() -> str:
 def _sources(package: Path) -> list[Path]:
     """Return all sources of the extension."""
     kinds = (".pyx", ".pxd", ".h", ".c")  # in one walk, because each process that runs a scene calls this
-    return sorted(Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds))
+    found = [Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds)]
+    return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))  # the page's: core.wasm
 
 
 def _absence() -> str:

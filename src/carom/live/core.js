@@ -20,7 +20,7 @@ const QUARTIC_POWERS = 5,
 
 let core = null;
 // What the core asks of a scene: whether the order of impacts at a corner matters.
-const asked = { isOrderFree: () => false, isCrushed: () => false };
+const asked = { isOrderFree: () => false };
 export const whenAsked = (answers) => Object.assign(asked, answers);
 
 const floats = (address, count) => new Float64Array(core.memory.buffer, address, count);
@@ -36,7 +36,6 @@ export async function startCore(bytes) {
   const { instance } = await WebAssembly.instantiate(bytes, {
     carom: {
       is_order_free: (one, other, elastic) => Number(asked.isOrderFree(one, other, elastic !== 0)),
-      is_crushed: (disc) => Number(asked.isCrushed(disc)),
       solve_quartic: solveQuartic,
     },
   });
@@ -157,5 +156,16 @@ export function runPit(arrays, numbers, frames) {
   required(core.begin_pit());
   required(core.advance_pit(frames));
   const run = found(results());
-  return { ...run, outcome: "completed", end_s: numbers.duration, frames, ...statesOf(core.states_pit(numbers.duration), arrays.radii.length, numbers.hasSpins) };
+  const { duration, damping, hasSpins } = numbers,
+    { positions, velocities, spins } = statesOf(core.states_pit(undamped(damping, duration)), arrays.radii.length, hasSpins),
+    left = kept(damping, duration);
+  return {
+    ...run,
+    outcome: "completed",
+    end_s: duration,
+    frames,
+    positions,
+    velocities: velocities.map((velocity) => velocity.map((v) => v * left)),
+    spins: spins && spins.map((spin) => spin * left),
+  };
 }

@@ -155,7 +155,8 @@ def _sampler(reference: Trace, trace: Trace) -> Json | None:
     Nothing acts on them but their one impact, and that along the line of their centres.
     """
     scene = trace.scene
-    plain = not (scene.walls or scene.needs & {Need.GRAVITY, Need.DAMPING, Need.FRICTION, Need.TANGENTIAL_RESTITUTION})
+    acting = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.FRICTION, Need.TANGENTIAL_RESTITUTION, Need.DRIVEN_DISCS}
+    plain = not (scene.walls or scene.needs & acting)
     if trace.method != "pit" or len(scene.discs) != 2 or len(reference.impacts) != 1 or not plain:
         return None
     sampled: Json = scene.model_dump(mode="json", exclude={"name", "description"})

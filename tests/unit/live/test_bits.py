@@ -1,4 +1,4 @@
-"""PIC and PIT in JavaScript give the bits of Carom's: in node, over the catalogue and scenes drawn at random."""
+"""PIC and PIT of the page, by the core in WebAssembly, have the bits of Python's: in node, over all kinds of scenes."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.drawn import KINDS, TABLES, drawn, thrown
+from tests.drawn import KINDS, TABLES, drawn, slowing, thrown
 from tests.lengths import long_after
 from tests.processes import ran
 from tests.stage import crushed_rows
@@ -32,8 +32,6 @@ from carom.walls import Leg
 HERE = Path(__file__).parent
 #: Enough of the impacts of the longest scenes.
 MOST = 2500
-#: All that the JavaScript refuses, by the names that it says.
-REFUSED = {"a table that slows discs down", "numbers of extreme size"}
 
 Job = tuple[carom.Scene, str]
 
@@ -115,94 +113,50 @@ def _catalogue() -> list[Job]:
 
 
 @pytest.mark.parametrize("one_in", long_after(1, [3, 1]))
-def test_the_catalogue_has_carom_s_bits(one_in: int) -> None:
-    """Every time, normal, velocity, spin and final state is the same float, but of scenes refused for their table.
+def test_the_catalogue_has_the_bits_of_python(one_in: int) -> None:
+    """Every time, normal, velocity, spin, mode and final state is the same float.
 
     One scene in three; long, all of them.
     """
-    jobs = [job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]
-    found = _of_javascript(jobs)
-    assert _differ(jobs, found) == []
-    for (scene, method), got in zip(jobs, found, strict=True):
-        assert set(got.get("refused", ())) <= REFUSED, scene.name
-        if method == "pic":
-            assert ("refused" in got) == (scene.table_deceleration_m_s2 > 0.0), scene.name
+    assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
 
 
-#: Changes of a scene, and what is refused of each.
-REFUSALS: list[tuple[dict[str, Any], str]] = [
-    ({"table_deceleration_m_s2": 0.5}, "a table that slows discs down"),
-    ({"duration_s": 2.0**201}, "numbers of extreme size"),
+def test_a_field_that_is_not_known_is_refused_by_name() -> None:
+    """No scene is run without what it has."""
+    scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0}
+    wall = {"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "bounce": 2.0}
+    changes: dict[str, dict[str, Any]] = {"bounce": {"walls": [wall]}, "drag": {"drag": 0.1}}
+    lines = "\n".join(json.dumps({"scene": {**scene, **change}, "method": "pic"}) for change in changes.values())
+    done = ran([_node(), HERE / "bits.mjs", SOURCES], input=lines)
+    assert [json.loads(line) for line in done.stdout.splitlines()] == [{"refused": [name]} for name in changes]
+
+
+#: Faults in the rows that the core is given, and where they change a result.
+_FAULTS = [
+    ("rational.js", "ROOT_BITS = 160", "ROOT_BITS = 52"),
+    ("outline.js", "Math.sqrt(nearest(", "Math.fround(nearest("),
     (
-        {"walls": [{"centre_m": [9.0, 0.0], "radius_m": 1.0, "velocity_m_s": [2.0**201, 0.0]}]},
-        "numbers of extreme size",
+        "features.js",
+        "nearestRoot(ex, length2)]",
+        "along[0][0] / Math.sqrt(along[0][0] ** 2 + along[1][0] ** 2)]",
     ),
-    ({"walls": [{"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "bounce": 2.0}]}, "bounce"),
-    ({"drag": 0.1}, "drag"),
+    ("obstacles.js", "begin, end, ...moved", "begin, end, ...moved.map(Math.fround)"),
+    ("core.js", "core.damped(rate, time)", "-Math.log1p(-rate * time) / rate"),
 ]
 
 
-def test_a_scene_that_is_not_ported_is_refused_by_name() -> None:
-    """What the JavaScript can't do, and a field that it doesn't know, it says by name; it never runs without them."""
-    scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0}
-    lines = "\n".join(json.dumps({"scene": {**scene, **change}, "method": "pic"}) for change, _ in REFUSALS)
-    done = ran([_node(), HERE / "bits.mjs", SOURCES], input=lines)
-    assert [json.loads(line) for line in done.stdout.splitlines()] == [{"refused": [name]} for _, name in REFUSALS]
-
-
-#: Where a change of each module is looked for: in these scenes of the catalogue, and in drawn tables besides.
-_AT = {
-    "bodies.js": ("paper/", "classics/"),
-    "meeting.js": ("paper/", "classics/"),
-    "flying.js": ("engines/gas", "classics/"),
-    "encounter.js": ("gravity/", "tables/"),
-    "falling.js": ("gravity/",),
-    "contacts.js": ("contact/",),
-    "squeeze.js": ("driven/", "tables/"),
-    "driving.js": ("driven/", "tables/"),
-    "damping.js": ("contact/",),
-    **dict.fromkeys(("rational.js", "outline.js", "features.js", "touching.js", "finite.js"), ("tables/",)),
-}
-
-
-@pytest.mark.parametrize(
-    ("module", "old", "new"),
-    long_after(
-        1,
-        [
-            ("falling.js", "0.5 * gy * dt", "gy * dt * 0.25"),
-            ("bodies.js", "const distance = sqrt(dx * dx + dy * dy)", "const distance = Math.hypot(dx, dy)"),
-            ("meeting.js", "near + 0.5 * step * (1 + bend * (0.25 + 0.125 * bend))", "near"),
-            ("meeting.js", "return t - (gap[0] + p", "return t - 0 * (gap[0] + p"),
-            ("flying.js", "(this.epochImpacts * b.n)", "(this.epochImpacts * b.n + 1)"),
-            ("encounter.js", "<< 55n", "<< 51n"),
-            ("rational.js", "ROOT_BITS = 160", "ROOT_BITS = 52"),
-            ("outline.js", "cx + (radius * dx) / distance", "cx + radius * (dx / distance)"),
-            (
-                "features.js",
-                "nearestRoot(ex, length2)]",
-                "along[0][0] / Math.sqrt(along[0][0] ** 2 + along[1][0] ** 2)]",
-            ),
-            ("touching.js", "sector.reflex ? begun || notEnded : ", ""),
-            ("finite.js", "(sign * x) / distance", "x * (sign / distance)"),
-            ("contacts.js", "b.spin[i] = 0 - speed / b.radius[i]", "b.spin[i] = -(speed / b.radius[i])"),
-            ("squeeze.js", "<= this.most", "<= this.most + 2"),
-            ("damping.js", "-log1p(-way)", "-Math.log1p(-way)"),
-            ("damping.js", "-expm1(", "-Math.expm1("),
-            ("driving.js", "x + velocity[k] * (t - begin)", "x + (velocity[k] * t - velocity[k] * begin)"),
-        ],
-    ),
-)
-def test_a_change_of_the_formula_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
-    """A formula that is the same but for rounding, or wrong by little, does not pass as the same bits."""
-    for source in SOURCES.glob("*.js"):
-        shutil.copy(source, tmp_path)
-    (tmp_path / "package.json").write_text('{"type": "module"}')
+@pytest.mark.parametrize(("module", "old", "new"), long_after(1, _FAULTS))
+def test_a_fault_in_a_row_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
+    """A number that is the same but for rounding does not pass as the same bits."""
+    for source in SOURCES.iterdir():
+        if source.suffix in {".js", ".wasm", ".json"}:
+            shutil.copy(source, tmp_path)
     text = (tmp_path / module).read_text(encoding="utf-8")
     assert old in text
     (tmp_path / module).write_text(text.replace(old, new), encoding="utf-8")
-    jobs = [job for job in _catalogue() if job[0].name.startswith(_AT[module])]
-    assert _unlike([*jobs, *(_tables(range(12)) if "tables/" in _AT[module] else ())], tmp_path)
+    places = ("tables/", "driven/", "contact/", "walls/")
+    jobs = [job for job in _catalogue() if job[0].name.startswith(places)]
+    assert _unlike([*jobs, *_tables(range(12)), *_random(range(4, 5))], tmp_path)
 
 
 def _drawn(kind: str, seed: int) -> carom.Scene:
@@ -275,8 +229,8 @@ def _random(seeds: range) -> list[Job]:
     return [(_drawn(kind, seed), how) for seed in seeds for kind in KINDS for how in ("pic", "pit")]
 
 
-def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
-    """No bit differs of scenes of every kind that is drawn, of tables, of what lands, glides, and is met too late.
+def test_scenes_drawn_at_random_have_the_bits_of_python() -> None:
+    """No bit differs of scenes of every kind that is drawn, of tables, of extreme sizes, of what lands and glides.
 
     The scenes have friction and spin, gravity, and both. Tables are edges, arcs, circles and their joints, with
     materials of their own, driven and falling. What lands where friction gives back keeps none of its slip, or all of
@@ -287,7 +241,55 @@ def test_scenes_drawn_at_random_have_carom_s_bits() -> None:
     assert len(tables) == 8
     slips = [(thrown(seed, gives_back=True), "pic") for seed in range(8)]
     slips += [(held_in_its_landing(regain, 1e19), "pic") for regain in (-1.0, 0.5)]
-    assert _unlike([*_random(range(1)), *tables, *slips, *_gliding(), (_drawn("far out", 37), "pic")]) == []
+    others = [*_slowing(range(3)), *_extreme(range(4)), *_gliding(), (_drawn("far out", 37), "pic")]
+    assert _unlike([*_random(range(1)), *tables, *slips, *others]) == []
+
+
+def _slowing(numbers: range) -> list[Job]:
+    """Discs that a table slows down."""
+    return [(slowing(number), how) for number in numbers for how in ("pic", "pit")]
+
+
+def _extreme(numbers: range) -> list[Job]:
+    """Scenes of every kind in sizes that are computed in other units."""
+    scenes = []
+    for number in numbers:
+        rnd = random.Random(f"extreme {number}")
+        length, time = rnd.choice((-300, -230, 210, 260)), rnd.choice((-150, 0, 100))
+        base = slowing(number) if number % 3 == 2 else drawn("anywhere", number, rough=number % 2 == 1)
+        scenes.append(_sized(base, length, time))
+    return [(scene, how) for scene in scenes for how in ("pic", "pit")]
+
+
+def _sized(scene: carom.Scene, length: int, time: int) -> carom.Scene:
+    """Return a scene in which lengths and times are larger by powers of two."""
+
+    def scaled(vector: Sequence[float], exponent: int) -> tuple[float, ...]:
+        return tuple(math.ldexp(x, exponent) for x in vector)
+
+    discs = [
+        disc.model_copy(
+            update={
+                "position_m": scaled(disc.position_m, length),
+                "velocity_m_s": scaled(disc.velocity_m_s, length - time),
+                "radius_m": math.ldexp(disc.radius_m, length),
+                "spin_rad_s": math.ldexp(disc.spin_rad_s, -time),
+            }
+        )
+        for disc in scene.discs
+    ]
+    walls = [
+        wall.model_copy(update={"point_m": scaled(wall.point_m, length)})
+        for wall in scene.walls
+        if isinstance(wall, carom.Wall)
+    ]
+    more = {
+        "name": f"{scene.name} {length} {time}",
+        "duration_s": math.ldexp(scene.duration_s, time),
+        "frame_rate_hz": math.ldexp(scene.frame_rate_hz, -time),
+        "table_deceleration_m_s2": math.ldexp(scene.table_deceleration_m_s2, length - 2 * time),
+    }
+    return carom.Scene(**{**dict(scene), **more, "discs": discs, "walls": walls})
 
 
 def _gliding() -> list[Job]:
@@ -303,21 +305,27 @@ def _gliding() -> list[Job]:
 
 
 @pytest.mark.long
-def test_rows_of_discs_that_are_crushed_have_carom_s_bits() -> None:
+def test_rows_of_discs_that_are_crushed_have_the_bits_of_python() -> None:
     """Between mallets and walls that close on them: every impact before the crush is named."""
     assert _unlike([(scene, "pic") for scene, _ in crushed_rows()]) == []
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("first", range(0, 200, 20))
-def test_two_thousand_scenes_have_carom_s_bits(first: int) -> None:
+def test_two_thousand_scenes_have_the_bits_of_python(first: int) -> None:
     """Two thousand of them, two hundred of each kind."""
     assert _unlike(_random(range(first, first + 20))) == []
 
 
 @pytest.mark.long
+def test_a_hundred_slowing_tables_and_extreme_sizes_have_the_bits_of_python() -> None:
+    """Discs that a table slows, and scenes that are computed in other units."""
+    assert _unlike([*_slowing(range(3, 103)), *_extreme(range(4, 104))]) == []
+
+
+@pytest.mark.long
 @pytest.mark.parametrize("first", range(4, 404, 100))
-def test_hundreds_of_tables_have_carom_s_bits(first: int) -> None:
+def test_hundreds_of_tables_have_the_bits_of_python(first: int) -> None:
     """Four hundred draws of tables, a quarter of them driven and falling."""
     assert _unlike(_tables(range(first, first + 100))) == []
 
@@ -360,3 +368,13 @@ def test_every_module_is_in_the_page() -> None:
     """What lies beside the others is loaded; the loader stands on its own, before them."""
     assert {path.stem for path in page.SOURCES.glob("*.js")} == {*page.MODULES, "loader"}
     assert all(first != second for first, second in pairwise(page.MODULES))
+
+
+def test_blocks_are_unpacked_to_what_was_packed() -> None:
+    """The page's own decoder of LZMA gives the bytes back: of text, of the core, of what repeats, and of noise."""
+    noise = random.Random("noise").randbytes(5000)
+    contents = [page.page_script().encode(), page.CORE.read_bytes(), b"ab" * 3000 + b"c", noise, noise[:7] * 99, b"<"]
+    lines = "\n".join(page.packed_block(content) for content in contents)
+    assert "<" not in lines
+    done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
+    assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents

@@ -11,18 +11,12 @@
 #define CAROM_IMPORT(name) __attribute__((import_module("carom"), import_name(name)))
 
 CAROM_IMPORT("is_order_free") int js_is_order_free(int one, int other, int elastic);
-CAROM_IMPORT("is_crushed") int js_is_crushed(int disc);
 CAROM_IMPORT("solve_quartic")
 double js_solve_quartic(double from, int is_closed, const int *counts, const Product *products, int index);
 
 static bool is_order_free(void *context, int one, int other, bool elastic) {
     (void)context;
     return js_is_order_free(one, other, elastic);
-}
-
-static bool is_crushed(void *context, int disc) {
-    (void)context;
-    return js_is_crushed(disc);
 }
 
 static double solve_quartic(void *context, const Products *gap, int index) {
@@ -79,7 +73,7 @@ static RunInput run_input(void) {
         .law = input_law(),
         .resize = carom_resize,
         .corners = {is_order_free, NULL},
-        .is_crushed = is_crushed,
+        .until = n[DURATION],
     };
 }
 

@@ -17,22 +17,8 @@ if TYPE_CHECKING:
 
     from jinja2 import Template
 
+_REPLAY = ("stage.js", "sampler.js", "replay.js")
 #: What moves on a page, by kind of block.
-#: PIC and PIT without gravity, and what they are made of, in the order in which they import each other.
-_SOLVERS = (
-    *(
-        "arithmetic.js",
-        "rational.js",
-        "meeting.js",
-        "outline.js",
-        "features.js",
-        "touching.js",
-        "finite.js",
-        "driving.js",
-    ),
-    *("bodies.js", "squeeze.js", "instants.js", "damping.js", "flying.js"),
-)
-_REPLAY = (*_SOLVERS, "stage.js", "sampler.js", "replay.js")
 _SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
 
 #: Before what a module gives others: on a page all scripts are one.
@@ -101,8 +87,7 @@ def page_script(*names: str) -> str:
     own = resources.files("carom.pages") / "templates"
     shared = resources.files("carom") / "live"  # what the page on which one throws the discs draws with, too
     every = ("unpack.js", *names) if names else ()
-    of_live = {*_SOLVERS, "stage.js"}
-    texts = (((shared if name in of_live else own) / name).read_text(encoding="utf-8") for name in every)
+    texts = (((shared if name == "stage.js" else own) / name).read_text(encoding="utf-8") for name in every)
     return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
 
 
