@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from carom.disc_arrays import DiscArrays
 
 #: As many as the kernel numbers: `MOST_OBSTACLES` of state.h.
-MOST_OBSTACLES = 32_767
+MOST_OBSTACLES = 67_108_863
 
 
 class Obstacles:
