@@ -14,7 +14,7 @@ from carom.solvers.impact.resolution import (
     are_told_apart,
     too_far_out,
 )
-from carom.solvers.plain.finite_walls import FiniteWall, Hit
+from carom.solvers.plain.finite_walls import Hit, SampledWall
 from carom.solvers.plain.instants import Instant
 from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 
@@ -46,7 +46,7 @@ class Bodies:
         self.time = [0.0] * len(start)
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
-        self.finite = [None if isinstance(wall, tuple) else FiniteWall(wall) for wall in start.walls]
+        self.finite = [None if isinstance(wall, tuple) else SampledWall(wall) for wall in start.walls]
         #: Path of each driven wall, None for one that does not move.
         self.drive = [None if drive.stands else drive for drive in start.wall_drives or ()] or [None] * len(start.walls)
         self.belts = start.belts_m_s

@@ -25,7 +25,7 @@ class Hit(NamedTuple):
     edge: tuple[int, int]
 
 
-class FiniteWall:
+class SampledWall:
     """A chain or a circle, and what discs meet of it."""
 
     def __init__(self, outline: Outline) -> None:
