@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from carom.physics.double_double import two_sum
+from carom.core import primitives
 
 Instant = tuple[float, float]
 
@@ -17,8 +17,8 @@ NEVER: Instant = (math.inf, 0.0)
 
 def after(instant: Instant, wait_s: float) -> Instant:
     """Return the instant `wait_s` seconds after another, `NEVER` for infinity, and where that overflows."""
-    total, rest = two_sum(instant[0], wait_s)
-    return two_sum(total, instant[1] + rest) if total < math.inf else NEVER
+    total, rest = primitives.two_sum(instant[0], wait_s)
+    return primitives.two_sum(total, instant[1] + rest) if total < math.inf else NEVER
 
 
 def between(earlier: Instant, later: Instant) -> float:
