@@ -107,10 +107,25 @@ static inline bool is_leaving_plane(const State *s, Index i, Index k) {
     return (s->motion != FALLING && s->discs[i].last == ON_WALL - k) || find_touched(s, i, -1 - k) != NULL;
 }
 
+/* Return an edge of chain k that may be near disc i. */
+static inline Index near_edge(const State *s, Index i, Index k) {
+    Index edge = s->clearances[i].edge - (s->chains[k].edges - s->edges);
+    return edge >= 0 && edge < s->chains[k].edge_count ? edge : 0;
+}
+
 /* Return the number of the part of a chain's edge that is nearest to a place. */
 static inline Index feature_at(const State *s, Index k, const Nearest *nearest, double x, double y) {
     const ChainEdge *edge = &s->chains[k].edges[nearest->edge];
     return CHAIN_PARTS * (edge - s->edges) + find_part(edge, x, y);
+}
+
+/* Return an edge's number in its chain and what kind of part a feature is, as a recorded contact has them:
+   EDGE_KINDS times the number, and `carom.trace.EdgeKind`. */
+static inline Index recorded_edge(const State *s, Index k, Index feature) {
+    const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
+    int part = (int)(feature % CHAIN_PARTS);
+    int kind = part == AT_BEGIN || part == AT_END ? 1 : edge->is_arc ? 2 : 0;
+    return EDGE_KINDS * (edge - s->chains[k].edges) + kind;
 }
 
 static inline bool is_inside_arc(const State *s, Index feature) {
