@@ -64,7 +64,7 @@ static inline double power_of(const ChainEdge *e, double x, double y) {
     return chord - across * (0.5 * (1.0 / e->bulge - e->bulge));
 }
 
-/* Return whether a point is in the sector of an arc, which is told from the ends: the centre of a flat arc is far away. */
+/* Return whether a point is in the sector of an arc. The ends decide: the centre of a flat arc is far away. */
 static inline bool is_in_sector(const ChainEdge *e, double x, double y) {
     bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
     bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
