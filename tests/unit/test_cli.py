@@ -529,7 +529,7 @@ def test_it_writes_a_page_with_the_scene(tmp_path: Path) -> None:
     code, said = _play("paper/late", "-e", "none", "--out", str(page))
     text = page.read_text(encoding="utf-8")
     assert (code, "play.html" in said) == (0, True)
-    assert '<script type="application/json" id="scenes">{"paper/late":' in text
+    assert 'id="scenes" data-first="paper/late">' in text
     assert "default-src 'none'; script-src 'sha256-" in text
     assert "http" not in text.replace("http-equiv", "")
 
@@ -571,7 +571,7 @@ def test_the_scripts_are_one() -> None:
 def test_an_import_that_is_not_linked_is_refused() -> None:
     """An adapter that comes to import something else is not put into the page without it."""
     with pytest.raises(InputError, match="imports other"):
-        linked("matter", package="", package_name="matter-js", shared="", module='import Other from "other";\n')
+        linked("matter", package="", package_name="matter-js", module='import Other from "other";\n')
 
 
 @pytest.fixture
