@@ -32,20 +32,18 @@ class PageEngine:
         label: The engine's name and version.
         profiles: The settings of each fixed-step profile.
         script: What the page runs.
-        shared: What this and other engines use of each other's adapters, which the page runs once, before them.
         licence: The text of the package's licence, which goes where the package goes.
-        wasm: Whether it needs WebAssembly.
         lacks: Which of what a scene of the page may need it does not have.
+        shared: What all adapters use, which the page runs once, before the engines.
     """
 
     name: str
     label: str
     profiles: dict[str, dict[str, Any]]
     script: str
-    shared: str
     licence: str
-    wasm: bool
     lacks: tuple[str, ...] = ()
+    shared: str = ""
 
 
 def page_engine(name: str, manifest: Path) -> PageEngine | None:
@@ -72,9 +70,8 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
     profiles = {
         name: profile["settings"] for name, profile in about["profiles"].items() if not profile.get("located", False)
     }
-    return PageEngine(
-        name, f"{about['engine']} {package['version']}", profiles, script, shared, licence, PACKAGES[name].wasm
-    )
+    label = f"{about['engine']} {package['version']}"
+    return PageEngine(name, label, profiles, script, licence, shared=shared)
 
 
 def shared_script(shared: str) -> str:

@@ -73,7 +73,8 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
         "scenes": _packed_json({scene.name: _fields(scene) for scene in scenes}),
         "engines": _packed_json(about),
         "blocks": "\n".join(
-            f'<script type="text/plain" data-engine="{html.escape(one.name)}">{packed_block(one.script.encode())}</script>'
+            f'<script type="text/plain" data-engine="{html.escape(one.name)}">'
+            f"{packed_block(one.script.encode())}</script>"
             for one in engines
         ),
         "core": packed_block(CORE.read_bytes()),
