@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, Page
+from tests.processes import PATIENT_S
 
 import carom
 from carom.scenes import CatalogueScene, all_scenes
@@ -123,6 +124,7 @@ def window(browser: Browser) -> Iterator[Window]:
         path: Path, link: str = "", *, width: int = 1280, height: int = 900, watched: bool = True, **options: Any
     ) -> Page:
         pages.append(browser.new_page(viewport={"width": width, "height": height}, **options))
+        pages[-1].set_default_timeout(1e3 * PATIENT_S)
         if watched:
             faults.watch(pages[-1])
         pages[-1].goto(path.as_uri() + link)

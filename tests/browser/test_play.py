@@ -96,6 +96,17 @@ def _drag(page: Page, spot: list[float], by: tuple[float, float]) -> None:
     page.mouse.up()
 
 
+def _settle(page: Page) -> None:
+    """Wait until the page has done what it put off: its timers come in the order of their times, however late."""
+    page.evaluate("new Promise((done) => setTimeout(done, 500))")
+
+
+def _choose(page: Page, method: str) -> None:
+    """Choose a method, and wait until its engine is there and has run the scene."""
+    page.select_option("#method", method)
+    page.wait_for_function("m => caromPage.state.method === m && (m === 'pit' || caromPage.state.World)", arg=method)
+
+
 def _slide(page: Page, label: str, value: float) -> None:
     page.get_by_label(label, exact=True).evaluate(
         "(e, v) => { e.value = v; e.dispatchEvent(new Event('input', { bubbles: true })); }", value
@@ -150,16 +161,17 @@ def test_a_finger_scrolls_unless_it_begins_on_a_disc(file: Path, opened: Window,
     x, y = page.evaluate("caromPage.spot(0)")
     box = sure(page.locator("canvas").first.bounding_box())
     start = (x, y) if on_disc else (box["x"] + box["width"] / 2, box["y"] + 10)
-    before = _state(page)["discs"]
+    before = page.evaluate(discs := "JSON.stringify(caromPage.state.scene.discs)")
     client = page.context.new_cdp_session(page)
     client.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [{"x": start[0], "y": start[1]}]})
     for step in range(1, 9):
         point = {"x": start[0], "y": start[1] - 12 * step}
         client.send("Input.dispatchTouchEvent", {"type": "touchMove", "touchPoints": [point]})
     client.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-    page.wait_for_timeout(300)
+    page.wait_for_function(f"before => {discs} !== before" if on_disc else "scrollY > 0", arg=before)
+    _settle(page)  # time for the other one, which must not happen
     assert (page.evaluate("scrollY") > 0) == (not on_disc)
-    assert (_state(page)["discs"] != before) == on_disc
+    assert (page.evaluate(discs) != before) == on_disc
 
 
 def test_every_slider_and_box_changes_the_scene(file: Path, opened: Window) -> None:
@@ -215,7 +227,7 @@ def test_a_link_carries_the_scene_to_the_bit(name: str, file: Path, opened: Wind
     page = opened(file, f"#{name}")
     _slide(page, "phase of the looks", 0.137)
     _drag(page, page.evaluate("caromPage.spot(0)"), (-7, 3))
-    page.wait_for_timeout(400)
+    _settle(page)
     link = page.evaluate("location.hash")
     assert link.startswith("#2=")
     other = opened(file, link)
@@ -397,9 +409,8 @@ def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, op
     known = 0
     for scene in _PAIRS:
         page.evaluate("(scene) => { location.hash = scene; }", scene)
-        page.wait_for_timeout(200)
-        page.select_option("#method", f"{name}/default")
-        page.wait_for_timeout(500)
+        page.wait_for_function("scene => document.querySelector('#scene').value === scene", arg=scene)
+        _choose(page, f"{name}/default")
         trace = carom.run(scene, name, profile="default")
         found = _state(page, "seen.impacts.map((r) => [r.time_s, r.effective_s])")
         assert [time for time, _ in found] == pytest.approx(trace.impacts["time_s"].tolist(), abs=1e-12)
@@ -411,10 +422,7 @@ def test_an_engine_s_impacts_are_the_harness_s(name: str, with_engines: Path, op
 
 def _charted(page: Page, method: str) -> Any:
     """Return the chart of the scene as it now is, when all of it is there."""
-    for _ in range(300):
-        if page.evaluate("(method) => caromPage.state.chart?.[method] != null", method):
-            break
-        page.wait_for_timeout(100)
+    page.wait_for_function("(method) => caromPage.state.chart?.[method] != null", arg=method)
     return _state(page, "chart")
 
 
@@ -440,8 +448,7 @@ def test_the_chart_has_the_engine_beside_pit(with_engines: Path, opened: Window)
 def test_an_engine_without_friction_is_not_shown_with_it(with_engines: Path, opened: Window) -> None:
     """A scene with friction is not run by an engine that has none here, and the page says so."""
     page = opened(with_engines, "#spin/throw-stick")
-    page.select_option("#method", "matter/default")
-    page.wait_for_timeout(500)
+    _choose(page, "matter/default")
     assert "has no friction here" in page.inner_text("#sentence")
     assert page.evaluate("caromPage.state.seen") is None
 
@@ -452,8 +459,7 @@ def test_engines_are_chosen_and_the_page_stays_small(with_engines: Path, opened:
     page.evaluate("console.warn = () => {}")
     options = page.locator("#method option").all()
     for value in [option.get_attribute("value") for option in options]:
-        page.select_option("#method", value)
-        page.wait_for_timeout(500)
+        _choose(page, sure(value))
         assert page.inner_text("#problem") == ""
         assert _state(page, "seen.tracks.length") == len(_state(page)["discs"])
     small = page_html([all_scenes()[name].scene for name in GALLERY], page_engines(("matter", "planck"), required=True))

@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 import pytest
 from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_play_in_firefox import Firefox, firefox  # noqa: F401 - a fixture
+from tests.processes import PATIENT_S
 
 from carom.live.page import GALLERY, page_html
 from carom.scenes import all_scenes
@@ -114,7 +115,7 @@ def _worked(run: Callable[[str], Any]) -> None:
         seen = f"(() => {{ const state = caromPage.state; return JSON.stringify({control.seen}); }})()"
         before = run(seen)
         run(f"(() => {{ const name = {json.dumps(name)}; const e = {_FOUND}; {control.act}; }})()")
-        until = time.monotonic() + 10.0
+        until = time.monotonic() + PATIENT_S
         while run(seen) == before:
             assert time.monotonic() < until, f"{name} does nothing"
             time.sleep(0.05)
@@ -130,7 +131,7 @@ def test_every_control_works_in_chromium(window: Window, tmp_path: Path) -> None
 def test_every_control_works_in_firefox(firefox: Firefox, tmp_path: Path) -> None:  # noqa: F811 - the fixture
     """The list of controls is whole, each does what it says, and a disc and its arrow follow the mouse."""
     firefox.ask("WebDriver:Navigate", url=_source(tmp_path).as_uri())
-    until = time.monotonic() + 60.0
+    until = time.monotonic() + PATIENT_S
     while not firefox.run("() => document.getElementById('sentence')?.textContent ?? ''"):
         assert time.monotonic() < until, "the page does not start in Firefox"
         time.sleep(0.1)

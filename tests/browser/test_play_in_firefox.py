@@ -15,6 +15,7 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page
 from tests.browser.test_play import DRIVEN, STEPS
+from tests.processes import PATIENT_S
 
 from carom.adapter.checks import unsupported_reason
 from carom.live.installed import page_engines
@@ -26,7 +27,7 @@ from carom.scenes import all_scenes
 pytestmark = pytest.mark.browser
 
 #: Where Firefox listens for who drives it, unless its profile says another port.
-_PORT, _START_WITHIN_S = 2828, 60.0
+_PORT, _START_WITHIN_S = 2828, PATIENT_S
 #: What a run says, as text in which every float keeps its bits.
 _REFUSED = "not ported to JavaScript"
 _SOLVED = f"""(text) => {{

@@ -122,7 +122,7 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         solve: The solver under test.
     """
     found, begin_s = CheckedScene(), time.process_time()
-    trace, oracle = list[Trace](), list[Oracle]()
+    trace, oracle, bits = list[Trace](), list[Oracle](), Bits(scene)
 
     def solve_scene() -> Iterator[Finding]:
         trace.append(solve(scene, max_impacts=MOST_IMPACTS))
@@ -140,8 +140,8 @@ def check_scene(scene: Scene, solve: Callable[..., Trace] = solve_pic) -> Checke
         Check.CERTIFIED: compare_with_certified,
         Check.REORDERED: lambda: _first_of_each_kind(Check.REORDERED, _of_reordered(scene, solve, oracle[0])),
         Check.ROTATED: lambda: _find_unlike_rotated(trace[0], solve),
-        Check.PIECES: lambda: _find_unlike_bits(Check.PIECES, scene),
-        Check.ALL_PAIRS: lambda: _find_unlike_bits(Check.ALL_PAIRS, scene),
+        Check.PIECES: lambda: bits.find_unlike(Check.PIECES),
+        Check.ALL_PAIRS: lambda: bits.find_unlike(Check.ALL_PAIRS),
     }
     for check, find in checks.items():
         left_s = SCENE_S - (time.process_time() - begin_s)
@@ -256,17 +256,27 @@ def bits_of(run: Run, outcome: Outcome) -> dict[str, object]:
     return found | {"ambiguous": run.log.ambiguous(), "end": run.time_s, "outcome": outcome, "notes": run.notes}
 
 
-def _find_unlike_bits(check: Check, scene: Scene) -> Iterator[Finding]:
-    """Yield a finding where a run in pieces, or by all pairs, has not the bits of a run in cells at once."""
-    run = pic_run(scene)
-    expected = _take_at_once(run, scene)
-    if check is Check.PIECES:
-        found = _take_in_pieces(pic_run(scene), scene, run.time_s)
-    else:
-        found = _take_at_once(all_pairs_run(scene), scene)
-    unlike = [name for name, value in expected.items() if found[name] != value]
-    if unlike:
-        yield Finding(check, "other bits", f"other bits in {', '.join(unlike)}")
+class Bits:
+    """All that a run in cells at once has found, as bytes; run where it is asked for."""
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+
+    @cached_property
+    def _expected(self) -> tuple[dict[str, object], float]:
+        run = pic_run(self._scene)
+        return _take_at_once(run, self._scene), run.time_s
+
+    def find_unlike(self, check: Check) -> Iterator[Finding]:
+        """Yield a finding where a run in pieces, or by all pairs, has other bits."""
+        expected, end_s = self._expected
+        if check is Check.PIECES:
+            found = _take_in_pieces(pic_run(self._scene), self._scene, end_s)
+        else:
+            found = _take_at_once(all_pairs_run(self._scene), self._scene)
+        unlike = [name for name, value in expected.items() if found[name] != value]
+        if unlike:
+            yield Finding(check, "other bits", f"other bits in {', '.join(unlike)}")
 
 
 def _find_unlike_rotated(trace: Trace, solve: Callable[..., Trace]) -> Iterator[Finding]:

@@ -31,7 +31,7 @@ from carom.folders import write_file
 #: Exit code of a program that Ctrl-C has ended.
 INTERRUPTED = 130
 #: Seconds of clock time after which a process that checks one scene is terminated.
-HANGING_S = 180.0
+HANGING_S = 600.0
 #: Seconds between two lines of progress, and scenes between two writes of the state.
 PROGRESS_S, BETWEEN = 5.0, 50
 #: Findings that the state keeps; all are counted, and saved as scenes.

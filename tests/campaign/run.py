@@ -19,21 +19,32 @@ from tests.campaign.tally import Finding, Tally
 from tests.checker import Report, Violation, check, watch
 
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.falling.run import FallingRun
-from carom.solvers.run import Run
-from carom.trace import ModeRecord, Outcome
+from carom.solvers.run import Progress, Run
+from carom.trace import Outcome
 
 #: Seconds after which a run ends in any case: an inelastic gas all but comes to rest. As many seconds as 10,000 free
 #: flights take or more, so it ends no other.
 LONGEST_S = 1e6
 
 
-class FlightAlone(FallingRun):
-    """A fall that ends where contact begins that lasts: the checker knows of flights and impacts."""
+class FlightAlone(EventDrivenRun):
+    """A fall that ends where lasting contact begins: the checker supports flights and impacts only.
 
-    def _keep_mode(self, mode: ModeRecord | None) -> None:
-        super()._keep_mode(mode)
-        self._ended = Outcome.AT_REST
+    Another run finds out when that is.
+    """
+
+    def __init__(self, gas: Gas) -> None:
+        super().__init__(gas)
+        self._scout = EventDrivenRun(gas)
+
+    def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
+        """Advance up to the first contact."""
+        self._scout.advance_to(time_s, max_impacts)
+        modes = self._scout.log.modes()
+        if modes is None or not len(modes):
+            return super().advance_to(time_s, max_impacts, progress)
+        super().advance_to(math.nextafter(float(modes["time_s"][0]), math.inf), None, progress)
+        return Outcome.AT_REST
 
 
 def run_of(gas: Gas) -> Run:
@@ -55,7 +66,7 @@ def checked(gas: Gas, impacts: int | None = None) -> Report:
     """
     report = Report()
     run = run_of(gas)
-    renew = None if isinstance(run, FallingRun) else partial(_renewed, gas)
+    renew = None if isinstance(run, FlightAlone) else partial(_renewed, gas)
     most = gas.impacts if impacts is None else min(gas.impacts, impacts)
     stretches = watch(run, gas.start, LONGEST_S, most, renew)
     try:

@@ -10,17 +10,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 from tests.campaign.gases import Gas, Kind
 from tests.campaign.run import checked
 from tests.checker import Report, check, watch
 from tests.checker.laws import elastic_of
 from tests.drawn import jittered
-from tests.lengths import long_after
+from tests.unit.solvers.kinds import all_pairs
 
 from carom import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain.instants import Instant
-from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run
 
 #: Impacts that a faulty run is followed over: past its first new epoch, which comes after 32 a disc.
@@ -46,7 +45,7 @@ def rules(report: Report) -> set[str]:
     return {violation.rule for violation in report.violations}
 
 
-@pytest.mark.parametrize("run", [EventDrivenRun, AllPairsRun])
+@pytest.mark.parametrize("run", [EventDrivenRun, all_pairs])
 def test_a_right_run_breaks_no_rule(run: Callable[..., Run]) -> None:
     """What is done wrong below is right before, and many impacts, on walls too, are elastic and many are not."""
     report = seen(run(gas(), contact_duration_s=gas().contact_duration_s))
@@ -62,78 +61,39 @@ def test_another_contact_time_breaks_the_law(asked_s: float) -> None:
     assert rules(seen(EventDrivenRun(gas(), contact_duration_s=gas().contact_duration_s), asked_s)) == {"law"}
 
 
-class Wrong(AllPairsRun):
-    """A run by the TC model that forgets, or misplaces, when its discs had their last impacts."""
-
-    fault = ""
-
-    def _carry_out(self, first: int, second: int, instant: Instant) -> None:
-        last_s, wall = self._last_impact_s, second < 0
-        if self.fault == "second disc not looked at" and not wall:
-            last_s[second] = -np.inf
-        if self.fault == "first disc not looked at" or (self.fault == "walls not elastic" and wall):
-            last_s[first] = -np.inf
-        before_s = last_s[first]
-        super()._carry_out(first, second, instant)
-        if self.fault == "impacts on walls not kept" and wall:
-            last_s[first] = before_s
-        if self.fault == "kept of another disc" and not wall:
-            last_s[second - 1], last_s[second] = last_s[second], before_s
-
-    def _begin_epoch(self) -> None:
-        last_s = self._last_impact_s
-        super()._begin_epoch()
-        if self.fault == "not taken to the new epoch":
-            self._last_impact_s = last_s
+def forgotten(last_s: NDArray[np.float64]) -> None:
+    last_s[:] = -np.inf
 
 
-@pytest.mark.parametrize(
-    "fault",
-    long_after(
-        3,
-        [
-            *("kept of another disc", "not taken to the new epoch", "first disc not looked at"),
-            *("second disc not looked at", "walls not elastic", "impacts on walls not kept"),
-        ],
-    ),
-)
-def test_the_law_of_the_wrong_disc_or_time_is_found(fault: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A last impact that is forgotten, or kept of another disc, makes an impact elastic, or inelastic, that is not."""
-    monkeypatch.setattr(Wrong, "fault", fault)
-    assert rules(seen(Wrong(gas(), contact_duration_s=gas().contact_duration_s))) == {"law"}
+def kept_of_another_disc(last_s: NDArray[np.float64]) -> None:
+    last_s[:] = np.roll(last_s, 1)
 
 
-def test_an_elastic_impact_that_rubs_is_found() -> None:
-    """One contact has neither dissipation nor friction: a run that takes but the first from it is found."""
-    run = AllPairsRun(gas(), contact_duration_s=gas().contact_duration_s)
-    bodies, collide = run.bodies, run.bodies.collide
-
-    def rubs(*arguments: Any, elastic: bool = False) -> Any:
-        law = bodies.restitution, bodies.wall_restitution
-        if elastic:
-            bodies.restitution = bodies.wall_restitution = 1.0
-        record = collide(*arguments)
-        bodies.restitution, bodies.wall_restitution = law
-        return record
-
-    bodies.collide = rubs  # type: ignore[assignment, method-assign]  # a planted fault
-    assert rules(seen(run)) == {"law"}
+def too_recent(last_s: NDArray[np.float64]) -> None:
+    last_s += 0.05
 
 
-def test_a_run_that_is_taken_up_without_its_last_impacts_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The campaign takes its runs up from saved states; where these lack the last impacts, a law is broken."""
+#: What becomes of the last impacts of all discs in a saved state.
+FAULTS = (forgotten, kept_of_another_disc, too_recent)
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_run_that_is_resumed_with_wrong_last_impacts_is_found(
+    fault: Callable[[NDArray[np.float64]], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The campaign resumes its runs from saved states; if these have wrong last impacts, a law is broken."""
     watching = sys.modules[watch.__module__]
-    monkeypatch.setattr(watching, "RENEWED_AFTER", IMPACTS // 2)
-    monkeypatch.setattr(watching, "STRETCH_IMPACTS", IMPACTS // 4)
+    monkeypatch.setattr(watching, "RENEWED_AFTER", IMPACTS // 10)
+    monkeypatch.setattr(watching, "STRETCH_IMPACTS", IMPACTS // 20)
     assert checked(gas(), IMPACTS).violations == []
 
-    class Forgets(EventDrivenRun):
+    class Wrong(EventDrivenRun):
         def __init__(self, *arguments: Any, resume: Any = None, **options: Any) -> None:
             if resume is not None:
-                resume.kernel["last_impacts"].view(np.float64)[:] = -np.inf
+                fault(resume.kernel["last_impacts"].view(np.float64))
             super().__init__(*arguments, resume=resume, **options)
 
-    monkeypatch.setattr("tests.campaign.run.EventDrivenRun", Forgets)
+    monkeypatch.setattr("tests.campaign.run.EventDrivenRun", Wrong)
     assert rules(checked(gas(), IMPACTS)) == {"law"}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,10 @@ from tests.drawn import jittered
 from tests.lengths import each, long_after
 
 from carom import DiscArrays
-from carom.physics.pair_time import pair_time
-from carom.solvers.falling import run as falling
-from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.falling.run import FallingRun
-from carom.solvers.plain.instants import NEVER, Instant, after, between
+from carom.disc_arrays import HalfPlane
+from carom.outline import Outline
+from carom.solvers.event_driven.run import EventDrivenRun
+from carom.solvers.run import Progress
 from carom.trace import Outcome
 
 #: Impacts that a run is followed over.
@@ -62,112 +61,63 @@ def test_a_right_run_breaks_no_rule(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.sum((second >= 0) & ~fixed[first] & ~fixed[np.maximum(second, 0)]) > 20
 
 
-#: What a method gives of a faulty solver, from what the right one makes of any arguments.
-Fault = Callable[..., Any]
+def with_walls(walls: list[HalfPlane | Outline]) -> Gas:
+    return replace(gas(), start=replace(gas().start, walls=tuple(walls)))
 
 
-def straight_to_walls(bodies: FallingBodies, right: Fault, i: int, k: int) -> Instant:
-    """Meet walls when a straight flight would."""
-    pull, bodies.pull = bodies.pull, [(0.0, 0.0)] * len(bodies.walls)
-    instant: Instant = right(i, k)
-    bodies.pull = pull
-    return instant
+def with_start(**fields: Any) -> Gas:
+    return replace(gas(), start=replace(gas().start, **fields))
 
 
-def straight_to_fixed(bodies: FallingBodies, _: Fault, i: int, fixed: int) -> Instant:
-    """Meet immovable discs when a straight flight would."""
-    if bodies.inverse_mass[i] == 0.0 or bodies.last_partner[i] == fixed:
-        return NEVER
-    disc = (*bodies.state_at(i, bodies.instant[i]), bodies.radius[i])
-    wait = pair_time(*disc, bodies.x[fixed], bodies.y[fixed], 0.0, 0.0, bodies.radius[fixed])
-    return after(bodies.instant[i], wait)
+def moved_floor(by: float) -> Gas:
+    """Return the gas with its floor higher."""
+    walls = list(gas().start.walls)
+    walls[FLOOR] = (0.0, by, 0.0, 1.0)
+    return with_walls(walls)
 
 
-def other_gravity(bodies: FallingBodies, right: Fault, start: Any) -> None:
-    """Fall a billionth too fast."""
-    right(start)
-    bodies.gravity = (bodies.gravity[0] * SLIGHTLY, bodies.gravity[1] * SLIGHTLY)
-    bodies.acceleration = [bodies.gravity if mass else (0.0, 0.0) for mass in bodies.inverse_mass]
+def narrower(discs: slice) -> Gas:
+    """Return the gas with some discs so small that they all but miss the others."""
+    radius = gas().start.radius_m.copy()
+    radius[discs] /= 8.0
+    return with_start(radius_m=radius)
 
 
-def falls_by_euler(bodies: FallingBodies, right: Fault, i: int, instant: Instant) -> tuple[float, ...]:
-    """Take discs forward by the velocity before, and by none of the fall."""
-    wait, (_, _, vx, vy) = between(bodies.instant[i], instant), right(i, instant)
-    if bodies.inverse_mass[i] == 0.0:
-        return bodies.x[i], bodies.y[i], 0.0, 0.0
-    return bodies.x[i] + wait * bodies.vx[i], bodies.y[i] + wait * bodies.vy[i], vx, vy
-
-
-def fixed_fall(bodies: FallingBodies, right: Fault, i: int, instant: Instant) -> tuple[float, ...]:
-    """Let immovable discs fall, too."""
-    state: tuple[float, ...] = right(i, instant)
-    dropped = 0.5 * bodies.gravity[1] * instant[0] ** 2
-    return state if bodies.inverse_mass[i] > 0.0 else (bodies.x[i], bodies.y[i] + dropped, 0.0, 0.0)
-
-
-def turns_in_flight(bodies: FallingBodies, right: Fault, i: int, instant: Instant) -> None:
-    """Let a disc's spin slow down as it flies."""
-    right(i, instant)
-    bodies.spin[i] /= SLIGHTLY
-
-
-def late(bodies: FallingBodies, right: Fault, i: int, k: int) -> Instant:
-    """Meet walls a billionth of a flight too late."""
-    instant: Instant = right(i, k)
-    begun = bodies.instant[i]
-    return instant if instant == NEVER else after(begun, between(begun, instant) * SLIGHTLY)
-
-
-#: The method that is wrong, what it gives, and the rule that speaks of it: also of what does not see the floor under
-#: every second disc, that two discs meet, or an immovable one; takes discs down and leaves their velocities, leaves
-#: walls a billionth too fast, or rubs as if an impact pressed a billionth less.
-FAULTS: dict[str, tuple[str, Fault, str]] = {
-    "late on walls": ("next_wall_impact", late, "contact"),
-    "other gravity": ("__init__", other_gravity, "history"),
-    "bounces too fast": ("bounce", lambda _, right, i, k, approach: right(i, k, approach * SLIGHTLY), "law"),
-    "no floor": ("next_wall_impact", lambda _, right, i, k: NEVER if i % 2 and k == FLOOR else right(i, k), "passed"),
-    "straight to walls": ("next_wall_impact", straight_to_walls, "passed"),
-    "no pair": ("next_pair_impact", lambda _, right, i, j: NEVER if i >= 3 and j == 7 else right(i, j), "passed"),
-    "no fixed": ("earliest_of_pair", lambda _, right, i, j: NEVER if i == 1 else right(i, j), "passed"),
-    "straight to fixed": ("_next_impact_on_fixed", straight_to_fixed, "contact"),
-    "keeps its velocity": ("state_at", lambda it, right, i, t: (*right(i, t)[:2], it.vx[i], it.vy[i]), "history"),
-    "falls by Euler": ("state_at", falls_by_euler, "contact"),
-    "fixed fall": ("state_at", fixed_fall, "state"),
-    "rubs too little": ("slide_on_wall", lambda _, right, i, k, v, pressed: right(i, k, v, pressed / SLIGHTLY), "law"),
-    "turns in flight": ("bring_to", turns_in_flight, "history"),
+#: What a run is of instead of the gas that it is checked against, and the rule that is broken.
+FAULTS: dict[str, tuple[Callable[[], Gas], str]] = {
+    "late on the floor": (lambda: moved_floor(-1e-9), "contact"),
+    "early on the floor": (lambda: moved_floor(1e-9), "contact"),
+    "no floor": (lambda: moved_floor(-50.0), "passed"),
+    "other gravity": (lambda: replace(gas(), gravity_m_s2=(1.0 * SLIGHTLY, -9.8 * SLIGHTLY)), "history"),
+    "no gravity": (lambda: replace(gas(), gravity_m_s2=(0.0, -1e-30)), "history"),
+    "bounces too fast": (lambda: with_start(wall_restitution=0.95 * SLIGHTLY), "law"),
+    "strikes too fast": (lambda: with_start(restitution=0.98 * SLIGHTLY), "law"),
+    "rubs too little": (lambda: with_start(wall_friction=0.1 / SLIGHTLY), "law"),
+    "heavier than it is": (lambda: with_start(mass_kg=gas().start.mass_kg * np.linspace(1.0, SLIGHTLY, 12)), "law"),
+    "no fixed": (lambda: narrower(slice(0, 3)), "passed"),
+    "thinner": (lambda: narrower(slice(7, 8)), "contact"),
 }
 
 
 @pytest.mark.parametrize("name", long_after(3, FAULTS))
 def test_each_wrong_way_to_fall_is_found(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever a solver gets wrong about falling discs breaks the rule that speaks of it."""
-    method, fault, broken = FAULTS[name]
-    right = getattr(FallingBodies, method)
-    wrong = {method: lambda self, *arguments: fault(self, partial(right, self), *arguments)}
-    monkeypatch.setattr(falling, "FallingBodies", type("Wrong", (FallingBodies,), wrong))
+    """The run of a gas that differs a little breaks the rule that concerns the difference."""
+    make, broken = FAULTS[name]
+    monkeypatch.setattr(campaign_run, "run_of", lambda _: campaign_run.FlightAlone(make()))
     assert broken in rules(checked(gas(), IMPACTS))
-
-
-class RestsTooSoon(campaign_run.FlightAlone):
-    """Takes a slow impact for rest."""
-
-    def _is_at_rest(self, approach: float, pull: float, gap_m: float, last: Instant | None) -> bool:
-        return (pull < 0.0 and approach < 0.5) or super()._is_at_rest(approach, pull, gap_m, last)
 
 
 class RestsInTheAir(campaign_run.FlightAlone):
     """Ends at rest at its hundredth impact, wherever that is."""
 
-    def _carry_out(self, first: int, second: int, instant: Instant) -> None:
-        super()._carry_out(first, second, instant)
-        if self.impacts == 100:
-            self._ended = Outcome.AT_REST
+    def advance_to(self, time_s: float, max_impacts: int | None = None, progress: Progress | None = None) -> Outcome:
+        outcome = super().advance_to(time_s, max_impacts, progress)
+        return Outcome.AT_REST if self.impacts >= 100 else outcome
 
 
-@pytest.mark.parametrize("run", [RestsTooSoon, RestsInTheAir])
-def test_a_rest_that_is_none_is_found(run: Callable[..., FallingRun], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rest_that_is_none_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that ends at rest although each of its discs moves on, or touches nothing, breaks the rule of ends."""
-    monkeypatch.setattr(campaign_run, "FlightAlone", run)
+    monkeypatch.setattr(campaign_run, "FlightAlone", RestsInTheAir)
     assert "end" in rules(checked(gas(), IMPACTS))
 
 
@@ -202,7 +152,7 @@ def test_a_flight_that_reaches_into_a_wall_or_a_disc_and_back_is_found(over: flo
         back = np.array([[0.0, -3.0], [0.0, 0.0]][:count])
         stretch = Stretch(
             0,
-            FallingRun(gas()).log.array(),
+            EventDrivenRun(gas()).log.array(),
             np.array([0, 0]),
             np.array([0.0, 0.6]),
             np.array([place, place]),

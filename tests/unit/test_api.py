@@ -77,7 +77,7 @@ def test_every_decision_is_listed() -> None:
 
 #: No command that answers on a terminal draws, certifies two discs, searches, or drives an engine in its own process.
 NEVER = {"matplotlib", "jinja2", "flint", "distributed", "pandas", "optuna", "pytest", "pymunk", "mujoco", "pybullet"}
-NEVER |= {"numpy.ma", "carom.solvers.falling.run", "carom.solvers.damped"}  # for a median; for other laws
+NEVER |= {"numpy.ma", "carom.solvers.damped"}  # for a median; for other laws
 #: A page, its records, a bar that only a terminal shows, programs as engines, and other commands.
 OF_OTHERS = {
     "carom.pages.render.html",

@@ -31,7 +31,6 @@ PLAIN = {
     "LEAST_ORDINARY": "carom.solvers.units._LEAST",
     "ULP": "carom.solvers.impact.resolution.ULP",
     "FARTHEST": "carom.solvers.impact.resolution.FARTHEST",
-    "EPOCH_IMPACTS": "carom.solvers.plain.run.EPOCH_IMPACTS",
 }
 
 
@@ -43,7 +42,6 @@ NUMBERED = {
     },
     "pair.h": {"LARGEST_EXPONENT": "carom.physics.pair_time._LARGEST_EXPONENT"},
     "state.h": {
-        "NO_BODY": "carom.solvers.event_driven.driven.NO_BODY",
         "MOST_OBSTACLES": "carom.solvers.event_driven.obstacles.MOST_OBSTACLES",
         **{
             name: f"carom.solvers.event_driven.run._{name}"

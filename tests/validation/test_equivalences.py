@@ -17,6 +17,7 @@ from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
 from tests.forms import needs_extension
 from tests.lengths import by_group, long_after
 from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
+from tests.unit.solvers.kinds import all_pairs
 from tests.unit.solvers.pit.forms import Form, assert_identical, compiled_forms, definition
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
@@ -25,7 +26,6 @@ from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import pic_run
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
-from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run
 from carom.trace import Outcome
 
@@ -129,6 +129,8 @@ def in_cells(factor: float) -> Callable[[Asked, float], Bits]:
     return lambda ask, _: taken(EventDrivenRun(ask.scene, cell_factor=factor, **ask.options), ask)
 
 
+#: Counts that both loops have.
+COUNTS = ("impacts", "wall_impacts", "predictions", "epochs")
 #: Each is given what is asked, and the time at which the kernel's run of it ended.
 PIC_FORMS: dict[str, Callable[[Asked, float], Bits]] = {
     "wider cells": in_cells(1.5),
@@ -146,10 +148,10 @@ def unlike(expected: Bits, found: Bits, what: str) -> list[str]:
 
 def differing(ask: Asked, what: str) -> tuple[EventDrivenRun, list[str]]:
     """Return the kernel's run of what is asked, and in which of its fields which form of PIC differs."""
-    kernel, plain = EventDrivenRun(ask.scene, **ask.options), AllPairsRun(ask.scene, **ask.options)
+    kernel, plain = EventDrivenRun(ask.scene, **ask.options), all_pairs(ask.scene, **ask.options)
     expected = taken(kernel, ask)
     found = unlike(expected, in_pieces(plain, ask, kernel.time_s), f"{what}, all pairs, in pieces")
-    found += [f"{what}, counts: {name}" for name in plain.counts if kernel.counts[name] != plain.counts[name]]
+    found += [f"{what}, counts: {name}" for name in COUNTS if kernel.counts[name] != plain.counts[name]]
     for name, form in PIC_FORMS.items():
         found += unlike(expected, form(ask, kernel.time_s), f"{what}, {name}")
     return kernel, found
@@ -182,12 +184,10 @@ def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: rang
 @needs_extension
 @pytest.mark.parametrize("entries", by_group("issues", "engines", "classics"))
 def test_all_pairs_give_the_bits_of_the_kernel_in_every_scene_that_has_a_name(entries: list[CatalogueScene]) -> None:
-    """Where both run it: half-planes and finite walls, friction, what is driven up to a crush, and ties."""
+    """Every kind of motion and wall, friction, what is driven up to a crush, contact, and ties."""
     for scene in (entry.scene for entry in entries):
-        if any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2:
-            continue
         ask = Asked(scene, 2000, {})
-        assert unlike(taken(EventDrivenRun(scene), ask), taken(AllPairsRun(scene), ask), scene.name) == []
+        assert unlike(taken(pic_run(scene), ask), taken(pic_run(scene, all_pairs=True), ask), scene.name) == []
 
 
 #: Each kind under one law, in turn, and with `-m long` under the others.
@@ -196,13 +196,13 @@ EACH_LAW = [(kind, law) for turn in range(3) for k, kind in enumerate(KINDS) for
 
 @pytest.mark.parametrize(("kind", "law"), long_after(len(KINDS), EACH_LAW))
 @each_batch
-def test_pieces_change_no_bit_under_any_law(kind: str, law: str, batch: range) -> None:
-    """Under gravity, with its contacts, damped, and on a table a run in pieces is the run in one go."""
+def test_neither_pieces_nor_all_pairs_change_a_bit_under_any_law(kind: str, law: str, batch: range) -> None:
+    """Under gravity, with its contacts, damped, and on a table a run in pieces by all pairs is the run in one go."""
     for number in times(batch, 1 / 4):
         ask = Asked(under(LAWS[law], kind, number), min(impacts_of(number), 25), {})
         run = pic_run(ask.scene)
         expected = taken(run, ask)
-        found = in_pieces(pic_run(ask.scene), ask, run.time_s)
+        found = in_pieces(pic_run(ask.scene, all_pairs=number % 2 == 0), ask, run.time_s)
         assert unlike(expected, found, f"{kind} {number} {law}") == []
 
 

@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 import pytest
-from tests.drawn import jittered, scene_of
+from tests.drawn import jittered
 from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
+from tests.unit.solvers.kinds import all_pairs
 from tests.validation import own
 from tests.validation.own import galperin, galperin_error
 
@@ -20,7 +21,6 @@ from carom.registry import load_adapter
 from carom.runs.observe import observe_run
 from carom.runs.wire import CarriedTrace, Codec
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain.run import AllPairsRun
 from carom.studies.bench.gas import hard_disc_gas
 
 #: Millions of impacts, which plain Python takes hours for.
@@ -115,19 +115,6 @@ def test_inelastic_collapse_of_a_gas_ends_with_an_outcome_or_by_the_tc_model() -
         assert run.advance_to(100.0, 2_000_000) in expected
 
 
-def test_the_contact_time_of_the_tc_model_is_counted_from_impacts_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An impact soon after a new epoch is elastic only if the disc's own last impact is recent."""
-    start = jittered(np.random.default_rng(4), 5, restitution=0.9)
-    found = []
-    for impacts_per_epoch in (1, 1000):
-        monkeypatch.setattr(AllPairsRun, "epoch_impacts", impacts_per_epoch)
-        run = AllPairsRun(scene_of(start, 1.0), contact_duration_s=0.3)
-        run.advance_to(math.inf, 40)
-        found.append((run.counts["epochs"], run.velocities()))
-    assert found[0][0] > found[1][0] == 0
-    np.testing.assert_allclose(found[0][1], found[1][1], rtol=1e-9)
-
-
 @each(("contact_duration_s", "left"), [(1.0, -0.5), (math.nextafter(1.0, 2.0), -1.0)])
 def test_an_impact_a_whole_contact_time_after_the_last_loses_energy(contact_duration_s: float, left: float) -> None:
     """Walls of restitution 1/2 at 1 and 2 s: in the TC model one contact, if less than its time apart."""
@@ -135,7 +122,7 @@ def test_an_impact_a_whole_contact_time_after_the_last_loses_energy(contact_dura
     scene = staged("corner", disc_at(0.0, 0.0, 1.0, 1.0), *walls, wall_restitution=0.5, duration_s=2.5)
     for run in (
         EventDrivenRun(scene, contact_duration_s=contact_duration_s),
-        AllPairsRun(scene, contact_duration_s=contact_duration_s),
+        all_pairs(scene, contact_duration_s=contact_duration_s),
     ):
         run.advance_to(2.5)
         assert run.velocities().tolist() == [[-0.5, left]]

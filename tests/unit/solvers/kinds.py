@@ -1,4 +1,4 @@
-"""Runs of every kind, each by name: what is demanded of one is demanded of all; and the kernel beside all pairs."""
+"""Runs of every kind by name, to which the same tests apply, and a comparison of the event loop with all pairs."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from typing import Any
 from carom import Outcome, Scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.falling.run import FallingRun
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import FrameRun, pit_run
-from carom.solvers.plain.run import AllPairsRun
 from carom.solvers.run import Run
+
+
+def all_pairs(scene: Scene, **options: Any) -> EventDrivenRun:
+    """Return a run that computes all pairs at each event: the oracle of cells and queue."""
+    return EventDrivenRun(scene, all_pairs=True, **options)
 
 
 def certified(scene: Scene) -> Run:
@@ -30,8 +33,7 @@ def of_frames(scene: Scene) -> Run:
 #: That each is a `Run` is what mypy holds them to here: a member that is missing, or of another type, is an error.
 RUNS: dict[str, Callable[[Scene], Run]] = {
     "event-driven": EventDrivenRun,
-    "all pairs": AllPairsRun,
-    "falling": FallingRun,
+    "all pairs": all_pairs,
     "frames": of_frames,
     "certified": certified,
 }
@@ -41,7 +43,7 @@ RUNS: dict[str, Callable[[Scene], Run]] = {
 MOST = 120
 
 
-def bits(run: AllPairsRun | EventDrivenRun, outcome: Outcome) -> tuple[Any, ...]:
+def bits(run: EventDrivenRun, outcome: Outcome) -> tuple[Any, ...]:
     """Return all that a run says, as bytes where it is numbers."""
     spins, edges = run.spins(), run.log.edges()
     told = [run.log.array(), run.positions(), run.velocities(), *[rows for rows in (spins, edges) if rows is not None]]
@@ -49,10 +51,10 @@ def bits(run: AllPairsRun | EventDrivenRun, outcome: Outcome) -> tuple[Any, ...]
     return (*[rows.tobytes() for rows in told], run.log.ambiguous(), outcome, run.notes, run.time_s, counts)
 
 
-def assert_same(scene: Scene, most: int = MOST, *, contact_s: float = 0.0, cells: float = 1.0) -> AllPairsRun:
-    """Run a scene by both forms, the kernel in two pieces, and compare all; return the all-pairs run."""
+def assert_same(scene: Scene, most: int = MOST, *, contact_s: float = 0.0, cells: float = 1.0) -> EventDrivenRun:
+    """Run a scene by all pairs, and by the event loop in two pieces; compare both and return the all-pairs run."""
     plain, compiled = (
-        AllPairsRun(scene, contact_duration_s=contact_s),
+        all_pairs(scene, contact_duration_s=contact_s),
         EventDrivenRun(scene, contact_duration_s=contact_s, cell_factor=cells),
     )
     expected = bits(plain, plain.advance_to(scene.duration_s, most))

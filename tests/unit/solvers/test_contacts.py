@@ -11,13 +11,11 @@ import numpy as np
 import pytest
 from tests.drawn import slowing
 from tests.stage import disc_at, staged, sure, wall_at
+from tests.unit.solvers.kinds import assert_same
 
 from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
 from carom.pages.tracks import reference_tracks, turnings
-from carom.physics.contact_law import Press
 from carom.runs.wire import CarriedTrace, Codec
-from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.falling.contacts import _left_of_both
 from carom.trace import Trace, free_flights, spin_array
 
 FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
@@ -106,7 +104,7 @@ def test_a_disc_between_floor_and_side_wall_ends_by_name() -> None:
         staged("corner", disc_at(0.5, 0.5, spin_rad_s=20.0), *walls, wall_friction=0.25, duration_s=1.0, **DOWN)
     )
     assert (trace.outcome, trace.end_time_s) == (Outcome.CORNER, 0.0)
-    assert trace.notes == ("disc 0 is held by wall 0 and wall 1",)
+    assert trace.notes == ("disc 0 is wedged between wall 0 and wall 1",)
 
 
 def test_what_rests_is_no_end_for_the_others() -> None:
@@ -129,10 +127,10 @@ def test_a_disc_balanced_on_an_immovable_one_ends_at_rest() -> None:
     assert trace.outcome is Outcome.AT_REST
 
 
-def test_a_bound_of_when_two_meet_changes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of discs that bounce, land, roll and strike each other every impact and mode is that of solving for each pair.
+def test_a_bound_of_when_two_meet_changes_nothing() -> None:
+    """Discs that bounce, land, roll and strike each other have the impacts and modes of a run that solves each pair.
 
-    So it is on tables that slow discs down.
+    So do discs on tables that slow them down.
     """
     discs = [disc_at(1.3 * k, 0.6 + 0.37 * k, 0.5 - 0.3 * k) for k in range(5)]
     rain = staged(
@@ -141,12 +139,9 @@ def test_a_bound_of_when_two_meet_changes_nothing(monkeypatch: pytest.MonkeyPatc
     # Two that come head-on, before a third comes to a wall.
     pair = disc_at(0, 1, 0, 3), disc_at(0, 5, 0, -3), disc_at(9, 1.5, 0, -1), FLOOR
     scenes = [rain, staged("table", *pair, table_deceleration_m_s2=0.1, duration_s=2.0), *map(slowing, range(3))]
-    bounded = [solve_pic(scene) for scene in scenes]
-    monkeypatch.setattr(FallingBodies, "earliest_of_pair", lambda *_: None)
-    assert len(bounded[0].impacts) > 100
-    assert bounded[0].modes is not None
-    for scene, trace in zip(scenes, bounded, strict=True):
-        assert trace == dataclasses.replace(solve_pic(scene), counts=trace.counts), scene.name
+    runs = [assert_same(scene, 10_000) for scene in scenes]
+    assert runs[0].impacts > 100
+    assert runs[0].log.modes() is not None
 
 
 def over_an_edge(speed: float, *points: tuple[float, float], **fields: float) -> Trace:
@@ -234,14 +229,3 @@ def test_a_landing_keeps_the_angular_momentum_about_the_floor() -> None:
         assert spin != -1.0 + 1e-10 or modes_of(trace) == [Mode.ROLL]  # the first of them takes it
         found = trace.final_velocity_m_s[0, 0] - ratio * sure(trace.final_spin_rad_s)[0]
         assert found == pytest.approx(1.0 - ratio * spin, abs=4e-14)
-
-
-def test_what_bounces_leave_of_slip_and_spin_is_the_sum_of_what_each_takes() -> None:
-    """Sliding and turning one way, bounce n takes 0.1 * 1.5 * 2^-n by friction and a fifth of that by resistance."""
-    slip, rim = 5.0, 3.0
-    for n in range(60):
-        friction = 0.1 * 1.5 * 0.5**n
-        slip -= friction * (1.0 + 2.0) + friction / 5.0 * 2.0
-        rim -= (friction + friction / 5.0) * 2.0
-    press = Press(10.0, 0.0, 0.1, 2.0, 0.02)
-    assert _left_of_both(press, 5.0, 3.0, 1.0, 0.5) == pytest.approx((slip, rim), rel=1e-14)

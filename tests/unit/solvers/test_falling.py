@@ -10,8 +10,7 @@ import pytest
 from tests.lengths import each
 
 from carom import Chain, Disc, Outcome, Scene, solve_pic
-from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.falling.run import FallingRun
+from carom.solvers.event_driven.run import EventDrivenRun
 
 GRAVITY = {"gravity_m_s2": (0.0, -1.0)}
 
@@ -37,28 +36,13 @@ def test_a_disc_rests_if_its_hop_would_be_lower_than_its_gap_is_known_to(
     assert (trace.modes is not None, len(trace.impacts)) == (rests, impacts)
 
 
-@pytest.mark.parametrize("off_m", [1e-9, -1e-9])
-def test_a_disc_that_leaves_an_immovable_one_is_set_on_its_rim(off_m: float) -> None:
-    """What rounding has left of a gap at an impact is taken off, whichever sign it has, along the line of centres."""
-    discs = [
-        Disc(position_m=(0.0, 0.0), radius_m=2.0, mass_kg=math.inf),
-        Disc(position_m=(3.0, 4.0), velocity_m_s=(0.0, -1.0), radius_m=1.0),
-    ]
-    bodies = FallingBodies(Scene(name="rim", duration_s=1.0, discs=discs, **GRAVITY))
-    bodies.x[1], bodies.y[1] = 0.6 * (3.0 + off_m), 0.8 * (3.0 + off_m)
-    bodies.collide_pair(0, 1)
-    bodies.leave_fixed(1, 0)
-    assert abs(math.hypot(bodies.x[1], bodies.y[1]) - 3.0) <= 2 * math.ulp(3.0)
-    assert math.atan2(bodies.y[1], bodies.x[1]) == pytest.approx(math.atan2(4.0, 3.0), abs=1e-15)
-
-
 def test_many_bounces_on_an_immovable_disc_take_the_place_no_further_off_than_one() -> None:
     """Balanced on its top, an elastic disc comes back to the rim each time, in 300 bounces as in one."""
     discs = [
         Disc(position_m=(0.1, 0.1), radius_m=0.3, mass_kg=math.inf),
         Disc(position_m=(0.1, 1.3), radius_m=0.2),
     ]
-    run = FallingRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
+    run = EventDrivenRun(Scene(name="top", duration_s=1e3, discs=discs, **GRAVITY))
     worst = 0.0
     for impacts in range(1, 301):
         run.advance_to(1e3, impacts)
@@ -108,7 +92,7 @@ def test_a_disc_comes_to_rest_on_an_arc_of_any_radius_when_it_does_on_a_floor(bu
     disc = Disc(position_m=(0, middle + 1.25), radius_m=0.25)
     arc = Chain(points_m=points, bulges=[bulge])
     scene = Scene(name="arc", discs=[disc], walls=[arc], wall_restitution=0.5, gravity_m_s2=(0, -8), duration_s=9.0)
-    run = FallingRun(scene)
+    run = EventDrivenRun(scene)
     assert run.advance_to(9.0) is Outcome.AT_REST
     # It rests once v^2 <= 2 g gap, with a gap of 5 units in the last place of its coordinates and radius, 3/4 m:
     # the hops that are left out take v / g + v / 2 g + ...

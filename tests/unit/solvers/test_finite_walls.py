@@ -12,13 +12,13 @@ import pytest
 from tests.lengths import each, long_after
 from tests.stage import disc_at, sure, wall_at
 from tests.unit.core.features import in_core
+from tests.unit.solvers.kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
 from carom.errors import CaromError
 from carom.outline import Outline
 from carom.physics.features import Arc, Face, Mover
 from carom.runs.wire import CarriedTrace, Codec
-from carom.solvers.plain.run import AllPairsRun
 from carom.trace import EdgeKind, Trace
 
 FACE, VERTEX, ARC = (kind.value for kind in EdgeKind)
@@ -55,7 +55,7 @@ def test_the_edge_of_a_merged_face_is_the_one_that_holds_the_foot() -> None:
     floor = Chain(points_m=[(0, 0), (1, 0), (2, 0), (3, 0), (4, 0)])
     for x, edge in ((0.5, 0), (1.0, 0), (2.5, 2), (3.75, 3)):
         scene = table(disc_at(x, 2, 0, -1), floor)
-        trace, plain = solve_pic(scene), AllPairsRun(scene)
+        trace, plain = solve_pic(scene), all_pairs(scene)
         plain.advance_to(10.0)
         assert (trace.impacts["time_s"].tolist(), edges(trace)) == ([1.5], [(edge, FACE)])
         assert sure(plain.log.edges()).tolist() == [(edge, FACE)]

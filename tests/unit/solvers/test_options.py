@@ -18,9 +18,8 @@ from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import RunOptions
-from carom.solvers.plain.run import AllPairsRun
 
-from .kinds import RUNS
+from .kinds import RUNS, all_pairs
 
 SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), wall_at(9, 0, -1, 0), duration_s=4)
 
@@ -28,7 +27,7 @@ DOORS: dict[str, Callable[..., Any]] = {
     "RunOptions": RunOptions,
     "solve_pic": lambda **asked: solve_pic(SCENE, **asked),
     "EventDrivenRun": lambda **asked: EventDrivenRun(SCENE, **asked),
-    "AllPairsRun": lambda **asked: AllPairsRun(SCENE, **asked),
+    "all pairs": lambda **asked: all_pairs(SCENE, **asked),
 }
 
 REFUSED: list[tuple[dict[str, Any], str]] = [

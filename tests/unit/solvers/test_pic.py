@@ -14,11 +14,9 @@ from tests.stage import disc_at, line, staged, wall_at
 
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
-from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.impact_log import standstill_impacts
 from carom.solvers.pic import pic_run, solve_pic
-from carom.solvers.plain.framewise import solve_pic_framewise
-from carom.solvers.plain.run import AllPairsRun
+from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 from carom.trace import Outcome
 
 U = 2.0**-53
@@ -110,16 +108,6 @@ def test_an_end_beyond_the_scene_s_own_may_span_no_more_than_a_scene() -> None:
     assert solve_pic(scene, until_s=2.0**395).end_time_s == 2.0**395
     with pytest.raises(InputError, match="until_s must be so short that no disc flies further than"):
         solve_pic(scene, until_s=2.0**396)
-
-
-@pytest.mark.parametrize("solve", [EventDrivenRun, AllPairsRun])
-def test_gravity_is_refused_with_its_value_and_what_to_do(solve: Any) -> None:
-    """No run pretends: one without gravity refuses it by the field, its value, and what does it instead."""
-    scene = Scene(name="g", duration_s=1, discs=[Disc(position_m=(0, 0), radius_m=1)], gravity_m_s2=(0, -9.81))
-    with pytest.raises(InputError) as caught:
-        solve(scene)
-    assert "gravity_m_s2 is (0.0, -9.81)" in str(caught.value)
-    assert "solve_pic and solve_pit do, or set it to [0, 0]" in str(caught.value)
 
 
 # Inelastic impacts ----------------------------------------------------------------------------------------------------

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.forms import needs_extension, plain_form
+from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, sure, with_discs
 
@@ -62,9 +62,6 @@ def test_impacts_that_are_not_kept_change_no_spin() -> None:
     begin = float(whole.impacts["time_s"][1])
     part = solve_pic(scene, window_s=(begin, math.inf))
     assert sure(part.spins).tobytes() == sure(whole.spins)[1:].tobytes()
-    with plain_form():
-        plain = solve_pic(scene, window_s=(begin, math.inf))
-    assert sure(plain.spins).tobytes() == sure(part.spins).tobytes()
 
 
 def test_two_walls_at_one_instant_have_no_unique_answer_with_friction() -> None:
@@ -81,8 +78,6 @@ def test_two_walls_at_one_instant_have_no_unique_answer_with_friction() -> None:
         assert solve(smooth).ambiguous == ()
         trace = solve(rough)
         assert trace.ambiguous == (1,)
-        with plain_form():
-            assert solve(rough).ambiguous == (1,)
         end = (*trace.final_velocity_m_s[0].tolist(), sure(trace.final_spin_rad_s)[0])
         assert end == pytest.approx(expected, rel=1e-14)
 
@@ -134,9 +129,6 @@ def test_an_impact_of_the_tc_model_loses_no_energy_to_friction() -> None:
         else:
             assert lost > 0.1
         seen |= bodies
-    with plain_form():
-        plain = solve_pic(scene, contact_duration_s=10.0)
-    assert plain.impacts.tobytes() == trace.impacts.tobytes()
 
 
 def test_energy_of_turning_is_counted_where_spins_are_given() -> None:

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.forms import plain_form
 from tests.stage import disc_at, staged
 
 from carom.scene import Disc, Scene
@@ -63,16 +61,10 @@ def test_the_closed_form_is_the_event_driven_run(
     assert same(closed, run)
 
 
-@pytest.mark.parametrize("form", ["compiled or not", "plain"])
-def test_two_discs_meet_at_the_instant_that_the_formula_gives(form: str) -> None:
+def test_two_discs_meet_at_the_instant_that_the_formula_gives() -> None:
     """Discs of radius .5 with 3 m between their centres, at 1 m/s, meet at 2 s and exchange velocities."""
     scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=5.0)
-    if form == "plain":
-        with plain_form():
-            trace = solve_pic(scene)
-        assert "plain Python runs" in trace.notes[0]
-    else:
-        trace = solve_pic(scene)
+    trace = solve_pic(scene)
     assert trace.impacts["time_s"].tolist() == [2.0]
     assert trace.impacts[["first", "second"]].tolist() == [(0, 1)]
     assert trace.impacts["normal"].tolist() == [[1.0, 0.0]]

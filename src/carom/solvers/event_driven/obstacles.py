@@ -58,7 +58,9 @@ class Obstacles:
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
         if walls[0] == walls[1] and None not in edges:
             return "edges {} and {} of {}".format(*sorted(edges), walls[0])
-        return " and ".join(wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True))
+        return " and ".join(
+            wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True)
+        )
 
     def decides(self, one: int, other: int, elastic: bool) -> bool:
         """Return whether a disc that meets two features at one instant goes on alike, whichever comes first."""

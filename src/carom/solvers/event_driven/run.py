@@ -88,8 +88,7 @@ class EventDrivenRun:
         resume: The state of an earlier run to go on from: of discs of the same radii, masses and moments of inertia,
             the same walls, coefficients and contact time. Places, velocities and spins are the state's.
         cell_factor: Factor on the width of the cells, at least 1; infinity for a single one. It changes no result.
-        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions: the oracle of these, with
-            the same results.
+        all_pairs: Compute all pairs at each event, without cells, queue or stored predictions. It changes no result.
 
     Raises:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs; walls have more

@@ -11,19 +11,14 @@ from typing import TYPE_CHECKING
 
 from carom.physics.features import Face
 from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.falling.contacts import Contacts
-from carom.solvers.falling.run import FallingRun
-from carom.solvers.impact_log import gliding_note
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.instants import NEVER, Instant, after, between
-from carom.trace import Outcome, wall_body, wall_index
+from carom.trace import wall_body
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from carom.driving import Course
     from carom.solvers.run import Start
-    from carom.trace import ImpactRecord, ModeRecord
+    from carom.trace import ImpactRecord
 
 
 class TableBodies(FallingBodies):
@@ -101,40 +96,3 @@ class TableBodies(FallingBodies):
         record = super().bounce(i, k, approach)
         self._slow(i)
         return record
-
-
-class _Stops(Contacts):
-    """When the discs of a table stop: on none of its walls they stay."""
-
-    def __init__(self, bodies: TableBodies) -> None:
-        super().__init__(bodies)
-        self.ends = bodies.stops
-
-    def begin(self) -> Iterator[tuple[int, ModeRecord]]:
-        """Nothing begins in contact."""
-        return iter(())
-
-    def end_mode(self, i: int) -> None:
-        """Let disc `i` lie where it has stopped: on a path of its own, so that what it has met may meet it again."""
-        self._bodies.last_partner[i] = None
-
-    def after_impact(self, i: int) -> None:
-        """Nothing but velocities, on which the bodies go on."""
-
-
-class TableRun(FallingRun):
-    """A PIC run on a table: `carom.solvers.run.Run`. The arguments are those of `FallingRun`."""
-
-    def _bodies_of(self, start: Start) -> FallingBodies:
-        bodies = TableBodies(start)
-        self.contacts = _Stops(bodies)
-        return bodies
-
-    def _after_mode(self, disc: int, mode: ModeRecord | None) -> None:
-        self._go_on(disc, mode)
-
-    def _end_in_contact(self, i: int, other: int, approach: float) -> None:
-        super()._end_in_contact(i, other, approach)
-        if other < 0:
-            self._ended = Outcome.GLIDES
-            self.notes = (gliding_note(i, wall_index(other), self._reported_s),)

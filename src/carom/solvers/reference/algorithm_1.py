@@ -1,9 +1,9 @@
 """Algorithm 1 of the source paper: PIT, the periodic interference test, for discs and half-planes on straight paths.
 
 At each frame, and nowhere else, each pair is tested: do the bodies approach? Do they overlap? If both, they get new
-velocities, along the line of centres as it is at that frame. Positions are never corrected. So an impact is late by up to
-a frame, its normal is turned by the distance that the discs moved meanwhile, and an impact whose overlap is between two
-frames is missed.
+velocities, along the line of centres as it is at that frame. Positions are never corrected. So an impact is late by up
+to a frame, its normal is turned by the distance that the discs moved meanwhile, and an impact whose overlap is between
+two frames is missed.
 
 This is the definition to read and to test against. `carom.solve_pit` gives the same bits, skips frames at which nothing
 can be found, and supports every kind of body and motion.
@@ -168,4 +168,4 @@ def _require_simple(scene: Scene) -> None:
     arrays = scene.arrays
     bends = scene.gravity_m_s2 != (0.0, 0.0) or scene.damping_per_s or scene.table_deceleration_m_s2
     if bends or arrays.turns or arrays.driven or not arrays.has_plain_walls:
-        raise InputError("Algorithm 1 is for discs and half-planes on straight paths, without friction; solve_pit is not")
+        raise InputError("Algorithm 1 is for discs and half-planes on straight paths, without friction; use solve_pit")

@@ -1,8 +1,8 @@
 """Algorithm 2 of the source paper: PIC frame by frame, with a stop at each impact before the next frame.
 
-The printed algorithm applies one impact a frame; its own figure 9 needs several. Here a frame ends when no impact is left
-in it, as in the figure. The run computes all pairs at each impact, without a queue, as the paper does. The state of a disc
-is that at its last impact, so frames add no rounding: all bits are those of `carom.solve_pic`.
+The printed algorithm applies one impact a frame; its own figure 9 needs several. Here a frame ends when no impact is
+left in it, as in the figure. The run computes all pairs at each impact, without a queue, as the paper does. The state
+of a disc is that at its last impact, so frames add no rounding: all bits are those of `carom.solve_pic`.
 """
 
 from __future__ import annotations

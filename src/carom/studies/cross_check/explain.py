@@ -70,11 +70,9 @@ def _pic(scene: Scene, trace: Trace) -> str:
         undamped = _pic(scene.undamped, trace)
         return f"in the time in which damped discs move in straight lines, {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
-        return f"event-driven along parabolas, in plain Python{walls}: {found}"
-    if "crossings" in trace.counts:  # which form ran is told by what it counts
+        return f"event-driven along parabolas, with cells{walls}: {found}"
+    if "crossings" in trace.counts:  # which the closed form does not count
         return f"event-driven, in the compiled kernel with cells{walls}: {found}"
-    if "epochs" in trace.counts:
-        return f"event-driven over all pairs, in plain Python{walls}: {found}"
     return f"two discs, so the closed form, without queue or cells: {found}"
 
 

@@ -7,21 +7,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.drawn import table
 from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.kinds import assert_same
 
 from carom import Chain, Disc, Outcome, Scene, Wall
+from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain.bodies import Bodies
-from carom.solvers.plain.run import AllPairsRun
-from carom.solvers.plain.squeeze import Squeezes
 
 pytest.importorskip("carom.core.pic")
-
-#: That of state.h.
-NO_BODY = -(2**31)
 
 
 def legs(*parts: tuple[float, float]) -> list[dict[str, Any]]:
@@ -95,37 +89,48 @@ def test_a_disc_between_edges_is_crushed_at_the_same_impact(half: float, outcome
 
 @pytest.mark.parametrize("discs", [1, *long_after(0, [2, 3])])
 def test_a_row_is_crushed_at_the_same_impact(discs: int) -> None:
-    """By a mallet and a wall, of one disc and of more in a row: the kernel tells of it when the all-pairs run does."""
+    """By a mallet and a wall, of one disc and of more in a row, in either loop."""
     assert assert_same(row(discs, 0.25, 0.125), 10**6).notes
 
 
-def test_how_discs_go_to_and_fro_is_told_alike(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whom each has struck last, whom on the other side, along which normal, and how often in a row."""
-    kept: list[Squeezes] = []
+@pytest.mark.parametrize(
+    ("scene", "between", "time_s"),
+    [(row(1, 0.25, 0.125), "wall 0 and disc 1", 8.0), (pinched(3.0), "wall 0 and wall 1", 6.0)],
+)
+def test_the_instant_of_a_crush_is_that_at_which_no_space_is_left(scene: Scene, between: str, time_s: float) -> None:
+    """The mallet's rim is 1 m further than the disc is wide, at 1/8 m/s; the piston 3/2 m, at 1/4 m/s."""
+    run = EventDrivenRun(scene)
+    assert run.advance_to(20.0) is Outcome.CRUSHED
+    begin, _, at = run.notes[0].removesuffix(" s").rpartition(" at ")
+    assert begin == f"disc 0 is crushed between {between}"
+    assert float(at) == pytest.approx(time_s, rel=1e-14)
+    assert run.time_s < time_s
 
-    def squeezes(bodies: Bodies, most: int) -> Squeezes:
-        kept.append(Squeezes(bodies, most))
-        return kept[-1]
 
-    monkeypatch.setattr("carom.solvers.plain.run.Squeezes", squeezes)
-    longest = 0
-    for scene in (
-        row(2, 0.25, 0.125),
-        pinched(3.0),
-        *(table("driven table", k) for k in range(4)),
-    ):
-        if not scene.arrays.driven_discs and scene.arrays.wall_drives is None:
-            continue
-        plain, compiled = AllPairsRun(scene), EventDrivenRun(scene)
-        for run in (plain, compiled):
-            run.advance_to(scene.duration_s, 60)
-        found = compiled.state().kernel["to_and_fro"]
-        for disc, told in enumerate(kept[-1].to_and_fro):
-            last, across = (NO_BODY if struck is None else struck.body for struck in (told.last, told.across))
-            expected = (last, *told.normal, across, told.row)
-            assert tuple(found[["last", "nx", "ny", "across", "row"]][disc]) == expected
-            longest = max(longest, told.row)
-    assert longest > 20
+@pytest.mark.parametrize("across", [0.0, -0.5])
+def test_under_gravity_a_disc_is_crushed_only_if_it_stays_before_the_edges(across: float) -> None:
+    """Gravity along two short edges pulls the disc out before they meet; gravity along the normal does not."""
+    scene = pinched(0.5).model_copy(update={"gravity_m_s2": (across, -0.5 - across)})
+    scene = scene.model_copy(update={"discs": [disc_at(0.0, 1.0, 0.0, 0.5, r=0.25)]})
+    expected = Outcome.COMPLETED if across else Outcome.CRUSHED
+    assert EventDrivenRun(scene).advance_to(20.0) is expected
+
+
+def test_what_is_crushed_after_the_requested_end_does_not_end_the_run() -> None:
+    """A run of arrays has no end of its own. The rule decides after 400 impacts, at 7.96 s; the crush is at 8 s."""
+    start = row(1, 0.25, 0.125).arrays
+    assert EventDrivenRun(start).advance_to(7.99) is Outcome.COMPLETED
+    assert EventDrivenRun(start).advance_to(8.01) is Outcome.CRUSHED
+
+
+def test_a_disc_that_meets_another_one_before_is_not_crushed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No space is left at 2 s; a disc 2.4 m on, at 1 m/s along the walls, is met at some 1.9 s, after seven bounces."""
+    walls = wall_at(0.0, 0.0, 1.0, 0.0), wall_at(2.5, 0.0, -1.0, 0.0, velocity_m_s=(-1.0, 0.0))
+    discs = disc_at(1.0, -1.9, 0.0, 1.0, r=0.25), disc_at(0.25, 0.5, r=0.25, m=math.inf)
+    monkeypatch.setattr(event_driven, "standstill_impacts", lambda _: 3)  # after so many the rule decides
+    run = EventDrivenRun(staged("crush", *discs, *walls, duration_s=3.0))
+    run.advance_to(3.0, 8)
+    assert run.log.array()["second"].tolist() == [-2, -1, -2, -1, -2, -1, -2, 1]
 
 
 def test_a_leg_that_has_ended_by_a_new_epoch_lets_a_disc_be_struck_again() -> None:

@@ -10,16 +10,14 @@ from itertools import product
 import numpy as np
 import pytest
 from tests.lengths import long_after
-from tests.unit.solvers.kinds import assert_same
+from tests.unit.solvers.kinds import all_pairs, assert_same
 
 from carom import Chain, Disc, Outcome, Scene
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.outline import Outline
-from carom.solvers import pic
 from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain.run import AllPairsRun
 
 pytest.importorskip("carom.core.pic")
 
@@ -92,11 +90,11 @@ def test_cells_that_would_crowd_the_discs_are_not_chosen() -> None:
 
 
 def test_a_run_that_ended_in_gliding_stays_ended() -> None:
-    """Whatever it is asked for later, it says the same again, as the all-pairs run does."""
+    """Whatever it is asked for later, it says the same again, by either loop."""
     disc = Disc(position_m=(0, -1.5), velocity_m_s=(1, 0), radius_m=0.5)
     stadium = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
     scene = Scene(name="stadium", discs=[disc], walls=[stadium], duration_s=10.0)
-    for run in (EventDrivenRun(scene), AllPairsRun(scene)):
+    for run in (EventDrivenRun(scene), all_pairs(scene)):
         assert run.advance_to(1.0) is Outcome.COMPLETED
         for until_s in (10.0, 1.0, math.inf):
             assert run.advance_to(until_s) is Outcome.GLIDES
@@ -104,19 +102,16 @@ def test_a_run_that_ended_in_gliding_stays_ended() -> None:
         assert run.notes == ("disc 0 glides along wall 0 from 2 s on",)
 
 
-def test_more_sides_than_can_be_numbered_are_left_to_the_plain_form(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The kernel refuses them by name, and `solve_pic` takes the all-pairs run."""
+def test_more_sides_than_can_be_numbered_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By their number, whether they are given as a scene or as arrays."""
     triangle = Chain(points_m=[(3, 3), (5, 3), (4, 5)], closed=True)
     disc = Disc(position_m=(0, 4), velocity_m_s=(1, 0), radius_m=0.5)
     scene = Scene(name="triangle", discs=[disc], walls=[triangle], duration_s=10.0)
-    expected = pic.solve_pic(scene)
-    for module in (event_driven, pic):
-        monkeypatch.setattr(module, "MOST_OBSTACLES", 8)  # of nine: three edges with two sides and a vertex each
+    monkeypatch.setattr(event_driven, "MOST_OBSTACLES", 8)  # of nine: three edges with two sides and a vertex each
     with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
         EventDrivenRun(scene)
     with pytest.raises(InputError, match="walls have 9 sides and vertices: at most 8 can be numbered"):
         EventDrivenRun(replace(scene.arrays, walls=((0.0, 0.0, 0.0, 1.0),) * 9))
-    assert pic.solve_pic(scene).impacts.tobytes() == expected.impacts.tobytes()
 
 
 def test_finite_walls_may_be_given_as_arrays() -> None:

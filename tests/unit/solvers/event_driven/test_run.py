@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -12,12 +13,12 @@ from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
 from tests.lengths import each, long_after
 from tests.stage import sure
+from tests.unit.solvers.kinds import all_pairs
 
 from carom import Disc, Outcome, Scene, solve_pic
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.plain.run import AllPairsRun
 from carom.studies.bench.gas import hard_disc_gas
 
 pytestmark = needs_extension
@@ -71,7 +72,7 @@ def test_cells_miss_none_of_many_walls(sides: int, room: float) -> None:
     rows = np.hstack([middle - reach * normals, normals])
     walls = tuple((float(x), float(y), float(nx), float(ny)) for x, y, nx, ny in rows)
     scene = scene_of(replace(start, walls=walls, wall_restitution=0.9), 100.0)
-    kernel, plain = EventDrivenRun(scene), AllPairsRun(scene)
+    kernel, plain = EventDrivenRun(scene), all_pairs(scene)
     for run in (kernel, plain):
         run.advance_to(math.inf, 300)
     assert kernel.counts["wall_impacts"] > 50
@@ -145,8 +146,8 @@ def test_progress_samples_and_stops() -> None:
     assert stopped.impacts.tobytes() == trace.impacts[:7].tobytes()
 
 
-@pytest.mark.parametrize("form", [EventDrivenRun, AllPairsRun])
-def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run(form: type[EventDrivenRun | AllPairsRun]) -> None:
+@pytest.mark.parametrize("form", [EventDrivenRun, all_pairs])
+def test_discs_that_meet_too_far_out_to_be_told_apart_end_the_run(form: Callable[[Scene], EventDrivenRun]) -> None:
     """Two discs that meet after 1.8e16 m, where floats are 2 m apart, have no normal: an error says so."""
     discs = [
         Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.5),

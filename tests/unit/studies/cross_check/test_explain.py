@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.forms import needs_extension, plain_form
+from tests.forms import needs_extension
 from tests.lengths import each, long_after
 
 from carom.errors import UnknownNameError
@@ -58,11 +58,9 @@ def test_two_discs_are_looked_at_in_few_frames() -> None:
 
 @needs_extension
 def test_the_form_that_runs_is_the_one_that_is_told() -> None:
-    """PIC's compiled kernel is told where it runs, and all pairs in plain Python where there is no extension."""
+    """The event loop with its cells."""
     found = "13 impacts in 13 predictions"
     assert f"PIC: event-driven, in the compiled kernel with cells: {found}" in plan("classics/box", engines=["pit"])
-    with plain_form():
-        assert f"PIC: event-driven over all pairs, in plain Python: {found}" in plan("classics/box", engines=["pit"])
 
 
 def test_an_engine_that_is_not_installed_is_told_once_and_planned_nowhere() -> None:
