@@ -77,7 +77,7 @@ def build(root: Path = ROOT) -> bytes:
         caches = {"ZIG_GLOBAL_CACHE_DIR": f"{folder}/global", "ZIG_LOCAL_CACHE_DIR": f"{folder}/local"}
         python_path = {} if _is_installed() else {"PYTHONPATH": _downloaded(Path(folder, "zig"))}
         sources = [f"src/carom/core/{name}" for name in _COMPILED]
-        command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "-o", out, *sources]
+        command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "-o", str(out), *sources]
         subprocess.run(command, check=True, cwd=root, env=os.environ | caches | python_path)
         return out.read_bytes() + _section(SECTION, sources_digest().encode())
 
@@ -98,7 +98,7 @@ def _is_installed() -> bool:
 
 
 def _downloaded(folder: Path) -> str:
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", folder, compiler()]
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), compiler()]
     subprocess.run(pip, check=True)
     return str(folder)
 
