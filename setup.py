@@ -39,8 +39,8 @@ DIGEST = runpy.run_path("src/carom/extension.py")["sources_digest"]()
 SHARED = "carom._cython"
 
 #: What tests alone need; what installs for a report says that it does without.
-PROBE = "tests.probe"
-PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("probe.pyx")
+PROBES = "tests."
+PROBE_SOURCES = [] if os.environ.get("CAROM_WITHOUT_PROBE") == "1" else Path("tests").glob("probe*.pyx")
 
 #: For `make coverage-compiled`: lines and branches of the sources are counted, and nothing is optimised away.
 COVERAGE = os.environ.get("CAROM_COVERAGE") == "1"
@@ -64,7 +64,7 @@ class OptionalBuild(build_ext):
         """Build all modules or none; say so, and go on, where that fails."""
         inplace = self.inplace
         if not inplace:
-            self.extensions = [module for module in self.extensions if module.name != PROBE]
+            self.extensions = [module for module in self.extensions if not module.name.startswith(PROBES)]
         try:
             super().run()
         except BaseException as error:

@@ -17,14 +17,6 @@ HEADER = (CORE / "constants.h").read_text(encoding="utf-8")
 #: Constants of plain Python, by their names in the header.
 PLAIN = {
     "INF": "math.inf",
-    "SPLITTER": "carom.physics.double_double._SPLITTER",
-    "ERROR": "carom.physics.pair_time.ERROR",
-    "NEGLIGIBLE": "carom.physics.pair_time.NEGLIGIBLE",
-    "GRID": "carom.physics.pair_time._GRID",
-    "DOUBTFUL_SUM": "carom.physics.pair_time._DOUBTFUL_SUM",
-    "DOUBTFUL_DISCRIMINANT": "carom.physics.pair_time.DOUBTFUL_DISCRIMINANT",
-    "DOUBTFUL_GAP": "carom.physics.face_time._DOUBTFUL_GAP",
-    "PAIR_ERROR": "carom.physics.arc_time._PAIR_ERROR",
     "PAIR_LEAST": "carom.physics.pair_time_any_size._LEAST",
     "PAIR_MOST": "carom.physics.pair_time_any_size._MOST",
     "ORDINARY": "carom.limits.ORDINARY",
@@ -40,7 +32,6 @@ NUMBERED = {
         **{name: f"carom.physics.numbered._{name}" for name in ("PLANE", "FACE", "VERTEX", "OUTER_ARC", "INNER_ARC")},
         "FEATURE_NUMBERS": "carom.physics.numbered.FEATURE_NUMBERS",
     },
-    "pair.h": {"LARGEST_EXPONENT": "carom.physics.pair_time._LARGEST_EXPONENT"},
     "state.h": {
         "MOST_OBSTACLES": "carom.solvers.event_driven.obstacles.MOST_OBSTACLES",
         **{

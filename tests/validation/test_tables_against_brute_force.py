@@ -14,7 +14,6 @@ from tests.validation.table_runs import Table, compare, scene_of
 from carom.physics.features import Arc, Face
 from carom.physics.wall_features import WallFeature, features_of
 from carom.solvers.event_driven import obstacles
-from carom.solvers.plain import finite_walls
 
 
 @pytest.mark.long
@@ -98,6 +97,5 @@ FAULTS: dict[str, Callable[[Features], Features]] = {
 @pytest.mark.parametrize("name", long_after(3, FAULTS))
 def test_a_fault_in_what_walls_consist_of_is_told(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """One of the first tables contradicts brute force, whatever is wrong with a wall's sides, arcs and vertices."""
-    for module in (obstacles, finite_walls):
-        monkeypatch.setattr(module, "features_of", lambda *asked: FAULTS[name](features_of(*asked)))
+    monkeypatch.setattr(obstacles, "features_of", lambda *asked: FAULTS[name](features_of(*asked)))
     assert any(compare(table, 40).ended == "contradiction" for table in tables(0))

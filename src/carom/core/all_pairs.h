@@ -161,7 +161,7 @@ static inline NextEvent first_event(const State *s) {
 /* Apply an event at an instant, with the functions of the event loop; return false, with `State.stopped`, if the run ends. */
 static inline bool apply_event(State *s, const NextEvent *event, Instant at, bool is_wanted) {
     if (event->second < 0) /* a disc that glides does so along this one */
-        s->predictions[event->first].obstacle = (short)(-1 - event->second);
+        s->predictions[event->first].obstacle = (int)(-1 - event->second);
     if (s->accelerated.paths != NULL)
         return apply_accelerated(s, event->first < 0 ? event->second : event->first, event->second, at, is_wanted);
     if (s->has_special_impacts)

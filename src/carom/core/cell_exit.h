@@ -80,8 +80,8 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
             s->counts.beyond += 1;
     }
     p->exit_time = a.time + wait;
-    p->obstacle = (short)obstacle;
-    p->edge = (signed char)(obstacle == NO_OBSTACLE ? crossing.edge : NO_EDGE);
+    p->obstacle = (int)obstacle;
+    p->edge = (int)(obstacle == NO_OBSTACLE ? crossing.edge : NO_EDGE);
 }
 
 #endif

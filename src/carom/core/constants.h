@@ -10,20 +10,23 @@
 
 /* ---- compilers ---- */
 
-/* Branch hints, and a mark for functions that stay calls: inlined into a hot loop that rarely calls them, they would
-   take its registers. */
+/* Branch hints, a mark for functions that stay calls (inlined into a hot loop that rarely calls them, they would take
+   its registers), and one for functions of which a constant argument makes another function. */
 #if defined(__GNUC__)
 #define CAROM_LIKELY(condition) __builtin_expect(!!(condition), 1)
 #define CAROM_UNLIKELY(condition) __builtin_expect(!!(condition), 0)
 #define CAROM_NOINLINE __attribute__((noinline))
+#define CAROM_ALWAYS_INLINE inline __attribute__((always_inline))
 #elif defined(_MSC_VER)
 #define CAROM_LIKELY(condition) (condition)
 #define CAROM_UNLIKELY(condition) (condition)
 #define CAROM_NOINLINE __declspec(noinline)
+#define CAROM_ALWAYS_INLINE __forceinline
 #else
 #define CAROM_LIKELY(condition) (condition)
 #define CAROM_UNLIKELY(condition) (condition)
 #define CAROM_NOINLINE
+#define CAROM_ALWAYS_INLINE inline
 #endif
 
 /* ---- all files ---- */
@@ -132,6 +135,47 @@
 #define CAROM_EXCESS_PART 0x1p-6
 /* Number of frames for which savings count. Chosen. */
 #define CAROM_SAVED_FRAMES 64.0
+
+/* ---- quartic.h, fall_bounds.h: with u = 2^-53, half a unit in the last place of 1 ---- */
+
+/* Error of a power in pairs, in parts of the magnitudes of its terms: 20 u^2 for the terms and their sum, and 24 u^2 for
+   each of at most 9 shifts of the origin. */
+#define CAROM_QUARTIC_PAIR_ERROR 0x1p-98
+/* Error of a coefficient of Bernstein's basis, in parts of the largest sum of the magnitudes of the terms of one:
+   CAROM_ERROR, 10 u for powers, binomials and sums, and 4 u for each of at most 52 halvings. */
+#define CAROM_BERNSTEIN_ERROR 0x1p-45
+/* The same in pairs: CAROM_QUARTIC_PAIR_ERROR, and 3 u^2 in place of each u for at most 120 halvings. */
+#define CAROM_BERNSTEIN_PAIR_ERROR 0x1p-95
+/* Scales of time for which neither the terms of a quartic nor the errors of underflow leave the range of floats. */
+#define CAROM_LEAST_SCALE 0x1p-90
+#define CAROM_MOST_SCALE 0x1p90
+/* Size of power 0 from which on underflow of any term is below its error. */
+#define CAROM_LEAST_SIZE 0x1p-600
+/* 32 u: more roundings than enter any term of a lower bound. */
+#define CAROM_BOUND_ERROR 0x1p-48
+/* Above the errors of underflow in a product, and in the root of a sum of products. */
+#define CAROM_BOUND_UNDERFLOW 0x1p-1000
+#define CAROM_BOUND_LENGTH_UNDERFLOW 0x1p-500
+
+/* ---- damping, exponentials ---- */
+
+/* A product c t below this changes a time by less than half a unit in its last place: s = t (1 - c t / 2 + ...). */
+#define CAROM_DAMPING_LEAST 0x1p-54
+/* Up to this size of x, e^x rounds to 1. Below it, e^x - 1 and the logarithm of 1 + x round to x: what follows in their
+   series is about x^2 / 2. */
+#define CAROM_EXP_LINEAR 0x1p-54
+/* Above the relative errors of e^x, e^x - 1 and the logarithm as pairs: the errors that comments below state add up to
+   less. Measured, they are at most 2^-103. */
+#define CAROM_EXP_ERROR 0x1p-100
+/* The logarithm of 2 over 32, in three parts. The first two have 37 bits, so that a multiple of up to 2^16 of each is
+   exact. The sum has an error of 2^-137. */
+#define CAROM_STEP_HIGH 0x1.62e42fefa0000p-6
+#define CAROM_STEP_MIDDLE 0x1.cf79abc9e0000p-45
+#define CAROM_STEP_LOW 0x1.d9cc01f97b57ap-84
+#define CAROM_STEPS_PER_UNIT 0x1.71547652b82fep+5
+#define CAROM_LN2 0x1.62e42fefa39efp-1
+/* Beyond this e^x is larger than any float. */
+#define CAROM_EXP_MOST 710.0
 
 /* ---- solvers/certified/bounds.pyx, in numbers scaled by powers of two of `carom.solvers.units` ---- */
 

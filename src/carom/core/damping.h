@@ -11,9 +11,6 @@
 
 #include "carom/core/exponentials.h"
 
-/* A product c t below this changes a time by less than half a unit in its last place: s = t (1 - c t / 2 + ...). */
-#define CAROM_DAMPING_LEAST 0x1p-54
-
 /* Return the part of a velocity that remains after a time. For a time below 0, it is more than 1, up to infinity. */
 static inline double remaining_velocity(double rate, double time) {
     return nearest_exp(-rate * time);

@@ -63,7 +63,7 @@ static inline void predict_driven_wall(State *s, Index i, const Driven *wall) {
             if (at < p->exit_time || (at == p->exit_time && p->edge == NO_EDGE && p->obstacle != NO_OBSTACLE &&
                                       s->features[p->obstacle].wall < -1 - wall->body)) {
                 p->exit_time = at;
-                p->obstacle = (short)impact.feature;
+                p->obstacle = (int)impact.feature;
                 p->edge = NO_EDGE;
             }
             return;

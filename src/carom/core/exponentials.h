@@ -20,23 +20,8 @@
 
 /* Below the first, e^x has fewer bits; above the second, it is beyond the largest float. */
 #define CAROM_EXP_LEAST (-708.0)
-#define CAROM_EXP_MOST 710.0
-/* Up to this size of x, e^x rounds to 1. Below it, e^x - 1 and the logarithm of 1 + x round to x: what follows in their
-   series is about x^2 / 2. */
-#define CAROM_EXP_LINEAR 0x1p-54
 /* Below this x, e^x - 1 rounds to -1: e^x is less than a quarter of the last place of 1. */
 #define CAROM_EXPM1_LEAST (-40.0)
-/* Above the relative errors of e^x, e^x - 1 and the logarithm as pairs: the errors that comments below state add up to
-   less. Measured, they are at most 2^-103. */
-#define CAROM_EXP_ERROR 0x1p-100
-
-/* The logarithm of 2 over 32, in three parts. The first two have 37 bits, so that a multiple of up to 2^16 of each is
-   exact. The sum has an error of 2^-137. */
-#define CAROM_STEP_HIGH 0x1.62e42fefa0000p-6
-#define CAROM_STEP_MIDDLE 0x1.cf79abc9e0000p-45
-#define CAROM_STEP_LOW 0x1.d9cc01f97b57ap-84
-#define CAROM_STEPS_PER_UNIT 0x1.71547652b82fep+5
-#define CAROM_LN2 0x1.62e42fefa39efp-1
 
 enum {
     EXP_STEPS = 32,

@@ -7,7 +7,9 @@
    Times are in seconds from now: 0 for bodies that touch and approach, or that touch, do not separate and are pulled
    together; infinity for never. If the obstacle is what the disc met last on this path (`has_just_left`), the gap is 0
    now, whatever rounding has made of it, and opens at the speed `leaving`, 0 or more. The same functions solve for two
-   discs on a table that slows them: the path is that of one as seen from the other. */
+   discs on a table that slows them: the path is that of one as seen from the other.
+
+   `carom/physics/wall_time_falling.py`, `pair_time_falling.py` and `feature_time_falling.py` are the plain forms. */
 
 #ifndef CAROM_FALL_H
 #define CAROM_FALL_H
@@ -142,12 +144,19 @@ typedef struct FallingDisc { /* as seen from a body that does not accelerate */
     double radius;
 } FallingDisc;
 
-/* Return the seconds until a disc touches a fixed one; infinity, too, if that is perhaps not before the horizon. */
+/* Return the seconds until a disc touches a fixed one; perhaps infinity if that is not before the horizon. */
 static inline double disc_fall_time_within(const ExactQuartic *exact, const FallingDisc *disc, double fixed_x,
                                            double fixed_y, double fixed_radius, double ax, double ay,
                                            bool has_just_left, double leaving, double horizon) {
     CircleGap gap = {
-        .path = {{disc->x, 0.0}, {disc->y, 0.0}, {disc->vx, 0.0}, {disc->vy, 0.0}, ax, ay, {fixed_x, 0.0}, {fixed_y, 0.0}},
+        .path = {{disc->x, 0.0},
+                 {disc->y, 0.0},
+                 {disc->vx, 0.0},
+                 {disc->vy, 0.0},
+                 ax,
+                 ay,
+                 {fixed_x, 0.0},
+                 {fixed_y, 0.0}},
         .reach = two_sum(disc->radius, fixed_radius),
         .leaving = has_just_left ? leaving : 0.0,
         .has_left = has_just_left,
@@ -212,9 +221,8 @@ static inline int sign_of_form(const ExactQuartic *exact, Gap form) {
     return sign_of_gap(&falls);
 }
 
-/* Return when a disc touches an arc from inside into whose sector it comes where it touches or overlaps it by then.
-
-   arc.h says why the gap is 0 there. `gap` is that of the arc. */
+/* Return when a disc touches the inner side of an arc whose sector it enters in contact or in overlap; infinity for
+   never. `gap` is that of the arc. At the entry the gap is 0, whatever its numbers are: arc.h says why. */
 static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, const CircleGap *gap, const Mover *disc,
                                                     const Feature *arc) {
     const double ax = gap->path.ax, ay = gap->path.ay;
@@ -224,7 +232,9 @@ static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, c
                         ACROSS};
         Gap edge_form = line_form(&edge);
         Falls entries;
-        begin_with_pairs(&entries, exact, &edge_form);
+        begin_falls(&entries, exact, &edge_form, CAROM_INF);
+        if (!write_line_floats(&edge, &entries.floats))
+            begin_with_pairs(&entries, exact, &edge_form);
         set_start(&entries, sign_of_gap(&entries));
         for (double time = next_fall(&entries); time < CAROM_INF; time = next_fall(&entries)) {
             CircleGap there = *gap;
@@ -247,7 +257,7 @@ static CAROM_NOINLINE double sector_entry_fall_time(const ExactQuartic *exact, c
     return first;
 }
 
-/* Return the seconds until a disc touches an arc or a vertex; infinity, too, if that is perhaps not before the horizon. */
+/* Return the seconds until a disc touches an arc or a vertex; perhaps infinity if that is not before the horizon. */
 static inline double arc_fall_time_within(const ExactQuartic *exact, const Mover *disc, const Feature *arc, double ax,
                                           double ay, bool has_just_left, double leaving, double horizon) {
     const bool is_inside = arc->kind == INNER_ARC;
@@ -269,7 +279,7 @@ static inline double arc_fall_time_within(const ExactQuartic *exact, const Mover
     double found = first_in_sector(&falls, 0.0, arc, disc, ax, ay);
     if (!is_inside || arc->whole || sign > 0)
         return found;
-    return lesser(found, sector_entry_fall_time(exact, &gap, disc, arc));
+    return lesser(sector_entry_fall_time(exact, &gap, disc, arc), found);
 }
 
 /* Return the seconds until a disc touches an arc, or a vertex. */

@@ -1,8 +1,8 @@
 /* Lower bounds of times of impact on a parabola: when a disc certainly does not touch something yet.
 
    They cost a small part of what fall.h costs, so most features near a disc need no solution. Each is conservative: it
-   subtracts more than all of its rounding errors, which are below BOUND_ERROR of the terms that enter. Where numbers are
-   too large for floats, no comparison holds, and a bound is 0. Times are in seconds from now; CAROM_INF for never. */
+   subtracts more than all of its rounding errors, which are below CAROM_BOUND_ERROR of its terms. Where numbers are too
+   large for floats, no comparison holds, and a bound is 0. Times are in seconds from now; CAROM_INF for never. */
 
 #ifndef CAROM_FALL_BOUNDS_H
 #define CAROM_FALL_BOUNDS_H
@@ -14,15 +14,8 @@
 #include "carom/core/fall.h"
 #include "carom/core/feature.h"
 
-/* 32 roundings: more than enter any term below. */
-#define BOUND_ERROR 0x1p-48
-/* Above what underflow takes from a square or product, in m^2, and its root. */
-#define BOUND_UNDERFLOW 0x1p-1000
-#define BOUND_LENGTH_UNDERFLOW 0x1p-500
-
-/* Return a time before which a gap > 0 certainly does not close, from its rate of change and second derivative now.
-
-   The three must be lower bounds. */
+/* Return a time before which a gap that changes at a speed and with an acceleration certainly does not close. The three
+   arguments are lower bounds. */
 static inline double closing_lower_bound(double gap, double speed, double pull) {
     if (!(gap > 0.0))
         return 0.0;
@@ -30,27 +23,27 @@ static inline double closing_lower_bound(double gap, double speed, double pull) 
         return CAROM_INF;
     double square = speed * speed, product = 2.0 * pull * gap;
     double d = square - product;
-    double error = BOUND_ERROR * (square + fabs(product)) + BOUND_UNDERFLOW;
+    double error = CAROM_BOUND_ERROR * (square + fabs(product)) + CAROM_BOUND_UNDERFLOW;
     if (d < -error)
         return CAROM_INF;
-    double root = sqrt(greater(d + error, 0.0));
-    double time = speed > 0.0 ? (speed + sqrt(greater(d - error, 0.0))) / -pull : 2.0 * gap / (root - speed);
-    time *= 1.0 - BOUND_ERROR;
-    return time > 0.0 ? time : 0.0;
+    if (!(d + error < CAROM_INF))
+        return 0.0;
+    double time = speed > 0.0 ? (speed + sqrt(greater(d - error, 0.0))) / -pull
+                              : 2.0 * gap / (sqrt(greater(d + error, 0.0)) - speed);
+    return (1.0 - CAROM_BOUND_ERROR) * time;
 }
 
 /* Return a time before which a disc is certainly further from a point than `reach`.
 
-   (x, y) is the disc's place as seen from the point, with an error of at most `error`, (ux, uy) its velocity. The disc is
-   outside the circle around the point at least as long as it is beyond the tangent at the place of the circle that is
-   nearest to it now. */
+   (x, y) is the disc's place as seen from the point, with an error of at most `error`, and (ux, uy) its velocity. The
+   disc is outside the circle at least while it is beyond the tangent at the point of the circle nearest to it now. */
 static inline double circle_lower_bound(double x, double y, double ux, double uy, double ax, double ay, double reach,
                                         double error) {
     double distance = sqrt(x * x + y * y);
     double nx = x / distance, ny = y / distance;
-    double gap = distance - reach - (error + BOUND_ERROR * (distance + reach) + BOUND_LENGTH_UNDERFLOW);
-    double speed = nx * ux + ny * uy - BOUND_ERROR * (fabs(ux) + fabs(uy));
-    double pull = nx * ax + ny * ay - BOUND_ERROR * (fabs(ax) + fabs(ay));
+    double gap = distance - reach - (error + CAROM_BOUND_ERROR * (distance + reach) + CAROM_BOUND_LENGTH_UNDERFLOW);
+    double speed = nx * ux + ny * uy - CAROM_BOUND_ERROR * (fabs(ux) + fabs(uy));
+    double pull = nx * ax + ny * ay - CAROM_BOUND_ERROR * (fabs(ax) + fabs(ay));
     return closing_lower_bound(gap, speed, pull);
 }
 
@@ -59,7 +52,22 @@ static inline double fall_pair_lower_bound(const FallingDisc *disc, double fixed
                                            double fixed_radius, double ax, double ay) {
     double size = fabs(disc->x) + fabs(fixed_x) + fabs(disc->y) + fabs(fixed_y);
     return circle_lower_bound(disc->x - fixed_x, disc->y - fixed_y, disc->vx, disc->vy, ax, ay,
-                              disc->radius + fixed_radius, BOUND_ERROR * size);
+                              disc->radius + fixed_radius, CAROM_BOUND_ERROR * size);
+}
+
+/* Return a time before which a disc certainly does not touch a vertex or an arc that it is not in contact with. */
+static inline double fall_arc_lower_bound(const Mover *disc, const Feature *arc, double ax, double ay) {
+    const double x = disc->x.high - arc->x.high, y = disc->y.high - arc->y.high;
+    const double size = fabs(disc->x.high) + fabs(arc->x.high) + fabs(disc->y.high) + fabs(arc->y.high);
+    const double error = CAROM_BOUND_ERROR * size;
+    const double ux = disc->ux.high, uy = disc->uy.high, thick = disc->radius + arc->half_width;
+    if (arc->kind != INNER_ARC)
+        return circle_lower_bound(x, y, ux, uy, ax, ay, arc->size.high + thick, error);
+    double reach = arc->size.high - thick, distance = sqrt(x * x + y * y);
+    double gap_error = error + CAROM_BOUND_ERROR * (distance + arc->size.high + thick) + CAROM_BOUND_LENGTH_UNDERFLOW;
+    double speed = (1.0 + CAROM_BOUND_ERROR) * sqrt(ux * ux + uy * uy) + CAROM_BOUND_LENGTH_UNDERFLOW;
+    double pull = (1.0 + CAROM_BOUND_ERROR) * sqrt(ax * ax + ay * ay) + CAROM_BOUND_LENGTH_UNDERFLOW;
+    return closing_lower_bound((reach - distance) - gap_error, -speed, -pull);
 }
 
 typedef struct Range {
@@ -76,7 +84,7 @@ static inline Range parabola_range(double x, double u, double a, double within) 
         range.least = lesser(range.least, apex);
         range.most = greater(range.most, apex);
     }
-    double error = BOUND_ERROR * (fabs(x) + within * (fabs(u) + fabs(a) * within));
+    double error = CAROM_BOUND_ERROR * (fabs(x) + within * (fabs(u) + fabs(a) * within));
     return (Range){range.least - error, range.most + error};
 }
 
@@ -91,7 +99,7 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     *x = *y = (Range){-size, size};
     if (f->whole)
         return;
-    /* Directions of the axes that are not in the sector; an end next to an axis has the range of the axis, rounded. */
+    /* The sector reaches as far as the circle where it contains the direction of an axis. */
     double ex = f->ex.high, ey = f->ey.high, fx = f->fx.high, fy = f->fy.high;
     bool has_right = f->reflex ? ey <= 0.0 || fy >= 0.0 : ey <= 0.0 && fy >= 0.0;
     bool has_left = f->reflex ? ey >= 0.0 || fy <= 0.0 : ey >= 0.0 && fy <= 0.0;
@@ -103,19 +111,20 @@ static inline void write_feature_ranges(const Feature *f, Range *x, Range *y) {
     y->least = has_bottom ? -size : lesser(ey, fy);
 }
 
-/* Return whether a disc is certainly in front of a line all the time, or behind it; the gap is times the length. */
+/* Return whether a gap keeps its sign within a time, with certainty. A gap < 0 counts only if `is_behind`. Each number
+   has an error of at most CAROM_BOUND_ERROR times its size. */
 static inline bool misses_line(double gap, double gap_size, double speed, double speed_size, double pull,
                                double pull_size, bool is_behind, double within) {
-    double gap_error = BOUND_ERROR * gap_size + BOUND_UNDERFLOW;
-    double speed_error = BOUND_ERROR * speed_size + BOUND_UNDERFLOW;
-    double pull_error = BOUND_ERROR * pull_size + BOUND_UNDERFLOW;
+    double gap_error = CAROM_BOUND_ERROR * gap_size + CAROM_BOUND_UNDERFLOW;
+    double speed_error = CAROM_BOUND_ERROR * speed_size + CAROM_BOUND_UNDERFLOW;
+    double pull_error = CAROM_BOUND_ERROR * pull_size + CAROM_BOUND_UNDERFLOW;
     if (gap > gap_error)
         return closing_lower_bound(gap - gap_error, speed - speed_error, pull - pull_error) > within;
     return is_behind &&
            closing_lower_bound(-gap - gap_error, -speed - speed_error, -pull - pull_error) > within;
 }
 
-/* Return whether a disc certainly does not touch a feature within a time. The disc must not have just left it. */
+/* Return whether a disc, which has not just left a feature, certainly does not touch it within a time. */
 static inline bool fall_misses_feature(const Mover *disc, const Feature *f, double ax, double ay, double within) {
     const double ux = disc->ux.high, uy = disc->uy.high;
     const double x = disc->x.high - f->x.high, y = disc->y.high - f->y.high;
@@ -129,7 +138,8 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
     /* Where a disc touches a feature, its centre is within `thick` of the feature, but for the rounding of its way:
        that decides at the ends of the feature. */
     const double way = within * ((fabs(ux) + fabs(uy)) + within * (fabs(ax) + fabs(ay)));
-    const double room = thick + BOUND_ERROR * (place_size + thick + f->size.high + way) + BOUND_LENGTH_UNDERFLOW;
+    const double room_error = CAROM_BOUND_ERROR * (place_size + thick + f->size.high + way);
+    const double room = thick + (room_error + CAROM_BOUND_LENGTH_UNDERFLOW);
     Range path_x = parabola_range(x, ux, ax, within), path_y = parabola_range(y, uy, ay, within), at_x, at_y;
     write_feature_ranges(f, &at_x, &at_y);
     if (path_x.least > at_x.most + room || path_x.most < at_x.least - room || path_y.least > at_y.most + room ||
@@ -140,14 +150,15 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
         double cross = ex * y - ey * x, size = (fabs(ex) + fabs(ey)) * place_size;
         return misses_line(cross - length * thick, size + length * thick, ex * uy - ey * ux,
                            fabs(ex * uy) + fabs(ey * ux), ex * ay - ey * ax, fabs(ex * ay) + fabs(ey * ax),
-                           cross < -BOUND_ERROR * size - BOUND_UNDERFLOW, within);
+                           cross < -CAROM_BOUND_ERROR * size - CAROM_BOUND_UNDERFLOW, within);
     }
-    const double error = BOUND_ERROR * place_size;
+    const double error = CAROM_BOUND_ERROR * place_size;
     if (f->kind != INNER_ARC)
         return circle_lower_bound(x, y, ux, uy, ax, ay, f->size.high + thick, error) > within;
-    double far_x = greater(path_x.most, -path_x.least), far_y = greater(path_y.most, -path_y.least);
-    double far = sqrt(far_x * far_x + far_y * far_y);
-    return far + (error + BOUND_ERROR * (far + f->size.high + thick) + BOUND_LENGTH_UNDERFLOW) < f->size.high - thick;
+    double most_x = greater(path_x.most, -path_x.least), most_y = greater(path_y.most, -path_y.least);
+    double most = sqrt(most_x * most_x + most_y * most_y);
+    double most_error = error + CAROM_BOUND_ERROR * (most + f->size.high + thick) + CAROM_BOUND_LENGTH_UNDERFLOW;
+    return most + most_error < f->size.high - thick;
 }
 
 /* The first feature of some that a disc touches: its number, or -1 for none. */

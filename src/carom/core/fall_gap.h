@@ -33,11 +33,11 @@ typedef struct FallPath {
 typedef struct CircleGap {
     FallPath path; /* as seen from the circle's centre */
     DoubleDouble reach;
-    double from;    /* seconds: the gap as a polynomial in the time from then on */
+    double from;    /* the time is counted from this instant */
     double leaving; /* speed at which the disc has just left the circle, if `has_left` */
     bool has_left;
     bool is_inside; /* whether the gap is positive inside the circle */
-    bool is_closed; /* whether the gap is 0 at t = 0, whatever rounding says; it is if `has_left` */
+    bool is_closed; /* whether the gap is 0 at t = 0, whatever its numbers are; it is if `has_left` */
 } CircleGap;
 
 /* Which scalar product of the place with a vector f a `LineGap` is. */
@@ -51,7 +51,7 @@ typedef struct LineGap {
     DoubleDouble fx;
     DoubleDouble fy;
     double from;
-    double sense; /* 1 or -1: a factor */
+    double sense; /* 1 or -1, a factor of the gap */
     LineKind kind;
 } LineGap;
 
@@ -81,15 +81,15 @@ static inline double place_size(DoubleDouble x, DoubleDouble from) {
 
 /* ---- a circle ---- */
 
-/* Return the degree of a gap: exact. */
+/* Return the exact degree of a gap. */
 static inline int degree_of_path(const FallPath *p) {
     if (p->ax != 0.0 || p->ay != 0.0)
         return 4;
     return p->ux.high != 0.0 || p->uy.high != 0.0 ? 2 : 0;
 }
 
-/* Write the float form of a gap whose `from` is 0. The rounding errors of each power are at most 8 2^-53 of its size:
-   a place has 2 (of a difference and a sum), a velocity and a reach 1 (of their low part). */
+/* Write the float form of a gap whose `from` is 0. Each power has at most 8 roundings: a place has 2, for a difference
+   and a sum; a velocity and a reach have 1, for the low part. */
 static inline void write_circle_floats(const CircleGap *gap, Polynomial *p) {
     const FallPath *path = &gap->path;
     double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);
@@ -181,10 +181,10 @@ static inline void write_circle_pairs(const void *source, PairPolynomial *p) {
     p->power[4] = signed_pair(sum_pairs(two_prod(ax, ax), two_prod(ay, ay)), 0.25 * sign);
     if (fabs(p->power[0].high) < 0x1p-10 * p->size[0])
         write_excess(gap, p);
-    if (fabs(p->power[1].high) < 0x1p-10 * p->size[1])
-        write_opening(gap, p);
     if (gap->has_left)
         p->power[1] = times_double(gap->reach, 2.0 * gap->leaving);
+    else if (fabs(p->power[1].high) < 0x1p-10 * p->size[1])
+        write_opening(gap, p);
     if (gap->is_closed) {
         p->power[0] = (DoubleDouble){0.0, 0.0};
         p->size[0] = 0.0;
@@ -229,6 +229,24 @@ static inline void write_circle_products(const void *source, Products *products)
 }
 
 /* ---- a line ---- */
+
+/* Write the float form of a gap whose `from` is 0; return whether its degree, which is 2 then, is certain. */
+static inline bool write_line_floats(const LineGap *gap, Polynomial *p) {
+    const FallPath *path = &gap->path;
+    double fx = gap->sense * (gap->kind == ACROSS ? gap->fy.high : gap->fx.high);
+    double fy = gap->sense * (gap->kind == ACROSS ? -gap->fx.high : gap->fy.high);
+    double x = (path->x.high - path->from_x.high) + (path->x.low - path->from_x.low);
+    double y = (path->y.high - path->from_y.high) + (path->y.low - path->from_y.low);
+    double x_size = place_size(path->x, path->from_x), y_size = place_size(path->y, path->from_y);
+    p->degree = 2;
+    p->power[0] = fx * x + fy * y;
+    p->size[0] = fabs(fx) * x_size + fabs(fy) * y_size;
+    p->power[1] = fx * path->ux.high + fy * path->uy.high;
+    p->size[1] = fabs(fx * path->ux.high) + fabs(fy * path->uy.high);
+    p->power[2] = 0.5 * (fx * path->ax + fy * path->ay);
+    p->size[2] = 0.5 * (fabs(fx * path->ax) + fabs(fy * path->ay));
+    return fabs(p->power[2]) > CAROM_ERROR * p->size[2] && p->size[2] >= CAROM_LEAST_SIZE;
+}
 
 static inline void write_line_pairs(const void *source, PairPolynomial *p) {
     const LineGap *gap = source;

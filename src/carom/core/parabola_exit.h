@@ -286,14 +286,14 @@ static inline void predict_parabola_exit(State *s, Index i) {
             next = first_of_driven_wall(s, i, &s->driving.rows[k], next);
         }
     }
-    signed char edge = next.feature == NO_OBSTACLE ? (signed char)crossing.edge : NO_EDGE;
+    int edge = next.feature == NO_OBSTACLE ? (int)crossing.edge : NO_EDGE;
     if (path->ends.high < CAROM_INF && !is_before(next.time, path->ends)) {
         next = (NextObstacle){path->ends, NO_OBSTACLE};
         edge = MOTION_END;
     }
     p->exit_time = next.time.high;
     path->exit_low = next.time.low;
-    p->obstacle = (short)next.feature;
+    p->obstacle = (int)next.feature;
     p->edge = edge;
 }
 

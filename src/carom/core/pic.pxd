@@ -32,9 +32,6 @@ cdef extern from "carom/core/state.h" nogil:
         int partner
         int partner_impacts
         int cell
-        short obstacle
-        signed char edge
-        signed char exact
 
     struct ToAndFro:
         int last

@@ -1,14 +1,14 @@
-/* Instants at which a gap between two bodies, a polynomial in time of degree 4 or less, turns negative, in their order.
+/* Falls of a gap between two bodies: the instants at which a polynomial in time of degree 4 or less turns negative.
 
-   Three stages, of which each decides only what its error bound proves; nothing is compared with a tolerance:
+   There are three stages. Each decides only what its error bound proves, and compares nothing with a tolerance:
 
-   1. Floats isolate the roots. This decides most gaps that never close.
-   2. Pairs isolate what floats leave undecided, as near grazes, and refine every root, so that it can be rounded.
-   3. The caller's exact solver decides the rest, and gaps whose terms are too large or small for floats.
+   1. Floats isolate the roots. They decide most gaps that never close.
+   2. Pairs isolate roots that floats do not, as in near grazes, and refine every root, so that it can be rounded.
+   3. The caller's exact solver decides the rest, as double roots, and gaps whose terms are too large or small.
 
-   A root at which the gap only touches 0 is a graze without depth, and no fall. Results are those of the exact solver,
-   to the last bit: see quartic_root.h. A gap that is 0 now and does not open has its first fall now. One that is
-   negative now has to open first. */
+   Results have the bits of the exact solver, `falls_below_zero` in `carom/physics/pair_time_falling.py`: quartic_root.h
+   says how. A root at which the gap only touches 0 is a graze without depth, and no fall. A gap that is 0 now and does
+   not open falls now. One that is negative now has to open before it falls. */
 
 #ifndef CAROM_QUARTIC_H
 #define CAROM_QUARTIC_H
@@ -21,9 +21,6 @@
 #include "carom/core/quartic_isolation.h"
 #include "carom/core/quartic_root.h"
 #include "carom/core/quartic_scale.h"
-
-/* Products in this range, and what rounding takes from them, are far from over- and underflow. */
-#define LEAST_PRODUCT 0x1p-900
 
 /* Tests count by this macro which stage has decided: 1, 2 or 3. */
 #ifndef CAROM_STAGE_DECIDED
@@ -77,7 +74,7 @@ static CAROM_NOINLINE double solve_exactly(const Falls *falls, int index) {
 
 /* ---- the stages ---- */
 
-/* Return whether certainly no power has a sign other than that of the start; `error` is in parts of sizes. */
+/* Return whether no power has another sign than `start`, with certainty; `error` is the error bound for a size of 1. */
 static inline bool keeps_sign(const Polynomial *p, int start, double error) {
     bool keeps = true;
     for (int k = 1; k <= p->degree; k++)
@@ -95,12 +92,12 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
     int found = 0;
     for (int step = 0; step < MOST_INTERVALS; step++) {
         Polynomial floats = round_polynomial(&rest);
-        if (keeps_sign(&floats, start, QUARTIC_PAIR_ERROR))
+        if (keeps_sign(&floats, start, CAROM_QUARTIC_PAIR_ERROR))
             return found;
         double width = step == 0 ? end : time_scale(&floats, start);
         bool is_last = !(from + width < 0.9 * horizon);
         width = is_last ? horizon - from : width;
-        if (!(width >= LEAST_SCALE && width <= MOST_SCALE && rest.size[0] >= LEAST_SIZE))
+        if (!(width >= CAROM_LEAST_SCALE && width <= CAROM_MOST_SCALE && rest.size[0] >= CAROM_LEAST_SIZE))
             return QUARTIC_UNDECIDED;
         int count = isolate_roots_of_part(&rest, start, from, width, most - found, brackets + found);
         if (count == QUARTIC_UNDECIDED)
@@ -109,7 +106,7 @@ static inline int isolate_roots_of_pairs(const PairPolynomial *p, int start, dou
         if (found == most || is_last)
             return found;
         shift_origin(&rest, width);
-        if (fabs(rest.power[0].high) <= QUARTIC_PAIR_ERROR * rest.size[0])
+        if (fabs(rest.power[0].high) <= CAROM_QUARTIC_PAIR_ERROR * rest.size[0])
             return QUARTIC_UNDECIDED;
         start = rest.power[0].high > 0.0 ? 1 : -1;
         from += width;
@@ -131,7 +128,7 @@ static inline int isolate_in_stages(Falls *falls, double horizon, int most, Brac
     falls->floats = round_polynomial(&falls->pairs);
     if (count == QUARTIC_UNDECIDED) {
         double end = sharpen_turn(&falls->pairs, &falls->floats, doubt);
-        if (!(end >= LEAST_SCALE && end <= MOST_SCALE))
+        if (!(end >= CAROM_LEAST_SCALE && end <= CAROM_MOST_SCALE))
             end = time_scale(&falls->floats, falls->start);
         count = isolate_roots_of_pairs(&falls->pairs, falls->start, end, horizon, most, brackets);
         if (count == 0)
@@ -188,7 +185,7 @@ static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
         return UNKNOWN_SIGN;
     for (int i = 0; i < products.count[k]; i++) {
         DoubleDouble product = two_prod(products.products[k][i].a, products.products[k][i].b);
-        if (!(fabs(product.high) >= LEAST_PRODUCT && fabs(product.high) <= 1.0 / LEAST_PRODUCT))
+        if (!(fabs(product.high) >= CAROM_NEGLIGIBLE && fabs(product.high) <= 1.0 / CAROM_NEGLIGIBLE))
             return UNKNOWN_SIGN;
         terms[2 * i] = product.high;
         terms[2 * i + 1] = product.low;
@@ -200,12 +197,12 @@ static CAROM_NOINLINE int exact_sign_of_power(const Falls *falls, int k) {
 /* Return the sign of a power: exact, or UNKNOWN_SIGN. */
 static inline int sign_of_power(Falls *falls, int k) {
     double value = falls->floats.power[k], size = falls->floats.size[k];
-    if (size >= LEAST_SIZE && fabs(value) > QUARTIC_ERROR * size)
+    if (size >= CAROM_LEAST_SIZE && fabs(value) > CAROM_ERROR * size)
         return value > 0.0 ? 1 : -1;
     need_pairs(falls);
     value = falls->pairs.power[k].high;
     size = falls->pairs.size[k];
-    if (size >= LEAST_SIZE && fabs(value) > QUARTIC_PAIR_ERROR * size)
+    if (size >= CAROM_LEAST_SIZE && fabs(value) > CAROM_QUARTIC_PAIR_ERROR * size)
         return value > 0.0 ? 1 : -1;
     return exact_sign_of_power(falls, k);
 }
@@ -243,11 +240,11 @@ static inline void set_start(Falls *falls, int sign_now) {
         if (falls->has_pairs)
             drop_powers(&falls->pairs, first);
     }
-    bool is_in_range = p->size[0] >= LEAST_SIZE && (p->degree == 0 || fabs(p->power[p->degree]) >= LEAST_POWER);
+    bool is_in_range = p->size[0] >= CAROM_LEAST_SIZE && fabs(p->power[p->degree]) >= CAROM_NEGLIGIBLE;
     falls->needs_exact = falls->start == UNKNOWN_SIGN || (falls->start != 0 && !is_in_range);
 }
 
-/* Return the next fall, in seconds, or infinity if there is none, or perhaps if it is not before the horizon. */
+/* Return the next fall in seconds, infinity for none. The first may be left out if it is not before the horizon. */
 static inline double next_fall(Falls *falls) {
     int index = falls->index++;
     if (falls->start == 0)
@@ -260,7 +257,7 @@ static inline double next_fall(Falls *falls) {
     }
     const int number = index - falls->falls_now;
     const int most = (falls->floats.degree + (falls->start > 0)) / 2; /* falls and rises alternate */
-    if (number >= most || keeps_sign(&falls->floats, falls->start, QUARTIC_ERROR)) {
+    if (number >= most || keeps_sign(&falls->floats, falls->start, CAROM_ERROR)) {
         CAROM_STAGE_DECIDED(1);
         return CAROM_INF;
     }

@@ -1,12 +1,12 @@
-/* Three forms of a polynomial in time of degree 4 or less: in floats, in pairs, and exact; each with its error bound.
+/* Three forms of a polynomial in time of degree 4 or less: in floats, in pairs (double-double), and exact.
 
-   The polynomial is a gap between two bodies, in m^2, and t is in seconds. Powers are listed lowest first. The float
-   form is computed first. The other two are written on demand, by the functions of a `Gap`:
+   The polynomial is a gap between two bodies, in m^2 or so, and t is in seconds. Coefficients are called powers, and
+   listed lowest first. The float form is computed first; the functions of a `Gap` write the others on demand.
 
-   - `Polynomial`: each power has an error of at most QUARTIC_ERROR times its `size`, the sum of the magnitudes of the
-     terms that it is a sum of.
-   - `PairPolynomial`: the same in double-double, with QUARTIC_PAIR_ERROR.
-   - `Products`: the input numbers, such that each power is exactly a sum of products of two of them. */
+   - `Polynomial`: each power has an error of at most CAROM_ERROR times its `size`, the sum of the magnitudes of its
+     terms.
+   - `PairPolynomial`: the same in pairs, with CAROM_QUARTIC_PAIR_ERROR; `size` may be less where the terms cancel.
+   - `Products`: the input numbers, so that each power is exactly a sum of products of two of them. */
 
 #ifndef CAROM_QUARTIC_FORMS_H
 #define CAROM_QUARTIC_FORMS_H
@@ -21,13 +21,8 @@ enum {
     MOST_PRODUCTS = 36, /* of one power: the squares of two sums of four parts and of one of two */
 };
 
-/* 8 roundings: those of the terms of a power, of their sum and of `size` together are at most 8. */
-#define QUARTIC_ERROR 0x1p-50
-/* The same for pairs: 2^-106 for each of at most 40 operations, each of which has an error of at most 3 times that. */
-#define QUARTIC_PAIR_ERROR 0x1p-98
-
 typedef struct Polynomial {
-    int degree; /* exact: this power is not 0, and all above are */
+    int degree; /* of the exact polynomial */
     double power[QUARTIC_POWERS];
     double size[QUARTIC_POWERS];
 } Polynomial;
@@ -43,12 +38,10 @@ typedef struct Product {
     double b;
 } Product;
 
-/* Power k of the polynomial is the sum of the first `count[k]` products of row k. The gap asked for is
-
-       the polynomial in (t - from), and if `is_closed`, its value at `from` is then replaced by 0. */
+/* Power k of the polynomial is the sum of the first `count[k]` products of row k. */
 typedef struct Products {
-    double from;
-    bool is_closed;
+    double from;    /* the time is counted from this instant: the polynomial is to be written in powers of t - from */
+    bool is_closed; /* whether power 0 is then to be replaced by 0 */
     int count[QUARTIC_POWERS];
     Product products[QUARTIC_POWERS][MOST_PRODUCTS];
 } Products;
@@ -60,11 +53,11 @@ typedef struct Gap {
     const void *source;
 } Gap;
 
-/* Solver of what pairs leave undecided: the caller's, exact for numbers of any size. Must not be NULL.
+/* The caller's exact solver, for numbers of any size; `solve` must not be NULL.
 
-   Returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`; infinity if
-   there are no more. These are the instants of `find_closings` in `carom/physics/exact_quartic.py`. With index
-   QUARTIC_SIGN it returns the sign of the gap at `from` instead: -1, 0 or 1. */
+   It returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`, or infinity
+   if there are fewer: the instants that `touches` of `carom/physics/pair_time_falling.py` yields. For the index
+   QUARTIC_SIGN it returns the sign of the polynomial at `from`: -1, 0 or 1; `is_closed` does not count then. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);
     void *context;
@@ -87,10 +80,10 @@ static inline void add_products(Products *products, int power, const double *a, 
 
 /* ---- pairs ---- */
 
-/* Return a sum whose high part is at least as large as the low one in magnitude. */
-static inline DoubleDouble quick_sum(double large, double small) {
-    double total = large + small;
-    return (DoubleDouble){total, small - (total - large)};
+/* Return the rounded sum and its rounding error. The first number must not be smaller in magnitude. */
+static inline DoubleDouble quick_sum(double larger, double smaller) {
+    double total = larger + smaller;
+    return (DoubleDouble){total, smaller - (total - larger)};
 }
 
 /* Return the sum of two pairs, with a relative error of at most 2^-104. */
@@ -111,7 +104,7 @@ static inline DoubleDouble times_power_of_two(DoubleDouble a, double power) {
     return (DoubleDouble){a.high * power, a.low * power};
 }
 
-/* Return the polynomial in the time from an instant on. */
+/* Write a polynomial in powers of the time from an instant on. */
 static inline void shift_origin(PairPolynomial *p, double from) {
     for (int lowest = 0; lowest < p->degree; lowest++) {
         for (int k = p->degree - 1; k >= lowest; k--) {
@@ -156,7 +149,7 @@ static inline PairValue value_of_pairs(const PairPolynomial *p, double t) {
         value = sum_pairs(times_double(value, t), p->power[k]);
         size = size * t + p->size[k];
     }
-    return (PairValue){value, 2.0 * QUARTIC_PAIR_ERROR * size};
+    return (PairValue){value, 2.0 * CAROM_QUARTIC_PAIR_ERROR * size};
 }
 
 /* Return the value of the float form at an instant t >= 0. */

@@ -6,10 +6,10 @@
 
    so that s = 1/2 is the instant c. Times the n-th power of the denominator, the polynomial has the coefficients b of
    Bernstein's basis. By Descartes' rule, it has no root in the interval if all b have one sign, and exactly one if they
-   change sign once. Otherwise the interval is halved by de Casteljau's algorithm: means of neighbours, which are stable.
-   A sign counts if the coefficient exceeds a bound on all errors. If a sign that matters is uncertain, the result is
-   QUARTIC_UNDECIDED. Any c is right; a c near a minimum of the polynomial needs few halvings. In pairs, intervals are
-   finite, and quartic.h proceeds from one to the next: so times may differ by many orders of magnitude.
+   change sign once. Otherwise the interval is halved by de Casteljau's algorithm, which computes means of neighbours. A
+   sign counts if the coefficient exceeds a bound on its error. If a sign that matters is uncertain, the result is
+   QUARTIC_UNDECIDED. Any c is right; one near a minimum of the polynomial needs few halvings. In pairs, intervals are
+   finite, and quartic.h proceeds from one to the next, so that roots may differ by many orders of magnitude.
 
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
@@ -23,33 +23,13 @@
 #include "carom/core/constants.h"
 #include "carom/core/quartic_forms.h"
 
-/* For functions whose arguments are constants in the calls that matter. */
-#if defined(__GNUC__)
-#define CAROM_ALWAYS_INLINE inline __attribute__((always_inline))
-#elif defined(_MSC_VER)
-#define CAROM_ALWAYS_INLINE __forceinline
-#else
-#define CAROM_ALWAYS_INLINE inline
-#endif
-
 enum {
     QUARTIC_UNDECIDED = -1,
-    MOST_HALVINGS = 26,
-    MOST_PAIR_HALVINGS = 60,
+    MOST_HALVINGS = 52, /* of one polynomial: CAROM_BERNSTEIN_ERROR covers as many */
+    MOST_PAIR_HALVINGS = 120,
+    MOST_WAITING = MOST_HALVINGS / 2, /* intervals on the stack */
+    MOST_PAIRS_WAITING = MOST_PAIR_HALVINGS / 2,
 };
-
-/* Above the error of a coefficient b, in parts of the largest one whose terms are taken by their magnitudes, u = 2^-53:
-   QUARTIC_ERROR = 8 u; 10 u for powers of c and r, binomials and sums; 4 u for each halving, so 104 u in all. */
-#define BERNSTEIN_ERROR 0x1p-45
-/* The same with u = 3 2^-106: 2^-98, 10 u for powers, binomials and sums, and 240 u for halvings. */
-#define BERNSTEIN_PAIR_ERROR 0x1p-95
-/* Scales of time for which no term of a power leaves the range of floats, nor what underflow takes from it. */
-#define LEAST_SCALE 0x1p-90
-#define MOST_SCALE 0x1p90
-/* Least power 0, of the magnitudes of its terms, that underflow of a term does not change by more than its error. */
-#define LEAST_SIZE 0x1p-600
-/* The same of the highest power. */
-#define LEAST_POWER 0x1p-900
 
 /* An interval that contains exactly one root. */
 typedef struct Bracket {
@@ -84,7 +64,8 @@ typedef enum SignChanges {
 } SignChanges;
 
 /* Return how often the coefficients of an interval change sign. `first` and `last` are known signs, or 0. */
-static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int degree, double error, int first, int last) {
+static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int degree, double error, int first,
+                                                          int last) {
     const unsigned all = (2u << degree) - 1u;
     unsigned positive = 0, negative = 0; /* bit k is for coefficient k; neither is set if its sign is uncertain */
     for (int k = 0; k <= degree; k++) {
@@ -95,8 +76,8 @@ static CAROM_ALWAYS_INLINE SignChanges count_sign_changes(const double *b, int d
     negative |= (unsigned)(first < 0) | ((unsigned)(last < 0) << degree);
     if (positive == all || negative == all)
         return NO_CHANGE;
-    /* One sign up to some coefficient, the other one from there or the next one on: whichever sign one uncertain
-       coefficient between them has, there is one change. */
+    /* One sign for the first coefficients and the other for the rest, or for all of it but its first: that one may be
+       uncertain, since either sign leaves one change. */
     unsigned low = positive & 1u ? positive : negative, not_high = all & ~(positive & 1u ? negative : positive);
     bool is_one = (low & (low + 1u)) == 0u && (not_high == low || not_high == 2u * low + 1u) && low != 0u;
     return is_one && not_high != all ? ONE_CHANGE : SEVERAL_CHANGES;
@@ -110,7 +91,7 @@ typedef struct BernsteinPiece {
     double end;
 } BernsteinPiece;
 
-/* Write the coefficients of the whole interval, and return the largest with all terms taken by their magnitudes. */
+/* Write the coefficients of the whole interval; return the largest sum of the magnitudes of the terms of one. */
 static CAROM_ALWAYS_INLINE double write_bernstein(const Polynomial *p, const int n, const Substitution *map,
                                                   double *b) {
     double term[QUARTIC_POWERS], size[QUARTIC_POWERS];
@@ -164,19 +145,19 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
                                                        double *doubt) {
     Substitution map = {scale, scale / horizon};
     *doubt = scale;
-    if (!(scale >= LEAST_SCALE && scale <= MOST_SCALE && p->size[0] >= LEAST_SIZE && map.ratio < 1.0))
+    if (!(scale >= CAROM_LEAST_SCALE && scale <= CAROM_MOST_SCALE && p->size[0] >= CAROM_LEAST_SIZE && map.ratio < 1.0))
         return QUARTIC_UNDECIDED;
-    BernsteinPiece piece = {.begin = 0.0, .end = 1.0}, rest[MOST_HALVINGS];
-    double error = BERNSTEIN_ERROR * write_bernstein(p, n, &map, piece.b);
+    BernsteinPiece piece = {.begin = 0.0, .end = 1.0}, rest[MOST_WAITING];
+    double error = CAROM_BERNSTEIN_ERROR * write_bernstein(p, n, &map, piece.b);
     if (!(error < CAROM_INF))
         return QUARTIC_UNDECIDED;
     const int last = map.ratio > 0.0 ? 0 : p->power[n] > 0.0 ? 1 : -1;
     int rest_count = 0, found = 0;
-    for (int halvings = 0; halvings <= 2 * MOST_HALVINGS;) {
+    for (int halvings = 0; halvings <= MOST_HALVINGS;) {
         const int first_sign = piece.begin == 0.0 ? start : piece.b[0] > 0.0 ? 1 : -1;
         SignChanges changes = count_sign_changes(piece.b, n, error, first_sign, piece.end == 1.0 ? last : 0);
         if (changes == SEVERAL_CHANGES || (changes == ONE_CHANGE && piece.end == 1.0 && map.ratio == 0.0)) {
-            if (rest_count == MOST_HALVINGS)
+            if (rest_count == MOST_WAITING || halvings == MOST_HALVINGS)
                 break;
             halve(&piece, &rest[rest_count], n);
             if (fabs(piece.b[n]) <= error)
@@ -199,8 +180,8 @@ static CAROM_ALWAYS_INLINE int isolate_roots_of_degree(const Polynomial *p, cons
 
 /* Find the roots t > 0 in their order, up to `most` of them, and return their number or QUARTIC_UNDECIDED.
 
-   The polynomial has the sign `start` at 0, which is certain. Roots from the horizon on may be left out. `scale` is c.
-   Where the signs are undecided, `doubt` is about the instant of the first that is. */
+   `start` is the exact sign of the polynomial at 0, `scale` is c. Roots from the horizon on may be left out. If a sign
+   is uncertain, `doubt` is about the instant of the first such sign. */
 static inline int isolate_roots(const Polynomial *p, int start, double scale, double horizon, int most,
                                 Bracket *brackets, double *doubt) {
     if (p->degree == 4) /* a constant, for which the compiler unrolls all loops */
@@ -216,8 +197,8 @@ typedef struct BernsteinPairPiece {
     double end;
 } BernsteinPairPiece;
 
-/* Write 12 times the coefficients of the interval from 0 to `width`, and return the largest with all terms taken by
-   their magnitudes. */
+/* Write 12 times the coefficients of the interval from 0 to `width`; return the largest sum of the magnitudes of the
+   terms of one. */
 static inline double write_pair_bernstein(const PairPolynomial *p, double width, DoubleDouble *b) {
     const int n = p->degree;
     DoubleDouble term[QUARTIC_POWERS];
@@ -233,7 +214,7 @@ static inline double write_pair_bernstein(const PairPolynomial *p, double width,
         double total = 0.0;
         b[j] = (DoubleDouble){0.0, 0.0};
         for (int k = 0; k <= j; k++) {
-            double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* a whole number */
+            double part = (double)(int)(12.0 * BINOMIAL_RATIO[n][j][k] + 0.5); /* exact: a whole number */
             b[j] = sum_pairs(b[j], times_double(term[k], part));
             total += size[k] * part;
         }
@@ -259,22 +240,23 @@ static inline void halve_pairs(BernsteinPairPiece *piece, BernsteinPairPiece *se
     second->begin = piece->end = 0.5 * (piece->begin + piece->end);
 }
 
-/* Find the roots between 0 and `width`, in their order, up to `most` of them. Instants are counted from `from`. */
+/* Find the roots between 0 and `width` in their order, up to `most` of them; return their number or QUARTIC_UNDECIDED.
+   `from` is added to the instants. */
 static inline int isolate_roots_of_part(const PairPolynomial *p, int start, double from, double width, int most,
                                         Bracket *brackets) {
     const int n = p->degree;
-    BernsteinPairPiece piece = {.begin = 0.0, .end = 1.0}, rest[MOST_PAIR_HALVINGS];
-    double error = BERNSTEIN_PAIR_ERROR * write_pair_bernstein(p, width, piece.b), b[QUARTIC_POWERS];
+    BernsteinPairPiece piece = {.begin = 0.0, .end = 1.0}, rest[MOST_PAIRS_WAITING];
+    double error = CAROM_BERNSTEIN_PAIR_ERROR * write_pair_bernstein(p, width, piece.b), b[QUARTIC_POWERS];
     if (!(error < CAROM_INF))
         return QUARTIC_UNDECIDED;
     int rest_count = 0, found = 0;
-    for (int halvings = 0; halvings <= 2 * MOST_PAIR_HALVINGS;) {
+    for (int halvings = 0; halvings <= MOST_PAIR_HALVINGS;) {
         for (int k = 0; k <= n; k++)
             b[k] = piece.b[k].high;
         const int first_sign = piece.begin == 0.0 ? start : b[0] > 0.0 ? 1 : -1;
         SignChanges changes = count_sign_changes(b, n, error, first_sign, 0);
         if (changes == SEVERAL_CHANGES) {
-            if (rest_count == MOST_PAIR_HALVINGS)
+            if (rest_count == MOST_PAIRS_WAITING || halvings == MOST_PAIR_HALVINGS)
                 break;
             halve_pairs(&piece, &rest[rest_count], n);
             if (fabs(piece.b[n].high) <= error)

@@ -1,7 +1,7 @@
 /* A root of a polynomial of degree 4 or less, refined in its bracket to twice the precision of floats, and rounded.
 
-   Newton's method in floats comes first. Then the residual is computed in pairs, so that the correction of the root has
-   an error of about 2^-45 of itself. A bound on that error is proven from bounds on the derivatives near the root. */
+   Floats approximate the root. Then the polynomial is evaluated in pairs, so that the correction by Newton's method has
+   an error of about 2^-45 of itself. Bounds on the derivatives near the root prove a bound on that error. */
 
 #ifndef CAROM_QUARTIC_ROOT_H
 #define CAROM_QUARTIC_ROOT_H
@@ -55,7 +55,8 @@ static inline double approximate_root(const Polynomial *p, const Bracket *bracke
 
 /* Find the root in a bracket, as exactly as pairs allow; return whether its error is known. `floats` is the float form
    of `p`. */
-static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket, QuarticRoot *root) {
+static inline bool refine_quartic_root(const PairPolynomial *p, const Polynomial *floats, const Bracket *bracket,
+                                       QuarticRoot *root) {
     const int n = p->degree;
     /* The ends of a bracket are rounded instants, so a root that is found next to one may be another. */
     const double least = bracket->begin * (1.0 + 0x1p-48), most = bracket->end * (1.0 - 0x1p-48);
@@ -125,7 +126,7 @@ static inline int compare_root(const QuarticRoot *root, double t) {
     return difference > bound ? 1 : difference < -bound ? -1 : 0;
 }
 
-/* Write the middle of the part of an interval, halved to 55 bits, that contains a root; return whether that is certain. */
+/* Write the middle of the part of an interval, halved to 55 bits, that contains a root; return whether it is known. */
 static inline bool round_by_halving(double low, double high, const QuarticRoot *root, double *time) {
     DoubleDouble width = two_diff(high, low);
     int halvings;
@@ -199,16 +200,16 @@ static inline bool is_certainly_nonzero(const PairPolynomial *p, const Polynomia
     double size = p->size[p->degree];
     for (int k = p->degree - 1; k >= 0; k--)
         size = size * t + p->size[k];
-    if (fabs(value_of_floats(floats, t)) > 4.0 * QUARTIC_ERROR * size)
+    if (fabs(value_of_floats(floats, t)) > 4.0 * CAROM_ERROR * size)
         return true;
     PairValue at = value_of_pairs(p, t);
     return fabs(at.value.high) > at.error;
 }
 
-/* Return whether the exact solver certainly does not come upon another root as a bound of the first one's interval. */
+/* Return whether no bound of the intervals by which the exact solver isolates the first root is a root itself. */
 static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floats, const QuarticRoot *first) {
     double low = 0.0, high = 1.0;
-    while (high <= first->time)
+    while (compare_root(first, high) >= 0)
         high *= 2.0;
     bool is_new = true;
     while (high > first->end) {
@@ -216,7 +217,7 @@ static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floa
             return false;
         double middle = 0.5 * (low + high);
         int order = compare_root(first, middle);
-        if (order == 0) /* it rounds to this fraction in any case */
+        if (order == 0) /* the root rounds to this fraction in any case */
             return true;
         is_new = order < 0;
         if (is_new)

@@ -25,7 +25,7 @@ enum {
     MOST_COLUMNS = 32766, /* of a grid, and most rows: with the ring around, 16 bits number each */
     COLUMN_BITS = 16,
     COLUMN_MASK = 0xFFFF,
-    MOST_OBSTACLES = 32767, /* `Prediction.obstacle` is a short */
+    MOST_OBSTACLES = 67108863, /* 26 bits of `Prediction.obstacle` */
     OUTWARD = 2,    /* cells beyond the grid for which the lists of tiles at the rim are valid: a gas leaves a row empty */
     EMPTY_LIST = 0, /* places in `Grid.lists` */
     FULL_LIST = 1,
@@ -106,9 +106,9 @@ typedef struct Prediction { /* 32 bytes: what comes next for a disc */
     int partner;            /* disc, or NOBODY */
     int partner_impacts;    /* `impacts` of the partner at the time of the prediction */
     int cell;               /* its cell: row << COLUMN_BITS | column, the ring around the grid included */
-    short obstacle;         /* met at `exit_time`; NO_OBSTACLE if it crosses an edge then */
-    signed char edge;       /* crossed at `exit_time`; NO_EDGE if it meets an obstacle then */
-    signed char exact;      /* whether `impact_time` is the time itself */
+    signed int obstacle : 27; /* met at `exit_time`; NO_OBSTACLE if it crosses an edge then */
+    signed int edge : 4;      /* crossed at `exit_time`; NO_EDGE if it meets an obstacle then */
+    unsigned int exact : 1;   /* whether `impact_time` is the time itself */
 } Prediction;
 
 /* ---- driven bodies ---- */

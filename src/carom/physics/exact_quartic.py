@@ -38,11 +38,14 @@ def solve_quartic(powers: Sequence[Sequence[tuple[float, float]]], begin: float,
     for lowest in range(len(gap)):
         for k in reversed(range(lowest, len(gap) - 1)):
             gap[k] += start * gap[k + 1]
-    if is_closed:
-        gap[0] = Fraction(0)
     if index < 0:
         return float((gap[0] > 0) - (gap[0] < 0))
-    return next(islice(find_closings(gap), index, None), math.inf)
+    if is_closed:
+        gap[0] = Fraction(0)
+    try:
+        return next(islice(find_closings(gap), index, None), math.inf)
+    except OverflowError:  # later than the largest float
+        return math.inf
 
 
 def find_closings(gap: Sequence[Fraction]) -> Iterator[float]:

@@ -73,7 +73,8 @@ def test_collapse_under_gravity_ends_by_name() -> None:
     """Three discs that lose energy and are pressed together by walls end as a standstill, after at most 100 n^2 impacts."""
     box = [Wall(point_m=(0.0, 0.0), normal=(0.6, 0.8)), Wall(point_m=(0.0, 0.0), normal=(-0.6, 0.8))]
     discs = [
-        Disc(position_m=(x, y), velocity_m_s=(-0.3 * x, 0.0), radius_m=0.4) for x, y in ((-0.9, 2.6), (0.9, 2.6), (0.0, 4.0))
+        Disc(position_m=(x, y), velocity_m_s=(-0.3 * x, 0.0), radius_m=0.4)
+        for x, y in ((-0.9, 2.6), (0.9, 2.6), (0.0, 4.0))
     ]
     scene = Scene(
         name="heap",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from carom.disc_arrays import DiscArrays
 
 #: As many as the kernel numbers: `MOST_OBSTACLES` of state.h.
-MOST_OBSTACLES = 32_767
+MOST_OBSTACLES = 67_108_863
 
 
 class Obstacles:
@@ -57,7 +57,8 @@ class Obstacles:
         walls = [f"wall {int(self.rows[number, 1])}" for number in (one, other)]
         edges = [self._finite[number][1].edges[0] if number in self._finite else None for number in (one, other)]
         if walls[0] == walls[1] and None not in edges:
-            return "edges {} and {} of {}".format(*sorted(edges), walls[0])
+            low, high = sorted(edge for edge in edges if edge is not None)
+            return f"edges {low} and {high} of {walls[0]}"
         return " and ".join(
             wall if edge is None else f"edge {edge} of {wall}" for wall, edge in zip(walls, edges, strict=True)
         )

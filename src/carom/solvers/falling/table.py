@@ -9,14 +9,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from carom.physics.features import Face
 from carom.solvers.falling.bodies import FallingBodies
-from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.instants import NEVER, Instant, after, between
-from carom.trace import wall_body
 
 if TYPE_CHECKING:
-    from carom.driving import Course
     from carom.solvers.run import Start
     from carom.trace import ImpactRecord
 
@@ -60,24 +56,6 @@ class TableBodies(FallingBodies):
         if has_stopped:
             self._slow(i)
 
-    def contact_with_wall(self, i: int, k: int, again: bool) -> tuple[float, float, float]:
-        """As of discs that fall; nothing pulls a disc back to what is flat, whatever rounding says of it."""
-        approach, pull, gap_m = super().contact_with_wall(i, k, again)
-        part = self.expected(i, k)
-        return approach, 0.0 if part is None or isinstance(part.feature, Face) else pull, gap_m
-
-    def _wait_for_wall(self, i: int, k: int, leg: Course, begin_s: float, *, just_left: bool) -> float:
-        """As of discs that fall; a straight path does not come back to what is flat."""
-        last = self.last_feature(i, k)
-        self.never_met[i] = (last,) if isinstance(last, Face) else ()
-        if self.finite[k] is None and self.last_partner[i] == wall_body(k):
-            return math.inf
-        return super()._wait_for_wall(i, k, leg, begin_s, just_left=just_left)
-
-    def are_parting(self, first: int, second: int) -> bool:
-        """As without a table of a disc and a wall; two discs, slowed down in other directions, may meet again."""
-        return second < 0 and Bodies.are_parting(self, first, second)
-
     def collide_pair(self, i: int, j: int, *, elastic: bool = False) -> ImpactRecord:
         """Give discs `i` and `j` their velocities after the impact: see `Bodies.collide_pair`."""
         record = super().collide_pair(i, j, elastic=elastic)
@@ -88,11 +66,5 @@ class TableBodies(FallingBodies):
     def collide_wall(self, i: int, k: int, *, elastic: bool = False) -> ImpactRecord:
         """Give disc `i` its velocity after its impact on wall `k`: see `Bodies.collide_wall`."""
         record = super().collide_wall(i, k, elastic=elastic)
-        self._slow(i)
-        return record
-
-    def bounce(self, i: int, k: int, approach: float) -> ImpactRecord:
-        """Give disc `i` its velocity after its impact on wall `k`: see `FallingBodies.bounce`."""
-        record = super().bounce(i, k, approach)
         self._slow(i)
         return record

@@ -14,7 +14,7 @@ from carom.solvers.damped import DampedFrameLoop, damping_in
 from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
-from carom.solvers.plain.finite_walls import FiniteWall
+from carom.solvers.plain.finite_walls import SampledWall
 from carom.solvers.request import frames_of
 from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import trace_of
@@ -175,7 +175,7 @@ def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) 
 def nearest_edges(walls: Sequence[HalfPlane | Outline], contacts: NDArray[np.void]) -> NDArray[np.void]:
     """Return the edges, of `carom.trace.EDGE_DTYPE`, of rows of `CONTACT_DTYPE` whose features are numbers of walls."""
     hits = [
-        None if number < 0 or isinstance(wall := walls[number], tuple) else FiniteWall(wall).hit_from(x, y)
+        None if number < 0 or isinstance(wall := walls[number], tuple) else SampledWall(wall).hit_from(x, y)
         for x, y, number in contacts.tolist()
     ]
     return np.array([NO_EDGE if hit is None else hit.edge for hit in hits], dtype=EDGE_DTYPE)

@@ -1,4 +1,4 @@
-"""The moving state of a scene's discs, and what an impact does to it: shared by every solver."""
+"""Moving state of a scene's discs, and what an impact does to it, for the definition of PIT."""
 
 from __future__ import annotations
 
@@ -8,68 +8,31 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.disc_arrays import STANDS, DiscArrays
-from carom.errors import InputError
-from carom.physics.double_double import two_sum
-from carom.physics.features import Arc, Mover
 from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
 from carom.physics.impact_law import normal_impulse
-from carom.physics.pair_time import pair_time
-from carom.physics.wall_time import wall_time
-from carom.scene import Scene
 from carom.solvers.impact.resolution import (
     are_told_apart,
-    clock_resolution,
-    pair_resolution,
-    size_of,
     too_far_out,
-    wall_resolution,
 )
-from carom.solvers.plain.finite_walls import FiniteWall, Hit, resolution_s
-from carom.solvers.plain.instants import NEVER, Instant
+from carom.solvers.plain.finite_walls import Hit, SampledWall
+from carom.solvers.plain.instants import Instant
 from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from carom.driving import Course
-    from carom.physics.features import Feature
-    from carom.physics.wall_features import WallFeature
     from carom.solvers.run import Start
 
 Vector = tuple[float, float]
 
 
-def require_supported(start: Start, solver: str) -> None:
-    """Refuse a scene with gravity, damping, or a table that slows discs down.
-
-    Raises:
-        InputError: The scene has one of them.
-    """
-    if isinstance(start, Scene) and start.damping_per_s:
-        raise InputError(
-            f"damping_per_s is {start.damping_per_s}: {solver} does not support damping; "
-            "solve_pic and solve_pit do, or set it to 0"
-        )
-    if start.table_deceleration_m_s2:
-        raise InputError(
-            f"table_deceleration_m_s2 is {start.table_deceleration_m_s2}: {solver} does not support a table that slows "
-            "discs down; solve_pic and solve_pit do, or set it to 0"
-        )
-    if start.gravity_m_s2 != (0.0, 0.0):
-        raise InputError(
-            f"gravity_m_s2 is {start.gravity_m_s2}: {solver} does not support gravity yet; "
-            "solve_pic and solve_pit do, or set it to [0, 0]"
-        )
-
-
 class Bodies:
     """Positions and velocities of all discs, as plain floats: for a few discs these beat arrays.
 
-    Every disc has its own clock: its position is that at `time[i]`, and it moves on in a straight line from there. A
-    solver that moves all discs together keeps all clocks equal. An immovable disc's clock stays at 0: what is predicted
-    of it must not depend on who else has met it meanwhile; so does that of a driven disc, which is brought along its
-    path from its start. A driven wall is where `walls` says at time 0: discs are seen from it. What is predicted of a
-    driven body goes from leg to leg of its path: on each it moves straight on.
+    Every disc has its own clock: its position is that at `time[i]`, and it moves on in a straight line from there. The
+    clock of an immovable disc stays at 0; so does that of a driven disc, which is moved along its path from its start.
+    A driven wall is where `walls` says at time 0: discs are seen from it.
     """
 
     def __init__(self, start: Start | DiscArrays) -> None:
@@ -83,14 +46,13 @@ class Bodies:
         self.time = [0.0] * len(start)
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
-        self.finite = [None if isinstance(wall, tuple) else FiniteWall(wall) for wall in start.walls]
-        #: Path of each driven wall, None of one that stands; its legs are counted from the epoch.
+        self.finite = [None if isinstance(wall, tuple) else SampledWall(wall) for wall in start.walls]
+        #: Path of each driven wall, None for one that does not move.
         self.drive = [None if drive.stands else drive for drive in start.wall_drives or ()] or [None] * len(start.walls)
         self.belts = start.belts_m_s
         #: That of each driven disc, and where it was at the start.
         self.driven = dict(zip(start.driven_discs, start.disc_drives, strict=True))
         self._driven_from = {i: (self.x[i], self.y[i]) for i in self.driven}
-        self._paths = (tuple(self.drive), dict(self.driven))
         #: Whether a driven body goes on to another leg.
         self.has_legs = any(len(path.legs) > 1 for path in (*self.drive, *self.driven.values()) if path is not None)
         self.gravity = (0.0, 0.0)
@@ -103,42 +65,8 @@ class Bodies:
         self.spin: list[float] = start.spins.tolist()
         #: How easily each disc turns: 1/k, 0 for one that does not.
         self.inverse_inertia_ratio: list[float] = (1.0 / start.inertia).tolist()
-        self.epoch = (0.0, 0.0)
-        #: Of a finite wall: what each disc met last of one, and what it meets next of each.
+        #: What each disc met last of a finite wall.
         self.last_hit: list[Hit | None] = [None] * len(start)
-        self._expected: dict[tuple[int, int], tuple[WallFeature, bool]] = {}
-
-    def since_start(self, time_s: float) -> float:
-        """Return the time since the start of a time since the epoch."""
-        return self.epoch[0] + (self.epoch[1] + time_s)
-
-    def since_epoch(self, time_s: float) -> float:
-        """Return the time since the epoch of a time since the start."""
-        return (time_s - self.epoch[0]) - self.epoch[1]
-
-    def begin_epoch(self, now_s: float) -> None:
-        """Bring every disc to `now_s` since the epoch, and count time from there.
-
-        One that is on its way from an arc's inner side is no longer where it left it: the next chord is none. And one
-        that has left a driven body is on the path that this has given it, but the body may be on another leg.
-        """
-        for i in range(len(self)):
-            if self.inverse_mass[i] > 0.0:
-                hit = self.last_hit[i]
-                self.forget_ended_leg(i, now_s)
-                if self.time[i] < now_s and hit is not None and isinstance(hit.feature, Arc) and hit.feature.inside:
-                    self.last_hit[i] = hit._replace(feature=None)
-                self.move_to(i, now_s)
-            self.time[i] = 0.0
-        total, rest = two_sum(self.epoch[0], now_s)
-        self.count_from((total, self.epoch[1] + rest))
-
-    def count_from(self, epoch: Instant) -> None:
-        """Count the time of all paths from another epoch, seconds since the start."""
-        self.epoch = epoch
-        walls, discs = self._paths
-        self.drive = [None if drive is None else drive.counted_from(self.since_epoch) for drive in walls]
-        self.driven = {i: drive.counted_from(self.since_epoch) for i, drive in discs.items()}
 
     def forget_ended_leg(self, i: int, time_s: float) -> None:
         """Let disc `i` meet a driven body again that it has met last, where that is on another leg by then."""
@@ -189,10 +117,6 @@ class Bodies:
         (moved_x, moved_y), (u, v) = leg.moved_at(time_s), leg.velocity
         return x - moved_x, y - moved_y, vx - u, vy - v
 
-    def is_driven(self, k: int) -> bool:
-        """Whether wall `k` moves, or its surface runs."""
-        return self.drive[k] is not None or (self.belts is not None and self.belts[k] != 0.0)
-
     def velocity_of_wall(self, k: int, time_s: float) -> Vector:
         """Return the velocity of wall `k` at a time since the epoch."""
         return (0.0, 0.0) if (drive := self.drive[k]) is None else drive.velocity_at(time_s)
@@ -204,92 +128,6 @@ class Bodies:
         """
         drive = self.drive[wall_index(body)] if body < 0 else self.driven.get(body)
         return STANDS.legs if drive is None else drive.legs_from(time_s)
-
-    def next_pair_impact(self, i: int, j: int) -> Instant:
-        """Instant of the next impact of discs `i` and `j` on their present paths; infinity for never.
-
-        It is counted from the later of the two discs' own clocks, so that it depends on nothing but the pair. Two that
-        have just met never meet again on these paths: `last_partner` in core/scan.h says why.
-        """
-        just_met = self._has_just_met(i, j) and self._has_just_met(j, i)
-        start = max(self.time[i], self.time[j])
-        driven = i if i in self.driven else j
-        for number, leg in enumerate(self.legs_ahead(driven, start)):
-            if just_met and number == 0:
-                continue
-            begin = max(start, leg.begin_s)
-            first, second = (
-                self._driven_on(disc, leg, begin) if disc in self.driven else self.state_at(disc, (begin, 0.0))
-                for disc in (i, j)
-            )
-            at = begin + pair_time(*first, self.radius[i], *second, self.radius[j])
-            if at < leg.end_s:
-                return at, 0.0
-        return NEVER
-
-    def next_wall_impact(self, i: int, k: int) -> Instant:
-        """Instant of the next impact of disc `i` on wall `k` on its present path; infinity for never."""
-        if self.inverse_mass[i] == 0.0:
-            return NEVER
-        for number, leg in enumerate(self.legs_ahead(wall_body(k), self.time[i])):
-            begin = self.time[i] if number == 0 else leg.begin_s
-            at = begin + self._wait_for_wall(i, k, leg, begin, just_left=number == 0)
-            if at < leg.end_s:  # no number above 1e300 s or so
-                return at, 0.0
-        return NEVER
-
-    def _wait_for_wall(self, i: int, k: int, leg: Course, begin_s: float, *, just_left: bool) -> float:
-        """Return the seconds until disc `i` meets wall `k`, which goes on from `begin_s` as it does on a leg.
-
-        What the disc has met last of it counts on the leg on which it did.
-        """
-        wall, seen = self.walls[k], self.seen_from(i, k) if just_left else self._seen_on(i, leg, begin_s)
-        if isinstance(wall, tuple):
-            met = just_left and self.last_partner[i] == wall_body(k)
-            return math.inf if met else wall_time(*seen, self.radius[i], *wall)
-        last = self.last_feature(i, k) if just_left else None
-        wait, part, glides = self._finite(k).next_time(Mover.at(seen[:2], seen[2:], self.radius[i]), last)
-        if part is not None:
-            self._expected[i, k] = (part, glides)
-        return wait
-
-    def mover(self, i: int, k: int) -> Mover:
-        """Return disc `i`, at its own clock, as wall `k` sees it."""
-        x, y, vx, vy = self.seen_from(i, k)
-        return Mover.at((x, y), (vx, vy), self.radius[i])
-
-    def last_feature(self, i: int, k: int) -> Feature | None:
-        """Return the feature of wall `k` that disc `i` met last; None where its last partner is another."""
-        last = self.last_hit[i]
-        return last.feature if last is not None and self.last_partner[i] == wall_body(k) else None
-
-    def feature_of(self, record: ImpactRecord) -> Feature | None:
-        """Return the feature of a finite wall that an impact just carried out was on; None for any other."""
-        hit = self.last_hit[record.first]
-        return None if hit is None or record.edge == NO_EDGE else hit.feature
-
-    def expected(self, i: int, k: int) -> WallFeature | None:
-        """Return what of finite wall `k` disc `i` was last predicted to meet; None where that is nothing."""
-        found = self._expected.get((i, k))
-        return None if found is None else found[0]
-
-    def glides(self, i: int, k: int) -> bool:
-        """Whether what was predicted of disc `i` and wall `k` is that it comes to glide along it."""
-        return self.finite[k] is not None and self._expected[i, k][1]
-
-    def _finite(self, k: int) -> FiniteWall:
-        wall = self.finite[k]
-        if wall is None:
-            raise TypeError(f"wall {k} is a half-plane")
-        return wall
-
-    def _hit(self, i: int, k: int) -> Hit | None:
-        """Return what disc `i`, brought there, meets of wall `k`; None of a half-plane."""
-        wall = self.finite[k]
-        if wall is None:
-            return None
-        part, _ = self._expected[i, k]
-        return wall.hit(self.mover(i, k), part)._replace(again=part.feature is self.last_feature(i, k))
 
     def find(self, i: int, k: int) -> None:
         """Note what of wall `k` disc `i` has met: what is nearest, as PIT finds it."""
@@ -351,62 +189,9 @@ class Bodies:
             px, py, nx, ny = wall
             approaching = vx * nx + vy * ny < 0.0
             return approaching and (x - px) * nx + (y - py) * ny <= self.radius[i]
-        hit = self._finite(k).hit_from(x, y)
-        if hit is None:
-            return False
         foot = wall.nearest(x, y)
         dx, dy, reach = x - foot.x, y - foot.y, wall.half_width + self.radius[i]
         return vx * dx + vy * dy < 0.0 and dx * dx + dy * dy <= reach * reach
-
-    def are_parting(self, first: int, second: int) -> bool:
-        """Whether two bodies (a wall is negative) are on the paths that their own impact gave them.
-
-        The law leaves no approach, and straight paths bring none: what rounding leaves of it is no impact. Where the
-        restitution is 0, it is all that there is.
-        """
-        just_met = self._has_just_met(first, second)
-        if second < 0 and just_met and (finite := self.finite[wall_index(second)]) is not None:
-            # It bends, or has another side that the path leads to: the normal tells.
-            hit, last = finite.hit_from(*self.seen_from(first, wall_index(second))[:2]), self.last_hit[first]
-            return hit is None or (last is not None and hit.normal == last.normal)
-        return just_met if second < 0 else just_met and self._has_just_met(second, first)
-
-    def collide(self, first: int, second: int, time_s: float, *, elastic: bool = False) -> ImpactRecord:
-        """Bring both bodies (a wall is negative) to `time_s` since the epoch, and through their impact.
-
-        It can be elastic and without friction, whatever the scene says.
-        """
-        self.move_to(first, time_s)
-        if second < 0:
-            self.last_hit[first] = self._hit(first, wall_index(second))
-            self.last_partner[first] = second
-            return self.collide_wall(first, wall_index(second), elastic=elastic)
-        self.last_partner[first] = second
-        self.move_to(second, time_s)
-        self.last_partner[second] = first
-        return self.collide_pair(first, second, elastic=elastic)
-
-    def resolution_s(self, record: ImpactRecord) -> float:
-        """How well the instant of an impact just carried out is known, seconds."""
-        (nx, ny), (ax, ay), (bx, by) = record[3], record[4], record[5]
-        i, j = record.first, record.second
-        speed = (ax - bx) * nx + (ay - by) * ny
-        size = size_of(self.x[i], self.y[i], self.radius[i])
-        if j < 0:
-            wall, hit = self.walls[wall_index(j)], self.last_hit[i]
-            if isinstance(wall, tuple):
-                known = wall_resolution(size + size_of(*wall[:2], 0.0), speed)
-            elif hit is not None and hit.again:
-                known = 0.0
-            elif hit is not None and hit.feature is not None:
-                disc, velocity = self.mover(i, wall_index(j)), (ax - bx, ay - by)
-                known = resolution_s(size, disc, hit.feature, speed, velocity)
-            else:
-                known = math.inf
-        else:
-            size += size_of(self.x[j], self.y[j], self.radius[j])
-            known = pair_resolution(size, self.radius[i] + self.radius[j], ax - bx, ay - by, speed)
-        return known + clock_resolution(record.time_s)
 
     def collide_pair(self, i: int, j: int, *, elastic: bool = False) -> ImpactRecord:
         """Give discs `i` and `j` (both at one time, approaching) their velocities after the impact.
@@ -503,10 +288,6 @@ class Bodies:
         """Positions and velocities of all discs at an instant, shape ``(n, 2)`` each."""
         states = np.array([self.state_at(i, instant) for i in range(len(self))])
         return states[:, :2].copy(), states[:, 2:].copy()
-
-    def _has_just_met(self, i: int, j: int) -> bool:
-        """Whether disc `i` is on the path that its impact with `j` gave it; an immovable disc is always on its own."""
-        return self.inverse_mass[i] == 0.0 or self.last_partner[i] == j
 
     def _spins(self, before: Vector, after: Vector) -> tuple[float, float, float, float] | None:
         return (*before, *after) if self.turns else None

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import math
 
-from carom.physics.double_double import two_sum
-
 Instant = tuple[float, float]
 
 START: Instant = (0.0, 0.0)
@@ -24,3 +22,10 @@ def after(instant: Instant, wait_s: float) -> Instant:
 def between(earlier: Instant, later: Instant) -> float:
     """Return the seconds from one instant to another."""
     return (later[0] - earlier[0]) + (later[1] - earlier[1])
+
+
+def two_sum(a: float, b: float) -> Instant:
+    """Return ``a + b`` rounded, and what the rounding took off (Knuth)."""
+    total = a + b
+    moved = total - a
+    return total, (a - (total - moved)) + (b - moved)

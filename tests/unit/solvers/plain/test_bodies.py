@@ -1,4 +1,4 @@
-"""The moving state: clocks, predictions, and what an impact does."""
+"""The moving state of the definition of PIT: clocks, and the tests for approach and overlap."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from carom.physics.time_of_impact import time_of_impact
 from carom.scene import Disc, Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.plain.bodies import Bodies
-from carom.solvers.plain.instants import NEVER
-from carom.trace import wall_body
 
 
 def test_discs_move_on_straight_lines_from_their_own_clocks() -> None:
@@ -29,65 +27,11 @@ def test_discs_move_on_straight_lines_from_their_own_clocks() -> None:
     np.testing.assert_array_equal(bodies.velocities_at(0.0), [[1.0, 0.0], [-2.0, 0.0]])
 
 
-def test_a_pair_is_predicted_from_the_later_clock() -> None:
-    """The absolute time of an impact is the same wherever the two discs' clocks stand: these numbers are exact."""
-    bodies = Bodies(line(0.0, 5.0, velocities=(1.0, -1.0)))
-    assert bodies.next_pair_impact(0, 1) == (2.0, 0.0)
-    bodies.move_to(1, 1.0)
-    assert bodies.next_pair_impact(0, 1) == (2.0, 0.0)
-
-
-def test_a_wall_is_predicted_and_reflects() -> None:
-    """A disc of radius 1/2 at 2 m/s reaches a wall 3 m away after 1.25 s and comes back with the wall's restitution."""
-    scene = staged("wall", disc_at(0, 0, 2, 1), wall_at(3, 7, -1, 0), duration_s=9, wall_restitution=0.5)
-    bodies = Bodies(scene)
-    assert bodies.next_wall_impact(0, 0) == (1.25, 0.0)
-    record = bodies.collide(0, wall_body(0), 1.25)
-    assert record[:8] == (1.25, 0, -1, (1.0, 0.0), (2.0, 1.0), (0.0, 0.0), (-1.0, 1.0), (0.0, 0.0))
-    assert record.spins is None
-
-
-def test_an_immovable_disc_keeps_its_clock_and_the_record_the_time() -> None:
-    """An impact on an immovable disc is recorded at its time, and changes nothing of the immovable disc."""
-    scene = staged("peg", disc_at(0, 0, m=math.inf), disc_at(3, 0, -1, 0), duration_s=9)
-    bodies = Bodies(scene)
-    record = bodies.collide(0, 1, 2.0)
-    assert record.time_s == 2.0
-    assert record.normal == (1.0, 0.0)
-    assert (record.velocity_first_after, record.velocity_second_after) == ((0.0, 0.0), (1.0, 0.0))
-    assert bodies.time == [0.0, 2.0]
-    assert (bodies.x[0], bodies.y[0]) == (0.0, 0.0)
-
-
 def test_two_immovable_discs_never_meet() -> None:
-    """A pair of immovable discs is neither predicted nor tested, even where it overlaps."""
+    """A pair of immovable discs is not tested, even where it overlaps."""
     discs = [Disc(position_m=(x, 0), radius_m=0.5, mass_kg=math.inf) for x in (0.0, 0.5)]
     bodies = Bodies(Scene(name="pegs", duration_s=1, discs=discs))
-    assert bodies.next_pair_impact(0, 1) == NEVER
     assert not bodies.pair_approaches_and_overlaps(0, 1)
-
-
-def test_a_pair_that_has_just_met_meets_again_only_after_another_impact() -> None:
-    """Once a third body has changed the path of either, the pair is predicted again."""
-    bodies = Bodies(line(0.0, 2.0, 6.0, velocities=(1.0, 0.0, -5.0)))
-    bodies.collide(0, 1, 1.0)
-    assert bodies.next_pair_impact(0, 1) == NEVER
-    bodies.collide(1, 2, 1.0)
-    bodies.vx[1] = -1.0
-    assert bodies.next_pair_impact(0, 1) < NEVER
-
-
-def test_whom_an_immovable_disc_has_met_since_does_not_matter() -> None:
-    """A disc on the path that an immovable disc gave it will not meet that one again, whoever else has met it since."""
-    scene = staged("peg", disc_at(0, 0, m=math.inf), disc_at(3, 0, -1, 0), disc_at(-4, 0, 1, 0), duration_s=9)
-    bodies = Bodies(scene)
-    bodies.collide(0, 1, 2.0)
-    bodies.collide(0, 2, 3.0)
-    bodies.vx[1] = bodies.vx[2] = 0.0
-    bodies.vx[1] -= 2.0**-53  # what rounding may leave of an approach
-    bodies.vx[2] += 2.0**-53
-    assert bodies.next_pair_impact(0, 1) == NEVER
-    assert bodies.next_pair_impact(0, 2) == NEVER
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,232 @@
+"""Functions of the core for free fall, one at a time, for tests; exact questions go to the integer solver of Python.
+
+The extension contains this module only where it is built in place: see setup.py.
+"""
+
+from itertools import islice
+from math import inf
+
+from fractions import Fraction
+
+from libc.stdlib cimport free, malloc
+
+from carom.core.formulas cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, feature_from
+
+from carom.physics.pair_time_falling import touches
+
+cdef extern from *:
+    """
+    #include <stdbool.h>
+    static long decided_by_stage[4];
+    #define CAROM_STAGE_DECIDED(stage) (decided_by_stage[stage]++)
+    """
+    long decided_by_stage[4]
+    ctypedef bint c_bool "bool"
+
+cdef extern from "carom/core/fall_bounds.h" nogil:
+    enum:
+        QUARTIC_POWERS
+        QUARTIC_SIGN
+        MOST_PRODUCTS
+
+    struct Product:
+        double a
+        double b
+
+    struct Products:
+        double time_origin "from"
+        c_bool is_closed
+        int count[QUARTIC_POWERS]
+        Product products[QUARTIC_POWERS][MOST_PRODUCTS]
+
+    struct PairPolynomial:
+        int degree
+        DoubleDouble power[QUARTIC_POWERS]
+        double size[QUARTIC_POWERS]
+
+    struct Gap:
+        void (*write_pairs)(const void *source, PairPolynomial *p) noexcept nogil
+        void (*write_products)(const void *source, Products *products) noexcept nogil
+        const void *source
+
+    struct ExactQuartic:
+        double (*solve)(void *context, const Products *gap, int index) noexcept nogil
+        void *context
+
+    struct Falls:
+        pass
+
+    struct FallingDisc:
+        double x
+        double y
+        double vx
+        double vy
+        double radius
+
+    struct FirstFall:
+        double time
+        int feature
+
+    void add_products(Products *products, int power, const double *a, int a_count, const double *b, int b_count, double factor)
+    void begin_with_pairs(Falls *falls, const ExactQuartic *exact, const Gap *form)
+    int sign_of_gap(Falls *falls)
+    void set_start(Falls *falls, int sign_now)
+    double c_next_fall "next_fall"(Falls *falls)
+    double c_disc_fall_time "disc_fall_time_within"(
+        const ExactQuartic *exact, const FallingDisc *disc, double fixed_x, double fixed_y, double fixed_radius,
+        double ax, double ay, c_bool has_just_left, double leaving, double horizon
+    )
+    double c_feature_fall_time "feature_fall_time"(
+        const ExactQuartic *exact, const Mover *disc, const Feature *feature, double ax, double ay,
+        c_bool has_just_left, double leaving
+    )
+    FirstFall c_first_feature_fall "first_feature_fall"(
+        const ExactQuartic *exact, const Mover *disc, const Feature *features, int count, double ax, double ay,
+        int last, double leaving, const int *never_met, int never_count, double within
+    )
+    double c_pair_lower_bound "fall_pair_lower_bound"(
+        const FallingDisc *disc, double fixed_x, double fixed_y, double fixed_radius, double ax, double ay
+    )
+    double c_arc_lower_bound "fall_arc_lower_bound"(const Mover *disc, const Feature *arc, double ax, double ay)
+    c_bool c_misses "fall_misses_feature"(const Mover *disc, const Feature *f, double ax, double ay, double within)
+
+
+def _exact_fall(powers, begin, is_closed, index):
+    """Return fall number `index` of a polynomial in time, from an instant on, or its sign there."""
+    powers = [sum((Fraction(a) * Fraction(b) for a, b in power), Fraction(0)) for power in powers]
+    for lowest in range(len(powers)):
+        for k in reversed(range(lowest, len(powers) - 1)):
+            powers[k] += Fraction(begin) * powers[k + 1]
+    if index == QUARTIC_SIGN:
+        return (powers[0] > 0) - (powers[0] < 0)
+    if is_closed:
+        powers[0] = Fraction(0)
+    try:
+        return next(islice(touches(powers), index, None), inf)
+    except OverflowError:  # later than the largest float
+        return inf
+
+
+cdef double solve(void *context, const Products *gap, int index) noexcept with gil:
+    powers = [[(gap.products[k][i].a, gap.products[k][i].b) for i in range(gap.count[k])] for k in range(QUARTIC_POWERS)]
+    return _exact_fall(powers, gap.time_origin, gap.is_closed, index)
+
+
+cdef ExactQuartic exact = ExactQuartic(<double (*)(void *, const Products *, int) noexcept nogil> solve, NULL)
+
+
+def decided():
+    """Return how many falls floats, pairs and the exact solver have decided since the last call."""
+    counts = decided_by_stage[1], decided_by_stage[2], decided_by_stage[3]
+    decided_by_stage[1] = decided_by_stage[2] = decided_by_stage[3] = 0
+    return counts
+
+
+cdef FallingDisc _falling_disc(disc):
+    x, y, vx, vy, radius = disc
+    return FallingDisc(x, y, vx, vy, radius)
+
+
+cdef Mover _mover(disc):
+    (x, xl), (y, yl), (ux, uxl), (uy, uyl), radius = disc
+    return Mover(DoubleDouble(x, xl), DoubleDouble(y, yl), DoubleDouble(ux, uxl), DoubleDouble(uy, uyl), radius)
+
+
+cdef Feature _feature(numbers):
+    cdef double[FEATURE_NUMBERS] row
+    for k in range(FEATURE_NUMBERS):
+        row[k] = numbers[k]
+    return feature_from(row)
+
+
+def disc_fall_time(disc, fixed, acceleration, leaving=None, double horizon=inf):
+    cdef FallingDisc falling = _falling_disc(disc)
+    x, y, radius = fixed
+    ax, ay = acceleration
+    return c_disc_fall_time(&exact, &falling, x, y, radius, ax, ay, leaving is not None, leaving or 0.0, horizon)
+
+
+def feature_fall_time(numbers, disc, acceleration, leaving=None):
+    cdef Feature feature = _feature(numbers)
+    cdef Mover mover = _mover(disc)
+    ax, ay = acceleration
+    return c_feature_fall_time(&exact, &mover, &feature, ax, ay, leaving is not None, leaving or 0.0)
+
+
+def first_feature_fall(rows, disc, acceleration, int last=-1, double leaving=0.0, never_met=(), double within=inf):
+    """Return the time of the first feature that a disc touches, and its number; -1 for none."""
+    cdef Mover mover = _mover(disc)
+    cdef int[8] never
+    cdef int k, count = len(rows), never_count = len(never_met)
+    cdef Feature *features = <Feature *> malloc(count * sizeof(Feature))
+    for k in range(count):
+        features[k] = _feature(rows[k])
+    for k in range(never_count):
+        never[k] = never_met[k]
+    ax, ay = acceleration
+    first = c_first_feature_fall(&exact, &mover, features, count, ax, ay, last, leaving, never, never_count, within)
+    free(features)
+    return first.time, first.feature
+
+
+def pair_lower_bound(disc, fixed, acceleration):
+    cdef FallingDisc falling = _falling_disc(disc)
+    x, y, radius = fixed
+    ax, ay = acceleration
+    return c_pair_lower_bound(&falling, x, y, radius, ax, ay)
+
+
+def arc_lower_bound(numbers, disc, acceleration):
+    cdef Feature feature = _feature(numbers)
+    cdef Mover mover = _mover(disc)
+    ax, ay = acceleration
+    return c_arc_lower_bound(&mover, &feature, ax, ay)
+
+
+def misses_feature(numbers, disc, acceleration, double within):
+    cdef Feature feature = _feature(numbers)
+    cdef Mover mover = _mover(disc)
+    ax, ay = acceleration
+    return bool(c_misses(&mover, &feature, ax, ay, within))
+
+
+cdef struct Powers:
+    DoubleDouble power[QUARTIC_POWERS]
+
+
+cdef void write_pairs(const void *source, PairPolynomial *p) noexcept nogil:
+    cdef const Powers *powers = <const Powers *> source
+    cdef int k
+    p.degree = QUARTIC_POWERS - 1
+    while p.degree > 0 and powers.power[p.degree].high == 0.0:
+        p.degree -= 1
+    for k in range(QUARTIC_POWERS):
+        p.power[k] = powers.power[k]
+        p.size[k] = abs(powers.power[k].high)
+
+
+cdef void write_products(const void *source, Products *products) noexcept nogil:
+    cdef const Powers *powers = <const Powers *> source
+    cdef double[2] parts
+    cdef double one = 1.0
+    cdef int k
+    for k in range(QUARTIC_POWERS):
+        parts[0] = powers.power[k].high
+        parts[1] = powers.power[k].low
+        add_products(products, k, parts, 2, &one, 1, 1.0)
+
+
+def falls(powers):
+    """Return all falls of a polynomial whose powers are pairs, lowest first."""
+    cdef Powers numbers
+    cdef Falls found
+    cdef Gap gap = Gap(write_pairs, write_products, &numbers)
+    for k in range(QUARTIC_POWERS):
+        high, low = powers[k]
+        numbers.power[k] = DoubleDouble(high, low)
+    begin_with_pairs(&found, &exact, &gap)
+    set_start(&found, sign_of_gap(&found))
+    times = []
+    while (time := c_next_fall(&found)) < inf:
+        times.append(time)
+    return times

@@ -1,0 +1,269 @@
+"""Random discs on parabolas, and what they may meet: far and close misses, grazes, contact, and extreme sizes."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from typing import NamedTuple
+
+from carom.outline import Edge, ExactCircle, circle_of
+from carom.physics.arc_time import reach_of
+from carom.physics.features import Arc, Face, Feature, Mover, Point
+
+
+class Encounter(NamedTuple):
+    """A disc (x, y, vx, vy, radius), a fixed one (x, y, radius), and the speed at which the disc has just left it."""
+
+    disc: tuple[float, float, float, float, float]
+    fixed: tuple[float, float, float]
+    acceleration: Point
+    leaving: float | None = None
+
+
+class Fall(NamedTuple):
+    """A disc and a feature of a wall."""
+
+    disc: Mover
+    feature: Feature
+    acceleration: Point
+    leaving: float | None = None
+
+
+def _direction(angle: float) -> Point:
+    return math.cos(angle), math.sin(angle)
+
+
+def _aimed(place: Point, target: Point, acceleration: Point, time: float) -> Point:
+    """Return the velocity that leads from a place to a target in a time."""
+    (x, y), (tx, ty), (ax, ay) = place, target, acceleration
+    return (tx - x) / time - 0.5 * ax * time, (ty - y) / time - 0.5 * ay * time
+
+
+def _gravity(rnd: random.Random, size: float) -> Point:
+    strength = 9.81 * size * 10 ** rnd.uniform(-2, 2)
+    if rnd.random() < 0.5:
+        return 0.0, -strength
+    x, y = _direction(rnd.uniform(0, 2 * math.pi))
+    return strength * x, strength * y
+
+
+def _passing(rnd: random.Random, miss: float | None) -> Encounter:
+    """Return a disc that passes a fixed one at this distance, over the sum of the radii, or anyhow."""
+    size = 10 ** rnd.uniform(-3, 3)
+    acceleration = _gravity(rnd, size)
+    radius, fixed_radius = rnd.uniform(0.1, 1) * size, rnd.uniform(0, 1) * size
+    reach = radius + fixed_radius
+    x, y = rnd.choice([0.0, 0.0, 1e3, 1e6]) * size, rnd.choice([0.0, 1e3]) * size
+    nx, ny = _direction(rnd.uniform(0, 2 * math.pi))
+    distance = reach * rnd.uniform(1.001, 8)
+    place = nx * distance, ny * distance
+    speed = math.sqrt(size * math.hypot(*acceleration))
+    velocity = rnd.gauss(0, 3) * speed, rnd.gauss(0, 3) * speed
+    if miss is not None:
+        tx, ty = _direction(rnd.uniform(0, 2 * math.pi))
+        time = rnd.uniform(0.1, 3) * size / speed
+        velocity = _aimed(place, (tx * reach * miss, ty * reach * miss), acceleration, time)
+    return Encounter((x + place[0], y + place[1], *velocity, radius), (x, y, fixed_radius), acceleration)
+
+
+def free(rnd: random.Random) -> Encounter:
+    return _passing(rnd, None)
+
+
+def aimed(rnd: random.Random) -> Encounter:
+    return _passing(rnd, rnd.uniform(0, 1.1))
+
+
+def near_miss(rnd: random.Random) -> Encounter:
+    return _passing(rnd, 1 + rnd.choice([-1, 1]) * 10 ** rnd.uniform(-16, -6))
+
+
+def graze(rnd: random.Random) -> Encounter:
+    """Return a disc whose apex is above a fixed one, and touches it or misses it by little."""
+    radius, fixed_radius, g = rnd.uniform(0.1, 1), rnd.uniform(0.05, 1), 9.81
+    reach, time = radius + fixed_radius, rnd.uniform(0.3, 1.5)
+    speed = math.sqrt(g * reach) * rnd.uniform(1.05, 5)
+    above = reach * (1 + rnd.choice([-1, 0, 1]) * 10 ** rnd.uniform(-16, -4))
+    return Encounter(
+        (-speed * time, above - 0.5 * g * time * time, speed, g * time, radius), (0.0, 0.0, fixed_radius), (0.0, -g)
+    )
+
+
+def contact(rnd: random.Random) -> Encounter:
+    """Return a disc on the rim of a fixed one, up to rounding, that leaves it, slides along it or rests."""
+    size = 10 ** rnd.uniform(-3, 3)
+    acceleration = _gravity(rnd, size)
+    radius, fixed_radius = rnd.uniform(0.1, 1) * size, rnd.uniform(0, 1) * size
+    reach = radius + fixed_radius
+    speed = math.sqrt(reach * math.hypot(*acceleration))
+    nx, ny = _direction(rnd.uniform(0, 2 * math.pi))
+    distance = reach * (1 + rnd.choice([0, 0, -1, 1]) * 10 ** rnd.uniform(-17, -8))
+    leaving = rnd.choice([None, 0.0, abs(rnd.gauss(0, 1)) * speed, 10 ** rnd.uniform(-12, 0) * speed])
+    away = rnd.choice([0.0, rnd.gauss(0, 1) * speed]) if leaving is None else leaving
+    along = rnd.choice([0.0, rnd.gauss(0, 1), 0.99, 1.0, 1.01]) * speed
+    velocity = nx * away - ny * along, ny * away + nx * along
+    return Encounter((nx * distance, ny * distance, *velocity, radius), (0.0, 0.0, fixed_radius), acceleration, leaving)
+
+
+def whole_numbers(rnd: random.Random) -> Encounter:
+    """Return a case of whole numbers over 1, 2 or 4, with double roots and roots that are floats."""
+    unit = rnd.choice([1, 2, 4])
+    x, y, vx, vy, ay = (rnd.randint(-12, 12) / unit for _ in range(5))
+    ax = rnd.randint(-12, 12) / unit if rnd.random() < 0.3 else 0.0
+    leaving = rnd.choice([None, None, None, 0.0, rnd.randint(0, 12) / unit])
+    radius, fixed_radius = rnd.randint(1, 8) / unit, rnd.randint(0, 8) / unit
+    return Encounter((x, y, vx, vy, radius), (0.0, 0.0, fixed_radius), (ax, ay), leaving)
+
+
+def on_table(rnd: random.Random) -> Encounter:
+    """Return a disc as seen from another, each of which a table slows down: they may be slowed almost alike."""
+    deceleration = 10 ** rnd.uniform(-2, 1)
+    first = rnd.gauss(0, 3), rnd.gauss(0, 3)
+    part = 1 + rnd.choice([0, 1e-16, 1e-12, 1e-3])
+    second = rnd.choice([(0.0, 0.0), (rnd.gauss(0, 3), rnd.gauss(0, 3)), (first[0] * part, first[1]), first])
+    radius, fixed_radius = rnd.uniform(0.1, 0.5), rnd.uniform(0.1, 0.5)
+    distance = (radius + fixed_radius) * rnd.choice([1 + 10 ** rnd.uniform(-16, 0), rnd.uniform(1, 10)])
+    vx, vy = (a - b for a, b in zip(first, second, strict=True))
+    speed = math.hypot(vx, vy)
+    x, y = _direction(rnd.uniform(0, 2 * math.pi))
+    if speed and rnd.random() < 0.5:
+        x, y = -vx / speed + rnd.uniform(-0.1, 0.1), -vy / speed + rnd.uniform(-0.1, 0.1)
+    slowed = [(-deceleration * u / math.hypot(*v) if math.hypot(*v) else 0.0) for v in (first, second) for u in v]
+    acceleration = slowed[0] - slowed[2], slowed[1] - slowed[3]
+    leaving = rnd.choice([None, None, 0.0, abs(rnd.gauss(0, 1))])
+    return Encounter((x * distance, y * distance, vx, vy, radius), (0.0, 0.0, fixed_radius), acceleration, leaving)
+
+
+def any_size(rnd: random.Random) -> Encounter:
+    """Return a case whose lengths, speeds and accelerations are from 1e-100 to 1e100."""
+    size, speed, pull = (10 ** rnd.uniform(-100, 100) for _ in range(3))
+    if rnd.random() < 0.6:  # comparable: what falls by its own size has about this speed
+        pull = speed / size * speed * 10 ** rnd.uniform(-2, 2)
+        pull = pull if 1e-150 < pull < 1e150 else 1.0
+    x, y = rnd.uniform(-5, 5) * size, rnd.uniform(-5, 5) * size
+    velocity = rnd.gauss(0, 1) * speed, rnd.gauss(0, 1) * speed
+    if rnd.random() < 0.5:
+        velocity = -x / size * speed * rnd.uniform(0.5, 1), -y / size * speed
+    radius, fixed_radius = rnd.uniform(0.1, 1) * size, rnd.uniform(0, 1) * size * rnd.choice([1, 1, 1e-20])
+    leaving = rnd.choice([None, None, 0.0, abs(rnd.gauss(0, 1)) * speed])
+    return Encounter((x, y, *velocity, radius), (0.0, 0.0, fixed_radius), (rnd.choice([0.0, pull]), -pull), leaving)
+
+
+ENCOUNTERS: tuple[Callable[[random.Random], Encounter], ...] = (
+    free,
+    aimed,
+    near_miss,
+    graze,
+    contact,
+    whole_numbers,
+    on_table,
+    any_size,
+)
+
+
+# Features -------------------------------------------------------------------------------------------------------------
+
+FEATURES = ("face", "vertex", "outer arc", "inner arc", "outer circle", "inner circle", "stop")
+
+
+def _feature(rnd: random.Random, kind: str, size: float, thick: float, middle: Point) -> Feature:
+    a, b = ((middle[0] + rnd.gauss(0, size), middle[1] + rnd.gauss(0, size)) for _ in range(2))
+    half_width = rnd.choice([0.0, thick / 4, thick * rnd.random()])
+    if kind == "face":
+        return Face.between(a, b, half_width)
+    if kind == "vertex":
+        return Arc.vertex(a, half_width)
+    inside = kind.startswith("inner") or kind == "stop"
+    if "circle" in kind:
+        radius = Fraction(size * 10 ** rnd.uniform(-1, 0.5))
+        return Arc.on(ExactCircle(Fraction(a[0]), Fraction(a[1]), radius**2), None, half_width, inside=inside)
+    circle = circle_of(Edge(a, b, rnd.choice([1.0, 0.5, 10 ** rnd.uniform(-2, 1)])))
+    arc = Arc.on(circle, (a, b), half_width, inside=inside)
+    return arc.stop(circle, (Fraction(b[0]) - circle.x, Fraction(b[1]) - circle.y)) if kind == "stop" else arc
+
+
+def fall(rnd: random.Random, kind: str) -> Fall:
+    """Return a disc and a feature of a kind: often almost in contact, aimed at an end, or past it."""
+    size = 10 ** rnd.uniform(-3, 3)
+    far = rnd.choice([0.0, 0.0, 1e2, 1e5]) * size
+    feature = _feature(rnd, kind, size, size * 10 ** rnd.uniform(-3, 0), (rnd.uniform(-far, far), far))
+    radius = size * 10 ** rnd.uniform(-3, 0)
+    if isinstance(feature, Arc) and kind == "stop":
+        radius = feature.fits_below * rnd.uniform(1, 1.5) if feature.fits_below > 0 else radius
+    gx, gy = _gravity(rnd, size)
+    acceleration = rnd.choice([(gx, gy), (gx, gy), (gx, 0.0), (0.0, 0.0)])
+    speed = size * 10 ** rnd.uniform(-1, 1)
+    (x, y), (nx, ny), away = _place(rnd, feature, radius, size)
+    velocity = rnd.choice([(rnd.gauss(0, speed), rnd.gauss(0, speed)), (-ny * speed, nx * speed), (0.0, 0.0)])
+    if rnd.random() < 0.5:
+        (tx, ty), _, _ = _place(rnd, feature, radius, size)
+        time = rnd.uniform(0.05, 2) * math.sqrt(size / (math.hypot(*acceleration) or size))
+        velocity = _aimed((x, y), (tx, ty), acceleration, time)
+    leaving = None
+    if abs(away) < 1e-10 * size and rnd.random() < 0.6:
+        leaving, along = rnd.choice([0.0, abs(rnd.gauss(0, speed))]), rnd.choice([0.0, rnd.gauss(0, speed)])
+        velocity = nx * leaving - ny * along, ny * leaving + nx * along
+    wall = rnd.choice([(0.0, 0.0), (0.0, 0.0), (rnd.gauss(0, speed), rnd.gauss(0, speed))])
+    disc = Mover.at((x, y), (velocity[0] + wall[0], velocity[1] + wall[1]), radius, wall)
+    if wall != (0.0, 0.0):  # seen from a driven wall its place is a pair
+        disc = disc._replace(x=(x, x * 2.0**-54 * rnd.random()), y=(y, y * 2.0**-54 * rnd.random()))
+    return Fall(disc, feature, acceleration, leaving)
+
+
+def _place(rnd: random.Random, feature: Feature, radius: float, size: float) -> tuple[Point, Point, float]:
+    """Return a place, the normal there, and how far along that it is from contact."""
+    if isinstance(feature, Face):
+        (ax, ay), (bx, by), (nx, ny), part = feature.a, feature.b, feature.normal, rnd.uniform(-0.2, 1.2)
+        away = rnd.choice([rnd.uniform(-3, 3) * size, rnd.choice([-1, 0, 1]) * 10 ** rnd.uniform(-16, 0) * size])
+        height = radius + feature.half_width + away
+        return (ax + part * (bx - ax) + nx * height, ay + part * (by - ay) + ny * height), (nx, ny), away
+    reach = reach_of(Mover.at((0.0, 0.0), (0.0, 0.0), radius), feature)[0]
+    away = rnd.choice([rnd.uniform(-1, 3) * size, rnd.choice([-1, 0, 1]) * 10 ** rnd.uniform(-16, 0) * abs(reach)])
+    angle = rnd.uniform(0, 2 * math.pi)
+    if feature.sector is not None and rnd.random() < 0.6:
+        (ex, _), (ey, _) = rnd.choice([feature.sector.first, feature.sector.last])
+        angle = math.atan2(ey, ex) + rnd.gauss(0, 1) * 10 ** rnd.uniform(-8, 0)
+    (nx, ny), sign = _direction(angle), -1 if feature.inside else 1
+    distance = reach + sign * away
+    x, y = feature.centre[0][0] + nx * distance, feature.centre[1][0] + ny * distance
+    return (x, y), (sign * nx, sign * ny), away
+
+
+def past_an_end(rnd: random.Random) -> Fall:
+    """Return a disc that is in contact with the inner side of an arc's circle next to one of its ends."""
+    a, b = (0.0, 0.0), rnd.choice([(4.0, 0.0), (4.0, 1.0), (rnd.gauss(3, 1), rnd.gauss(0, 1))])
+    arc = Arc.on(circle_of(Edge(a, b, rnd.choice([0.2, 0.5, 1.0, 1.5]))), (a, b), rnd.choice([0.0, 0.1]), inside=True)
+    assert arc.sector is not None
+    radius = rnd.choice([0.1, 0.25])
+    reach = reach_of(Mover.at(a, a, radius), arc)[0]
+    (ex, _), (ey, _) = end = rnd.choice([arc.sector.first, arc.sector.last])
+    sense = 1 if end == arc.sector.first else -1
+    nx, ny = _direction(math.atan2(ey, ex) - sense * rnd.choice([0.0, 10 ** rnd.uniform(-9, -0.3)]))
+    distance = reach + rnd.choice([0.0, 10 ** rnd.uniform(-16, -1), rnd.uniform(0, 1)]) * radius
+    along, out = sense * rnd.uniform(0.1, 5), rnd.choice([0.0, 0.0, rnd.gauss(0, 0.1), rnd.gauss(0, 1)])
+    place = arc.centre[0][0] + nx * distance, arc.centre[1][0] + ny * distance
+    velocity = nx * out - ny * along, ny * out + nx * along
+    pull = rnd.choice([(0.0, -9.81), (9.81 * nx, 9.81 * ny), (-9.81 * nx, -9.81 * ny), (rnd.gauss(0, 5), 0.0)])
+    return Fall(Mover.at(place, velocity, radius), arc, pull, rnd.choice([None, None, 0.0]))
+
+
+def whole_number_arc(rnd: random.Random) -> Fall:
+    """Return a disc and an arc whose places, ends and sizes are whole numbers over 1, 2, 4 or 8."""
+    inside, half_width = rnd.choice([True, False]), rnd.choice([0.0, 0.25])
+    a, b, bulge = rnd.choice(
+        [
+            ((2.0, 0.0), (-2.0, 0.0), 1.0),
+            ((0.0, 2.0), (0.0, -2.0), 1.0),
+            ((0.0, -2.0), (0.0, 2.0), 1.0),
+            ((3.0, 1.0), (1.0, 3.0), 0.5),
+        ]
+    )
+    unit = rnd.choice([1, 2, 4, 8])
+    x, y = (rnd.randint(-4 * unit, 4 * unit) / unit for _ in range(2))
+    vx, vy = (rnd.choice([0.0, rnd.randint(-8, 8) / unit]) for _ in range(2))
+    disc = Mover.at((x, y), (vx, vy), rnd.choice([0.25, 0.5, 1.0, 1.5, 2.0]))
+    pull = rnd.choice([(0.0, -8.0), (8.0, 0.0), (4.0, -8.0), (1.0, 1.0), (0.0, 0.0)])
+    leaving = rnd.choice([None, None, None, 0.0, 1.0, 4.0])
+    return Fall(disc, Arc.on(circle_of(Edge(a, b, bulge)), (a, b), half_width, inside=inside), pull, leaving)

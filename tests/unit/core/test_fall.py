@@ -1,0 +1,287 @@
+"""Times of fall of the core have the bits of the exact integer solver, and lower bounds are below them."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from fractions import Fraction
+from itertools import pairwise
+
+import pytest
+from tests.lengths import each
+from tests.unit.core.fall_cases import (
+    ENCOUNTERS,
+    FEATURES,
+    Encounter,
+    Fall,
+    fall,
+    free,
+    graze,
+    near_miss,
+    past_an_end,
+    whole_number_arc,
+)
+
+from carom.outline import Edge, circle_of
+from carom.physics.double_double import Pair
+from carom.physics.feature_time_falling import feature_time_falling, first_feature_falling
+from carom.physics.features import Arc, Face, Feature, Mover
+from carom.physics.numbered import numbers_of
+from carom.physics.pair_time_falling import encounter_time, touches
+from carom.physics.wall_features import WallFeature
+from carom.physics.wall_time import wall_gap, wall_speed
+from carom.physics.wall_time_falling import descent_time, return_time
+from carom.trace import EdgeKind
+
+core = pytest.importorskip("tests.probe_fall")
+
+NEVER = math.inf
+
+
+def disc_time(case: Encounter, horizon: float = NEVER) -> float:
+    found: float = core.disc_fall_time(case.disc, case.fixed, case.acceleration, case.leaving, horizon)
+    return found
+
+
+def feature_time(case: Fall) -> float:
+    numbers = numbers_of(case.feature, 0)
+    found: float = core.feature_fall_time(numbers, case.disc, case.acceleration, case.leaving)
+    return found
+
+
+def exact_disc_time(case: Encounter) -> float:
+    try:
+        return encounter_time(*case)
+    except OverflowError:  # later than the largest float
+        return NEVER
+
+
+def assert_exact(make: Callable[[random.Random], Encounter], count: int, seed: int) -> None:
+    rnd, hits = random.Random(seed), 0
+    for _ in range(count):
+        case = make(rnd)
+        exact = exact_disc_time(case)
+        assert disc_time(case) == exact, case
+        hits += exact < NEVER
+    assert hits > count // 20
+
+
+@each("make", ENCOUNTERS)
+def test_a_disc_meets_a_fixed_one_at_the_exact_time(make: Callable[[random.Random], Encounter]) -> None:
+    """The time has the bits of the integer solver, however close the miss, the contact or the sizes."""
+    assert_exact(make, 100, 1)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("make", ENCOUNTERS)
+def test_many_discs_meet_fixed_ones_at_the_exact_time(make: Callable[[random.Random], Encounter]) -> None:
+    """The same holds for 20,000 cases of each kind."""
+    assert_exact(make, 20_000, 2)
+
+
+def assert_exact_at_features(make: Callable[[random.Random], Fall], count: int, seed: int) -> None:
+    rnd = random.Random(seed)
+    for _ in range(count):
+        case = make(rnd)
+        assert feature_time(case) == feature_time_falling(*case), case
+
+
+MAKERS: list[Callable[[random.Random], Fall]] = [
+    *(lambda rnd, kind=kind: fall(rnd, kind) for kind in FEATURES),
+    past_an_end,
+    whole_number_arc,
+]
+
+
+@each("make", MAKERS)
+def test_a_disc_meets_a_feature_at_the_exact_time(make: Callable[[random.Random], Fall]) -> None:
+    """Faces, vertices, arcs from both sides and their stops are met at the times of the exact forms."""
+    assert_exact_at_features(make, 100, 3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("make", MAKERS)
+def test_many_discs_meet_features_at_the_exact_time(make: Callable[[random.Random], Fall]) -> None:
+    """The same holds for 20,000 cases of each kind."""
+    assert_exact_at_features(make, 20_000, 4)
+
+
+def test_a_disc_meets_a_half_plane_at_the_time_of_descent() -> None:
+    """The time is that of `descent_time`, or of the way back for a disc that has just left the wall."""
+    rnd = random.Random(5)
+    for _ in range(300):
+        nx, ny = rnd.choice([(0.0, 1.0), (0.6, 0.8), (math.cos(turn := rnd.uniform(0, 6)), math.sin(turn))])
+        away = rnd.choice([0.0, rnd.uniform(-0.1, 3), rnd.choice([-1, 1]) * 10 ** rnd.uniform(-17, -1)])
+        place, velocity = (nx * (0.5 + away), ny * (0.5 + away)), (rnd.gauss(0, 3), rnd.choice([0.0, rnd.gauss(0, 3)]))
+        pull = rnd.choice([(0.0, -9.81), (0.0, 0.0), (rnd.gauss(0, 9), rnd.gauss(0, 9))])
+        leaving = rnd.choice([None, None, 0.0, abs(rnd.gauss(0, 3))])
+        along = wall_speed(*pull, nx, ny)
+        if leaving is None:
+            exact = descent_time(wall_gap(*place, 0.5, 0.0, 0.0, nx, ny), wall_speed(*velocity, nx, ny), along)
+        else:
+            exact = return_time((leaving, 0.0), along) if along[0] < 0.0 else NEVER
+        numbers, disc = numbers_of((0.0, 0.0, nx, ny), 0), Mover.at(place, velocity, 0.5)
+        assert core.feature_fall_time(numbers, disc, pull, leaving) == exact
+        if leaving is None and core.misses_feature(numbers, disc, pull, 0.1):
+            assert exact >= 0.1
+
+
+# The stages -----------------------------------------------------------------------------------------------------------
+
+
+def decided(make: Callable[[random.Random], Encounter], count: int) -> tuple[int, int, int]:
+    rnd = random.Random(6)
+    core.decided()
+    for _ in range(count):
+        disc_time(make(rnd))
+    counts: tuple[int, int, int] = core.decided()
+    return counts
+
+
+def test_floats_decide_most_discs_that_never_meet() -> None:
+    """Of discs that move anyhow, floats decide nearly all that miss, and pairs the rest."""
+    floats, pairs, exact = decided(free, 1000)
+    assert floats > 800
+    assert floats + pairs == 1000
+    assert exact == 0
+
+
+@each("make", [near_miss, graze])
+def test_pairs_decide_near_grazes(make: Callable[[random.Random], Encounter]) -> None:
+    """A closest approach within 1e-16 to 1e-6 of contact hardly ever needs the exact solver."""
+    _, _, exact = decided(make, 1000)
+    assert exact < 400 if make is graze else exact == 0
+
+
+def product(*factors: list[Fraction]) -> list[Fraction]:
+    """Return the product of polynomials, lowest power first."""
+    found = [Fraction(1)]
+    for factor in factors:
+        terms = [Fraction(0)] * (len(found) + len(factor) - 1)
+        for i, a in enumerate(found):
+            for j, b in enumerate(factor):
+                terms[i + j] += a * b
+        found = terms
+    return found
+
+
+def pairs_of(powers: list[Fraction]) -> list[Pair]:
+    powers = [*powers, *[Fraction(0)] * (5 - len(powers))]
+    return [(high := float(power), float(power - Fraction(high))) for power in powers]
+
+
+@each(
+    ("roots", "times"),
+    [
+        ((1, 2, 3, 4), [1.0, 3.0]),
+        ((1, 1, 3, 4), [3.0]),  # a graze first
+        ((1, 1, 1, 4), [1.0]),  # a threefold root is a crossing
+        ((1, 1, 2, 2), []),  # two grazes
+        ((1, 2, 3, 3), [1.0]),  # a graze from below is no fall
+        ((-1, 1, 2, 3), [2.0]),  # below 0 at first: it rises at 1
+        ((-1, -2, 3, 4), [3.0]),
+        ((-1, -2, -3, -4), []),
+        ((0, 1, 2, 3), [0.0, 2.0]),  # 0 now, and it does not open
+        ((0, 0, 1, 2), [1.0]),
+        ((0, 0, 0, 2), [0.0]),
+        ((3, 3, 3, 3), []),
+        ((1000, 1001), [1000.0]),
+        ((2,), []),
+    ],
+)
+def test_falls_are_told_from_rises_and_grazes(roots: tuple[int, ...], times: list[float]) -> None:
+    """A fall is a root of odd multiplicity at which the polynomial turns negative."""
+    assert core.falls(pairs_of(product(*([Fraction(-root), Fraction(1)] for root in roots)))) == times
+
+
+def random_root(rnd: random.Random, kind: str) -> Fraction:
+    if kind == "wide":
+        return Fraction(rnd.choice([1, 1, 1, -1]) * 10 ** rnd.uniform(-8, 8))
+    return Fraction(rnd.randint(-40, 80), 2 ** rnd.randint(0, 6)) if kind == "dyadic" else Fraction(rnd.uniform(-1, 3))
+
+
+@each("kind", ["plain", "dyadic", "wide", "near", "complex"])
+def test_all_falls_of_a_polynomial_have_the_bits_of_the_exact_solver(kind: str) -> None:
+    """Later falls, whose bits depend on how the solver has isolated all roots, are the same, too."""
+    rnd = random.Random(7)
+    for _ in range(100):
+        roots = [random_root(rnd, kind) for _ in range(4)]
+        if kind == "near":
+            roots[1] = roots[0] + Fraction(10 ** rnd.uniform(-13, -3))
+        factors = [[-root, Fraction(rnd.choice([1, -1]))] for root in roots]
+        if kind == "complex":
+            factors[:2] = [[roots[0] ** 2 + Fraction(10 ** rnd.uniform(-18, 1)), -2 * roots[0], Fraction(1)]]
+        powers = pairs_of(product(*factors[: rnd.choice([3, 4, 4])]))
+        assert core.falls(powers) == list(touches([Fraction(high) + Fraction(low) for high, low in powers]))
+
+
+@each("make", [free, *ENCOUNTERS[1:4]])
+def test_a_horizon_leaves_out_only_later_falls(make: Callable[[random.Random], Encounter]) -> None:
+    """A fall before the horizon is found as without it; from the horizon on, a fall may be left out."""
+    rnd = random.Random(8)
+    for _ in range(100):
+        case = make(rnd)
+        time = disc_time(case)
+        scale = time if time < NEVER else case.disc[4]
+        for part in (0.5, 0.999, 1.001, 2.0):
+            found = disc_time(case, part * scale)
+            assert found == time or (found == NEVER and time >= part * scale)
+
+
+# Lower bounds ---------------------------------------------------------------------------------------------------------
+
+
+@each("make", [*ENCOUNTERS[:4], ENCOUNTERS[6]])
+def test_a_lower_bound_is_no_later_than_the_impact(make: Callable[[random.Random], Encounter]) -> None:
+    """The bound of a disc that has not just left the other is at most the time of impact."""
+    rnd = random.Random(9)
+    for _ in range(300):
+        case = make(rnd)._replace(leaving=None)
+        assert core.pair_lower_bound(case.disc, case.fixed, case.acceleration) <= disc_time(case)
+
+
+@each("kind", FEATURES)
+def test_what_certainly_misses_a_feature_does_not_touch_it(kind: str) -> None:
+    """A feature that is ruled out within a time is not met before it, and an arc not before its lower bound."""
+    rnd, ruled_out = random.Random(10), 0
+    for _ in range(300):
+        case = fall(rnd, kind)._replace(leaving=None)
+        numbers, time = numbers_of(case.feature, 0), feature_time(case)
+        if kind != "face":
+            assert core.arc_lower_bound(numbers, case.disc, case.acceleration) <= time or time == 0.0
+        for within in (0.01, 1.0, NEVER, time * (1 + 2.0**-40), time * 0.5):
+            if core.misses_feature(numbers, case.disc, case.acceleration, within):
+                assert time >= within
+                ruled_out += 1
+    assert ruled_out > 100
+
+
+def test_the_first_feature_of_a_long_chain_is_that_of_the_plain_form() -> None:
+    """Of 100 segments with vertices and arcs, the same feature is met at the same time, and what is left out is not."""
+    rnd = random.Random(11)
+    points = [(float(k), rnd.uniform(-0.3, 0.3)) for k in range(101)]
+    features: list[Feature] = [Arc.vertex(point, 0.02) for point in points]
+    for a, b in pairwise(points):
+        if rnd.random() < 0.2:
+            circle = circle_of(Edge(a, b, 0.3))
+            features += [Arc.on(circle, (a, b), 0.02, inside=inside) for inside in (True, False)]
+        else:
+            features += [Face.between(a, b, 0.02), Face.between(b, a, 0.02)]
+    rows = [numbers_of(feature, 0) for feature in features]
+    parts = [WallFeature(feature, (0,), EdgeKind.FACE) for feature in features]
+    for _ in range(3):
+        disc = Mover.at((rnd.uniform(0, 100), rnd.uniform(0.5, 3)), (rnd.gauss(0, 2), rnd.gauss(0, 2)), 0.1)
+        exact, part = first_feature_falling(disc, parts, (0.0, -9.81), None, 0.0)
+        time, number = core.first_feature_fall(rows, disc, (0.0, -9.81))
+        assert time == exact
+        if part is None:
+            assert number == -1
+            continue
+        assert features[number] is part.feature
+        assert core.first_feature_fall(rows, disc, (0.0, -9.81), within=time) == (NEVER, -1)
+        others = [other for other in parts if other is not part]
+        later, _ = first_feature_falling(disc, others, (0.0, -9.81), None, 0.0)
+        assert core.first_feature_fall(rows, disc, (0.0, -9.81), never_met=[number])[0] == later
+        bounced, _ = first_feature_falling(disc, parts, (0.0, -9.81), part.feature, 1.0)
+        assert core.first_feature_fall(rows, disc, (0.0, -9.81), number, 1.0)[0] == bounced
