@@ -331,7 +331,7 @@ def test_the_page_fits_a_phone_and_says_what_it_needs(file: Path, opened: Window
         assert page.evaluate("document.documentElement.scrollWidth") <= 360
     text = file.read_text(encoding="utf-8")
     assert "<noscript>" in text
-    assert "unsafe-eval" not in text
+    assert "'unsafe-eval'" not in text
     assert "script-src 'sha256-" in text
 
 

@@ -101,7 +101,7 @@ def _source(tmp_path: Path) -> Path:
         };
       }
     });"""
-    toy = PageEngine("toy", "Toy", {"default": {}}, world, "of no licence", wasm=False)
+    toy = PageEngine("toy", "Toy", {"default": {}}, world, "of no licence")
     path = tmp_path / "play.html"
     path.write_text(page_html([all_scenes()[name].scene for name in GALLERY], [toy]), encoding="utf-8")
     return path

@@ -1,4 +1,4 @@
-"""Build of `core.wasm`, the core as WebAssembly for the page: ``make generated``, or ``python -m tests.packaging.core_wasm``.
+"""Build of `core.wasm`, the core for the page: ``make generated``, or ``python -m tests.packaging.core_wasm``.
 
 The same sources give the same bytes in any folder. A digest of the sources, of the flags and of the compiler's version
 is a section of the file, so that a test finds a stale file without the compiler. pyproject.toml pins the compiler, zig.
@@ -21,12 +21,24 @@ CORE_WASM = ROOT / "src/carom/live/core.wasm"
 SECTION = b"carom.sources"
 _MAGIC = b"\0asm\x01\0\0\0"
 _CUSTOM = 0
-#: Every file that is compiled. Headers are found by their names.
-_COMPILED = ("event_driven.c", "frame_sampled.c", "wasm/memory.c", "wasm/pic.c", "wasm/pit.c")
-#: Small rather than fast: the page has ten discs. `inline` asks for copies of functions, which a small file does without.
+#: Every file that is compiled. They include the loops.
+_COMPILED = ("wasm/memory.c", "wasm/pic.c", "wasm/pit.c")
+#: Small rather than fast: the page has ten discs. `inline` would make copies of functions.
 _FLAGS = (
     *("-target", "wasm32-freestanding", "-mcpu=generic+nontrapping_fptoint+bulk_memory", "-std=c11"),
-    *("-Oz", "-Xclang", "-Oz", "-Dinline=", "-DCAROM_PLAIN_FRAMES", "-ffp-contract=off", "-fno-math-errno", "-g0", "-s"),
+    *(
+        "-Oz",
+        "-Xclang",
+        "-Oz",
+        "-Dinline=",
+        "-mllvm",
+        "-inline-threshold=-20",
+        "-DCAROM_PLAIN_FRAMES",
+        "-ffp-contract=off",
+        "-fno-math-errno",
+        "-g0",
+        "-s",
+    ),
     *("-nostdlib", "-Wl,--no-entry", "-Isrc", "-Isrc/carom/core/wasm/include"),
 )
 
@@ -65,7 +77,7 @@ def build(root: Path = ROOT) -> bytes:
         caches = {"ZIG_GLOBAL_CACHE_DIR": f"{folder}/global", "ZIG_LOCAL_CACHE_DIR": f"{folder}/local"}
         python_path = {} if _is_installed() else {"PYTHONPATH": _downloaded(Path(folder, "zig"))}
         sources = [f"src/carom/core/{name}" for name in _COMPILED]
-        command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "-o", out, *sources]
+        command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "-o", str(out), *sources]
         subprocess.run(command, check=True, cwd=root, env=os.environ | caches | python_path)
         return out.read_bytes() + _section(SECTION, sources_digest().encode())
 
@@ -86,7 +98,7 @@ def _is_installed() -> bool:
 
 
 def _downloaded(folder: Path) -> str:
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", folder, compiler()]
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(folder), compiler()]
     subprocess.run(pip, check=True)
     return str(folder)
 

@@ -2,7 +2,7 @@
 // its package and what adapters share (carom/live/linked.py), and hands its class of worlds here.
 import { isFixed, advanced, bare } from "./scene.js";
 
-const INSTALLED = JSON.parse(document.getElementById("engines").textContent);
+const INSTALLED = JSON.parse(globalThis.caromText(document.getElementById("engines")));
 export const installed = INSTALLED;
 const START_WITHIN_MS = 20000;
 

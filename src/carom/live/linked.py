@@ -33,8 +33,8 @@ class PageEngine:
         profiles: The settings of each fixed-step profile.
         script: What the page runs.
         licence: The text of the package's licence, which goes where the package goes.
-        wasm: Whether it needs WebAssembly.
         lacks: Which of what a scene of the page may need it does not have.
+        shared: What all adapters use, which the page runs once, before the engines.
     """
 
     name: str
@@ -42,8 +42,8 @@ class PageEngine:
     profiles: dict[str, dict[str, Any]]
     script: str
     licence: str
-    wasm: bool
     lacks: tuple[str, ...] = ()
+    shared: str = ""
 
 
 def page_engine(name: str, manifest: Path) -> PageEngine | None:
@@ -62,18 +62,27 @@ def page_engine(name: str, manifest: Path) -> PageEngine | None:
         name,
         package=package_script(PACKAGES[name], description.parent),
         package_name=package["name"],
-        shared=(manifest.parent / _SHARED).read_text(encoding="utf-8"),
         module=(manifest.parent / about["command"][1]).read_text(encoding="utf-8"),
     )
+    shared = shared_script((manifest.parent / _SHARED).read_text(encoding="utf-8"))
     licences = [path for path in sorted(description.parent.glob("LICENSE*")) if path.is_file()]
     licence = licences[0].read_text(encoding="utf-8") if licences else f"{package['name']}: {package['license']}"
     profiles = {
         name: profile["settings"] for name, profile in about["profiles"].items() if not profile.get("located", False)
     }
-    return PageEngine(name, f"{about['engine']} {package['version']}", profiles, script, licence, PACKAGES[name].wasm)
+    label = f"{about['engine']} {package['version']}"
+    return PageEngine(name, label, profiles, script, licence, shared=shared)
 
 
-def linked(name: str, *, package: str, package_name: str, shared: str, module: str) -> str:
+def shared_script(shared: str) -> str:
+    """Return a script that gives engines what their adapters share, except for serving requests as node does."""
+    text = re.sub(r"^export async function serve\(.*?^}\n", "", shared, flags=re.MULTILINE | re.DOTALL)
+    exported = ", ".join(_EXPORTED.findall(text))
+    helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", text), flags=re.MULTILINE))
+    return f"globalThis.caromShared = (() => {{\n{helpers}return {{ {exported} }};\n}})();\n"
+
+
+def linked(name: str, *, package: str, package_name: str, module: str) -> str:
     """Return a script that runs an engine's module, unchanged except for imports and comments, and hands on its class.
 
     No string of these modules goes over a line, so that what begins a line is none of it.
@@ -90,8 +99,6 @@ def linked(name: str, *, package: str, package_name: str, shared: str, module: s
     own = _UNSEEN.sub("", _IMPORT.sub(bound, module))
     if re.search(r"^\s*import\b", own, re.MULTILINE):
         raise InputError(f"the adapter of {name} has an import that the page does not link")
-    exported = ", ".join(_EXPORTED.findall(shared))
-    helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", shared), flags=re.MULTILINE))
     key = json.dumps(name)
     return f"""(async () => {{
 const caromModule = {{ exports: {{}} }};
@@ -101,11 +108,7 @@ const caromModule = {{ exports: {{}} }};
 await (async () => {{
 "use strict";
 const caromPackage = caromModule.exports;
-const caromShared = (() => {{
-{helpers}
-return {{ {exported} }};
-}})();
-caromShared.serve = (World) => caromEngines[{key}].done(World);
+const caromShared = {{ ...globalThis.caromShared, serve: (World) => caromEngines[{key}].done(World) }};
 {own}
 }})();
 }})().catch((error) => caromEngines[{key}].fail(error));

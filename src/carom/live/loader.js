@@ -1,7 +1,7 @@
 // Unpacks the blocks of the page and starts its script. A block is an LZMA stream, without header, after its length in four
 // bytes, as text of 91 letters: 13 bits are two of them. That is a fifth smaller than what browsers unpack by themselves.
 // The stream: Igor Pavlov, "LZMA specification" (2015); its parameters are those of carom/live/page.py.
-const LITERAL_BITS = 4,
+const LITERAL_BITS = 3,
   PLACES = { match: 0, rep: 12, rep0: 24, rep1: 36, rep2: 48, long: 60, slot: 72, far: 328, align: 443, lengths: 459, repeats: 733, literals: 1007 };
 function bytesOf(text) {
   const bytes = new Uint8Array(Math.ceil((text.length * 13) / 16)),
@@ -124,6 +124,9 @@ function unpacked(bytes) {
 
 globalThis.caromUnpacked = (element) => unpacked(bytesOf(element.textContent.trim()));
 globalThis.caromText = (element) => new TextDecoder().decode(globalThis.caromUnpacked(element));
+const style = document.createElement("style");
+style.textContent = globalThis.caromText(document.getElementById("style"));
+document.head.append(style);
 const script = document.createElement("script");
 script.type = "module";
 script.textContent = globalThis.caromText(document.getElementById("page")); // the policy of the page has its hash

@@ -17,7 +17,6 @@ class Package:
 
     Attributes:
         script: Its file, from the package's folder.
-        wasm: Whether it runs WebAssembly.
         exported: What an ECMAScript module calls its default; empty for a script that sets ``module.exports``.
         binary: The file of WebAssembly next to it, empty where the script holds its own.
         closed: Text of the script that only node has or that the page's policy forbids, each once in it, and what does
@@ -25,7 +24,6 @@ class Package:
     """
 
     script: str
-    wasm: bool = False
     exported: str = ""
     binary: str = ""
     closed: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
@@ -72,15 +70,14 @@ PACKAGES = MappingProxyType(
     {
         "matter": Package("build/matter.min.js"),
         "planck": Package("dist/planck.min.js"),
-        "rapier2d": Package("dist/rapier.cjs", wasm=True),
+        "rapier2d": Package("dist/rapier.cjs"),
         "box2d3": Package(
             "build/dist/es/compat/Box2D.compat.mjs",
-            wasm=True,
             exported="Box2D",
             binary="build/dist/es/compat/Box2D.compat.wasm",
             closed=_BOX2D_CALLERS,
         ),
-        "jolt": Package("dist/jolt-physics.wasm-compat.js", wasm=True, exported="Jolt"),
+        "jolt": Package("dist/jolt-physics.wasm-compat.js", exported="Jolt"),
         "cannon": Package("dist/cannon-es.cjs.js", closed=_CANNON_CLOCK),
         "p2": Package("dist/p2-es.cjs.js"),
     }

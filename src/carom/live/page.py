@@ -28,7 +28,7 @@ MOST_DISCS = 10
 #: Letters of packed blocks: 91 of ASCII, "!" in place of "<", so that no block ends the element that it is in.
 _LETTERS = bytes(range(35, 126)).replace(b"<", b"!").decode()
 #: Of the byte before a literal, as many bits choose its probabilities; `loader.js` has the same number.
-_LITERAL_BITS = 4
+_LITERAL_BITS = 3
 #: Scenes of the catalogue that a reader is led to, the first of them being shown.
 GALLERY = (
     *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
@@ -42,8 +42,12 @@ def page_script() -> str:
     """Return all modules as one script: no two of them give one name to different things."""
     joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
     own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
-    # Comments of whole lines and indents are for who reads the modules; no text of a module goes over lines.
-    lines = (line.strip() for line in own.splitlines())
+    return without_comments(own)
+
+
+def without_comments(script: str) -> str:
+    """Return a script without comments of whole lines and indents; no text of it goes over lines."""
+    lines = (line.strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 
@@ -53,7 +57,8 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
     Raises:
         InputError: A scene is beyond what the page shows.
     """
-    script, loader = page_script(), (SOURCES / "loader.js").read_text(encoding="utf-8")
+    script = page_script() + (engines[0].shared if engines else "")
+    loader = without_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
     hashes = [_hash(text) for text in (loader, script, *(engine.script for engine in engines))]
     policy = (
         f"default-src 'none'; script-src {' '.join(hashes)} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
@@ -62,12 +67,14 @@ def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> st
     about = [{"name": one.name, "label": one.label, "profiles": one.profiles, "lacks": one.lacks} for one in engines]
     parts = {
         "policy": policy,
-        "style": (SOURCES / "page.css").read_text(encoding="utf-8"),
+        "style": packed_block((SOURCES / "page.css").read_bytes()),
         "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
-        "scenes": _json({scene.name: _fields(scene) for scene in scenes}),
-        "engines": _json(about),
+        "first": html.escape(scenes[0].name),
+        "scenes": _packed_json({scene.name: _fields(scene) for scene in scenes}),
+        "engines": _packed_json(about),
         "blocks": "\n".join(
-            f'<script type="text/plain" data-engine="{html.escape(one.name)}">{packed_block(one.script.encode())}</script>'
+            f'<script type="text/plain" data-engine="{html.escape(one.name)}">'
+            f"{packed_block(one.script.encode())}</script>"
             for one in engines
         ),
         "core": packed_block(CORE.read_bytes()),
@@ -101,9 +108,8 @@ def _filled(template: str, parts: Mapping[str, str]) -> str:
     return re.sub(r"@(\w+)@", lambda found: parts[found[1]], template)
 
 
-def _json(value: object) -> str:
-    """Return JSON that can't end the element that it stands in."""
-    return json.dumps(value, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+def _packed_json(value: object) -> str:
+    return packed_block(json.dumps(value, allow_nan=False, separators=(",", ":")).encode())
 
 
 def packed_block(content: bytes) -> str:

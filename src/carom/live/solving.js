@@ -48,7 +48,7 @@ export function runOf(method, s, truth) {
     "rolling resistance": s.wall_rolling_resistance > 0,
     "driven discs": s.discs.some((d) => d.driven),
     damping: s.damping_per_s > 0,
-    "a table that slows discs": s.table_deceleration_m_s2 > 0,
+    "a table that slows discs down": s.table_deceleration_m_s2 > 0,
   };
   for (const need of lacks) if (needs[need]) throw new RangeError(`${label} has no ${need} here, and the scene has`);
   return drive(state.World, profiles[profile], s, s.phase);

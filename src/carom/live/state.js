@@ -1,6 +1,6 @@
 // What the page shows: one scene, one method and what each makes of it; and who is told when something changes.
 export const MOST_IMPACTS = 5000; // of the exact run: what is beyond is said to be cut
-export const GALLERY = JSON.parse(document.getElementById("scenes").textContent);
+export const GALLERY = JSON.parse(globalThis.caromText(document.getElementById("scenes")));
 const SLOWEST = 5,
   FASTEST = 1000; // frames a second of the slider and the chart
 export const rateAt = (v) => Math.round(10 * SLOWEST * (FASTEST / SLOWEST) ** v) / 10;

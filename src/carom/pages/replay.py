@@ -155,7 +155,14 @@ def _sampler(reference: Trace, trace: Trace) -> Json | None:
     Nothing acts on them but their one impact, and that along the line of their centres.
     """
     scene = trace.scene
-    acting = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.FRICTION, Need.TANGENTIAL_RESTITUTION, Need.DRIVEN_DISCS}
+    acting = {
+        Need.GRAVITY,
+        Need.DAMPING,
+        Need.TABLE_FRICTION,
+        Need.FRICTION,
+        Need.TANGENTIAL_RESTITUTION,
+        Need.DRIVEN_DISCS,
+    }
     plain = not (scene.walls or scene.needs & acting)
     if trace.method != "pit" or len(scene.discs) != 2 or len(reference.impacts) != 1 or not plain:
         return None

@@ -255,7 +255,7 @@ def _extreme(numbers: range) -> list[Job]:
     scenes = []
     for number in numbers:
         rnd = random.Random(f"extreme {number}")
-        length, time = rnd.choice((-300, -230, 210, 260)), rnd.choice((-150, 0, 100))
+        length, time = rnd.choice((-300, -230, 210, 260)), rnd.choice((-100, 0, 100))
         base = slowing(number) if number % 3 == 2 else drawn("anywhere", number, rough=number % 2 == 1)
         scenes.append(_sized(base, length, time))
     return [(scene, how) for scene in scenes for how in ("pic", "pit")]

@@ -1,9 +1,9 @@
 /* Memory of the core in WebAssembly, its input, and what a C library would supply. */
 
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
-#include "carom/core/damping.h"
 #include "carom/core/wasm/input.h"
 
 /* ---- memory ---- */
@@ -59,24 +59,6 @@ CAROM_EXPORT("numbers") double *numbers(void) {
 
 CAROM_EXPORT("results") double *results(void) {
     return carom_results;
-}
-
-/* ---- damping ---- */
-
-CAROM_EXPORT("kept") double kept(double rate, double time) {
-    return remaining_velocity(rate, time);
-}
-
-CAROM_EXPORT("undamped") double undamped(double rate, double time) {
-    return undamped_time(rate, time);
-}
-
-CAROM_EXPORT("damped") double damped(double rate, double time) {
-    return damped_time(rate, time);
-}
-
-CAROM_EXPORT("latest_undamped") double latest_undamped(double rate, double time) {
-    return latest_undamped_time(rate, time);
 }
 
 /* ---- what a C library would supply ---- */

@@ -1,9 +1,6 @@
-/* Binding of the event-driven loop for JavaScript: `event_driven.c` in WebAssembly. */
+/* Binding of the event-driven loop for JavaScript; the loop is included. */
 
-#include <math.h>
-#include <string.h>
-
-#include "carom/core/state.h"
+#include "carom/core/event_driven.c"
 #include "carom/core/wasm/input.h"
 
 /* ---- what JavaScript answers ---- */

@@ -1,12 +1,30 @@
-/* Binding of the frame-sampled loop for JavaScript: `frame_sampled.c` in WebAssembly. */
+/* Binding of the frame-sampled loop, and of damped times, for JavaScript.
 
-#include <math.h>
-#include <string.h>
+   The loop is included, so that both use one copy of the exponentials. */
 
-#include "carom/core/pit_state.h"
+#include "carom/core/damping.h"
+#include "carom/core/frame_sampled.c"
 #include "carom/core/wasm/input.h"
 
 static State state;
+
+/* ---- damping ---- */
+
+CAROM_EXPORT("kept") double kept(double rate, double time) {
+    return remaining_velocity(rate, time);
+}
+
+CAROM_EXPORT("undamped") double undamped(double rate, double time) {
+    return undamped_time(rate, time);
+}
+
+CAROM_EXPORT("damped") double damped(double rate, double time) {
+    return damped_time(rate, time);
+}
+
+CAROM_EXPORT("latest_undamped") double latest_undamped(double rate, double time) {
+    return latest_undamped_time(rate, time);
+}
 
 static void write_discs(void) {
     double *const *arrays = carom_input.arrays;

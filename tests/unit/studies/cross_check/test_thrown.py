@@ -29,15 +29,15 @@ def test_a_link_names_the_scene_as_an_address_can() -> None:
     assert drag_link(PAIR) == "play.html#mine%2Fa%20pair%20%26%20more"
 
 
-@pytest.mark.parametrize(
-    "scene",
-    [MANY, PAIR.model_copy(update={"table_deceleration_m_s2": 0.5})],
-    ids=["eleven discs", "a table"],
-)
-def test_a_scene_that_the_page_does_not_show_has_no_link(scene: Scene) -> None:
-    """Too many discs, and a table that slows them down: no link, and no page of these alone."""
-    assert drag_link(scene) == ""
-    assert thrown_page([scene]) == ""
+def test_a_scene_that_the_page_does_not_show_has_no_link() -> None:
+    """Too many discs: no link, and no page of these alone."""
+    assert drag_link(MANY) == ""
+    assert thrown_page([MANY]) == ""
+
+
+def test_a_scene_on_a_table_that_slows_discs_has_a_link() -> None:
+    """The page shows it."""
+    assert drag_link(PAIR.model_copy(update={"table_deceleration_m_s2": 0.5}))
 
 
 @pytest.mark.parametrize("name", ["tables/box-of-edges", "driven/paddle", "contact/slide-to-roll"])
@@ -89,7 +89,7 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
     assert len(found.replay.reference.impacts) == 1
     assert found.replay.observed.method == "pymunk"
     text = found.page.read_text()
-    assert f'<script type="application/json" id="scenes">{{"{found.replay.reference.scene.name}":' in text
+    assert f'id="scenes" data-first="{found.replay.reference.scene.name}">' in text
     assert "pymunk as shipped misses 1 of 1 impact at 24 steps a second" in repr(found)
 
 
