@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.extension import find_extension_notes
 from carom.scene import Scene, as_scene
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
@@ -130,4 +131,5 @@ def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
         end_time_s=end_s,
         counts={"impacts": len(impacts), "predictions": len(impacts) + 1},
         impacts_per_disc=_IMPACTS_PER_DISC[len(impacts)],
+        notes=find_extension_notes(),
     )
