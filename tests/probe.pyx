@@ -163,11 +163,6 @@ cdef extern from *:
 EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
-def two_sum(double a, double b):
-    s = formulas.two_sum(a, b)
-    return s.high, s.low
-
-
 def two_prod(double a, double b):
     p = formulas.two_prod(a, b)
     return p.high, p.low

@@ -302,7 +302,7 @@ def _rubbed(
     turned = rubbed = primitives.tangential_impulse(*law, slip, inverse_effective_mass, pressed)
     if resists:  # of a wall: per unit of the disc's mass
         rim = before[row[first], 2]
-        friction, rolling = primitives.frictional_impulses(
+        friction, rolling, _ = primitives.frictional_impulses(
             *law, resists, slip, rim, 1.0 / start.inertia[first], pressed * weights[first]
         )
         rubbed, turned = friction / weights[first], (friction + rolling) / weights[first]

@@ -22,6 +22,9 @@ typedef struct ChainEdge { /* an edge of a chain, or a circle */
     double radius;
     bool is_arc;
     bool is_whole; /* whether it is a whole circle, or a point */
+    double mx;     /* of a circle around all of it, the centre and the radius: see `enclose_edge` */
+    double my;
+    double extent;
 } ChainEdge;
 
 typedef struct Chain { /* a finite wall; a half-plane has no edges */
@@ -49,7 +52,10 @@ typedef enum ChainPart { /* what of an edge is nearest to a point */
     ON_RIGHT = 3, /* of a segment; of an arc its inside */
 } ChainPart;
 
-enum { CHAIN_PARTS = 4 };
+enum {
+    CHAIN_PARTS = 4,
+    EDGE_KINDS = 4, /* room for `carom.trace.EdgeKind` */
+};
 
 /* Return the power of a point with respect to the circle of an arc. */
 static inline double power_of(const ChainEdge *e, double x, double y) {
@@ -58,7 +64,7 @@ static inline double power_of(const ChainEdge *e, double x, double y) {
     return chord - across * (0.5 * (1.0 / e->bulge - e->bulge));
 }
 
-/* Return whether a point is in the sector of an arc, which is told from the ends: the centre of a flat arc is far away. */
+/* Return whether a point is in the sector of an arc. The ends decide: the centre of a flat arc is far away. */
 static inline bool is_in_sector(const ChainEdge *e, double x, double y) {
     bool begun = ((e->ax - e->cx) * (y - e->ay) - (e->ay - e->cy) * (x - e->ax)) * e->bulge > 0.0;
     bool not_ended = ((e->bx - e->cx) * (y - e->by) - (e->by - e->cy) * (x - e->bx)) * e->bulge < 0.0;
@@ -104,18 +110,54 @@ static inline Point find_nearest_on_segment(const ChainEdge *e, double x, double
     return part <= 0.0 ? (Point){e->ax, e->ay} : (Point){e->bx, e->by};
 }
 
-/* Return the point of a chain's line that is nearest to another; of several, that of the first edge. */
-static inline Nearest find_nearest(const Chain *chain, double x, double y) {
-    Nearest best = {0.0, 0.0, 0};
+/* Find the circle around an edge. */
+static inline void enclose_edge(ChainEdge *e) {
+    double ex = e->bx - e->ax;
+    double ey = e->by - e->ay;
+    double length = sqrt(ex * ex + ey * ey);
+    e->mx = e->is_arc ? e->cx : e->ax + 0.5 * ex;
+    e->my = e->is_arc ? e->cy : e->ay + 0.5 * ey;
+    e->extent = e->is_arc ? e->radius : 0.5 * length;
+}
+
+/* Return whether an edge is certainly farther from a point than a distance. `slack` is above all roundings, metres. */
+static inline bool is_farther(const ChainEdge *e, double x, double y, double distance, double slack) {
+    double dx = x - e->mx;
+    double dy = y - e->my;
+    double reach = distance + e->extent + slack;
+    return dx * dx + dy * dy > reach * reach;
+}
+
+/* Return what is above the roundings of a point's distance from an edge, metres. */
+static inline double distance_slack(const Chain *chain, double x, double y) {
+    return CAROM_REACH_SLACK * (fabs(x) + fabs(y) + chain->size);
+}
+
+/* Return the point of an edge that is nearest to another. */
+static inline Point find_nearest_on_edge(const ChainEdge *e, double x, double y) {
+    return e->is_arc ? find_nearest_on_arc(e, x, y) : find_nearest_on_segment(e, x, y);
+}
+
+/* Return the point of a chain's line that is nearest to another; of several, that of the first edge.
+
+   `hint` is an edge that may be near: the nearer it is, the more of the others are left out. */
+static inline Nearest find_nearest(const Chain *chain, double x, double y, Index hint) {
+    Nearest best = {0.0, 0.0, chain->edge_count};
+    double slack = distance_slack(chain, x, y);
     double least = CAROM_INF;
-    for (Index k = 0; k < chain->edge_count; k++) {
+    double distance = CAROM_INF;
+    for (Index n = -1; n < chain->edge_count; n++) {
+        Index k = n < 0 ? hint : n;
         const ChainEdge *e = &chain->edges[k];
-        Point point = e->is_arc ? find_nearest_on_arc(e, x, y) : find_nearest_on_segment(e, x, y);
+        if (is_farther(e, x, y, distance, slack))
+            continue;
+        Point point = find_nearest_on_edge(e, x, y);
         double dx = point.x - x;
         double dy = point.y - y;
         double square = dx * dx + dy * dy;
-        if (k == 0 || square < least) {
+        if (n < 0 || square < least || (square == least && k < best.edge)) {
             least = square;
+            distance = sqrt(square);
             best = (Nearest){point.x, point.y, k};
         }
     }
@@ -127,6 +169,8 @@ static inline ChainPart find_part(const ChainEdge *e, double x, double y) {
     if (e->is_arc) {
         double dx = x - e->cx;
         double dy = y - e->cy;
+        if (e->is_whole && e->radius == 0.0)
+            return AT_BEGIN;
         if (e->is_whole || is_in_sector(e, x, y))
             return sqrt(dx * dx + dy * dy) < e->radius ? ON_RIGHT : ON_LEFT;
         return is_nearer_to_begin(e, x, y) ? AT_BEGIN : AT_END;
@@ -151,11 +195,20 @@ static inline double bound_edge_distance(const ChainEdge *e, double x, double y)
     return sqrt(dx * dx + dy * dy);
 }
 
-/* Return a lower bound, except for rounding, of the distance of a point from a chain's line. */
-static inline double bound_distance(const Chain *chain, double x, double y) {
-    double least = CAROM_INF;
-    for (Index k = 0; k < chain->edge_count; k++)
-        least = lesser(bound_edge_distance(&chain->edges[k], x, y), least);
+/* Return a lower bound, except for rounding, of the distance of a point from a chain's line. `edge` is one that may be
+   near, and becomes the one that is nearest. */
+static inline double bound_distance(const Chain *chain, double x, double y, Index *edge) {
+    double slack = distance_slack(chain, x, y);
+    double least = bound_edge_distance(&chain->edges[*edge], x, y);
+    for (Index k = 0; k < chain->edge_count; k++) {
+        if (is_farther(&chain->edges[k], x, y, least, slack))
+            continue;
+        double distance = bound_edge_distance(&chain->edges[k], x, y);
+        if (distance < least) {
+            least = distance;
+            *edge = k;
+        }
+    }
     return least;
 }
 

@@ -127,6 +127,8 @@
 #define CAROM_DISC_WORK 24.0
 #define CAROM_CELL_WORK 6.0
 #define CAROM_BODY_WORK 3.0
+/* Above the roundings of a distance from an edge, in parts of all coordinates and radii. */
+#define CAROM_REACH_SLACK 0x1p-44
 /* Cost of one disc in a sweep, in the same unit, and width of a cell in a sweep, in radii. Measured at packings .05 to .8. */
 #define CAROM_SWEEP_WORK 12.0
 #define CAROM_SWEEP_WIDTH 4.0

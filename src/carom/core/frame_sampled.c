@@ -65,6 +65,8 @@ void carom_pit_begin(State *s) {
     }
     for (Index k = 0; k < s->wall_count; k++) {
         const Wall *wall = &s->walls[k];
+        for (Index n = 0; is_chain(s, k) && n < s->chains[k].edge_count; n++)
+            enclose_edge(&s->chains[k].edges[n]);
         double size = is_chain(s, k) ? s->chains[k].size : fabs(wall->x) + fabs(wall->y);
         s->wall_size = greater(size, s->wall_size);
     }

@@ -55,7 +55,7 @@ static inline bool plane_interferes(const Disc *a, const Wall *wall) {
 /* Return whether a disc, disc i relative to chain k, approaches and touches or overlaps it. */
 static inline bool chain_interferes(const State *s, const Disc *a, Index i, Index k) {
     const Chain *chain = &s->chains[k];
-    Nearest nearest = find_nearest(chain, a->x, a->y);
+    Nearest nearest = find_nearest(chain, a->x, a->y, near_edge(s, i, k));
     double dx = a->x - nearest.x;
     double dy = a->y - nearest.y;
     double reach = chain->half_width + a->radius;
@@ -65,9 +65,9 @@ static inline bool chain_interferes(const State *s, const Disc *a, Index i, Inde
     return !is_leaving_chain(s, i, k, feature_at(s, k, &nearest, a->x, a->y), dx / distance, dy / distance);
 }
 
-/* Return what of chain k a disc is nearest to. */
-static inline ChainHit find_hit(const State *s, Index k, const Disc *a) {
-    Nearest nearest = find_nearest(&s->chains[k], a->x, a->y);
+/* Return what of chain k a disc, disc i relative to it, is nearest to. */
+static inline ChainHit find_hit(const State *s, const Disc *a, Index i, Index k) {
+    Nearest nearest = find_nearest(&s->chains[k], a->x, a->y, near_edge(s, i, k));
     double dx = a->x - nearest.x;
     double dy = a->y - nearest.y;
     double distance = sqrt(dx * dx + dy * dy);
@@ -194,11 +194,13 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
         s->is_out_of_memory = true;
         return;
     }
+    Index edge = NO_FEATURE;
     a->last = (int)(ON_WALL - k);
     if (is_chain(s, k)) {
-        s->hits[i] = find_hit(s, k, seen);
+        s->hits[i] = find_hit(s, seen, i, k);
         wall.nx = s->hits[i].nx;
         wall.ny = s->hits[i].ny;
+        edge = recorded_edge(s, k, s->hits[i].feature);
     }
     Before before = {{a->vx, a->vy}, {0.0, 0.0}};
     if (surface != NULL) {
@@ -211,7 +213,7 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
         collide_falling(s, law, &wall, surface, &body, &spins);
     else
         collide_wall(law, &wall, surface, &body, false, s->record.has_spins, &spins);
-    record_at_frame(s, i, -1 - k, -wall.nx, -wall.ny, &before, before.second, &spins, seen, k,
+    record_at_frame(s, i, -1 - k, -wall.nx, -wall.ny, &before, before.second, &spins, seen, edge,
                     &(Ambiguity){0.0, law->wall_contact.friction > 0.0, true, false, NO_FEATURE, false});
     slow_disc(s, i);
     note_wall_contact(s, i, k, wall.nx, wall.ny);

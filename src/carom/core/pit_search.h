@@ -107,12 +107,22 @@ static inline double bound_clearance(const State *s, Index i, double extent_i) {
     return c->gap - moved - a->radius - CAROM_PATH_MARGIN * (extent_i + s->wall_size + a->radius);
 }
 
-/* Return a lower bound of a disc's distance from wall k, metres; of disc i, if it never moves, note it. */
-static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
+/* Return a lower bound of the distance of a disc, disc i relative to wall k, from the wall, metres. */
+static inline double bound_wall_distance(State *s, const Disc *a, Index i, Index k) {
     const Wall *wall = &s->walls[k];
-    double distance = is_chain(s, k)
-                          ? bound_distance(&s->chains[k], relative->x, relative->y) - s->chains[k].half_width
-                          : (relative->x - wall->x) * wall->nx + (relative->y - wall->y) * wall->ny;
+    if (!is_chain(s, k))
+        return (a->x - wall->x) * wall->nx + (a->y - wall->y) * wall->ny;
+    const Chain *chain = &s->chains[k];
+    Index edge = near_edge(s, i, k);
+    double distance = bound_distance(chain, a->x, a->y, &edge) - chain->half_width;
+    if (distance < s->clearances[i].gap)
+        s->clearances[i].edge = chain->edges - s->edges + edge;
+    return distance;
+}
+
+/* Return the same, and note it if the wall never moves. */
+static inline double find_distance(State *s, Index i, const Disc *relative, Index k) {
+    double distance = bound_wall_distance(s, relative, i, k);
     if (wall_path(s, k) == NULL)
         s->clearances[i].gap = lesser(distance, s->clearances[i].gap);
     return distance;
@@ -120,7 +130,8 @@ static inline double find_distance(State *s, Index i, const Disc *relative, Inde
 
 /* Begin to find the distances of disc i from all walls. */
 static inline void begin_clearance(State *s, Index i) {
-    s->clearances[i] = (Clearance){s->discs[i].x, s->discs[i].y, CAROM_INF};
+    const Disc *a = &s->discs[i];
+    s->clearances[i] = (Clearance){a->x, a->y, CAROM_INF, s->clearances[i].edge};
 }
 
 /* Return the wait of disc i and wall k, which have a gap, on the wall's present leg. */

@@ -1,10 +1,10 @@
 /* Separation: the bodies that a disc does not approach on its present path, whatever rounding makes of it.
 
    - After their impact two bodies separate until another impact changes one of the paths. On straight paths they can't
-     approach again, unless a chain bends or the path leads to its other side: then it is another feature of the chain, or
-     the inside of an arc. A fall comes back.
-   - An impact with restitution 0 leaves no speed along the normal, of which floats leave a rounding. touched.h keeps that
-     as a fact while other impacts act at right angles to it. */
+     approach again, unless a chain bends or the path leads to its other side: then it is another feature of the chain,
+     or the inside of an arc. A fall comes back.
+   - An impact with restitution 0 leaves no speed along the normal, of which floats leave a rounding. touched.h keeps
+     that as a fact while other impacts act at right angles to it. */
 
 #ifndef CAROM_PIT_SEPARATION_H
 #define CAROM_PIT_SEPARATION_H
@@ -60,7 +60,7 @@ static inline void forget_slipping(State *s, Index i) {
     t->count = kept;
 }
 
-/* Note an impact of disc i on a body that was just applied; `stops` says whether it leaves no speed along the normal. */
+/* Note an applied impact of disc i on a body. `stops` says whether it leaves no speed along the normal. */
 static inline void note_contact(State *s, Index i, Touched body, bool slides, bool stops) {
     note_touched(&s->touched[i], body, s->now, slides, stops);
     if (s->motion == SLOWING)
@@ -107,18 +107,33 @@ static inline bool is_leaving_plane(const State *s, Index i, Index k) {
     return (s->motion != FALLING && s->discs[i].last == ON_WALL - k) || find_touched(s, i, -1 - k) != NULL;
 }
 
+/* Return an edge of chain k that may be near disc i. */
+static inline Index near_edge(const State *s, Index i, Index k) {
+    Index edge = s->clearances[i].edge - (s->chains[k].edges - s->edges);
+    return edge >= 0 && edge < s->chains[k].edge_count ? edge : 0;
+}
+
 /* Return the number of the part of a chain's edge that is nearest to a place. */
 static inline Index feature_at(const State *s, Index k, const Nearest *nearest, double x, double y) {
     const ChainEdge *edge = &s->chains[k].edges[nearest->edge];
     return CHAIN_PARTS * (edge - s->edges) + find_part(edge, x, y);
 }
 
+/* Return an edge's number in its chain and what kind of part a feature is, as a recorded contact has them:
+   EDGE_KINDS times the number, and `carom.trace.EdgeKind`. */
+static inline Index recorded_edge(const State *s, Index k, Index feature) {
+    const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
+    int part = (int)(feature % CHAIN_PARTS);
+    int kind = part == AT_BEGIN || part == AT_END ? 1 : edge->is_arc ? 2 : 0;
+    return EDGE_KINDS * (edge - s->chains[k].edges) + kind;
+}
+
 static inline bool is_inside_arc(const State *s, Index feature) {
     return s->edges[feature / CHAIN_PARTS].is_arc && feature % CHAIN_PARTS == ON_RIGHT;
 }
 
-/* Return whether disc i, which is nearest to a feature of chain k, does not approach it on its present path; n is the unit
-   normal there. The inside of an arc is met again, unless the disc has not moved. */
+/* Return whether disc i, which is nearest to a feature of chain k, does not approach it on its present path; n is the
+   unit normal there. The inside of an arc is met again, unless the disc has not moved. */
 static inline bool is_leaving_chain(const State *s, Index i, Index k, Index feature, double nx, double ny) {
     const ChainHit *hit = &s->hits[i];
     if (s->motion != FALLING && s->discs[i].last == ON_WALL - k && hit->feature == feature &&

@@ -130,6 +130,7 @@ typedef struct Clearance { /* of a disc's centre at a place */
     double x;
     double y;
     double gap; /* lower bound of its distance from all walls that never move, metres */
+    Index edge; /* of all edges, one that may be near */
 } Clearance;
 
 /* ---- the run ---- */

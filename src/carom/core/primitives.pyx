@@ -185,6 +185,12 @@ cdef DoubleDouble pair_from(pair):
     return DoubleDouble(pair[0], pair[1])
 
 
+def two_sum(double a, double b):
+    """Return the rounded sum and its rounding error: ``a + b`` is exactly their sum."""
+    total = formulas.two_sum(a, b)
+    return total.high, total.low
+
+
 def two_diff(double a, double b):
     """Return the rounded difference and its rounding error: ``a - b`` is exactly their sum."""
     difference = formulas.two_diff(a, b)
@@ -231,7 +237,10 @@ def frictional_impulses(
     double friction, double restitution, double rolling_resistance, double slip, double rim, double inverse_inertia_ratio,
     double pressed,
 ):
-    """Return the impulses of friction and of rolling resistance on a disc that hits a wall, per unit of its mass."""
+    """Return the impulses of friction and of rolling resistance on a disc that hits a wall, per unit of its mass.
+
+    The third number returned is whether rolling resistance stops the rim.
+    """
     cdef ContactFriction contact = ContactFriction(friction, restitution)
     by = formulas.frictional_impulses(&contact, rolling_resistance, Slips(slip, rim), inverse_inertia_ratio, pressed)
-    return by.friction, by.rolling
+    return by.friction, by.rolling, by.blocks

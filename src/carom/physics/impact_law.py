@@ -76,15 +76,3 @@ def resolve_impact(
     j = np.where(approach > 0, (1.0 + e) * approach / (inverse1 + inverse2), 0.0)
     first, second = (np.ldexp((j * inverse)[..., None] * n, speed[..., None]) for inverse in (inverse1, inverse2))
     return velocity1 - first, velocity2 + second
-
-
-def normal_impulse(dx: float, dy: float, ux: float, uy: float, inverse_masses: float, restitution: float) -> float:
-    """Return ``f <= 0``: with ``d = c2 - c1`` and ``u = v2 - v1`` an impact gives the first disc the impulse ``f d``.
-
-    The second receives ``-f d``. ``d`` is not normalised, so no rounding of its length can do work. 0 where rounding
-    has turned the weakest of grazes into a separation: an impact never pulls. `inverse_masses` is their sum.
-    """
-    along = dx * ux + dy * uy
-    if not along < 0.0:
-        return 0.0
-    return (1.0 + restitution) * along / ((dx * dx + dy * dy) * inverse_masses)

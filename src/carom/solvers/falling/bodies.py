@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from carom.physics.contact_law import frictional_impulses
+from carom.core import primitives
 from carom.solvers.plain.bodies import Bodies
 from carom.solvers.plain.instants import START, Instant, between
 
@@ -58,7 +58,9 @@ class FallingBodies(Bodies):
         """Let the friction of a wall act, as without gravity, and its rolling resistance."""
         (nx, ny), y = self.normal(i, k), self.inverse_inertia_ratio[i]
         rim, slip = self.radius[i] * self.spin[i], self.slip(i, k, before)
-        by = frictional_impulses(self.contact_of_wall(k), self.rolling_resistance, slip, rim, y, pressed)
-        self.vx[i] -= by.friction * ny
-        self.vy[i] += by.friction * nx
-        self.spin[i] = 0.0 if by.blocks else self.spin[i] - (by.friction + by.rolling) * y / self.radius[i]
+        friction, rolling, blocks = primitives.frictional_impulses(
+            *self.contact_of_wall(k), self.rolling_resistance, slip, rim, y, pressed
+        )
+        self.vx[i] -= friction * ny
+        self.vy[i] += friction * nx
+        self.spin[i] = 0.0 if blocks else self.spin[i] - (friction + rolling) * y / self.radius[i]

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from carom.solvers.pit.nearest_edge import find_hit
 from carom.trace import wall_body
 
 if TYPE_CHECKING:
@@ -107,10 +108,10 @@ class Separations:
     def _feature_at(self, i: int, k: int) -> tuple[Feature, Vector]:
         """Return what of a wall a disc is nearest to, and the unit normal there."""
         x, y, _, _ = self._bodies.seen_from(i, k)
-        wall, finite = self._bodies.walls[k], self._bodies.finite[k]
+        wall = self._bodies.walls[k]
         if isinstance(wall, tuple):
             return (k, 0, "plane", False), (wall[2], wall[3])
-        hit, foot = finite.hit_from(x, y) if finite is not None else None, wall.nearest(x, y)
+        hit, foot = find_hit(wall, x, y), wall.nearest(x, y)
         if hit is None:
             raise TypeError(f"the centre of disc {i} is on wall {k}")
         stretch = wall.stretches[foot.edge]

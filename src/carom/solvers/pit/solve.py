@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +13,6 @@ from carom.solvers.damped import DampedFrameLoop, damping_in
 from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
-from carom.solvers.plain.finite_walls import SampledWall
 from carom.solvers.request import frames_of
 from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import trace_of
@@ -22,13 +20,11 @@ from carom.solvers.units import run_in_ordinary_units
 from carom.trace import EDGE_DTYPE, NO_EDGE, Outcome, Trace
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.typing import NDArray
 
     from carom.core import pit
-    from carom.disc_arrays import HalfPlane
-    from carom.outline import Outline
     from carom.solvers.run import Progress, Start
     from carom.solvers.units import RunInUnits, Units
 
@@ -37,6 +33,8 @@ if TYPE_CHECKING:
 MOST_WASTE = 2.0
 #: Tests handed to the loop at a time: some hundredths of a second, for progress and Ctrl-C.
 _WORK = 2.0**23
+#: Of a recorded contact: that of core/chain_distance.h.
+_EDGE_KINDS = 4
 
 
 class FrameRun:
@@ -165,20 +163,20 @@ def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) 
     if extension_available():
         from carom.core import pit
 
-        edges_of = None if start.arrays.has_half_planes else partial(nearest_edges, start.arrays.walls)
+        edges_of = None if start.arrays.has_half_planes else edges_of_contacts
         loop = pit.FrameLoop(start, clock, skipping, MOST_WASTE, damping.per_s)
         return FrameRun(loop, clock, edges_of=edges_of, damping=damping)
     definition = DampedFrameLoop(start, clock, damping) if damping.per_s else PlainFrameLoop(start, clock)
     return FrameRun(definition, clock, extension_notes(), damping=damping)
 
 
-def nearest_edges(walls: Sequence[HalfPlane | Outline], contacts: NDArray[np.void]) -> NDArray[np.void]:
-    """Return the edges, of `carom.trace.EDGE_DTYPE`, of rows of `CONTACT_DTYPE` whose features are numbers of walls."""
-    hits = [
-        None if number < 0 or isinstance(wall := walls[number], tuple) else SampledWall(wall).hit_from(x, y)
-        for x, y, number in contacts.tolist()
-    ]
-    return np.array([NO_EDGE if hit is None else hit.edge for hit in hits], dtype=EDGE_DTYPE)
+def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:
+    """Return the edges, of `carom.trace.EDGE_DTYPE`, of recorded contacts: `recorded_edge` of core/pit_separation.h."""
+    edges = np.full(len(contacts), np.array(NO_EDGE, EDGE_DTYPE))
+    number, kind = np.divmod(contacts["feature"], _EDGE_KINDS)
+    is_edge = contacts["feature"] >= 0
+    edges["edge"][is_edge], edges["kind"][is_edge] = number[is_edge], kind[is_edge]
+    return edges
 
 
 def solve_pit(scene: Scene | str, *, frame_rate_hz: float | None = None, skipping: bool = True) -> Trace:

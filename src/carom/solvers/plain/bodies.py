@@ -7,14 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.core import primitives
 from carom.disc_arrays import STANDS, DiscArrays
-from carom.physics.friction import ContactFriction, pair_tangential_impulse, tangential_impulse
-from carom.physics.impact_law import normal_impulse
-from carom.solvers.impact.resolution import (
-    are_told_apart,
-    too_far_out,
-)
-from carom.solvers.plain.finite_walls import Hit, SampledWall
+from carom.physics.rough_impact import ContactFriction
+from carom.solvers.impact.resolution import are_told_apart, too_far_out
+from carom.solvers.pit.nearest_edge import Hit, find_hit
 from carom.solvers.plain.instants import Instant
 from carom.trace import NO_EDGE, ImpactRecord, wall_body, wall_index
 
@@ -46,7 +43,6 @@ class Bodies:
         self.time = [0.0] * len(start)
         self.last_partner: list[int | None] = [None] * len(start)
         self.walls = start.walls
-        self.finite = [None if isinstance(wall, tuple) else SampledWall(wall) for wall in start.walls]
         #: Path of each driven wall, None for one that does not move.
         self.drive = [None if drive.stands else drive for drive in start.wall_drives or ()] or [None] * len(start.walls)
         self.belts = start.belts_m_s
@@ -131,8 +127,8 @@ class Bodies:
 
     def find(self, i: int, k: int) -> None:
         """Note what of wall `k` disc `i` has met: what is nearest, as PIT finds it."""
-        if (wall := self.finite[k]) is not None:
-            self.last_hit[i] = wall.hit_from(*self.seen_from(i, k)[:2])
+        if not isinstance(wall := self.walls[k], tuple):
+            self.last_hit[i] = find_hit(wall, *self.seen_from(i, k)[:2])
 
     def normal(self, i: int, k: int) -> Vector:
         """Return the unit vector from wall `k` to disc `i`, which it meets, or met last."""
@@ -210,7 +206,7 @@ class Bodies:
         time_s = max(self.time[i], self.time[j])  # an immovable disc's clock stands still
         w_i, w_j = self.inverse_mass[i], self.inverse_mass[j]
         ux, uy = self.vx[j] - self.vx[i], self.vy[j] - self.vy[i]
-        g = normal_impulse(dx, dy, ux, uy, w_i + w_j, e)
+        g = primitives.normal_impulse(dx, dy, ux, uy, w_i + w_j, e)
         self.vx[i] += g * w_i * dx
         self.vy[i] += g * w_i * dy
         self.vx[j] -= g * w_j * dx
@@ -221,7 +217,7 @@ class Bodies:
             inverse_effective_mass = w_i * (1.0 + self.inverse_inertia_ratio[i]) + w_j * (
                 1.0 + self.inverse_inertia_ratio[j]
             )
-            h = pair_tangential_impulse(self.contact, dx, dy, ux, uy, surface, inverse_effective_mass, g)
+            h = primitives.pair_tangential_impulse(*self.contact, dx, dy, ux, uy, surface, inverse_effective_mass, g)
             self.vx[i] += h * w_i * dy
             self.vy[i] -= h * w_i * dx
             self.vx[j] -= h * w_j * dy
@@ -257,7 +253,7 @@ class Bodies:
         """
         nx, ny = self.normal(i, k)
         slip = self.slip(i, k, before)
-        h = tangential_impulse(self.contact_of_wall(k), slip, 1.0 + self.inverse_inertia_ratio[i], pressed)
+        h = primitives.tangential_impulse(*self.contact_of_wall(k), slip, 1.0 + self.inverse_inertia_ratio[i], pressed)
         self.vx[i] -= h * ny
         self.vy[i] += h * nx
         self.spin[i] -= h * self.inverse_inertia_ratio[i] / self.radius[i]
@@ -265,7 +261,7 @@ class Bodies:
     def wall_record(self, i: int, k: int, before: Vector, spin: float) -> ImpactRecord:
         """Return the record of an impact on wall `k` carried out just now, given what disc `i` was like before."""
         nx, ny = self.normal(i, k)
-        hit = None if self.finite[k] is None else self.last_hit[i]
+        hit = None if isinstance(self.walls[k], tuple) else self.last_hit[i]
         drive = self.velocity_of_wall(k, self.time[i])
         velocities = (before, drive, self._velocity(i), drive)
         spins = self._spins((spin, 0.0), (self.spin[i], 0.0))

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 
+from carom.core import primitives
+
 Instant = tuple[float, float]
 
 START: Instant = (0.0, 0.0)
@@ -15,17 +17,10 @@ NEVER: Instant = (math.inf, 0.0)
 
 def after(instant: Instant, wait_s: float) -> Instant:
     """Return the instant `wait_s` seconds after another, `NEVER` for infinity, and where that overflows."""
-    total, rest = two_sum(instant[0], wait_s)
-    return two_sum(total, instant[1] + rest) if total < math.inf else NEVER
+    total, rest = primitives.two_sum(instant[0], wait_s)
+    return primitives.two_sum(total, instant[1] + rest) if total < math.inf else NEVER
 
 
 def between(earlier: Instant, later: Instant) -> float:
     """Return the seconds from one instant to another."""
     return (later[0] - earlier[0]) + (later[1] - earlier[1])
-
-
-def two_sum(a: float, b: float) -> Instant:
-    """Return ``a + b`` rounded, and what the rounding took off (Knuth)."""
-    total = a + b
-    moved = total - a
-    return total, (a - (total - moved)) + (b - moved)

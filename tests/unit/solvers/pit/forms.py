@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +13,13 @@ from carom.scene import Scene
 from carom.solvers.damped import DampedFrameLoop
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.frames import PlainFrameLoop
-from carom.solvers.pit.solve import MOST_WASTE, FrameRun, nearest_edges
+from carom.solvers.pit.solve import MOST_WASTE, FrameRun, edges_of_contacts
 
 Form = Callable[[Scene, FrameClock], FrameRun]
 
 
 def edges_of(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | None:
-    return None if scene.arrays.has_half_planes else partial(nearest_edges, scene.arrays.walls)
+    return None if scene.arrays.has_half_planes else edges_of_contacts
 
 
 def definition(scene: Scene, clock: FrameClock) -> FrameRun:
