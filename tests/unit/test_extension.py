@@ -30,7 +30,7 @@ def test_a_missing_extension_is_an_error_with_a_remedy(tmp_path: Path) -> None:
     package = tmp_path / "carom"
     shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "*.js", "*.html", "*.so", "*.pyd"))
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    command = [sys.executable, "-c", "import carom"]
+    command = [sys.executable, "-S", "-c", "import carom"]  # without an editable install, which has modules elsewhere
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     message = done.stderr.splitlines()[-1]
