@@ -17,7 +17,7 @@ from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
 from tests.lengths import by_group, long_after
 from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
 from tests.unit.solvers.kinds import all_pairs
-from tests.unit.solvers.pit.forms import Form, assert_identical, compiled_forms, definition
+from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
 from carom.scenes import CatalogueScene, catalogue
@@ -231,10 +231,6 @@ def test_frames_change_no_bit(numbers: range, frame_rate_hz: float, gravity: tup
 # PIT ------------------------------------------------------------------------------------------------------------------
 
 
-def pit_forms() -> dict[str, Form]:
-    return {"definition": definition, **compiled_forms()}
-
-
 def frames_taken(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
     run = form(scene, clock)
     return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
@@ -250,10 +246,10 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
     return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
 
 
-@pytest.mark.parametrize("kind", [kind for kind in TIMES if kind != "driven table"])  # which the definition alone runs
+@pytest.mark.parametrize("kind", TIMES)
 @each_batch
-def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: range) -> None:
-    """Compiled, skipping what can find nothing or not, in one go or in pieces: the definition's, over its impacts.
+def test_every_form_of_pit_gives_the_bits_of_the_plain_loop(kind: str, batch: range) -> None:
+    """Tests that can find nothing are skipped or not, in one go or in pieces: the bits are those of the plain loop.
 
     Of drawn discs every fourth scene falls, and every fourth has friction.
     """
@@ -263,8 +259,8 @@ def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: ra
         scene = table(kind, number) if kind in TABLES else drawn(kind, number, rough=number % 4 == 3, gravity=gravity)
         scene = scene.model_copy(update={"duration_s": min(scene.duration_s, 4.0)}) if kind == "table" else scene
         clock = FrameClock(rate_hz=scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
-        expected = frames_taken(definition, scene, clock)
-        forms = pit_forms()
+        expected = frames_taken(plain, scene, clock)
+        forms = compiled_forms()
         for name, form in forms.items():
             different = unlike(expected, frames_taken(form, scene, clock), f"drawn({kind!r}, {number}), {name}")
             assert different == []
@@ -276,7 +272,7 @@ def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: ra
 
 
 @pytest.mark.parametrize("entries", by_group())
-def test_every_form_of_pit_gives_the_bits_of_the_definition_in_every_scene_of_tables(
+def test_every_form_of_pit_gives_the_bits_of_the_plain_loop_in_every_scene_of_tables(
     entries: list[CatalogueScene],
 ) -> None:
     """Over the first two seconds of each."""

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import NamedTuple
 
-from carom.outline import Edge, ExactCircle, circle_of
 from carom.physics.arc_time import reach_of
+
+from carom.outline import Edge, ExactCircle, circle_of
 from carom.physics.features import Arc, Face, Feature, Mover, Point
 
 

@@ -9,6 +9,11 @@ from fractions import Fraction
 from itertools import pairwise
 
 import pytest
+from carom.physics.double_double import Pair
+from carom.physics.feature_time_falling import feature_time_falling, first_feature_falling
+from carom.physics.pair_time_falling import encounter_time, touches
+from carom.physics.wall_time import wall_gap, wall_speed
+from carom.physics.wall_time_falling import descent_time, return_time
 from tests.lengths import each
 from tests.unit.core.fall_cases import (
     ENCOUNTERS,
@@ -24,14 +29,9 @@ from tests.unit.core.fall_cases import (
 )
 
 from carom.outline import Edge, circle_of
-from carom.physics.double_double import Pair
-from carom.physics.feature_time_falling import feature_time_falling, first_feature_falling
 from carom.physics.features import Arc, Face, Feature, Mover
 from carom.physics.numbered import numbers_of
-from carom.physics.pair_time_falling import encounter_time, touches
 from carom.physics.wall_features import WallFeature
-from carom.physics.wall_time import wall_gap, wall_speed
-from carom.physics.wall_time_falling import descent_time, return_time
 from carom.trace import EdgeKind
 
 core = pytest.importorskip("tests.probe_fall")
