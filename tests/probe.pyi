@@ -4,6 +4,8 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.disc_arrays import DiscArrays, HalfPlane
+
 EVALUATION_METHOD: int
 
 def two_prod(a: float, b: float) -> tuple[float, float]: ...
@@ -20,6 +22,9 @@ def time_to_zero(value: float, rate: float) -> float: ...
 def slip_after_bounces(
     press: tuple[float, float, float, float, float], slip: float, approach: float, restitution: float
 ) -> float: ...
+def collide(
+    start: DiscArrays, wall: HalfPlane | None = None
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]: ...
 def layouts() -> dict[str, np.dtype[np.void]]: ...
 def resolutions(
     sizes: float, reach: float, ux: float, uy: float, speed: float, time: float

@@ -4,7 +4,10 @@ Built with the extension if that is built in place, see setup.py. No wheel conta
 """
 
 from carom.core cimport formulas
-from carom.core.carom_core cimport Corners, Index, NO_FEATURE, NOBODY, Recent, Resize, Wall
+from carom.core.carom_core cimport (
+    Body, Corners, Index, Law, NO_FEATURE, NOBODY, Recent, Resize, Spins, Surface, Turning, Wall, c_bool,
+)
+from carom.core.laws cimport law_of
 from carom.core.formulas cimport DoubleDouble, Press, Slips, encounter, exact_pair_time
 
 from libc.stdlib cimport free
@@ -16,6 +19,14 @@ cdef extern from "float.h":
 
 cdef extern from "carom/core/binding_memory.h":
     void *carom_enlarge(void *memory, size_t used, size_t size) noexcept nogil
+
+cdef extern from "carom/core/impact.h" nogil:
+    double collide_discs(
+        const Law *law, double dx, double dy, Body *a, Body *b, c_bool elastic, c_bool has_spins, Spins *spins
+    )
+    double collide_wall(
+        const Law *law, const Wall *wall, const Surface *surface, Body *a, c_bool elastic, c_bool has_spins, Spins *spins
+    )
 
 cdef extern from "carom/core/ambiguity.h" nogil:
     void clear_recent(Recent *recent)
@@ -216,6 +227,29 @@ def time_to_zero(double value, double rate):
 def slip_after_bounces(press, double slip, double approach, double restitution):
     cdef Press pressed = press_from(press)
     return formulas.slip_after_bounces(&pressed, slip, approach, restitution)
+
+
+def collide(start, wall=None):
+    """Return velocities and spins of the discs of a start after the first has struck the second, or a half-plane.
+
+    The normal is that of where they are, and the law that of the start: `carom.disc_arrays.DiscArrays`.
+    """
+    cdef Law law = law_of(start, 0.0)
+    cdef double[:, ::1] velocity = start.velocity_m_s.copy()
+    cdef double[::1] spins = start.spins.copy()
+    cdef Turning first = Turning(spins[0], 1.0 / <double> start.inertia[0])
+    cdef Turning second = Turning(spins[1], 1.0 / <double> start.inertia[1])
+    cdef Body one = Body(&velocity[0, 0], 1.0 / <double> start.mass_kg[0], start.radius_m[0], &first)
+    cdef Body other = Body(&velocity[1, 0], 1.0 / <double> start.mass_kg[1], start.radius_m[1], &second)
+    cdef Spins recorded
+    cdef Wall plane
+    dx, dy = start.position_m[1] - start.position_m[0]
+    if wall is None:
+        collide_discs(&law, dx, dy, &one, &other, False, True, &recorded)
+    else:
+        plane = Wall(wall[0], wall[1], wall[2], wall[3])
+        collide_wall(&law, &plane, NULL, &one, False, True, &recorded)
+    return np.asarray(velocity), np.array([first.spin, second.spin])
 
 
 def layouts():

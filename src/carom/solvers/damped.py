@@ -1,22 +1,18 @@
 """Runs of scenes with damping: the undamped run, seen in the time of clocks. See `carom.damping`.
 
-Nothing new is solved: PIC goes as far as the damped discs get, and its instants and velocities are mapped back. PIT
-looks at the frames of the clock, at which its discs are as far as the damped ones.
+Nothing new is solved: PIC goes as far as the damped discs get, and its instants and velocities are mapped back.
 """
 
 from __future__ import annotations
 
 import math
-import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.damping import Damping
 from carom.solvers.options import ALWAYS, require_goal
-from carom.solvers.pit.frames import PlainFrameLoop
-from carom.solvers.run import SeenLog, SeenRun
+from carom.solvers.run import SeenRun
 from carom.trace import Outcome
 
 if TYPE_CHECKING:
@@ -24,17 +20,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from carom.damping import Damping
     from carom.solvers.options import RunOptions
-    from carom.solvers.pit.clock import FrameClock
-    from carom.solvers.run import Progress, Run, RunImpacts, Start
-    from carom.solvers.units import Units
+    from carom.solvers.run import Progress, Run, RunImpacts
 
     Array = NDArray[np.float64]
-
-
-def damping_in(units: Units, damping_per_s: float) -> Damping:
-    """Return a rate of damping in units of a run's own, or the greatest number if they have none for it."""
-    return Damping(min(units.a_second(damping_per_s), sys.float_info.max))
 
 
 def undamped_options(options: RunOptions, damping: Damping) -> RunOptions:
@@ -105,29 +95,3 @@ def _slowed(
         elif name.startswith(("first_", "second_")):
             slowed[name] = rows[name] * kept
     return slowed
-
-
-class DampedFrameLoop(PlainFrameLoop):
-    """Algorithm 1 with damping: between frames discs move along their exact damped paths.
-
-    Its places and velocities are those without damping, at the undamped times of the frames.
-    """
-
-    def __init__(self, start: Start, clock: FrameClock, damping: Damping) -> None:
-        super().__init__(start, clock)
-        self._damping = damping
-        self._found_s = list[float]()
-
-    @property
-    def recorded(self) -> RunImpacts:
-        """The impacts so far."""
-        return SeenLog(self.log, lambda rows: _slowed(rows, self.log, lambda: np.array(self._found_s), self._damping))
-
-    def run(self, until: int, most: int, work: float) -> None:
-        """Move every disc to the next frame, and test for interference there."""
-        frame_s, before = self.clock.time_s(self.frames), len(self.log)
-        super().run(until, most, work)
-        self._found_s += [frame_s] * (len(self.log) - before)
-
-    def _moved_s(self) -> float:
-        return self._damping.undamped(super()._moved_s())

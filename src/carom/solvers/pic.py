@@ -41,9 +41,9 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
     def make(start: Start, units: Units) -> Run:
         if not scene.damping_per_s:
             return undamped(start, options.in_units(units))
-        from carom.solvers.damped import DampedRun, damping_in, undamped_options
+        from carom.solvers.damped import DampedRun, undamped_options
 
-        damping = damping_in(units, scene.damping_per_s)
+        damping = units.damping(scene.damping_per_s)
         return DampedRun(undamped(start, undamped_options(options.in_units(units), damping)), damping)
 
     def undamped(start: Start, options: RunOptions) -> Run:

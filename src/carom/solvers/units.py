@@ -7,11 +7,13 @@ digits. An ordinary scene, the rule, is run as it is.
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import fields
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from carom.damping import Damping
 from carom.disc_arrays import DiscArrays
 from carom.driving import Drive
 from carom.limits import ORDINARY
@@ -86,6 +88,10 @@ class Units(NamedTuple):
     def a_second(self, rate: float) -> float:
         """Return a rate given a second, in these units."""
         return _times_power(rate, self.time)
+
+    def damping(self, per_s: float) -> Damping:
+        """Return a rate of damping in these units, or the greatest number if they have none for it."""
+        return Damping(min(self.a_second(per_s), sys.float_info.max))
 
     def rows(self, rows: NDArray[np.void]) -> NDArray[np.void]:
         """Return impacts, the spins around impacts, or modes, given in these units, in SI units."""

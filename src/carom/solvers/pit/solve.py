@@ -7,12 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.damping import UNDAMPED, Damping
-from carom.extension import Patience, extension_available, extension_notes
 from carom.scene import Scene, as_scene
-from carom.solvers.damped import DampedFrameLoop, damping_in
 from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.request import frames_of
 from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import trace_of
@@ -44,29 +41,23 @@ class FrameRun:
     so pieces that end between frames change no bit.
 
     Args:
-        loop: What passes the frames: compiled, or the definition.
+        loop: What passes the frames.
         clock: When they are.
-        notes: What a user should know of how the run was done.
-        edges_of: With finite walls, what finds the edges that recorded impacts of the compiled loop were on.
+        edges_of: With finite walls, what finds the edges that recorded impacts were on.
         damping: What slows the discs of the loop down.
     """
 
     def __init__(
         self,
-        loop: pit.FrameLoop | PlainFrameLoop,
+        loop: pit.FrameLoop,
         clock: FrameClock,
-        notes: tuple[str, ...] = (),
         edges_of: Callable[[NDArray[np.void]], NDArray[np.void]] | None = None,
         damping: Damping = UNDAMPED,
     ) -> None:
         self.clock = clock
-        self.log = (
-            loop.recorded
-            if isinstance(loop, PlainFrameLoop)
-            else RecordedImpacts(loop, loop.present_spins() is not None, edges_of)
-        )
+        self.log = RecordedImpacts(loop, loop.present_spins() is not None, edges_of)
         self.time_s = 0.0
-        self.notes = notes
+        self.notes: tuple[str, ...] = ()
         self._loop = loop
         self._damping = damping
 
@@ -129,30 +120,26 @@ class FrameRun:
         return self.clock.time_s(max(0, self.frames - 1))
 
     def _advance(self, until: int, max_impacts: int | None, progress: Progress | None) -> Outcome:
-        patience = Patience()
         while self.frames < until:
             if max_impacts is not None and len(self.log) >= max_impacts:
                 return Outcome.MAX_IMPACTS
             self._loop.run(until, NO_LIMIT if max_impacts is None else max_impacts, _WORK)
             if progress is not None:
                 progress(len(self.log), self._last_frame_s)
-            if self.notes:  # of what would have been faster
-                patience.look()
         return Outcome.COMPLETED
 
 
 def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameRun | RunInUnits:
-    """Return a PIT run at the start of a scene: compiled, or the definition in plain Python without the extension.
+    """Return a PIT run at the start of a scene.
 
     Args:
         scene: The scene.
         clock: When the frames are.
-        skipping: Whether to skip tests that can find nothing; the result is the same to the bit. The definition skips
-            none.
+        skipping: Whether to skip tests that can find nothing; the result is the same to the bit.
     """
 
     def make(start: Start, units: Units) -> FrameRun:
-        damping = damping_in(units, scene.damping_per_s) if scene.damping_per_s else UNDAMPED
+        damping = units.damping(scene.damping_per_s) if scene.damping_per_s else UNDAMPED
         return _pit_run(start, clock.in_units(units), damping, skipping)
 
     run: FrameRun | RunInUnits = run_in_ordinary_units(scene.undamped, make)
@@ -160,14 +147,11 @@ def pit_run(scene: Scene, clock: FrameClock, *, skipping: bool = True) -> FrameR
 
 
 def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) -> FrameRun:
-    if extension_available():
-        from carom.core import pit
+    from carom.core import pit
 
-        edges_of = None if start.arrays.has_half_planes else edges_of_contacts
-        loop = pit.FrameLoop(start, clock, skipping, MOST_WASTE, damping.per_s)
-        return FrameRun(loop, clock, edges_of=edges_of, damping=damping)
-    definition = DampedFrameLoop(start, clock, damping) if damping.per_s else PlainFrameLoop(start, clock)
-    return FrameRun(definition, clock, extension_notes(), damping=damping)
+    edges_of = None if start.arrays.has_half_planes else edges_of_contacts
+    loop = pit.FrameLoop(start, clock, skipping, MOST_WASTE, damping.per_s)
+    return FrameRun(loop, clock, edges_of=edges_of, damping=damping)
 
 
 def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:

@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 
 from carom.damping import Damping
 from carom.scene import Scene
-from carom.solvers.damped import DampedFrameLoop
 from carom.solvers.pit.clock import FrameClock
-from carom.solvers.pit.frames import PlainFrameLoop
 from carom.solvers.pit.solve import MOST_WASTE, FrameRun, edges_of_contacts
 
 Form = Callable[[Scene, FrameClock], FrameRun]
@@ -22,10 +20,9 @@ def edges_of(scene: Scene) -> Callable[[NDArray[np.void]], NDArray[np.void]] | N
     return None if scene.arrays.has_half_planes else edges_of_contacts
 
 
-def definition(scene: Scene, clock: FrameClock) -> FrameRun:
-    damping = Damping(scene.damping_per_s)
-    loop = DampedFrameLoop(scene.undamped, clock, damping) if damping.per_s else PlainFrameLoop(scene, clock)
-    return FrameRun(loop, clock, damping=damping)
+def plain(scene: Scene, clock: FrameClock) -> FrameRun:
+    """Return a run that makes every test at every frame."""
+    return compiled_forms()["plain"](scene, clock)
 
 
 def compiled_forms() -> dict[str, Form]:
@@ -48,7 +45,7 @@ def compiled_forms() -> dict[str, Form]:
     }
 
 
-def finished(scene: Scene, clock: FrameClock, form: Form = definition) -> FrameRun:
+def finished(scene: Scene, clock: FrameClock, form: Form = plain) -> FrameRun:
     """Return a run at the end of its scene."""
     run = form(scene, clock)
     run.advance_to(scene.duration_s)
@@ -64,7 +61,7 @@ def bits(run: FrameRun) -> tuple[bytes, bytes, bytes, bytes, tuple[int, ...], in
 
 
 def assert_identical(scene: Scene, clock: FrameClock) -> FrameRun:
-    """Run a scene by all forms, which must end in the same bytes; return the definition's run."""
+    """Run a scene by all forms, which must end in the same bytes; return the plain one."""
     run = finished(scene, clock)
     for name, form in compiled_forms().items():
         assert bits(finished(scene, clock, form)) == bits(run), name

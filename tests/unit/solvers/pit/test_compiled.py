@@ -1,4 +1,4 @@
-"""The compiled run gives what the definition gives, to the bit, and leaves out what can find nothing."""
+"""The compiled run gives what the plain loop gives, to the bit, and leaves out what can find nothing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
 from tests.lengths import each, long_after
 from tests.stage import disc_at, line, staged, wall_at
-from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, definition, finished
+from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, plain, finished
 
 from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.solvers.pit.clock import FrameClock
@@ -41,13 +41,13 @@ def test_crowds_in_cells_are_plain_loopings_to_the_bit(ratio: float, speed: floa
         assert len(plain.log) > 30
 
 
-def test_a_crowd_in_cells_is_the_definitions_to_the_bit() -> None:
-    """So it does for one of them beside the definition."""
+def test_a_crowd_in_cells_has_the_bits_of_the_plain_loop() -> None:
+    """So it does for one of them beside the plain loop."""
     scene = crowd(0, ratio=3.0, speed=3.0).model_copy(update={"duration_s": 0.5})
     assert len(assert_identical(scene, FrameClock(rate_hz=30.0)).log) > 100
 
 
-def test_one_large_disc_among_many_small_ones_is_the_definitions_to_the_bit() -> None:
+def test_one_large_disc_among_many_small_ones_has_the_bits_of_the_plain_loop() -> None:
     """So it is where a disc is larger than all cells of the small ones together."""
     small = [
         disc_at(3.0 * k, 103.0 + 3.0 * row, (-1) ** k, -9.0, r=1.0, m=0.1) for k in range(-20, 20) for row in range(3)
@@ -58,7 +58,7 @@ def test_one_large_disc_among_many_small_ones_is_the_definitions_to_the_bit() ->
 
 
 @pytest.mark.parametrize(("velocity", "expected"), [(0.0, 0), (2.0**-30, 1)])
-def test_touching_or_nearly_so_is_decided_by_the_definitions_own_test(velocity: float, expected: int) -> None:
+def test_touching_or_nearly_so_is_decided_by_the_plain_test(velocity: float, expected: int) -> None:
     """Discs that touch exactly collide at the first frame if they approach at all, and never if they do not."""
     scene = line(0.0, 1.0, velocities=(velocity, 0.0), duration_s=1.0)
     run = assert_identical(scene, FrameClock(rate_hz=8.0))
@@ -95,7 +95,7 @@ def test_bounds_are_found_anew_before_rounding_could_use_up_their_margin() -> No
 
 
 @pytest.mark.long
-def test_a_million_frames_are_the_definitions_to_the_bit() -> None:
+def test_a_million_frames_have_the_bits_of_the_plain_loop() -> None:
     """So it is over a million frames, every one of which rounds every coordinate."""
     scene = staged(
         "long",
@@ -125,7 +125,7 @@ def test_separating_discs_are_looked_at_once() -> None:
 
 
 def test_plain_looping_looks_at_every_frame_and_makes_every_test() -> None:
-    """Asked to leave nothing out, the compiled run counts what the definition counts."""
+    """Asked to leave nothing out, the compiled run counts what the plain loop counts."""
     scene = gas_scene(20, 0.3, duration_s=1.0)
     clock = FrameClock(rate_hz=60.0)
     assert finished(scene, clock, compiled_forms()["plain"]).counts == finished(scene, clock).counts
@@ -142,7 +142,7 @@ def test_a_thousand_discs_take_a_hundredth_of_the_pair_tests() -> None:
 
 
 def test_where_skipping_does_not_pay_most_frames_are_looped_plainly() -> None:
-    """Discs that lie on one another without end, all due at every frame, are soon tested as the definition does."""
+    """Discs that lie on one another without end, all due at every frame, are soon tested as the plain loop does."""
     discs = [disc_at(k, 0.0, 50.0 * (-1) ** k) for k in range(12)]
     walls = [wall_at(-0.5, 0, 1, 0), wall_at(11.5, 0, -1, 0)]
     scene = staged("crush", *discs, *walls, duration_s=40.0)
@@ -179,8 +179,8 @@ def test_any_number_of_discs_runs(count: int) -> None:
     assert len(assert_identical(scene, FrameClock(rate_hz=24.0)).log) > 0
 
 
-def test_negative_zeros_are_the_definitions() -> None:
-    """Signs of zeros come out as in the definition, of discs that stand, that are immovable, and that move."""
+def test_negative_zeros_are_those_of_the_plain_loop() -> None:
+    """Signs of zeros come out as in the plain loop, of discs that stand, that are immovable, and that move."""
     discs = [
         disc_at(-0.0, 0.0, -0.0),
         disc_at(-0.0, 3.0, 0.0, -1.0),
@@ -210,7 +210,7 @@ def test_a_nearly_flat_arc_is_met_as_a_segment_is(bulge: float) -> None:
     assert abs(met_s(bulge) - met_s()) <= abs(bulge) + 1.5e-3 * (abs(bulge) > 1e-4)
 
 
-def test_many_discs_in_cells_have_the_bits_of_the_definition() -> None:
+def test_many_discs_in_cells_have_the_bits_of_the_plain_loop() -> None:
     """More of them than are looked through one by one, in a stadium with a bar."""
     draw = random.Random(5)
     places = [(x - 2.5, y - 1.5) for x in range(-2, 8) for y in range(4)]
@@ -244,4 +244,4 @@ def test_a_disc_far_from_a_wall_is_looked_at_a_handful_of_times() -> None:
         counts = finished(scene, clock, compiled_forms()["always skipping"]).counts
         assert counts["frames"] == 9000
         assert counts["frames_looked_at"] <= most
-    assert finished(scene, clock, definition).counts["frames_looked_at"] == 9000
+    assert finished(scene, clock, plain).counts["frames_looked_at"] == 9000

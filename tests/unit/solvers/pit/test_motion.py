@@ -1,4 +1,4 @@
-"""Every kind of motion, compiled: the definition's bits, with all tests of a frame and with those that are due."""
+"""Every kind of motion, compiled: the plain loop's bits, with all tests of a frame and with those that are due."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ DRAWN: dict[str, Callable[[int], Scene]] = {
 
 @pytest.mark.parametrize("kind", DRAWN)
 @pytest.mark.parametrize("numbers", long_after(1, [range(4), range(4, 60)]))
-def test_drawn_scenes_are_the_definitions_to_the_bit(kind: str, numbers: range) -> None:
+def test_drawn_scenes_have_the_bits_of_the_plain_loop(kind: str, numbers: range) -> None:
     """Few discs, drawn at random, at a frame rate that is not round."""
     for number in numbers:
         scene = DRAWN[kind](number)

@@ -13,7 +13,7 @@ import pytest
 from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, line, staged
-from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, definition, finished
+from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, plain, finished
 
 from carom import extension
 from carom.errors import InputError
@@ -27,7 +27,7 @@ CLOCK = FrameClock(rate_hz=24.0)
 
 def forms() -> dict[str, Form]:
     compiled = compiled_forms() if extension.extension_available() else {}
-    return {"definition": definition, **compiled}
+    return {"plain": plain, **compiled}
 
 
 @pytest.fixture(params=forms())
@@ -145,7 +145,7 @@ def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
     with interrupted_soon(), pytest.raises(StopError):
         run.advance_frames(2_000_000)
     assert run.frames < 2_000_000
-    if form is definition:  # interrupted in the middle of a frame, for all that it knows
+    if form is plain:  # interrupted in the middle of a frame, for all that it knows
         return
     frames = run.frames + 10
     run.advance_frames(10)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from tests.forms import needs_extension, plain_form
 from tests.stage import line
-from tests.unit.solvers.pit.forms import compiled_forms, definition, finished
+from tests.unit.solvers.pit.forms import compiled_forms, plain, finished
 
 from carom import Wall, extension
 from carom.errors import InputError
@@ -48,7 +48,7 @@ def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -
     scene = falling(duration_s=1e9, frame_rate_hz=1e-7)
     discs = [disc.model_copy(update={"velocity_m_s": (4e-9 * (k == 0), 0.0)}) for k, disc in enumerate(scene.discs)]
     scene = scene.model_copy(update={"discs": tuple(discs)})
-    for form in (definition, *(compiled_forms().values() if extension.extension_available() else ())):
+    for form in (plain, *(compiled_forms().values() if extension.extension_available() else ())):
         with pytest.raises(InputError, match="do not tell their centres apart"):
             finished(scene, FrameClock(rate_hz=1e-7), form)
 

@@ -1,1 +1,0 @@
-"""PIC and PIT under uniform gravity, for up to some hundred discs; a scene without it imports nothing of this."""
