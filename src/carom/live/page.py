@@ -35,6 +35,7 @@ GALLERY = (
     *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
 )
 _IMPORT = re.compile(r"^import (?:\{[^}]*\} from )?\"\./\w+\.js\";\n", re.MULTILINE)
+_COMMENT = re.compile(r"\s// [^\"'`]*$")
 _RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
 
 
@@ -46,8 +47,8 @@ def page_script() -> str:
 
 
 def without_comments(script: str) -> str:
-    """Return a script without comments of whole lines and indents; no text of it goes over lines."""
-    lines = (line.strip() for line in script.splitlines())
+    """Return a script without indents and comments, but for those with a quote; no text of it goes over lines."""
+    lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
     return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
 
 

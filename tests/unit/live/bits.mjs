@@ -12,19 +12,16 @@ const { Obstacles } = await moduleOf("obstacles");
 const bits = (numbers) => Buffer.from(Float64Array.from(numbers).buffer).toString("hex");
 const KINDS = { face: 0, vertex: 1, arc: 2 };
 const NO_EDGE = [-1, -1];
+const EDGE_KINDS = 4; // of carom/core/chain_distance.h
 
-// The edge that an impact was on, and of which kind; of PIC by the feature that it records, of PIT by the nearest point.
+// The edge that an impact was on, and of which kind; of PIC by the feature that it records; PIT records both.
 function edgeOf({ second, at: [[x, y]], feature }, method, { features, outlines }) {
   if (second >= 0 || feature < 0) return NO_EDGE;
   const outline = outlines[-1 - second];
   if (outline === null) return NO_EDGE;
-  if (method === "pic") {
-    const { edges, kind } = features[feature];
-    return [edges.length === 1 ? edges[0] : outline.nearest(x, y, edges).edge, KINDS[kind]];
-  }
-  const { at, edge, inner } = outline.nearest(x, y);
-  if (at[0] === x && at[1] === y) return NO_EDGE;
-  return [edge, !inner ? KINDS.vertex : outline.stretches[edge].centre === null ? KINDS.face : KINDS.arc];
+  if (method === "pit") return [Math.floor(feature / EDGE_KINDS), feature % EDGE_KINDS];
+  const { edges, kind } = features[feature];
+  return [edges.length === 1 ? edges[0] : outline.nearest(x, y, edges).edge, KINDS[kind]];
 }
 
 for await (const line of createInterface({ input: process.stdin })) {
