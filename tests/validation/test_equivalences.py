@@ -18,7 +18,7 @@ from tests.forms import needs_extension
 from tests.lengths import by_group, long_after
 from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
 from tests.unit.solvers.kinds import all_pairs
-from tests.unit.solvers.pit.forms import Form, assert_identical, compiled_forms, definition
+from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
 from carom.scenes import CatalogueScene, catalogue
@@ -234,10 +234,6 @@ def test_frames_change_no_bit(numbers: range, frame_rate_hz: float, gravity: tup
 # PIT ------------------------------------------------------------------------------------------------------------------
 
 
-def pit_forms() -> dict[str, Form]:
-    return {"definition": definition, **compiled_forms()}
-
-
 def frames_taken(form: Callable[[Scene, FrameClock], Any], scene: Scene, clock: FrameClock) -> Bits:
     run = form(scene, clock)
     return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
@@ -254,10 +250,10 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
 
 
 @needs_extension
-@pytest.mark.parametrize("kind", [kind for kind in TIMES if kind != "driven table"])  # which the definition alone runs
+@pytest.mark.parametrize("kind", TIMES)
 @each_batch
-def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: range) -> None:
-    """Compiled, skipping what can find nothing or not, in one go or in pieces: the definition's, over its impacts.
+def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
+    """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test.
 
     Of drawn discs every fourth scene falls, and every fourth has friction.
     """
@@ -267,8 +263,8 @@ def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: ra
         scene = table(kind, number) if kind in TABLES else drawn(kind, number, rough=number % 4 == 3, gravity=gravity)
         scene = scene.model_copy(update={"duration_s": min(scene.duration_s, 4.0)}) if kind == "table" else scene
         clock = FrameClock(rate_hz=scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
-        expected = frames_taken(definition, scene, clock)
-        forms = pit_forms()
+        forms = compiled_forms()
+        expected = frames_taken(plain, scene, clock)
         for name, form in forms.items():
             different = unlike(expected, frames_taken(form, scene, clock), f"drawn({kind!r}, {number}), {name}")
             assert different == []
@@ -281,9 +277,7 @@ def test_every_form_of_pit_gives_the_bits_of_the_definition(kind: str, batch: ra
 
 @needs_extension
 @pytest.mark.parametrize("entries", by_group())
-def test_every_form_of_pit_gives_the_bits_of_the_definition_in_every_scene_of_tables(
-    entries: list[CatalogueScene],
-) -> None:
+def test_every_form_of_pit_gives_the_same_bits_in_every_scene_of_tables(entries: list[CatalogueScene]) -> None:
     """Over the first two seconds of each."""
     for scene in (entry.scene for entry in entries if entry.group == "tables" and not any(entry.scene.gravity_m_s2)):
         short = scene.model_copy(update={"duration_s": min(scene.duration_s, 2.0)})

@@ -10,6 +10,7 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.run import Start
 
 def driven_bodies(start: DiscArrays) -> list[tuple[int, Drive]]: ...
+
 @disjoint_base
 class FrameLoop:
     def __new__(

@@ -13,7 +13,7 @@ from tests.drawn import jittered, scene_of
 from tests.forms import needs_extension
 from tests.lengths import each, long_after
 from tests.stage import disc_at, line, staged, wall_at
-from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, plain, finished
+from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished, plain
 
 from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.solvers.pit.clock import FrameClock

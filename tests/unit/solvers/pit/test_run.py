@@ -13,7 +13,7 @@ import pytest
 from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, line, staged
-from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, plain, finished
+from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, finished, plain
 
 from carom import extension
 from carom.errors import InputError

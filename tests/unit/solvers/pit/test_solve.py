@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from tests.forms import needs_extension, plain_form
 from tests.stage import line
-from tests.unit.solvers.pit.forms import compiled_forms, plain, finished
+from tests.unit.solvers.pit.forms import compiled_forms, finished, plain
 
 from carom import Wall, extension
 from carom.errors import InputError
