@@ -93,6 +93,10 @@ class _Comparison:
             yield Difference(Kind.ROUNDING, event.time_s, f"{event.told}, closes at {event.closing_m_s!r} m/s")
         elif latest_s < until_s:
             kind = Kind.SPURIOUS if event.is_impact else Kind.MODE
+            if event.is_landing and any(
+                other.key == event.key[:2] and other.time_s > latest_s for other in self.theirs
+            ):
+                kind = Kind.EARLY_LANDING
             yield Difference(kind, event.time_s, f"{event.told}, is not in the certified run")
 
     def _of_values(self, number: int, event: Event, proven: Event) -> Difference | None:

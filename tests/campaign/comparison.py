@@ -46,6 +46,7 @@ class Kind(StrEnum):
     FINAL_STATE = "final state"
     ENDING = "ending"
     EARLY_END = "end before certified events"
+    EARLY_LANDING = "landing before certified bounces"
     NOTE = "note of an ending"
 
 

@@ -30,7 +30,7 @@ from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.gliding import BallMode
 from carom.solvers.certified.impacts import BallEvent, BallImpact, carry_out
 from carom.solvers.certified.legs import ZERO
-from carom.solvers.certified.meeting import Meeting, Seam
+from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
 from carom.solvers.certified.result import Degeneracy, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import kept, slow, undamped
@@ -233,11 +233,23 @@ class _Widened:
                 if table:
                     slow(bodies, i, ZERO, 0.0)
         for i, ground in lying.items():
+            closing = -float(ground.off_it(bodies.vx[i], bodies.vy[i]).mid())
             begun = contacts.begin(i, ground)
             if isinstance(begun, Meeting):
-                self._carry_out(begun)
+                self._carry_out(self._delayed(begun, i, self.found.gap_m / closing, ground.length))
             else:
-                self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)), is_on_one_edge=True)
+                self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)))
+
+    def _delayed(self, begun: Meeting, i: int, most_s: float, length: arb) -> Meeting:
+        """Return the impact of a disc at time 0, whose gap was set to 0, as up to so much later.
+
+        What it falls meanwhile is in its velocity.
+        """
+        bodies, near, fallen = self.bodies, begun.near, arb(0, self._pull * most_s)
+        assert isinstance(near, WallApproach)
+        bodies.vx[i], bodies.vy[i] = bodies.vx[i] + fallen, bodies.vy[i] + fallen
+        time = arb(0.5 * most_s, 0.5 * most_s)
+        return begun._replace(time=time, latest=2.0 * most_s, near=near._replace(root=near.root + fallen * length))
 
     def _carry_out(self, meeting: Meeting) -> None:
         bodies, (first, second) = self.bodies, meeting[:2]
@@ -302,7 +314,9 @@ class _Widened:
 
     # Events as traces have them ---------------------------------------------------------------------------------------
 
-    def _add(self, event: BallEvent, meeting: Meeting | None, rounding: Rounding, *, is_on_one_edge: bool) -> None:
+    def _add(
+        self, event: BallEvent, meeting: Meeting | None, rounding: Rounding, *, is_on_one_edge: bool = True
+    ) -> None:
         impact, events = event.impact, self.found.events
         for mode in event.modes:
             own_s = clock_resolution(_size(mode.time))
