@@ -63,12 +63,15 @@ class EnvelopeImpact(NamedTuple):
         rounding: What one run's own roundings at this impact may add to velocities and spins.
         time_s: What its own clock may add to the time.
         is_on_one_edge: Whether it is certain which edge of a finite wall is hit.
+        is_ordered: Whether it certainly comes after the impacts before it, and before those after it: else velocities
+            may be those of another order.
     """
 
     impact: BallImpact
     rounding: Rounding
     time_s: float
     is_on_one_edge: bool
+    is_ordered: bool = True
 
 
 class EnvelopeMode(NamedTuple):
@@ -199,6 +202,7 @@ class _Widened:
             selection = Selection(bodies)
             end = undamped(self.scene.damping_per_s, arb(self.scene.duration_s))
             selection.end_s, selection.deadline_s = float_above(end), deadline_s
+            commutes = False
             while len(found.events) < most:
                 choice = selection.next_impact()
                 if choice is None or choice.meeting.time > end:
@@ -207,6 +211,9 @@ class _Widened:
                 if not choice.meeting.time <= end:
                     selection.is_at_the_end(choice.meeting)
                 self._carry_out(choice.meeting)
+                if commutes or choice.commutes:
+                    self._mark_unordered()
+                commutes = choice.commutes
                 selection.changed(choice.meeting)
             found.horizon_s = self._earliest_s(selection)
         except Undecided as undecided:
@@ -239,6 +246,14 @@ class _Widened:
                 self._carry_out(self._delayed(begun, i, self.found.gap_m / closing, ground.length))
             else:
                 self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)))
+
+    def _mark_unordered(self) -> None:
+        """Note that the last impact may as well come before another, or after it."""
+        for k in reversed(range(len(self.found.events))):
+            event = self.found.events[k]
+            if isinstance(event, EnvelopeImpact):
+                self.found.events[k] = event._replace(is_ordered=False)
+                return
 
     def _delayed(self, begun: Meeting, i: int, most_s: float, length: arb) -> Meeting:
         """Return the impact of a disc at time 0, whose gap was set to 0, as up to so much later.
