@@ -1,7 +1,6 @@
 from collections.abc import Sequence
 
-from carom.physics.double_double import Pair
-from carom.physics.features import Mover
+from carom.physics.features import Mover, Pair
 
 Numbers = Sequence[float]
 

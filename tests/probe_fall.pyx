@@ -3,17 +3,9 @@
 The extension contains this module only where it is built in place: see setup.py.
 """
 
-from itertools import islice
 from math import inf
 
-from fractions import Fraction
-
-from libc.stdlib cimport free, malloc
-
-from carom.core.formulas cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, feature_from
-
-from carom.physics.pair_time_falling import touches
-
+# Before the cimports: quartic.h defines the macro where it is not defined yet.
 cdef extern from *:
     """
     #include <stdbool.h>
@@ -22,6 +14,12 @@ cdef extern from *:
     """
     long decided_by_stage[4]
     ctypedef bint c_bool "bool"
+
+from libc.stdlib cimport free, malloc
+
+from carom.core.formulas cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, feature_from
+
+from carom.physics.exact_quartic import solve_quartic
 
 cdef extern from "carom/core/fall_bounds.h" nogil:
     enum:
@@ -91,25 +89,9 @@ cdef extern from "carom/core/fall_bounds.h" nogil:
     c_bool c_misses "fall_misses_feature"(const Mover *disc, const Feature *f, double ax, double ay, double within)
 
 
-def _exact_fall(powers, begin, is_closed, index):
-    """Return fall number `index` of a polynomial in time, from an instant on, or its sign there."""
-    powers = [sum((Fraction(a) * Fraction(b) for a, b in power), Fraction(0)) for power in powers]
-    for lowest in range(len(powers)):
-        for k in reversed(range(lowest, len(powers) - 1)):
-            powers[k] += Fraction(begin) * powers[k + 1]
-    if index == QUARTIC_SIGN:
-        return (powers[0] > 0) - (powers[0] < 0)
-    if is_closed:
-        powers[0] = Fraction(0)
-    try:
-        return next(islice(touches(powers), index, None), inf)
-    except OverflowError:  # later than the largest float
-        return inf
-
-
 cdef double solve(void *context, const Products *gap, int index) noexcept with gil:
     powers = [[(gap.products[k][i].a, gap.products[k][i].b) for i in range(gap.count[k])] for k in range(QUARTIC_POWERS)]
-    return _exact_fall(powers, gap.time_origin, gap.is_closed, index)
+    return solve_quartic(powers, gap.time_origin, gap.is_closed, index)
 
 
 cdef ExactQuartic exact = ExactQuartic(<double (*)(void *, const Products *, int) noexcept nogil> solve, NULL)

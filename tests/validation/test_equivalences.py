@@ -248,8 +248,8 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
 
 @pytest.mark.parametrize("kind", TIMES)
 @each_batch
-def test_every_form_of_pit_gives_the_bits_of_the_plain_loop(kind: str, batch: range) -> None:
-    """Tests that can find nothing are skipped or not, in one go or in pieces: the bits are those of the plain loop.
+def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
+    """A run that skips tests, or sweeps, in one go or in pieces, has the bits of a run that makes every test.
 
     Of drawn discs every fourth scene falls, and every fourth has friction.
     """
@@ -259,8 +259,8 @@ def test_every_form_of_pit_gives_the_bits_of_the_plain_loop(kind: str, batch: ra
         scene = table(kind, number) if kind in TABLES else drawn(kind, number, rough=number % 4 == 3, gravity=gravity)
         scene = scene.model_copy(update={"duration_s": min(scene.duration_s, 4.0)}) if kind == "table" else scene
         clock = FrameClock(rate_hz=scene.frame_rate_hz) if number % 2 else FrameClock(step_s=1 / scene.frame_rate_hz)
-        expected = frames_taken(plain, scene, clock)
         forms = compiled_forms()
+        expected = frames_taken(plain, scene, clock)
         for name, form in forms.items():
             different = unlike(expected, frames_taken(form, scene, clock), f"drawn({kind!r}, {number}), {name}")
             assert different == []
@@ -272,9 +272,7 @@ def test_every_form_of_pit_gives_the_bits_of_the_plain_loop(kind: str, batch: ra
 
 
 @pytest.mark.parametrize("entries", by_group())
-def test_every_form_of_pit_gives_the_bits_of_the_plain_loop_in_every_scene_of_tables(
-    entries: list[CatalogueScene],
-) -> None:
+def test_every_form_of_pit_gives_the_same_bits_in_every_scene_of_tables(entries: list[CatalogueScene]) -> None:
     """Over the first two seconds of each."""
     for scene in (entry.scene for entry in entries if entry.group == "tables" and not any(entry.scene.gravity_m_s2)):
         short = scene.model_copy(update={"duration_s": min(scene.duration_s, 2.0)})

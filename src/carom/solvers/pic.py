@@ -67,8 +67,7 @@ def solve_pic(
     """Run a scene by event-driven PIC, the reference that everything else is held to.
 
     Args:
-        scene: The scene, or its name in the catalogue; discs and walls of any number. With gravity some hundred discs,
-            see `docs/gravity.md`.
+        scene: The scene, or its name in the catalogue; discs and walls of any number.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: Keep "all" impacts, or "none". How many each disc had is counted always.

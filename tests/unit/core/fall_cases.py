@@ -8,8 +8,6 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import NamedTuple
 
-from carom.physics.arc_time import reach_of
-
 from carom.outline import Edge, ExactCircle, circle_of
 from carom.physics.features import Arc, Face, Feature, Mover, Point
 
@@ -213,6 +211,12 @@ def fall(rnd: random.Random, kind: str) -> Fall:
     return Fall(disc, feature, acceleration, leaving)
 
 
+def _reach(radius: float, arc: Arc) -> float:
+    """Return the distance from an arc's centre at which a disc touches it, to rounding."""
+    thick = radius + arc.half_width
+    return arc.radius[0] + (-thick if arc.inside else thick)
+
+
 def _place(rnd: random.Random, feature: Feature, radius: float, size: float) -> tuple[Point, Point, float]:
     """Return a place, the normal there, and how far along that it is from contact."""
     if isinstance(feature, Face):
@@ -220,7 +224,7 @@ def _place(rnd: random.Random, feature: Feature, radius: float, size: float) -> 
         away = rnd.choice([rnd.uniform(-3, 3) * size, rnd.choice([-1, 0, 1]) * 10 ** rnd.uniform(-16, 0) * size])
         height = radius + feature.half_width + away
         return (ax + part * (bx - ax) + nx * height, ay + part * (by - ay) + ny * height), (nx, ny), away
-    reach = reach_of(Mover.at((0.0, 0.0), (0.0, 0.0), radius), feature)[0]
+    reach = _reach(radius, feature)
     away = rnd.choice([rnd.uniform(-1, 3) * size, rnd.choice([-1, 0, 1]) * 10 ** rnd.uniform(-16, 0) * abs(reach)])
     angle = rnd.uniform(0, 2 * math.pi)
     if feature.sector is not None and rnd.random() < 0.6:
@@ -238,7 +242,7 @@ def past_an_end(rnd: random.Random) -> Fall:
     arc = Arc.on(circle_of(Edge(a, b, rnd.choice([0.2, 0.5, 1.0, 1.5]))), (a, b), rnd.choice([0.0, 0.1]), inside=True)
     assert arc.sector is not None
     radius = rnd.choice([0.1, 0.25])
-    reach = reach_of(Mover.at(a, a, radius), arc)[0]
+    reach = _reach(radius, arc)
     (ex, _), (ey, _) = end = rnd.choice([arc.sector.first, arc.sector.last])
     sense = 1 if end == arc.sector.first else -1
     nx, ny = _direction(math.atan2(ey, ex) - sense * rnd.choice([0.0, 10 ** rnd.uniform(-9, -0.3)]))

@@ -70,7 +70,7 @@ def test_discs_that_leave_each_other_along_a_tangent_do_not_meet_when_one_comes_
 
 
 def test_collapse_under_gravity_ends_by_name() -> None:
-    """Three discs that lose energy and are pressed together by walls end as a standstill, after at most 100 n^2 impacts."""
+    """Three discs that lose energy between walls that press them together end as a standstill in 100 n^2 impacts."""
     box = [Wall(point_m=(0.0, 0.0), normal=(0.6, 0.8)), Wall(point_m=(0.0, 0.0), normal=(-0.6, 0.8))]
     discs = [
         Disc(position_m=(x, y), velocity_m_s=(-0.3 * x, 0.0), radius_m=0.4)
