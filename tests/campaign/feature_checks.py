@@ -21,8 +21,8 @@ from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter, turn_quarter_back
 
 from carom import CertifiedTrace, Outcome, Scene, Trace, certify, solve_pic
-from carom.solvers.impact.resolution import clock_resolution
 from carom.solvers.pic import pic_run
+from carom.solvers.resolution import clock_resolution
 from carom.solvers.run import Run
 
 #: Impacts over which a scene is followed, and events of its envelope.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.forms import needs_extension, plain_form
+from tests.forms import needs_extension
 from tests.stage import line
 from tests.unit.solvers.pit.forms import compiled_forms, finished, plain
 
@@ -51,18 +51,6 @@ def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -
     for form in (plain, *(compiled_forms().values() if extension.extension_available() else ())):
         with pytest.raises(InputError, match="do not tell their centres apart"):
             finished(scene, FrameClock(rate_hz=1e-7), form)
-
-
-def test_without_the_extension_the_definition_serves_and_says_so() -> None:
-    """The trace is the same to the bit, and notes why it took longer."""
-    scene = line(0.0, 3.0, velocities=(1.0, 0.0), restitution=0.5)
-    usual = solve_pit(scene)
-    with plain_form():
-        plain = solve_pit(scene)
-    assert usual.impacts.tobytes() == plain.impacts.tobytes()
-    assert usual.final_position_m.tobytes() == plain.final_position_m.tobytes()
-    (note,) = plain.notes
-    assert extension.PLAIN_VARIABLE in note
 
 
 @pytest.mark.parametrize("rate", [None, 10.0])
