@@ -12,7 +12,6 @@ from pathlib import Path
 
 from Cython.Build import cythonize
 from setuptools import Extension, setup
-from setuptools.command.bdist_wheel import bdist_wheel
 from setuptools.command.build_ext import build_ext
 
 #: None of these changes a bit: no fused multiply-add; and no code for errno or floating-point traps, which nobody reads
@@ -33,7 +32,10 @@ DIRECTIVES = {
 
 #: Compiled into the module that stands for all: see `carom.extension`.
 BUILT = "carom.built"
-DIGEST = runpy.run_path("src/carom/extension.py")["sources_digest"]()
+DIGEST = runpy.run_path("src/carom/extension.py")["compute_sources_digest"]()
+
+#: Also without the backend, as ``python setup.py build_ext --inplace``.
+BACKEND = runpy.run_path("build_backend/carom_build.py")
 
 #: What Cython would add to each module that takes arrays, once for all of them.
 SHARED = "carom._cython"
@@ -53,38 +55,20 @@ TRANSLATED = "build/coverage/cython" if COVERAGE else "build/cython"
 #: Processes that translate; elsewhere a new one would run this file again.
 TRANSLATORS = (os.cpu_count() or 0) if sys.platform == "linux" else 0
 
-#: For continuous integration: a build without the extension is an error there.
-REQUIRED = os.environ.get("CAROM_REQUIRE_EXTENSION") == "1"
 
-
-class OptionalBuild(build_ext):
-    """Goes on without the extension where there is no compiler: plain forms serve then, slower, with the same bits."""
+class BuildExtension(build_ext):
+    """Build that excludes the tests' modules from wheels, and uses zig where there is no other compiler."""
 
     def run(self) -> None:
-        """Build all modules or none; say so, and go on, where that fails."""
-        inplace = self.inplace
-        if not inplace:
+        """Build all modules."""
+        if not self.inplace:
             self.extensions = [module for module in self.extensions if not module.name.startswith(PROBES)]
-        try:
-            super().run()
-        except BaseException as error:
-            for folder in [self.build_lib, *(["src", "."] if inplace else [])]:
-                for module in self.extensions:  # one of an earlier build must not serve
-                    Path(folder, self.get_ext_filename(module.name)).unlink(missing_ok=True)
-            if REQUIRED or not isinstance(error, Exception):  # as Ctrl-C
-                raise
-            self.warn(f"the extension was not built, plain Python will serve: {error}")
-            self.extensions = self.distribution.ext_modules = []
-
-
-class HonestWheel(bdist_wheel):
-    """Tags a wheel for what it is: one whose extension was not built serves any platform."""
-
-    def run(self) -> None:
-        """Build first, then tag."""
-        self.run_command("build")
-        self.root_is_pure = not self.distribution.ext_modules
         super().run()
+
+    def build_extensions(self) -> None:
+        """Compile and link all modules."""
+        self.compiler.set_executables(**BACKEND["find_fallback_compiler"]())
+        super().build_extensions()
 
 
 def _extension(name: str, source: str, sources: list[str]) -> Extension:
@@ -131,6 +115,6 @@ setup(
         emit_linenums=COVERAGE,
         shared_utility_qualified_name=SHARED,
     ),
-    cmdclass={"build_ext": OptionalBuild, "bdist_wheel": HonestWheel},
+    cmdclass={"build_ext": BuildExtension},
     options={"bdist_wheel": {"py_limited_api": "cp311"}, "build_ext": {"parallel": os.cpu_count()}},
 )

@@ -11,7 +11,6 @@ import numpy as np
 from benchmarks.arguments import parser, run
 
 from carom.errors import MissingExtraError
-from carom.extension import extension_available
 from carom.physics.time_of_impact import time_of_impact
 
 if TYPE_CHECKING:
@@ -145,7 +144,7 @@ def _nanoseconds(form: Callable[[Array], Array], columns: Array, repeats: int = 
 def main(count: int = 20_000, checked: int = 10_000) -> None:
     """Print the table. Cost is that of `count` pairs at once; errors are those of the first `checked`."""
     forms = {"textbook": textbook, "stable": stable, "carom": carom_form}
-    print(f"carom runs compiled: {extension_available()}; cost: processor time, median")
+    print("cost: processor time, median")
     print(f"{'class':30}" + "".join(f"{name + ': ulp median / largest, wrong, ns':>52}" for name in forms))
     for name in CLASSES:
         columns = np.ascontiguousarray(pairs_of_class(name, count))

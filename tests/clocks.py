@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Callable
 
 
 class Clock:
@@ -11,20 +11,20 @@ class Clock:
     Args:
         tick_s: Seconds that pass with each reading.
         factor: What the tick is multiplied by after each reading.
-        after: No time passes until this file is there: an engine writes it when it begins to hang, say.
+        starts: No time passes until this returns true: that an engine has begun to hang, say.
 
     Attributes:
         now_s: What the next reading returns, seconds; a test may change it.
     """
 
-    def __init__(self, tick_s: float = 0.0, factor: float = 1.0, after: Path | None = None) -> None:
+    def __init__(self, tick_s: float = 0.0, factor: float = 1.0, starts: Callable[[], bool] = lambda: True) -> None:
         self.now_s = 1000.0
-        self._tick_s, self._factor, self._after = tick_s, factor, after
+        self._tick_s, self._factor, self._starts = tick_s, factor, starts
 
     def perf_counter(self) -> float:
         """Return the time, seconds."""
         now_s = self.now_s
-        if self._after is None or self._after.exists():
+        if self._starts():
             self.now_s += self._tick_s
             self._tick_s *= self._factor
         return now_s

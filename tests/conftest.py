@@ -24,7 +24,7 @@ from typer.main import get_command
 
 from carom import Scene, extension
 from carom.adapter import Adapter, Observation, Setting
-from carom.errors import MissingExtraError
+from carom.built import DIGEST
 from carom.registry import load_adapter, why_unavailable
 from carom.runs.template import PATIENCE_S, Template
 
@@ -78,11 +78,7 @@ def pytest_configure(config: pytest.Config) -> None:
             os.environ["TMPDIR"], tempfile.tempdir = str(MEMORY), None
     if short and not config.getoption("cov_source", None):
         pytest.MonkeyPatch().setattr(Template, "forked", _template)
-    try:
-        from carom.built import DIGEST
-    except ImportError:
-        return  # plain Python serves; `CAROM_REQUIRE_EXTENSION=1` makes the build fail instead
-    if extension.sources_digest() != DIGEST:
+    if extension.compute_sources_digest() != DIGEST:
         raise pytest.UsageError(
             "the compiled extension was built from other .pyx, .pxd, .h or .c files than those here; build it again: "
             f"{sys.executable} setup.py build_ext --inplace --force"
@@ -110,17 +106,6 @@ def pytest_collection() -> Generator[None, object, object]:
         gc.freeze()
         gc.set_threshold(100_000, 20, 100)
         gc.enable()
-
-
-@pytest.hookimpl(wrapper=True)
-def pytest_runtest_call() -> Generator[None]:
-    """Skip what needs the extension where there is none, and say so: the suite passes without a compiler, too."""
-    try:
-        yield
-    except MissingExtraError as error:
-        if not extension.extension_available():
-            pytest.skip(str(error))
-        raise
 
 
 @pytest.fixture

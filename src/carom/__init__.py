@@ -1,6 +1,7 @@
 """Carom: a cross-check harness for disc collisions.
 
 The names below are loaded when they are first used, so ``import carom`` costs nothing and imports no optional part.
+It raises an ImportError where the compiled extension is missing.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from carom.display import shown_by
+from carom.extension import require_extension
 
 if TYPE_CHECKING:
     from carom.comparator import Score as Score
@@ -111,4 +113,5 @@ def _view(name: str) -> Callable[..., Any]:
     return notebook.html_of if name == "html_of" else notebook.plot
 
 
+require_extension()
 shown_by(_view)

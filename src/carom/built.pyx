@@ -11,7 +11,7 @@ cdef extern from *:
 cdef extern from "float.h":
     int FLT_EVAL_METHOD
 
-#: `carom.extension.sources_digest` at the time of the build.
+#: `carom.extension.compute_sources_digest` at the time of the build.
 DIGEST = SOURCES.decode("ascii")
 #: 0 where every operation is rounded to its own type, as IEEE 754 demands.
 EVALUATION_METHOD = FLT_EVAL_METHOD

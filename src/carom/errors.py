@@ -43,7 +43,7 @@ class UnknownNameError(CaromError, LookupError):
 
 
 class MissingExtraError(CaromError, ImportError):
-    """A part was asked for whose optional dependency, or compiled extension, is not installed."""
+    """A part was asked for whose optional dependency is not installed."""
 
 
 class AdapterError(CaromError, RuntimeError):

@@ -1,10 +1,7 @@
-"""Whether Carom's compiled extension serves: said here, and nowhere else.
+"""State of the compiled extension: that it is installed, and that it was built from the sources next to it.
 
-Every .pyx file of the package becomes a module of the extension. They are built together or not at all, so
-`carom.built` stands for them all. Where they are not there, plain Python serves, many times slower, with the same bits.
-
-What chooses between the two forms asks `extension_available` when a run starts, and adds `extension_notes` to what
-the run has to say; a loop in plain Python that may take long has a `Patience`.
+Every .pyx file of the package is a module of the extension. They are built together, so `carom.built` represents all of
+them and contains a digest of the sources.
 """
 
 from __future__ import annotations
@@ -12,53 +9,42 @@ from __future__ import annotations
 import functools
 import importlib
 import os
-import time
 import warnings
 from pathlib import Path
 
-#: Set to anything but nothing, it makes plain Python serve although the extension is there.
-PLAIN_VARIABLE = "CAROM_PLAIN"
-
-#: A user's flow of thought survives a second of waiting: J. Nielsen, "Usability Engineering" (1993), 5.5.
-_LONG_S = 1.0
-
-
-class PlainFormWarning(UserWarning):
-    """A run takes long because the compiled extension does not serve."""
-
-
-@functools.cache
-def extension_available() -> bool:
-    """Return whether the compiled forms serve; warn where they were built of other sources than those next to them."""
-    available = not _absence()
-    if available and _staleness():
-        warnings.warn(_staleness(), StaleExtensionWarning, stacklevel=2)
-    return available
-
-
-def extension_notes() -> tuple[str, ...]:
-    """Return what a result must say of the form that ran, with a remedy; nothing where all is compiled."""
-    said = _staleness() if extension_available() else _absence()
-    return (said,) if said else ()
-
 
 class StaleExtensionWarning(UserWarning):
-    """The compiled extension does not do what the sources next to it say."""
+    """The compiled extension was built from other sources than those next to it."""
 
 
-class Patience:
-    """The wait for one run in plain Python: the first of a process to take over a second is warned of."""
+def require_extension() -> None:
+    """Check that the compiled extension is installed.
 
-    def __init__(self) -> None:
-        self._ends = time.monotonic() + _LONG_S
+    Raises:
+        ImportError: It is not, or cannot be loaded. The message says what to do.
+    """
+    try:
+        importlib.import_module("carom.built")
+    except ImportError as error:
+        package = Path(__file__).parent
+        remedy = (
+            "install Carom again, with pip's --force-reinstall --no-deps --no-cache-dir"
+            if _is_installed(package)
+            else "build it with python setup.py build_ext --inplace, or install the source tree with pip"
+        )
+        raise ImportError(f"Carom's compiled extension in {package} cannot be loaded ({error}); {remedy}") from None
 
-    def look(self) -> None:
-        """Warn where the run has become long for want of the extension; costs little enough for a loop."""
-        if time.monotonic() > self._ends and not extension_available():
-            _warn()
+
+def find_extension_notes() -> tuple[str, ...]:
+    """Return what a result must report about the extension: that it is stale. Warn once in a process of the same."""
+    stale = _find_staleness()
+    if not stale:
+        return ()
+    _warn()
+    return (stale,)
 
 
-def sources_digest() -> str:
+def compute_sources_digest() -> str:
     """Return a digest of all sources of the extension, with their names: .pyx, .pxd, .h and .c files.
 
     The build calls this function too, so it must not import Carom.
@@ -80,41 +66,30 @@ def _sources(package: Path) -> list[Path]:
     return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))  # the page's: core.wasm
 
 
-def _absence() -> str:
-    """Return why the extension does not serve, and the remedy; nothing where it does."""
-    effect = "so plain Python runs: the same results, many times slower"
-    if os.environ.get(PLAIN_VARIABLE):
-        return f"{PLAIN_VARIABLE} is set, {effect}; unset it for the compiled extension"
-    try:
-        importlib.import_module("carom.built")
-    except ImportError as error:
-        return (
-            f"the compiled extension is not there ({error}), {effect}; "
-            "install a C compiler, then Carom anew, with pip's --force-reinstall --no-deps --no-cache-dir"
-        )
-    return ""
+def _is_installed(package: Path) -> bool:
+    """Return whether a package is an installed copy, which nobody edits, and no source tree."""
+    return bool({"site-packages", "dist-packages"} & set(package.parts))
 
 
 @functools.cache
-def _staleness() -> str:
-    """Return that the extension is not of the sources next to it, and the remedy; nothing where it is.
+def _find_staleness() -> str:
+    """Return in what the extension differs from the sources next to it, and the remedy; empty if in nothing.
 
-    Only where it is used from a source tree, as an editable install is: what was installed is not edited. Whether it is
-    older than a source says whether it is worth looking into the sources.
+    The digest of the sources is computed only if one of them is newer than the extension.
     """
     package = Path(__file__).parent
-    if {"site-packages", "dist-packages"} & set(package.parts):
+    if _is_installed(package):
         return ""
     built = importlib.import_module("carom.built")
-    made = os.stat(str(built.__file__)).st_mtime
-    if all(path.stat().st_mtime <= made for path in _sources(package)) or sources_digest() == built.DIGEST:
+    built_s = os.stat(str(built.__file__)).st_mtime
+    if all(path.stat().st_mtime <= built_s for path in _sources(package)) or compute_sources_digest() == built.DIGEST:
         return ""
     return (
-        f"the compiled extension is not of the sources in {package}, one of which has changed since: build it again "
-        "with python setup.py build_ext --inplace --force"
+        f"the compiled extension was built from other sources than those in {package}, one of which has changed since: "
+        "build it again with python setup.py build_ext --inplace --force"
     )
 
 
 @functools.cache
 def _warn() -> None:
-    warnings.warn(_absence(), PlainFormWarning, stacklevel=3)
+    warnings.warn(_find_staleness(), StaleExtensionWarning, stacklevel=3)

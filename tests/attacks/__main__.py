@@ -114,7 +114,7 @@ ATTACKS = {
         "disk full at some byte", "a sentence and exit code 2; with room the end is the same", 6, disks.attack
     ),
     "digests": Attack(
-        "in this process, in 1 and 2 workers, on Dask, without the extension",
+        "in this process, in 1 and 2 workers, on Dask",
         "the same journal to the bit",
         8,
         digests.attack,

@@ -1,11 +1,8 @@
-"""The same work here, in workers, on a Dask cluster and without the extension: the same journal to the bit."""
+"""The same work here, in workers and on a Dask cluster: the same journal to the bit."""
 
 from __future__ import annotations
 
 import importlib
-import os
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from random import Random
@@ -29,10 +26,6 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
             with LocalPool(workers) as pool:
                 yield "" if _swept(number, pool, path) == alone else f"scene {number}: {workers} workers"
         yield "" if _on_a_cluster(number, path) == alone else f"scene {number}: on a cluster"
-        path.unlink(missing_ok=True)
-        command = [sys.executable, "-m", "tests.attacks.digests", str(number), str(path)]
-        subprocess.run(command, env={**os.environ, "CAROM_PLAIN": "1"}, check=True)
-        yield "" if canonical(path) == alone else f"scene {number}: without the extension"
 
 
 def _swept(number: int, pool: Pool, path: Path) -> list[bytes]:
@@ -60,7 +53,3 @@ def _on_a_cluster(number: int, path: Path) -> list[bytes]:
         ClusterPool(cluster.scheduler_address) as pool,
     ):
         return _swept(number, pool, path)
-
-
-if __name__ == "__main__":
-    _swept(int(sys.argv[1]), InProcess(), Path(sys.argv[2]))

@@ -19,7 +19,7 @@ import pytest
 from tests.attacks.guard import HangError, left_over, within
 from tests.distribution import forget, lay
 from tests.processes import PATIENT_S, limit_only
-from tests.unit.runs.test_hostile import ACTS, LIMIT_S, SAYS, SOURCE, scene
+from tests.unit.runs.test_hostile import ACTS, SAYS, SOURCE, scene
 
 from carom.runs.job import Status
 from carom.runs.options import Options
@@ -28,6 +28,8 @@ from carom.runs.pool import LocalPool
 from carom.studies.cross_check.run import execute
 
 MARK = "CAROM_ATTACK=hostile"
+#: Time limit of an act that never answers: long enough for its process to start on a machine that is busy.
+LIMIT_S = 20.0
 #: No act takes longer, though the machine is busy with other attacks.
 LONGEST_S = 4.0 * PATIENT_S
 

@@ -55,6 +55,7 @@ class _Comparison:
         self.ours = events_of(scene, record, gap_m)
         self.theirs = events_of(scene, Record.of(certified.trace), gap_m)
         self._certified_s = reliable_until(certified)
+        self._unordered = {number for pair in certified.commuted for number in pair}
 
     def differences(self) -> Iterator[Difference]:
         """Yield what differs before rounding decides, or the certified run ends."""
@@ -93,6 +94,10 @@ class _Comparison:
             yield Difference(Kind.ROUNDING, event.time_s, f"{event.told}, closes at {event.closing_m_s!r} m/s")
         elif latest_s < until_s:
             kind = Kind.SPURIOUS if event.is_impact else Kind.MODE
+            if event.is_landing and any(
+                other.key == event.key[:2] and other.time_s > latest_s for other in self.theirs
+            ):
+                kind = Kind.EARLY_LANDING
             yield Difference(kind, event.time_s, f"{event.told}, is not in the certified run")
 
     def _of_values(self, number: int, event: Event, proven: Event) -> Difference | None:
@@ -103,7 +108,11 @@ class _Comparison:
         allowed_s, told = self._allowed_s(number, event), event.told
         if not abs(event.time_s - proven.time_s) <= allowed_s:
             text = f"{told}, is at {proven.time_s!r} s in the certified run; roundings explain {allowed_s:.2g} s"
-            return Difference(Kind.TIME if event.is_impact else Kind.MODE, event.time_s, text)
+            kind = Kind.TIME if event.is_impact else Kind.MODE
+            kind = Kind.ROUNDING if event.closing_m_s <= event.closing_own_m_s else kind
+            return Difference(kind, event.time_s, text)
+        if proven.is_impact and proven.number in self._unordered:
+            return None
         allowed = (number + 2) * spread[1] + event.own + self._radii_of(proven)
         off = np.abs(event.values - proven.values)
         if np.all(off <= allowed):

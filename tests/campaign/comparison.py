@@ -46,6 +46,7 @@ class Kind(StrEnum):
     FINAL_STATE = "final state"
     ENDING = "ending"
     EARLY_END = "end before certified events"
+    EARLY_LANDING = "landing before certified bounces"
     NOTE = "note of an ending"
 
 
@@ -158,8 +159,13 @@ class _Comparison:
         k = self._impacts[key].popleft()
         row = record.impacts[k]
         if not _agrees(row["time_s"], impact.time, event.time_s):
-            text = f"impact {k}, of {_named(*key)}, is at {row['time_s']!r} s, not at {_shown(impact.time)} s"
-            yield Difference(Kind.TIME, min(float(row["time_s"]), _middle(impact.time)), text)
+            closing, known = closing_speed(self.scene, record, k)
+            text = f"impact {k}, of {_named(*key)}, is at {float(row['time_s'])!r} s, not at {_shown(impact.time)} s; "
+            text += f"closes at {closing!r} m/s"
+            kind = Kind.ROUNDING if closing <= known else Kind.TIME
+            yield Difference(kind, min(float(row["time_s"]), _middle(impact.time)), text)
+            return
+        if not event.is_ordered:
             return
         fields = [("velocity_first_after", impact.after[:2], 0), ("velocity_second_after", impact.after[2:], 1)]
         if impact.before is not None:

@@ -30,7 +30,7 @@ from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.gliding import BallMode
 from carom.solvers.certified.impacts import BallEvent, BallImpact, carry_out
 from carom.solvers.certified.legs import ZERO
-from carom.solvers.certified.meeting import Meeting, Seam
+from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
 from carom.solvers.certified.result import Degeneracy, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import kept, slow, undamped
@@ -63,12 +63,15 @@ class EnvelopeImpact(NamedTuple):
         rounding: What one run's own roundings at this impact may add to velocities and spins.
         time_s: What its own clock may add to the time.
         is_on_one_edge: Whether it is certain which edge of a finite wall is hit.
+        is_ordered: Whether it certainly comes after the impacts before it, and before those after it: else velocities
+            may be those of another order.
     """
 
     impact: BallImpact
     rounding: Rounding
     time_s: float
     is_on_one_edge: bool
+    is_ordered: bool = True
 
 
 class EnvelopeMode(NamedTuple):
@@ -199,6 +202,7 @@ class _Widened:
             selection = Selection(bodies)
             end = undamped(self.scene.damping_per_s, arb(self.scene.duration_s))
             selection.end_s, selection.deadline_s = float_above(end), deadline_s
+            commutes = False
             while len(found.events) < most:
                 choice = selection.next_impact()
                 if choice is None or choice.meeting.time > end:
@@ -207,6 +211,9 @@ class _Widened:
                 if not choice.meeting.time <= end:
                     selection.is_at_the_end(choice.meeting)
                 self._carry_out(choice.meeting)
+                if commutes or choice.commutes:
+                    self._mark_unordered()
+                commutes = choice.commutes
                 selection.changed(choice.meeting)
             found.horizon_s = self._earliest_s(selection)
         except Undecided as undecided:
@@ -233,11 +240,31 @@ class _Widened:
                 if table:
                     slow(bodies, i, ZERO, 0.0)
         for i, ground in lying.items():
+            closing = -float(ground.off_it(bodies.vx[i], bodies.vy[i]).mid())
             begun = contacts.begin(i, ground)
             if isinstance(begun, Meeting):
-                self._carry_out(begun)
+                self._carry_out(self._delayed(begun, i, self.found.gap_m / closing, ground.length))
             else:
-                self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)), is_on_one_edge=True)
+                self._add(BallEvent(None, (begun,)), None, Rounding((0.0, 0.0), (0.0, 0.0)))
+
+    def _mark_unordered(self) -> None:
+        """Note that the last impact may as well come before another, or after it."""
+        for k in reversed(range(len(self.found.events))):
+            event = self.found.events[k]
+            if isinstance(event, EnvelopeImpact):
+                self.found.events[k] = event._replace(is_ordered=False)
+                return
+
+    def _delayed(self, begun: Meeting, i: int, most_s: float, length: arb) -> Meeting:
+        """Return the impact of a disc at time 0, whose gap was set to 0, as up to so much later.
+
+        What it falls meanwhile is in its velocity.
+        """
+        bodies, near, fallen = self.bodies, begun.near, arb(0, self._pull * most_s)
+        assert isinstance(near, WallApproach)
+        bodies.vx[i], bodies.vy[i] = bodies.vx[i] + fallen, bodies.vy[i] + fallen
+        time = arb(0.5 * most_s, 0.5 * most_s)
+        return begun._replace(time=time, latest=2.0 * most_s, near=near._replace(root=near.root + fallen * length))
 
     def _carry_out(self, meeting: Meeting) -> None:
         bodies, (first, second) = self.bodies, meeting[:2]
@@ -302,7 +329,9 @@ class _Widened:
 
     # Events as traces have them ---------------------------------------------------------------------------------------
 
-    def _add(self, event: BallEvent, meeting: Meeting | None, rounding: Rounding, *, is_on_one_edge: bool) -> None:
+    def _add(
+        self, event: BallEvent, meeting: Meeting | None, rounding: Rounding, *, is_on_one_edge: bool = True
+    ) -> None:
         impact, events = event.impact, self.found.events
         for mode in event.modes:
             own_s = clock_resolution(_size(mode.time))

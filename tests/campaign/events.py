@@ -62,6 +62,11 @@ class Event(NamedTuple):
         return len(self.key) == 2
 
     @property
+    def is_landing(self) -> bool:
+        """Whether contact begins in it."""
+        return not self.is_impact and self.key[2] == Mode.FLIGHT
+
+    @property
     def told(self) -> str:
         """What it is, and when."""
         if self.is_impact:
@@ -95,7 +100,7 @@ def _numbered(events: Iterable[Event]) -> Iterator[Event]:
         landed = landings[event.key] if event.is_impact else 0
         yield event._replace(landings=landed, occurrence=seen[event.key, landed])
         seen[event.key, landed] += 1
-        if not event.is_impact and event.key[2] == Mode.FLIGHT:
+        if event.is_landing:
             landings[event.key[:2]] += 1
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import random
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -20,7 +20,9 @@ from tests.campaign.copies import Copies
 from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter, turn_quarter_back
 
-from carom import CertifiedTrace, Outcome, Scene, Trace, certify, solve_pic
+from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
+from carom.solvers.certified.options import CertifyOptions
+from carom.solvers.certified.run import CertifiedRun
 from carom.solvers.pic import pic_run
 from carom.solvers.resolution import clock_resolution
 from carom.solvers.run import Run
@@ -84,7 +86,7 @@ class OutOfTimeError(BaseException):
     """The processor time of a check is used up; no `Exception`, so that nothing takes it for one of its own."""
 
 
-@contextmanager
+@contextlib.contextmanager
 def time_limit(seconds: float) -> Iterator[None]:
     """Raise `OutOfTimeError` in the block when so many seconds of processor time have passed."""
 
@@ -95,7 +97,7 @@ def time_limit(seconds: float) -> Iterator[None]:
         yield
 
 
-@contextmanager
+@contextlib.contextmanager
 def _alarm(seconds: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     """Call a handler when so many seconds of processor time have passed in the block; an outer limit goes on after."""
     before = signal.signal(signal.SIGPROF, handler)
@@ -203,13 +205,23 @@ class Oracle:
 
 
 def certify_within(seconds: float, scene: Scene, impacts: int) -> CertifiedTrace:
-    """Return what is certified of a scene within so many seconds of processor time, or little more."""
+    """Return what `carom.certify` proves of a scene within so many seconds of processor time, or little more."""
 
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt  # which ends a certified run, and keeps what was certified
 
-    with _alarm(seconds, interrupt):
-        return certify(scene, max_impacts=impacts)
+    def certified_run() -> CertifiedRun:
+        options = CertifyOptions()
+        bits = {"max_precision_bits": options.max_precision_bits, "tie_bits": options.tie_bits}
+        return CertifiedRun(scene, digits=options.digits, **bits)
+
+    run = certified_run()
+    with contextlib.suppress(KeyboardInterrupt), _alarm(seconds, interrupt):
+        run.advance_to(scene.duration_s, impacts)
+    if run.ending is None:  # interrupted between two attempts
+        run = certified_run()
+        run.advance_to(scene.duration_s, 0)
+    return run.result()
 
 
 def _of_reordered(scene: Scene, solve: Callable[..., Trace], oracle: Oracle) -> list[Difference]:

@@ -12,10 +12,10 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))  # last: Carom itself 
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 
 from carom import Trace, engines, solve_pic, solve_pit
-from carom.extension import extension_available, extension_notes
+from carom.extension import find_extension_notes
 from carom.scenes import all_scenes
 
-#: Plain Python takes seconds for scenes of more discs or impacts.
+#: Larger scenes take seconds.
 MOST_DISCS, MOST_IMPACTS = 40, 200
 
 
@@ -41,8 +41,7 @@ def results() -> dict[str, str]:
 
 if __name__ == "__main__":
     report = {
-        "compiled": extension_available(),
-        "notes": extension_notes(),
+        "notes": find_extension_notes(),
         "engines": {info.name: info.distribution for info in engines()},
         "results": results(),
     }

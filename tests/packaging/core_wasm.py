@@ -75,11 +75,20 @@ def build(root: Path = ROOT) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder, "core.wasm")
         caches = {"ZIG_GLOBAL_CACHE_DIR": f"{folder}/global", "ZIG_LOCAL_CACHE_DIR": f"{folder}/local"}
-        python_path = {} if _is_installed() else {"PYTHONPATH": _downloaded(Path(folder, "zig"))}
+        python_path = zig_environment(Path(folder, "zig"))
         sources = [f"src/carom/core/{name}" for name in _COMPILED]
         command = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, "-o", str(out), *sources]
         subprocess.run(command, check=True, cwd=root, env=os.environ | caches | python_path)
         return out.read_bytes() + _section(SECTION, sources_digest().encode())
+
+
+def zig_environment(folder: Path) -> dict[str, str]:
+    """Return the variables with which ``python -m ziglang`` is the pinned version; download it if it is not installed.
+
+    Raises:
+        subprocess.CalledProcessError: It can't be downloaded.
+    """
+    return {} if _is_installed() else {"PYTHONPATH": _downloaded(folder)}
 
 
 def main() -> None:

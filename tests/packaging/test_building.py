@@ -1,20 +1,21 @@
-"""With a compiler, without one, and with one that is told to use all that the processor has: the bits are the same."""
+"""Builds with a compiler, without one, and for all features of this processor: the bits are the same."""
 
 from __future__ import annotations
 
+import os
 import platform
 import sys
-import zipfile
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.forms import needs_extension
+from tests.packaging import core_wasm
 from tests.packaging.building import copy_of_the_tree, install, make_wheel, report_of, run
 
 pytestmark = pytest.mark.long
 
-NO_COMPILER = {"CC": "/nonexistent", "CAROM_REQUIRE_EXTENSION": "0"}
+#: Programs by which a C compiler is called, beginnings of their names.
+COMPILERS = ("gcc", "cc", "clang", "c99", "c89", "x86_64-linux-gnu-", "aarch64-linux-gnu-")
 
 #: Tests that compare forms, and the physics with exact results.
 IDENTITY = ("tests/unit/core", "tests/unit/physics", "tests/unit/solvers")
@@ -33,30 +34,49 @@ def bits(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     return results
 
 
-def test_without_a_compiler_plain_python_gives_the_same_bits(tree: Path, tmp_path: Path, bits: dict[str, Any]) -> None:
-    """Without a C compiler the install succeeds, and the same results come out; notes say so, and the remedy."""
-    done = make_wheel(tree, tmp_path, NO_COMPILER)
+@pytest.fixture(scope="module")
+def no_compiler(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Environment in which every program of PATH is found, except for C compilers."""
+    programs = tmp_path_factory.mktemp("programs")
+    for folder in os.get_exec_path():
+        for program in Path(folder).glob("*"):
+            if not program.name.startswith(COMPILERS) and not (programs / program.name).is_symlink():
+                (programs / program.name).symlink_to(program)
+    return {"PATH": str(programs), "CC": ""}
+
+
+def test_without_a_compiler_zig_gives_the_same_bits(
+    tree: Path, tmp_path: Path, bits: dict[str, Any], no_compiler: dict[str, str]
+) -> None:
+    """Where no C compiler is found the build requires ziglang, as pinned, and its wheel gives the same results."""
+    code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
+    backend = {"PYTHONPATH": str(tree / "build_backend")}
+    pinned = core_wasm.compiler()
+    done = run(sys.executable, "-c", code, cwd=tree, env=backend | no_compiler)
+    assert done.stdout.splitlines()[-1] == str([pinned]) + " " + str([pinned])
+    done = make_wheel(tree, tmp_path, core_wasm.zig_environment(tmp_path / "zig") | no_compiler)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "the extension was not built, plain Python will serve" in done.stdout + done.stderr
+    assert "-m ziglang cc -mcpu=baseline" in done.stdout + done.stderr
     (wheel,) = tmp_path.glob("*.whl")
-    with zipfile.ZipFile(wheel) as archive:
-        assert not [name for name in archive.namelist() if name.endswith((".so", ".pyd"))]
-    # Tagged for this platform, it would be taken from a cache where there is a compiler.
-    assert wheel.stem.split("-")[2:] == ["py3", "none", "any"]
     report = report_of(install(wheel, tmp_path / "site"), tmp_path)
-    assert not report["compiled"]
-    assert "install a C compiler" in report["notes"][0]
+    assert report["notes"] == []
     assert report["results"] == bits
 
 
-def test_continuous_integration_refuses_to_do_without_the_extension(tree: Path, tmp_path: Path) -> None:
-    """With CAROM_REQUIRE_EXTENSION=1, a compiler that fails is an error."""
-    done = make_wheel(tree, tmp_path, {"CC": "false", "CAROM_REQUIRE_EXTENSION": "1"})
+def test_with_a_compiler_nothing_is_downloaded(tree: Path) -> None:
+    """The build requires no ziglang where the compiler that setuptools calls is found."""
+    code = "import carom_build as b; print(b.get_requires_for_build_wheel(), b.get_requires_for_build_editable())"
+    done = run(sys.executable, "-c", code, cwd=tree, env={"PYTHONPATH": str(tree / "build_backend")})
+    assert done.stdout.splitlines()[-1] == "[] []"
+
+
+def test_a_compiler_that_fails_is_an_error(tree: Path, tmp_path: Path) -> None:
+    """There is no wheel without the extension."""
+    done = make_wheel(tree, tmp_path, {"CC": "false"})
     assert done.returncode != 0
     assert not list(tmp_path.glob("*.whl"))
 
 
-@needs_extension
 def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: Path) -> None:
     """After a change of a source the tests say what to do; doing it is enough, also where a file is only renamed."""
     tree = copy_of_the_tree(tmp_path)
@@ -82,12 +102,13 @@ def test_a_stale_extension_is_refused_with_the_command_that_mends_it(tmp_path: P
     assert not collects()
     run(*command, cwd=tree)
     assert collects()
-    # A compiler that is gone leaves no module of before behind.
-    run(*command, cwd=tree, env=NO_COMPILER)
-    assert not list((tree / "src").rglob("*.so"))
+    # A build that fails leaves the modules of before, and they are still refused.
+    source = tree / "src/carom/core/pair.h"
+    source.write_text(source.read_text() + "/* A comment more. */\n")
+    assert run(*command, cwd=tree, check=False, env={"CC": "false"}).returncode != 0
+    assert not collects()
 
 
-@needs_extension
 def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
     """After an edit the modules that depend on it are compiled, and the one that contains the digest of all sources."""
     tree = copy_of_the_tree(tmp_path)
@@ -120,13 +141,12 @@ def test_what_has_not_changed_is_not_compiled_again(tmp_path: Path) -> None:
     assert compiled() == {"_cython", "built", "tree", "primitives"}
 
 
-@needs_extension
 @pytest.mark.skipif(sys.platform != "linux", reason="reads the processor's features from /proc/cpuinfo")
 def test_nothing_is_fused_where_the_processor_could(tmp_path: Path) -> None:
     """Built for this very processor, with its multiply-add, the extension passes the tests of all bits."""
     tree = copy_of_the_tree(tmp_path)
     build = (sys.executable, "setup.py", "--quiet", "build_ext", "--inplace")
-    run(*build, cwd=tree, env={"CAROM_REQUIRE_EXTENSION": "1", "CFLAGS": "-march=native"})
+    run(*build, cwd=tree, env={"CFLAGS": "-march=native"})
     if platform.machine() == "x86_64" and " avx " in Path("/proc/cpuinfo").read_text():
         assert "vmulsd" in run("objdump", "-d", tree / "tests/probe.abi3.so").stdout  # or nothing was tested
     native = {"PYTHONPATH": str(tree / "src")}

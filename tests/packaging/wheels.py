@@ -109,8 +109,8 @@ def _made_for_musl(folder: Path) -> tuple[str, bool]:
 def _call(
     command: Sequence[str | Path], folder: Path = ROOT, more: dict[str, str] | None = None, *, check: bool = True
 ) -> subprocess.CompletedProcess[str]:
-    """Run a program in which the extension has to be there; what it printed is shown where it fails unexpectedly."""
-    environment = {**os.environ, "CAROM_REQUIRE_EXTENSION": "1", **(more or {})}
+    """Run a program; what it printed is shown where it fails unexpectedly."""
+    environment = {**os.environ, **(more or {})}
     words = [str(word) for word in command]
     done = subprocess.run(words, check=False, cwd=folder, env=environment, capture_output=True, text=True)
     if check and done.returncode:

@@ -5,12 +5,9 @@ import os
 import shutil
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import pytest
-from tests.clocks import Clock
-from tests.forms import needs_extension, plain_form
 from tests.lengths import long_after
 
 import carom
@@ -19,15 +16,6 @@ from carom import extension
 PACKAGE = Path(carom.__file__).parent
 
 
-@pytest.fixture
-def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    """The clock of `Patience`."""
-    clock = Clock()
-    monkeypatch.setattr(extension, "time", clock)
-    return clock
-
-
-@needs_extension
 def test_every_source_of_the_extension_is_built() -> None:
     """Where `carom.built` can be imported, so can the module of each .pyx file of the package."""
     sources = sorted(PACKAGE.rglob("*.pyx"))
@@ -37,26 +25,20 @@ def test_every_source_of_the_extension_is_built() -> None:
         assert Path(str(importlib.import_module(name).__file__)).suffix != ".py"
 
 
-def test_the_plain_form_can_be_asked_for_and_says_so() -> None:
-    """With the variable set, plain Python serves, and the note names the variable; afterwards all is as before."""
-    before = extension.extension_available()
-    with plain_form():
-        assert not extension.extension_available()
-        (note,) = extension.extension_notes()
-        assert extension.PLAIN_VARIABLE in note
-    assert extension.extension_available() == before
+def test_a_missing_extension_is_an_error_with_a_remedy(tmp_path: Path) -> None:
+    """Importing Carom from a source tree that is not built names the folder and the command, in one error."""
+    package = tmp_path / "carom"
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "*.js", "*.html", "*.so", "*.pyd"))
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    command = [sys.executable, "-S", "-c", "import carom"]  # without an editable install, which has modules elsewhere
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    message = done.stderr.splitlines()[-1]
+    assert message.startswith(f"ImportError: Carom's compiled extension in {package} cannot be loaded (")
+    assert message.endswith("; build it with python setup.py build_ext --inplace, or install the source tree with pip")
+    assert done.stderr.count("Traceback") == 1
 
 
-@needs_extension
-def test_compiled_runs_have_nothing_to_note(clock: Clock) -> None:
-    """Where the extension serves, there is no note, and however long a wait, no warning."""
-    assert extension.extension_notes() == ()
-    patience = extension.Patience()
-    clock.now_s += 3600.0
-    patience.look()
-
-
-@needs_extension
 @pytest.mark.parametrize(
     ("edited", "touched", "stale"), long_after(2, [(True, True, True), (False, True, False), (False, False, False)])
 )
@@ -78,7 +60,7 @@ import warnings
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
     from carom import extension
-    notes = extension.extension_notes()
+    notes = extension.find_extension_notes()
 print(extension.__file__, [w.category.__name__ for w in caught], notes)
 """
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
@@ -89,34 +71,18 @@ print(extension.__file__, [w.category.__name__ for w in caught], notes)
     assert said or "[] ()" in done.stdout
 
 
-def test_the_first_long_wait_in_plain_python_is_warned_of_once(clock: Clock) -> None:
-    """A wait of over a second in plain Python warns, once in a process; a shorter one does not."""
-    extension._warn.cache_clear()  # noqa: SLF001 - a process that has not warned yet
-    with plain_form(), warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        patience = extension.Patience()
-        clock.now_s += 1.0
-        patience.look()
-        assert not caught
-        clock.now_s += 0.25
-        patience.look()
-        patience.look()
-    assert [warning.category for warning in caught] == [extension.PlainFormWarning]
-    extension._warn.cache_clear()  # noqa: SLF001 - see above
-
-
 def test_the_digest_sees_every_change_of_a_source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A changed character, a renamed file and a file more each change the digest; the line ends of Windows do not."""
     monkeypatch.setattr(extension, "__file__", str(tmp_path / "extension.py"))
     (tmp_path / "a.pxd").write_bytes(b"x\ny\n")
-    digests = [extension.sources_digest()]
+    digests = [extension.compute_sources_digest()]
     (tmp_path / "a.pxd").write_bytes(b"x\r\ny\r\n")
-    assert extension.sources_digest() == digests[0]
+    assert extension.compute_sources_digest() == digests[0]
     (tmp_path / "a.pxd").write_bytes(b"x\nz\n")
-    digests.append(extension.sources_digest())
+    digests.append(extension.compute_sources_digest())
     (tmp_path / "a.pxd").rename(tmp_path / "b.pxd")
-    digests.append(extension.sources_digest())
+    digests.append(extension.compute_sources_digest())
     for name in ("c.pyx", "d.h", "e.c"):
         (tmp_path / name).write_bytes(b"")
-        digests.append(extension.sources_digest())
+        digests.append(extension.compute_sources_digest())
     assert len(set(digests)) == len(digests)

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from tests.drawn import KINDS, SMALL, TABLES, drawn, impacts_of, small, table
-from tests.forms import needs_extension
 from tests.lengths import by_group, long_after
 from tests.rebuilt import Map, assert_seen, in_units, mirrored, quarter_turned, rebuilt
 from tests.unit.solvers.kinds import all_pairs
@@ -168,7 +167,6 @@ DRAWN += [
 ]
 
 
-@needs_extension
 @pytest.mark.parametrize(("kind", "numbers"), long_after(len(TIMES), DRAWN), ids=str)
 def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: range) -> None:
     """All pairs, cells of any width, pieces, a resumed run: the same impacts, spins, ambiguities, outcome and end."""
@@ -181,7 +179,6 @@ def test_every_form_of_pic_gives_the_bits_of_the_kernel(kind: str, numbers: rang
     assert impacts > len(numbers)
 
 
-@needs_extension
 @pytest.mark.parametrize("entries", by_group("issues", "engines", "classics"))
 def test_all_pairs_give_the_bits_of_the_kernel_in_every_scene_that_has_a_name(entries: list[CatalogueScene]) -> None:
     """Every kind of motion and wall, friction, what is driven up to a crush, contact, and ties."""
@@ -249,7 +246,6 @@ def frames_in_pieces(form: Callable[[Scene, FrameClock], Any], scene: Scene, clo
     return {**bits(run, run.advance_to(scene.duration_s)), "frames": run.frames}
 
 
-@needs_extension
 @pytest.mark.parametrize("kind", TIMES)
 @each_batch
 def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
@@ -275,7 +271,6 @@ def test_every_form_of_pit_gives_the_same_bits(kind: str, batch: range) -> None:
     assert impacts > 0
 
 
-@needs_extension
 @pytest.mark.parametrize("entries", by_group())
 def test_every_form_of_pit_gives_the_same_bits_in_every_scene_of_tables(entries: list[CatalogueScene]) -> None:
     """Over the first two seconds of each."""

@@ -13,7 +13,6 @@ import pytest
 from tests.campaign.gases import draw
 from tests.checker import Report, check, watch
 from tests.drawn import KINDS, SMALL, drawn, impacts_of, small
-from tests.forms import needs_extension
 from tests.lengths import long_after
 from tests.validation.exact_impact import Body, Law, after_impact, energy, momentum
 from tests.validation.rough_impacts import body_of, length_of, worst_law_error, worst_of_impact
@@ -259,7 +258,6 @@ def test_the_checker_sees_a_wrong_spin() -> None:
     assert body_of(scene.arrays, -1, (0.0, 0.0), 0.0, (Fraction(0), Fraction(0))).mass == math.inf
 
 
-@needs_extension
 @pytest.mark.parametrize("count", [2, pytest.param(40, marks=pytest.mark.long)])
 def test_rough_gases_invent_and_miss_no_impact(count: int) -> None:
     """Gases of the campaign, made rough: every rule of its checker holds, and of sixty impacts a gas the exact law."""

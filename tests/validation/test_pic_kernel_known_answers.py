@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 from tests.drawn import jittered
-from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.kinds import all_pairs
@@ -24,7 +23,6 @@ from carom.solvers.event_driven.run import EventDrivenRun
 from carom.studies.bench.gas import hard_disc_gas
 
 #: Millions of impacts, which plain Python takes hours for.
-pytestmark = needs_extension
 
 
 @pytest.mark.long

@@ -6,7 +6,7 @@ of higher numbers. So no arrangement is a bad one: columns, lines, far outliers,
 upon one another, of which a movable disc within reach of none meets no more than the root of their part.
 
 Whether two discs are near is one comparison of floats. Rounding is monotone, so a part that fails it holds no disc that
-passes: the pairs are those that comparing all pairs gives, to the last. Without the extension, all pairs are compared.
+passes: the pairs are those that comparing all pairs gives, to the last.
 """
 
 from __future__ import annotations
@@ -15,8 +15,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-
-from carom.extension import extension_available
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -41,9 +39,6 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
     Yields:
         The lower number of each pair, and the higher one, in no order within a block.
     """
-    if not extension_available():
-        yield from _of_all_pairs(position_m, reach_m, movable)
-        return
     from carom.broad_phase import tree
 
     search = tree.Search(np.ascontiguousarray(position_m), np.ascontiguousarray(reach_m), np.ascontiguousarray(movable))
@@ -51,18 +46,6 @@ def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[
     while begin < len(reach_m):
         first, second, begin = search.pairs(begin)
         yield first, second
-
-
-def _of_all_pairs(position: Floats, reach: Floats, movable: Flags) -> Iterator[Pairs]:
-    """Compare each disc with all of lower numbers."""
-    block = max(1, _DISTANCES // (4 * max(1, len(reach))))
-    for begin in range(0, len(reach), block):
-        end = min(begin + block, len(reach))
-        dx, dy = (position[:end] - position[begin:end, None]).transpose(2, 0, 1)
-        both = reach[:end] + reach[begin:end, None]
-        near = (both >= 0.0) & (dx * dx + dy * dy <= both * both) & (movable[:end] | movable[begin:end, None])
-        second, first = np.nonzero(np.tril(near, begin - 1))
-        yield first, begin + second
 
 
 def near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:

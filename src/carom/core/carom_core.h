@@ -1,10 +1,142 @@
-/* Structs that both event loops share: bodies, walls, the impact law, recorded impacts.
+/* The core of Carom: discs and walls in a plane, in C11 without dependencies. Start here.
 
-   Units are metres, seconds, kilograms and radians. A body is a disc (its number, 0 or more) or wall k (-1 - k), as in
-   `carom.trace`.
+   `event_driven.c` contains the loop of PIC, which computes the instant of every impact. `frame_sampled.c` contains the
+   loop of PIT, which checks for contact once per frame. Both are used by Python (.pyx files) and by the page of
+   `carom play` (wasm/). Structs that both loops share follow below; state.h has those of PIC, pit_state.h those of PIT.
+   docs/pic.md, section "How the core works", explains the algorithms, docs/physics.md the formulas.
 
-   The core allocates nothing. A caller gives one arena for rows whose number is fixed, and a function `Resize` for
-   memory that grows. */
+   UNITS are metres, seconds, kilograms and radians. A time is counted from the start, from the present epoch or from
+   now, as the comment next to it says.
+
+   BODIES are numbered as in `carom.trace`: disc i is i, wall k is -1 - k. A wall is a half-plane, a chain of edges and
+   arcs, or a circle. Its smallest parts are features: half-planes, faces, vertices, and arcs from outside or inside.
+   Where features are the obstacles, obstacle k is -1 - k, too. A body whose motion is prescribed is driven.
+
+   A RUN OF PIC: `carom_set_up` returns the size of the memory, `carom_begin` fills it, `carom_record` sets which
+   impacts are recorded. `carom_advance` applies impacts up to a time, a number of impacts or a number of events, and
+   returns an `Ending`. It may be called any number of times. Recorded impacts are rows of `Record`; `carom_states` and
+   `carom_spins` write the discs at a time, `carom_release` frees what grew. A RUN OF PIT: `carom_pit_lay_out`,
+   `carom_pit_begin`, `carom_pit_run`, `carom_pit_write_states`.
+
+   EVENTS of PIC, `EventKind` in state.h. Four of them change a prediction only: an edge of a cell is crossed; the
+   partner of a predicted impact has moved on; only a bound of an impact's time is known; a disc has no prediction yet.
+   Three change a motion: an impact of two discs, an impact with an obstacle, and the end of a mode of contact or of a
+   motion on a table. At one instant predictions are settled first. Then motions end, in the order of the discs, and
+   then impacts follow in the order of (first, second). `first` is the lower number of two discs, or the disc at a wall,
+   so a disc meets walls before discs. `Trace.ambiguous` lists impacts for which this order decides.
+
+   INVARIANTS, which every change must keep:
+
+   - Of two discs the one predicted later has seen the other's path. So the smaller of their two predicted times is
+     never later than their impact, and a prediction is stale if the partner's path has changed since.
+   - A pair's time depends on the paths of the two alone: it is counted from the later of their own times.
+   - Cells, bounds, prefetching, skipped frames and pieces of a run decide when something is computed, never what. The
+     all-pairs loop has none of them, and the same bits.
+   - A bound covers its own rounding errors. What bounds do not decide is computed exactly. No tolerance is chosen.
+   - Floating-point operations are neither reordered nor fused, and only correctly rounded ones are used. Results have
+     the same bits on every machine, and in WebAssembly.
+   - Nothing is allocated. One arena has the rows whose number is fixed; a function `Resize` supplies memory that grows.
+     There is no global state, no input and no output.
+   - Instants of discs that accelerate are pairs of floats: instant.h. Straight runs begin a new epoch after 32 impacts
+     per disc, so that times stay short: epochs.h.
+   - What the law makes 0 is stored as a fact and not computed: the gap and the normal speed of a disc in contact, the
+     slip of one that rolls, and bodies that touch after an impact with restitution 0: touched.h.
+
+   FILES. Headers contain inlined functions, one concept each.
+
+   Numbers
+     constants.h           constants, each with its unit and reason; macros for compilers
+     double_double.h       sums of two floats, longer exact sums, error-free sums and products
+     wide_integer.h        whole numbers of 256 bits
+     exponentials.h        exp, expm1 and log1p, rounded to the nearest float
+     instant.h             instants as pairs of floats
+   Times of impact, straight motion
+     pair.h                two discs
+     feature.h             features of walls, and a disc as seen from a wall
+     half_plane.h          the line of a half-plane
+     face.h                one side of an edge
+     arc.h                 an arc from outside or inside, or a vertex
+     feature_time.h        any feature; the gap to it and its normal
+   Times of impact, parabolas
+     fall.h                any feature, a fixed disc, or a disc with another acceleration
+     fall_gap.h            the gap as a polynomial in time
+     fall_bounds.h         lower bounds of these times
+     quartic.h             instants at which such a polynomial turns negative, in three stages
+     quartic_forms.h       a polynomial in floats, in pairs, and as exact products
+     quartic_isolation.h   intervals that contain exactly one root
+     quartic_root.h        a root, refined and rounded
+     quartic_scale.h       where to halve intervals first
+   Laws and records, for both loops
+     impact.h              restitution and friction of an impact
+     contact_law.h         Coulomb's law for a disc pressed to a straight wall
+     damping.h             linear damping as a change of time
+     resolution.h          what rounding makes uncertain about an impact's time
+     touched.h             bodies that a disc touches without speed along the normal
+     ambiguity.h           impacts whose result depends on an order that physics does not decide
+     record.h              rows of recorded impacts
+     arena.h               rows whose number is fixed
+   The event-driven loop (PIC)
+     state.h               state of a run, kinds of events, functions for bindings: read it first
+     accelerated.h         structs of discs that accelerate
+     event_driven.c        the loop and the set-up
+     events.h              the next event of a disc, and of all
+     queue.h               tournament tree of the times of next events
+     grid.h                cells
+     obstacles.h           lists of obstacles near each cell
+     cell_exit.h           when a disc leaves its cell, or meets an obstacle before
+     scan.h                which disc a disc meets next
+     motion.h              straight paths: positions, and times on them
+     impacts.h             an impact is applied and recorded
+     touching.h            touched.h in a run
+     epochs.h              time is counted anew from the present
+     prefetch.h            memory that the next event needs is loaded
+     memory.h              the arena of a run
+     driven.h              impacts with driven bodies; runs with features or spins
+     prescribed.h          where a driven body is
+     crush.h               discs that go to and fro between closing bodies
+     crush_rule.h          whether such a disc is crushed, and when
+     crush_rule_bodies.h   bodies as that rule sees them
+     crush_rule_row.h      the same for a row of discs
+     parabola.h            paths of discs that accelerate: positions, and times on them
+     parabola_exit.h       cell_exit.h for parabolas
+     parabola_scan.h       scan.h for parabolas
+     parabola_impacts.h    impacts.h for parabolas; where contact begins, ends, or ends the run
+     contact.h             discs in contact with a wall: modes, and when they change
+     mode_record.h         rows of recorded changes of mode
+     two_discs.h           two discs without walls: a closed form
+     all_pairs.h           the all-pairs loop, the oracle of the event loop
+   The frame-sampled loop (PIT)
+     pit_state.h           state of a run, and functions for bindings: read it first
+     frame_sampled.c       the loop
+     pit_tests.h           one frame
+     pit_pending.h         its pending tests, in the order of Algorithm 1
+     pit_impacts.h         an interference test, and an impact
+     pit_separation.h      bodies that a disc cannot approach on its present path
+     pit_motion.h          motion between frames
+     pit_driven.h          driven bodies at a frame
+     pit_search.h          which tests a disc needs now, and when it is due again
+     pit_bounds.h          how long a disc can meet nothing
+     pit_grid.h            cells, for discs of any sizes
+     pit_sweep.h           all tests of a frame at once, where skipping does not pay
+     pit_work.h            whether skipping pays
+     chain_distance.h      the point of a chain nearest to a disc
+   Bindings for Python: a .pyx file is a module, a .pyi file has its types, a .pxd file has declarations
+     pic.pyx, .pxd, .pyi   runs of PIC
+     pit.pyx, .pyi         runs of PIT
+     primitives.pyx, .pyi  single formulas
+     damped_time.pyx, .pyi damping and exponentials
+     carom_core.pxd        declarations of this file
+     formulas.pxd          declarations of formulas
+     laws.pxd              the impact law of a start
+     record_rows.pxd       recorded impacts as arrays
+     exact_quartic.pxd     the third stage of quartics: exact integers, in Python
+     binding_memory.h      `Resize` for Python
+   The page, compiled to carom/live/core.wasm by `make generated`
+     wasm/input.h          input and output of a run as arrays
+     wasm/memory.c         memory, and what a C library would supply
+     wasm/pic.c            runs of PIC
+     wasm/pit.c            runs of PIT
+     wasm/include          headers of the C library, as far as they are used */
 
 #ifndef CAROM_CORE_H
 #define CAROM_CORE_H

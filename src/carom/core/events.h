@@ -32,7 +32,7 @@ static inline double event_time(const Prediction *p) {
 }
 
 /* Return which of a disc's two predictions comes first: below 0 the end of its stay, above 0 its impact, 0 for both. */
-static inline int compare_predictions(const State *s, Index i) {
+static CAROM_ALWAYS_INLINE int compare_predictions(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     if (CAROM_LIKELY(p->exit_time != p->impact_time || s->accelerated.paths == NULL))
         return (p->exit_time > p->impact_time) - (p->exit_time < p->impact_time);
@@ -41,7 +41,7 @@ static inline int compare_predictions(const State *s, Index i) {
 }
 
 /* Return what the next event of disc `i` is. */
-static inline EventKind event_of(const State *s, Index i) {
+static CAROM_ALWAYS_INLINE EventKind event_of(const State *s, Index i) {
     const Prediction *p = &s->predictions[i];
     int order = compare_predictions(s, i);
     if (p->exit_time <= p->impact_time && p->edge != NO_EDGE && (p->edge != MOTION_END || order <= 0))
@@ -81,17 +81,22 @@ static inline Bodies bodies_of(const State *s, Event impact) {
     return pair_of(s, impact.disc);
 }
 
-/* Replace the lower bound of the time of disc `i`'s impact by the time itself; its next event may be another now. */
-static inline void solve_impact(State *s, Index i) {
+/* Solve for the impact that is predicted for disc `i`, which accelerates. */
+static CAROM_NOINLINE void solve_parabola_impact(State *s, Index i) {
     Prediction *p = &s->predictions[i];
-    if (CAROM_UNLIKELY(s->accelerated.paths != NULL)) {
-        Index j = p->partner;
-        Instant at = parabola_pair_time(s, i < j ? i : j, i < j ? j : i);
-        p->impact_time = at.high;
-        s->accelerated.paths[i].impact_low = at.low;
-    } else {
+    Index j = p->partner;
+    Instant at = parabola_pair_time(s, i < j ? i : j, i < j ? j : i);
+    p->impact_time = at.high;
+    s->accelerated.paths[i].impact_low = at.low;
+}
+
+/* Replace the lower bound of the time of disc `i`'s impact by the time itself; its next event may be another now. */
+static CAROM_ALWAYS_INLINE void solve_impact(State *s, Index i) {
+    Prediction *p = &s->predictions[i];
+    if (CAROM_UNLIKELY(s->accelerated.paths != NULL))
+        solve_parabola_impact(s, i);
+    else
         p->impact_time = pair_event_time(s, i, p->partner);
-    }
     p->exact = true;
 }
 

@@ -6,7 +6,7 @@
 
    Sources: P. T. P. Tang, "Table-driven implementation of the exponential function in IEEE floating-point arithmetic",
    ACM TOMS 15 (1989); A. Ziv, "Fast evaluation of elementary mathematical functions with correctly rounded last bit",
-   ACM TOMS 17 (1991). `carom/exponentials.py` is the form in whole numbers, which has the same results. */
+   ACM TOMS 17 (1991). */
 
 #ifndef CAROM_EXPONENTIALS_H
 #define CAROM_EXPONENTIALS_H

@@ -1,7 +1,7 @@
 /* Interference tests and impacts of PIT.
 
-   The operations and their order are those of `carom.solvers.plain.bodies`. A frame is the time of all its impacts, and
-   of no others: it is known without an error. */
+   `carom.solvers.reference.algorithm_1` is the definition, with the same operations in the same order. A frame is the
+   time of all its impacts, and of no others: it is known without an error. */
 
 #ifndef CAROM_PIT_IMPACTS_H
 #define CAROM_PIT_IMPACTS_H

@@ -25,6 +25,12 @@ enum {
     PREFETCH_FROM = 10000
 };
 
+/* Prefetch the row of a disc, or some address below for a negative number: that is harmless, and a branch is not, which a
+   processor could not predict. */
+static inline void prefetch_row(const State *s, Index i) {
+    CAROM_PREFETCH((const void *)((uintptr_t)s->discs + (uintptr_t)i * sizeof(Disc)));
+}
+
 static inline void prefetch_disc(const State *s, Index i) {
     Index match = s->queue.level[1] + (i >> 3);
     CAROM_PREFETCH(s->discs + i);
@@ -50,7 +56,6 @@ static inline void prefetch_cells(const State *s, Index i) {
 /* Prefetch the rows of disc `i`'s partner, and the cells around disc `i`. */
 static inline void prefetch_surroundings(const State *s, Index i) {
     Index partner = s->predictions[i].partner;
-    Index last = s->discs[i].last;
     if (partner != NOBODY) {
         CAROM_PREFETCH(s->discs + partner);
         CAROM_PREFETCH(s->predictions + partner);
@@ -58,7 +63,7 @@ static inline void prefetch_surroundings(const State *s, Index i) {
         if (s->record.is_wanted)
             CAROM_PREFETCH(s->record.recent + partner);
     }
-    CAROM_PREFETCH(s->discs + (last > 0 ? last : 0));
+    prefetch_row(s, s->discs[i].last);
     prefetch_cells(s, i);
 }
 
@@ -67,10 +72,8 @@ static inline void prefetch_neighbours(const State *s, Index i) {
     for (Index line = 0; line < 3; line++) {
         for (Index k = 0; k < 3; k++) {
             const Cell *cell = s->grid.cells + block.first + line * block.to_line + k;
-            for (Index place = 0; place < PLACES; place++) {
-                Index j = cell->disc[place];
-                CAROM_PREFETCH(s->discs + (j > 0 ? j : 0));
-            }
+            for (Index place = 0; place < PLACES; place++)
+                prefetch_row(s, cell->disc[place]);
         }
     }
 }

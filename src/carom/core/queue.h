@@ -35,7 +35,7 @@ static inline Index queue_length(const Queue *q) {
 }
 
 /* Return the least of the other seven times of a match, in three rounds that a processor can overlap. */
-static inline Sibling best_sibling(const double *times, Index place) {
+static CAROM_ALWAYS_INLINE Sibling best_sibling(const double *times, Index place) {
     double a = times[place ^ 1];
     double b = times[place ^ 2];
     double c = times[place ^ 3];

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from carom.arguments import count, number, shown
-from carom.errors import InputError, MissingExtraError
-from carom.extension import extension_available, extension_notes
+from carom.errors import InputError
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units
@@ -73,16 +72,6 @@ def _window(window_s: Any) -> tuple[float, float]:
 
 #: The options by default.
 PLAIN = RunOptions()
-
-
-def require_compiled(part: str) -> None:
-    """Refuse a part that needs the compiled extension.
-
-    Raises:
-        MissingExtraError: The extension does not serve; the message says why, and the remedy.
-    """
-    if not extension_available():
-        raise MissingExtraError(f"{part} is compiled only: {'; '.join(extension_notes())}")
 
 
 def require_goal(time_s: float, max_impacts: int | None) -> None:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.extension import extension_available, extension_notes
+from carom.extension import find_extension_notes
 from carom.scene import Scene, as_scene
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
@@ -67,8 +67,7 @@ def solve_pic(
     """Run a scene by event-driven PIC, the reference that everything else is held to.
 
     Args:
-        scene: The scene, or its name in the catalogue; discs and walls of any number. With gravity some hundred discs,
-            see `docs/gravity.md`.
+        scene: The scene, or its name in the catalogue; discs and walls of any number.
         max_impacts: Stop after this many impacts; None for no limit.
         until_s: Stop at this time instead of the scene's duration.
         record: Keep "all" impacts, or "none". How many each disc had is counted always.
@@ -91,7 +90,7 @@ def solve_pic(
     straight = scene.gravity_m_s2 == (0.0, 0.0) and not (scene.damping_per_s or scene.table_deceleration_m_s2)
     alone = len(scene.discs) == 2 and not scene.walls and straight and not scene.arrays.driven
     if request.is_plain and alone and not scene.arrays.turns:
-        trace = _solve_two_discs(scene, request.end_s) if extension_available() else None
+        trace = _solve_two_discs(scene, request.end_s)
         if trace is not None:
             return trace
     run = pic_run(scene, request.options)
@@ -104,7 +103,6 @@ def solve_pic(
         samples=samples,
         settings={"contact_duration_s": contact_s} if (contact_s := request.options.contact_duration_s) else {},
         impacts_per_disc=run.impacts_per_disc(),
-        notes=(*run.notes, *extension_notes()),
     )
 
 
@@ -132,4 +130,5 @@ def _solve_two_discs(scene: Scene, end_s: float) -> Trace | None:
         end_time_s=end_s,
         counts={"impacts": len(impacts), "predictions": len(impacts) + 1},
         impacts_per_disc=_IMPACTS_PER_DISC[len(impacts)],
+        notes=find_extension_notes(),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
+from carom.extension import find_extension_notes
 from carom.trace import Trace
 
 if TYPE_CHECKING:
@@ -182,6 +183,6 @@ def trace_of(run: Run, method: str, scene: Scene, outcome: Outcome, **more: Any)
         "final_spin_rad_s": run.spins(),
         "end_time_s": run.time_s,
         "counts": run.counts,
-        "notes": run.notes,
+        "notes": (*run.notes, *find_extension_notes()),
     }
     return Trace(method=method, scene=scene, outcome=outcome, **(told | more))

@@ -3,25 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from tests.forms import needs_extension, plain_form
 
 from carom.broad_phase import near_pairs, near_walls
 
 ARRANGEMENTS = ["scattered", "column", "line with jitter", "one place", "two clusters far apart", "lattice"]
-
-
-Form = Callable[[], AbstractContextManager[None]]
-in_both_forms = pytest.mark.parametrize(
-    "form", [pytest.param(nullcontext, marks=needs_extension, id="compiled"), pytest.param(plain_form, id="plain")]
-)
 
 
 def arranged(arrangement: str, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -52,14 +42,12 @@ def all_pairs(
 
 
 def found(
-    form: Form, position: NDArray[np.float64], reach: NDArray[np.float64], movable: NDArray[np.bool_]
+    position: NDArray[np.float64], reach: NDArray[np.float64], movable: NDArray[np.bool_]
 ) -> list[list[tuple[int, int]]]:
-    with form():
-        blocks = list(near_pairs(position, reach, movable))
+    blocks = list(near_pairs(position, reach, movable))
     return [list(zip(first.tolist(), second.tolist(), strict=True)) for first, second in blocks]
 
 
-@in_both_forms
 @given(
     seed=st.integers(0, 2**32 - 1),
     n=st.integers(1, 150),
@@ -69,48 +57,45 @@ def found(
     immovable=st.sampled_from([0.0, 0.3, 1.0]),
 )
 def test_the_near_pairs_are_those_of_all_pairs(
-    form: Form, seed: int, n: int, arrangement: str, octaves: float, size: float, immovable: float
+    seed: int, n: int, arrangement: str, octaves: float, size: float, immovable: float
 ) -> None:
     """Every near pair comes once, and no other, for reaches of any sizes (below 0 too), movable discs and others."""
     rng = np.random.default_rng(seed)
     position = arranged(arrangement, n, rng)
     reach = size * 2.0 ** -rng.uniform(0, octaves, n)
     movable = rng.random(n) >= immovable
-    pairs = [pair for block in found(form, position, reach, movable) for pair in block]
+    pairs = [pair for block in found(position, reach, movable) for pair in block]
     assert len(pairs) == len(set(pairs))
     assert set(pairs) == all_pairs(position, reach, movable)
 
 
-@in_both_forms
-def test_blocks_come_in_the_order_of_their_second_discs(form: Form) -> None:
+def test_blocks_come_in_the_order_of_their_second_discs() -> None:
     """Where there are so many pairs that they come in blocks, none has a lower second disc than the block before."""
     n = 600
-    blocks = found(form, np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
+    blocks = found(np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
     assert len(blocks) > 1
     seconds = [[second for _, second in block] for block in blocks]
     assert all(max(one) < min(next_one) for one, next_one in itertools.pairwise(seconds))
     assert sum(map(len, blocks)) == n * (n - 1) // 2
 
 
-@in_both_forms
-def test_immovable_discs_upon_one_another_are_not_paired(form: Form) -> None:
+def test_immovable_discs_upon_one_another_are_not_paired() -> None:
     """Of many immovable discs at one place and two movable ones, only the pairs with the near one of those come."""
-    n = 2_000 if form is plain_form else 20_000  # plain Python compares all with all
+    n = 20_000
     position = np.zeros((n + 2, 2))
     position[[7, n]] = (0.8, 0.0), (0.8, 0.8)
     movable = np.zeros(n + 2, np.bool_)
     movable[[7, n]] = True
-    pairs = [pair for block in found(form, position, np.full(n + 2, 0.5), movable) for pair in block]
+    pairs = [pair for block in found(position, np.full(n + 2, 0.5), movable) for pair in block]
     others = {k for k in range(n + 2) if k not in (7, n)}
     assert len(pairs) == n + 1
     assert set(pairs) == {(min(7, k), max(7, k)) for k in others} | {(7, n)}
 
 
-@in_both_forms
-def test_nothing_is_near_nothing(form: Form) -> None:
+def test_nothing_is_near_nothing() -> None:
     """No discs, and a single one, have no pairs."""
     for n in (0, 1):
-        assert not any(found(form, np.zeros((n, 2)), np.ones(n), np.ones(n, np.bool_)))
+        assert not any(found(np.zeros((n, 2)), np.ones(n), np.ones(n, np.bool_)))
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(0, 12))

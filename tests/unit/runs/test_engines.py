@@ -116,10 +116,10 @@ def declared(install: Install) -> None:
 def test_an_adapter_that_breaks_at_its_import_is_a_line(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever loading an adapter does, it is unavailable with the reason, in bounded time."""
     # An adapter that hangs is ended soon, and one that ends by itself is waited for, however slowly its process starts.
-    monkeypatch.setattr(Describe, "least_limit_s", 5.0 if "timed out" in LOADING[name][1] else PATIENT_S)
+    monkeypatch.setattr(Describe, "least_limit_s", 6.0 if "timed out" in LOADING[name][1] else PATIENT_S)
     if "closed" not in LOADING[name][1]:
         monkeypatch.setattr("carom.runs.process.GRACE_S", PATIENT_S)
-    with LocalPool(1, 5.0) as pool:
+    with LocalPool(1, 6.0) as pool:
         (line,) = described([name], pool)
     assert LOADING[name][1] in line.unavailable
     assert not line.profiles

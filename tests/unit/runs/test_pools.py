@@ -25,7 +25,7 @@ from carom.studies.cross_check.run import execute
 SOUND = ("pic", "pit", "raises", "goes-nan", "warns", "only-discs", "missing", "broken", "bad-profile")
 DEADLY = ("aborts", "exits", "hangs")
 #: Time limit of an engine that never answers.
-LIMIT_S = 5.0
+LIMIT_S = 20.0
 
 
 @contextmanager

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
@@ -44,7 +43,6 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@needs_extension
 @each("door", DOORS)
 @each("asked, message", REFUSED)
 def test_an_option_out_of_range_is_refused_in_the_same_words_at_every_door(
@@ -87,7 +85,6 @@ def rough_start(**changes: Any) -> DiscArrays:
     return DiscArrays(**{"position_m": position, "velocity_m_s": velocity, "walls": walls, **fields, **changes})
 
 
-@needs_extension
 @each(
     ("name", "value", "message"),
     [
@@ -117,7 +114,6 @@ def test_a_state_of_another_scene_is_refused_by_what_differs(name: str, value: A
     assert EventDrivenRun(elsewhere, resume=run.state()).positions().tobytes() == run.positions().tobytes()
 
 
-@needs_extension
 def test_a_state_of_walls_of_another_material_is_refused() -> None:
     """A run of it would be of neither scene."""
     one, other = (
@@ -136,7 +132,6 @@ def test_every_attribute_of_a_start_is_compared_or_belongs_to_the_state() -> Non
     assert {field.name for field in dataclasses.fields(DiscArrays)} == compared | of_the_state | refused
 
 
-@needs_extension
 def test_a_state_of_other_discs_or_another_contact_time_or_none_at_all_is_refused() -> None:
     """Another number of discs, spins on one side alone, another contact time, and what is no state."""
     smooth = {"friction": 0.0, "inertia_factor": None}

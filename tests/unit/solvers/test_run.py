@@ -12,7 +12,6 @@ from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
 from carom.damping import Damping
-from carom.extension import extension_available
 from carom.scene import Scene
 from carom.solvers.damped import DampedRun
 from carom.solvers.event_driven.run import EventDrivenRun
@@ -40,8 +39,6 @@ def slowed_by_nothing(scene: Scene) -> Run:
 @pytest.fixture(params=[*RUNS, "in units", "damped", "on a table"])
 def make(request: pytest.FixtureRequest) -> Callable[[Scene], Run]:
     name = request.param
-    if name not in {"frames", "in units", "certified"} and not extension_available():
-        pytest.skip("compiled only")
     if name == "certified":
         pytest.importorskip("flint")
 

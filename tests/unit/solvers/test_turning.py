@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, sure, with_discs
 
@@ -97,7 +96,6 @@ def test_pit_leaves_a_wall_with_the_velocities_of_pic() -> None:
     assert sure(late.spins)[:most].tolist() == sure(right.spins)[:most].tolist()
 
 
-@needs_extension
 def test_inelastic_collapse_has_its_outcome_with_friction_and_the_tc_model_ends_it() -> None:
     """A gas of restitution .3 that goes on without friction collapses with it; not where impacts take time."""
     velocity = np.random.default_rng(1).normal(size=(16, 2)).tolist()

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from carom.errors import MissingExtraError
 from carom.scene import Scene, as_scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS, CertifyOptions
-from carom.solvers.options import require_compiled
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -46,13 +45,12 @@ def certify(
         ended before.
 
     Raises:
-        MissingExtraError: python-flint is not installed, or the compiled extension not there.
+        MissingExtraError: python-flint is not installed.
         InputError: An option is outside its range.
     """
     asked = CertifyOptions(digits, max_impacts, time_budget_s, max_precision_bits, tie_bits)
     if isinstance(scene, str):
         scene = as_scene(scene)
-    require_compiled("certify")
     try:
         import flint  # noqa: F401 - what follows needs it
     except ModuleNotFoundError:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from flint import arb, ctx
 
-from carom.extension import extension_notes
+from carom.extension import find_extension_notes
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.endless import without_end
@@ -111,9 +111,9 @@ class CertifiedRun:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """How the run ended, and what is to be said of the extension."""
+        """How the run ended, and whether the extension is stale."""
         what = self.degeneracy or (self.ending and self.ending.value)
-        return (*([str(what)] if what else []), *extension_notes())
+        return (*([str(what)] if what else []), *find_extension_notes())
 
     @property
     def outcome(self) -> Outcome:

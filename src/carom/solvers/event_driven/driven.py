@@ -1,4 +1,4 @@
-"""Driven bodies and the legs of their paths, as rows of numbers for the kernel."""
+"""Driven bodies and the legs of their paths, as rows of numbers for the core."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def driven_rows(start: DiscArrays) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the rows of driven bodies, and those of the legs of their paths, as the kernel takes them.
+    """Return the rows of driven bodies, and those of the legs of their paths, as the core reads them.
 
     Bodies that are driven, and walls whose surface runs, walls first, each in ascending order: the body (a wall is -1
     less its number), how many legs its path has, and how fast its surface runs. Of all these paths in turn the legs:

@@ -1,4 +1,4 @@
-"""What there is to be met of walls, as the kernel has it: the features of each wall in turn, a half-plane as one."""
+"""Obstacles of a run as the core reads them: the features of each wall in turn; a half-plane is one feature."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from carom.disc_arrays import DiscArrays
 
-#: As many as the kernel numbers: `MOST_OBSTACLES` of state.h.
+#: `MOST_OBSTACLES` of state.h.
 MOST_OBSTACLES = 67_108_863
 
 

@@ -13,7 +13,7 @@ from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.endings import crushing_note, gliding_note, standstill_impacts, too_far_out
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
-from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_compiled, require_goal
+from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
 from carom.trace import Outcome, body_name
 
@@ -93,7 +93,6 @@ class EventDrivenRun:
         InputError: The scene has damping, or a contact time with gravity or a table that slows discs; walls have more
             sides and vertices than can be numbered; discs given as arrays overlap, an option is outside its range, or
             `resume` is the state of a run of another scene. The message names what differs.
-        MissingExtraError: The compiled extension is not there; `carom.solve_pic` does without.
     """
 
     def __init__(
@@ -128,7 +127,6 @@ class EventDrivenRun:
             raise InputError(f"cell_factor must be at least 1, got {cell_factor}")
         self.time_s = 0.0
         self.notes: tuple[str, ...] = ()
-        require_compiled("EventDrivenRun")
         from carom.core import pic
 
         obstacles = _obstacles_of(start, accelerate=acceleration is not None)

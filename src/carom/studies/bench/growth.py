@@ -265,7 +265,7 @@ def _point(discs: int, answer: Answer[Grown]) -> GrowthPoint:
 def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     """Return the points from the last one that cost less than the one before it.
 
-    More discs are more work, so there the method has changed (PIC goes over to its compiled kernel), and a power law
+    More discs are more work, so there the method has changed (PIC solves two discs by a closed form), and a power law
     through both methods would be one of neither.
     """
     falls = [k for k in range(1, len(points)) if points[k].advance_s < points[k - 1].advance_s]

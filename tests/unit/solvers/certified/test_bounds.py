@@ -7,13 +7,11 @@ import math
 
 import pytest
 from flint import arb, ctx
-from tests.forms import needs_extension, plain_form
 from tests.lengths import each
 from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact_of_pair, is_after_impact_on_wall
 from tests.unit.solvers.certified.start_bounds import StartBounds
 
 from carom import Disc, Scene, certify
-from carom.errors import MissingExtraError
 from carom.scenes import catalogue
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.bounds import LowerBounds
@@ -24,7 +22,6 @@ from carom.studies.bench.gas import gas_scene
 from carom.trace import wall_body, wall_index
 
 bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")
-pytestmark = needs_extension
 
 
 def entries(table: LowerBounds, bodies: BallBodies) -> dict[tuple[int, int], float]:
@@ -181,12 +178,6 @@ def test_the_digits_are_the_same_without_bounds(scene: Scene, monkeypatch: pytes
     bounded = certify(scene, max_impacts=40, digits=20)
     monkeypatch.setattr(bounds, "LowerBounds", StartBounds)
     assert told(certify(scene, max_impacts=40, digits=20)) == told(bounded)
-
-
-def test_without_the_extension_nothing_is_certified() -> None:
-    """Where the bounds are not compiled, it is said what is missing."""
-    with plain_form(), pytest.raises(MissingExtraError, match="certify is compiled only"):
-        certify(SCENES[0])
 
 
 def test_a_bound_says_nothing_until_it_is_raised() -> None:

@@ -6,18 +6,14 @@ import math
 
 import numpy as np
 import pytest
-from tests.forms import needs_extension, plain_form
 from tests.lengths import each
 from tests.stage import disc_at, line, staged, wall_at
 from tests.unit.solvers.kinds import all_pairs
 
 from carom import Disc, Scene
-from carom.errors import CaromError, InputError
-from carom.solvers.event_driven.run import EventDrivenRun
+from carom.errors import InputError
 from carom.solvers.pic import pic_run
 from carom.trace import Outcome
-
-pytestmark = needs_extension
 
 
 @each("friction, ambiguous", [(0.0, ()), (0.25, (1,))])
@@ -35,12 +31,6 @@ def test_two_impacts_at_right_angles_are_unique_without_friction_only(
     run.advance_to(3.0)
     assert run.log.array()["time_s"].tolist()[:2] == [1.0, 1.0]
     assert run.log.ambiguous() == ambiguous
-
-
-def test_the_kernel_refuses_to_run_without_the_extension() -> None:
-    """The message says what is missing."""
-    with plain_form(), pytest.raises(CaromError, match="EventDrivenRun is compiled only"):
-        EventDrivenRun(line(0.0, 2.0, velocities=(1.0, 0.0)))
 
 
 def test_a_run_is_not_taken_to_nan() -> None:

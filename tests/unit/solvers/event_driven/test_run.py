@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from tests.drawn import jittered, scene_of
-from tests.forms import needs_extension
 from tests.lengths import each, long_after
 from tests.stage import sure
 from tests.unit.solvers.kinds import all_pairs
@@ -20,8 +19,6 @@ from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.studies.bench.gas import hard_disc_gas
-
-pytestmark = needs_extension
 
 
 def outcome_of(run: EventDrivenRun) -> tuple[bytes, bytes, bytes]:

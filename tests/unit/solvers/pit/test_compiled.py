@@ -10,7 +10,6 @@ from functools import cache
 import numpy as np
 import pytest
 from tests.drawn import jittered, scene_of
-from tests.forms import needs_extension
 from tests.lengths import each, long_after
 from tests.stage import disc_at, line, staged, wall_at
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished, plain
@@ -18,8 +17,6 @@ from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms,
 from carom import Chain, Disc, Scene, Wall, solve_pit
 from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import gas_scene
-
-pytestmark = needs_extension
 
 
 def crowd(seed: int, *, ratio: float, speed: float) -> Scene:

@@ -8,15 +8,12 @@ from typing import Any
 
 import pytest
 from tests.drawn import drawn, slowing, table, thrown
-from tests.forms import needs_extension
 from tests.lengths import long_after
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
 
 from carom import Chain, Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
 from carom.walls import Leg
-
-pytestmark = needs_extension
 
 FALL = (0.4, -9.81)
 

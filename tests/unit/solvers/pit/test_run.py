@@ -10,12 +10,10 @@ from contextlib import contextmanager
 from types import FrameType
 
 import pytest
-from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, line, staged
 from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, finished, plain
 
-from carom import extension
 from carom.errors import InputError
 from carom.scene import Scene, Wall
 from carom.solvers.pit.clock import FrameClock
@@ -26,8 +24,7 @@ CLOCK = FrameClock(rate_hz=24.0)
 
 
 def forms() -> dict[str, Form]:
-    compiled = compiled_forms() if extension.extension_available() else {}
-    return {"plain": plain, **compiled}
+    return {"plain": plain, **compiled_forms()}
 
 
 @pytest.fixture(params=forms())
@@ -154,7 +151,6 @@ def test_a_long_run_can_be_interrupted_and_goes_on(form: Form) -> None:
     assert bits(run) == bits(whole)
 
 
-@needs_extension
 def test_other_threads_run_meanwhile() -> None:
     """While compiled code passes frames, another thread sees how many it has passed."""
     from carom.core.pit import FrameLoop

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from tests.forms import needs_extension
 from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.pit.forms import assert_identical
@@ -13,8 +12,6 @@ from tests.unit.solvers.pit.forms import assert_identical
 from carom import Chain, Disc, Scene, Wall
 from carom.solvers.pit.clock import FrameClock
 from carom.walls import Leg
-
-pytestmark = needs_extension
 
 CLOCK = FrameClock(rate_hz=60.0)
 

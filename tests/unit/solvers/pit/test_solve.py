@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from tests.forms import needs_extension
 from tests.stage import line
 from tests.unit.solvers.pit.forms import compiled_forms, finished, plain
 
-from carom import Wall, extension
+from carom import Wall
 from carom.errors import InputError
 from carom.scene import Scene
 from carom.solvers.pit.clock import FrameClock
@@ -25,7 +24,6 @@ def falling(**changes: Any) -> Scene:
     return Scene(**{**line(0.0, 3.0, velocities=(1.0, 0.0)).model_dump(), **fields})
 
 
-@needs_extension
 def test_compiled_code_runs_every_kind_of_motion() -> None:
     """So it does for plain looping, too; there is nothing to note."""
     still = {"gravity_m_s2": (0.0, 0.0)}
@@ -48,7 +46,7 @@ def test_an_impact_so_far_out_that_it_has_no_normal_ends_a_run_of_every_form() -
     scene = falling(duration_s=1e9, frame_rate_hz=1e-7)
     discs = [disc.model_copy(update={"velocity_m_s": (4e-9 * (k == 0), 0.0)}) for k, disc in enumerate(scene.discs)]
     scene = scene.model_copy(update={"discs": tuple(discs)})
-    for form in (plain, *(compiled_forms().values() if extension.extension_available() else ())):
+    for form in (plain, *compiled_forms().values()):
         with pytest.raises(InputError, match="do not tell their centres apart"):
             finished(scene, FrameClock(rate_hz=1e-7), form)
 

@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from tests.forms import needs_extension
 from tests.lengths import each, long_after
 
 from carom.errors import UnknownNameError
@@ -56,7 +55,6 @@ def test_two_discs_are_looked_at_in_few_frames() -> None:
     assert "none are kept, as no report is written" not in text
 
 
-@needs_extension
 def test_the_form_that_runs_is_the_one_that_is_told() -> None:
     """The event loop with its cells."""
     found = "13 impacts in 13 predictions"

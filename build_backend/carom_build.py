@@ -1,0 +1,92 @@
+"""Build backend: setuptools, and the C compiler of the ziglang wheel where there is no other.
+
+pyproject.toml names this module and pins ziglang, which also compiles core.wasm. setup.py compiles with what
+`find_fallback_compiler` returns.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shlex
+import shutil
+import sys
+import sysconfig
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from setuptools import build_meta
+from setuptools.build_meta import (
+    build_editable,
+    build_sdist,
+    build_wheel,
+    get_requires_for_build_sdist,
+    prepare_metadata_for_build_editable,
+    prepare_metadata_for_build_wheel,
+)
+
+__all__ = [
+    "build_editable",
+    "build_sdist",
+    "build_wheel",
+    "find_fallback_compiler",
+    "get_requires_for_build_editable",
+    "get_requires_for_build_sdist",
+    "get_requires_for_build_wheel",
+    "has_c_compiler",
+    "prepare_metadata_for_build_editable",
+    "prepare_metadata_for_build_wheel",
+]
+
+#: Without -mcpu, zig compiles for the processor of this machine alone. The others are those of CPython's own build.
+_ZIG = ("-mcpu=baseline", "-fPIC", "-fwrapv", "-DNDEBUG")
+
+
+def get_requires_for_build_wheel(config_settings: Any = None) -> list[str]:
+    """Return the requirements of setuptools, and ziglang where there is no C compiler."""
+    return [*build_meta.get_requires_for_build_wheel(config_settings), *_compiler_requirements()]
+
+
+def get_requires_for_build_editable(config_settings: Any = None) -> list[str]:
+    """Return the requirements of setuptools, and ziglang where there is no C compiler."""
+    return [*build_meta.get_requires_for_build_editable(config_settings), *_compiler_requirements()]
+
+
+def has_c_compiler() -> bool:
+    """Return whether the compiler that setuptools would call exists.
+
+    A compiler that the environment variable CC names counts as one: if it is missing, the build fails. On Windows
+    setuptools searches for Microsoft's compiler itself.
+    """
+    if sys.platform == "win32" or os.environ.get("CC"):
+        return True
+    command = shlex.split(sysconfig.get_config_var("CC") or "cc")
+    return shutil.which(command[0]) is not None
+
+
+def find_fallback_compiler() -> dict[str, list[str]]:
+    """Return the executables for `distutils.ccompiler.CCompiler.set_executables`; empty where a compiler exists.
+
+    Raises:
+        SystemExit: There is no C compiler, and ziglang is not installed.
+    """
+    if has_c_compiler():
+        return {}
+    if importlib.util.find_spec("ziglang") is None:
+        raise SystemExit(f"no C compiler: install gcc or clang, or {_pinned_ziglang()} by pip")
+    # Otherwise zig leaves its cache in the home directory.
+    os.environ.setdefault("ZIG_GLOBAL_CACHE_DIR", str(Path("build/zig").resolve()))
+    compiler = [sys.executable, "-m", "ziglang", "cc"]
+    compile_command = [*compiler, *_ZIG]
+    return {"compiler": compile_command, "compiler_so": compile_command, "linker_so": [*compiler, "-shared"]}
+
+
+def _compiler_requirements() -> list[str]:
+    return [] if has_c_compiler() else [_pinned_ziglang()]
+
+
+def _pinned_ziglang() -> str:
+    project = tomllib.loads(Path("pyproject.toml").read_text(encoding="utf-8"))["project"]
+    (pinned,) = project["optional-dependencies"]["wasm"]
+    return str(pinned)
