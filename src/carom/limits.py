@@ -5,7 +5,7 @@
 - Sizes from ``1 / ORDINARY`` to `ORDINARY` are computed with as they are: the formulas are of fourth degree at most, so
   their terms, and what the rounding of these leaves, stay within the range of floats.
 - PIC refuses an impact of two discs so far out that floats do not tell their centres apart, see
-  `carom.solvers.impact.resolution`.
+  `carom.solvers.resolution`.
 - What belongs to one scene spans no more than `SPAN` (`carom.sizes`), so that there are units in which it is ordinary.
 """
 

@@ -19,7 +19,7 @@ from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of, is_in_
 
 from carom import CertifiedTrace, Outcome, Scene
 from carom.solvers.certified.result import Degenerate, Ending
-from carom.solvers.impact.resolution import clock_resolution
+from carom.solvers.resolution import clock_resolution
 
 #: Ends of certified runs after which no run goes on.
 WITHOUT_END = {Degenerate.COLLAPSE, Degenerate.CRUSH, Degenerate.EDGE}

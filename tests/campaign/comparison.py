@@ -25,7 +25,7 @@ from tests.campaign.envelope import (
 )
 
 from carom import Outcome, Scene, Trace
-from carom.solvers.impact.resolution import clock_resolution
+from carom.solvers.resolution import clock_resolution
 from carom.trace import Mode, body_name
 
 Floats = NDArray[np.float64]

@@ -23,8 +23,8 @@ from tests.campaign.transformation import restore_record, rotate_scene, turn_qua
 from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
 from carom.solvers.certified.options import CertifyOptions
 from carom.solvers.certified.run import CertifiedRun
-from carom.solvers.impact.resolution import clock_resolution
 from carom.solvers.pic import pic_run
+from carom.solvers.resolution import clock_resolution
 from carom.solvers.run import Run
 
 #: Impacts over which a scene is followed, and events of its envelope.

@@ -25,7 +25,7 @@ _PRIMITIVES = tuple(
 _PIT = tuple(f"{_CORE}/{name}" for name in ("pit*", "frame_sampled.c", "chain_distance.h"))
 _LOOP = (f"{_CORE}/*", *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)))
 _PIC = (
-    *(f"{_U}/event_driven", f"{_U}/test_pic.py", f"{_U}/test_impact_log.py"),
+    *(f"{_U}/event_driven", f"{_U}/test_pic.py", f"{_U}/test_ambiguity.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
     *(f"{_V}/test_equivalences.py::test_every_form_of_pic", f"{_V}/test_equivalences.py::test_all_pairs_give"),
     *(f"{_V}/test_equivalences.py::test_frames_change", f"{_V}/test_pic_kernel_known_answers.py"),
@@ -36,7 +36,7 @@ _PIC = (
 
 ROOMS = {
     "physics": Room(("src/carom/physics/*.py", *_PRIMITIVES), ("tests/unit/core", "tests/unit/physics")),
-    "event-driven": Room((f"{_S}/event_driven/*.py", f"{_S}/impact/*.py", *_LOOP), _PIC),
+    "event-driven": Room((f"{_S}/event_driven/*.py", *_LOOP), _PIC),
     "solvers": Room(
         (f"{_S}/*.py", f"{_S}/reference/*.py"),
         (

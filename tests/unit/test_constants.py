@@ -21,8 +21,8 @@ PLAIN = {
     "PAIR_MOST": "carom.physics.pair_time_any_size._MOST",
     "ORDINARY": "carom.limits.ORDINARY",
     "LEAST_ORDINARY": "carom.solvers.units._LEAST",
-    "ULP": "carom.solvers.impact.resolution.ULP",
-    "FARTHEST": "carom.solvers.impact.resolution.FARTHEST",
+    "ULP": "carom.solvers.resolution.ULP",
+    "FARTHEST": "carom.solvers.resolution.FARTHEST",
 }
 
 

@@ -1,6 +1,15 @@
 /* Ambiguous impacts: those whose result depends on an order that physics does not decide.
 
-   `carom.solvers.impact_log` gives the rule and why two earlier impacts of a disc are enough. */
+   An impact is ambiguous where it shares a movable disc with an earlier recorded one at what may be the same instant, as
+   far as resolution.h knows both. It is not where the two normals are exactly orthogonal, because then neither impulse
+   changes the result of the other. The result of an ambiguous impact depends on an order that is a convention: (time,
+   first, second). Friction also acts across the normal: an impact with friction has no direction (not a number), and is
+   orthogonal to none. Faces of finite walls whose order changes nothing are in `carom.physics.wall_features`:
+   `are_decidable`.
+
+   Two earlier impacts of a disc are enough. No direction is orthogonal to two that are not parallel. Of all impacts that
+   reach as far in time as a later one, the one that reaches furthest interferes with it. Otherwise the furthest of those
+   not parallel to that one does, or none does. */
 
 #ifndef CAROM_AMBIGUITY_H
 #define CAROM_AMBIGUITY_H

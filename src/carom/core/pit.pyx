@@ -6,7 +6,7 @@ from libc.stdlib cimport free
 
 import numpy as np
 
-from carom.solvers.impact.resolution import too_far_out
+from carom.solvers.endings import too_far_out
 
 from carom.core.carom_core cimport Index, Law, Record, Surface, Turning, Wall
 from carom.core.laws cimport law_of, write_wall_laws

@@ -1,6 +1,10 @@
 /* The resolution of an impact's time: what rounding of positions and of the clock makes uncertain.
 
-   `carom.solvers.impact.resolution` derives these bounds. */
+   `carom.solvers.resolution` derives the bound of a gap. Divided by the speed of approach that is a time.
+
+   In a graze the speed of approach can be anything down to 0. There the overlap is a parabola in time, of curvature
+   u^2 / R for a relative speed u and a contact distance R. An error of the gap moves its zero by at most half the width
+   at that depth: sqrt(2 R error) / u. The lesser of the two times is the bound. */
 
 #ifndef CAROM_RESOLUTION_H
 #define CAROM_RESOLUTION_H

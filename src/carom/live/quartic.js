@@ -1,4 +1,4 @@
-// The instants at which a gap closes that is a polynomial in time, exactly, in whole numbers: carom/physics/pair_time_falling.py.
+// The instants at which a gap closes that is a polynomial in time, exactly, in whole numbers: carom/physics/exact_quartic.py.
 // The core asks for them where its floats and pairs of floats do not decide: quartic_forms.h has the meaning.
 import { ldexp } from "./arithmetic.js";
 import { frac, gcd } from "./rational.js";

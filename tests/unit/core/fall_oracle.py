@@ -186,7 +186,7 @@ def is_doubtful(gap: Fraction, speed: Fraction, pull: Fraction) -> bool:
 def length_of(vector: Vector) -> Fraction:
     """Return the length of a vector, exactly where it is a short fraction."""
     shift = Fraction(4) ** _ROOT_BITS
-    return Fraction(math.isqrt(math.floor((vector[0] ** 2 + vector[1] ** 2) * shift))) / 2**_ROOT_BITS
+    return Fraction(math.isqrt(math.floor((vector[0] ** 2 + vector[1] ** 2) * shift))) / (1 << _ROOT_BITS)
 
 
 def face_times(case: Fall, face: Face) -> set[float]:

@@ -75,8 +75,8 @@ def test_many_discs_meet_fixed_ones_at_the_exact_time(make: Callable[[random.Ran
 def assert_exact_at_features(make: Callable[[random.Random], Fall], count: int, seed: int) -> None:
     """Compare times with the exact ones, to the bit for circles.
 
-    Faces are right to 4 units in the last place. An arc that a disc comes to from next to it is right to 1: the time at
-    which the disc comes into the sector is a quotient of pairs.
+    Faces are right to 4 units in the last place. An arc that a disc comes to from next to it is right to 4, too: the
+    time at which the disc comes into the sector is a quotient of pairs.
     """
     rnd = random.Random(seed)
     for _ in range(count):
@@ -84,7 +84,7 @@ def assert_exact_at_features(make: Callable[[random.Random], Fall], count: int, 
         found = feature_time(case)
         right = oracle.feature_times(case)
         comes_in = isinstance(case.feature, Arc) and case.feature.inside and case.feature.sector is not None
-        ulps = 4 if isinstance(case.feature, Face) else int(comes_in)
+        ulps = 4 if comes_in or isinstance(case.feature, Face) else 0
         assert not right or any(is_near(found, exact, ulps) for exact in right), (case, found, right)
 
 

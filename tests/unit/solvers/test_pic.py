@@ -14,7 +14,7 @@ from tests.stage import disc_at, line, staged, wall_at
 
 from carom.errors import InputError
 from carom.scene import Disc, Scene, Wall
-from carom.solvers.impact_log import standstill_impacts
+from carom.solvers.endings import standstill_impacts
 from carom.solvers.pic import pic_run, solve_pic
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
 from carom.trace import Outcome

@@ -25,7 +25,7 @@ from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
 from carom.solvers.certified.two_frictions import sign, take
-from carom.solvers.impact.resolution import gap_resolution, size_of
+from carom.solvers.resolution import gap_resolution, size_of
 from carom.trace import Mode, wall_body, wall_index
 
 if TYPE_CHECKING:

@@ -11,9 +11,8 @@ import numpy as np
 from carom.arguments import shown
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
+from carom.solvers.endings import crushing_note, gliding_note, standstill_impacts, too_far_out
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
-from carom.solvers.impact.resolution import too_far_out
-from carom.solvers.impact_log import crushing_note, gliding_note, standstill_impacts
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
 from carom.trace import Outcome, body_name

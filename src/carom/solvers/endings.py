@@ -1,0 +1,37 @@
+"""Early ends of a run: the limit of impacts at one instant, and the sentences that a user reads."""
+
+from __future__ import annotations
+
+from carom.errors import InputError
+from carom.number_text import number
+from carom.solvers.resolution import FARTHEST
+from carom.trace import body_name
+
+
+def standstill_impacts(bodies: int) -> int:
+    """Return the number of impacts at one instant after which time no longer advances, for a number of bodies.
+
+    Equal discs in a line make at most n(n-1)/2 impacts, all at one instant if they touch; masses 1:100 against a wall
+    31, 1:10,000 314. A hundred times the square of the bodies permits all of these, and ends a run in which time does
+    not advance after milliseconds. With many bodies ten million more than those of a line do, after some seconds.
+    """
+    return min(100 * bodies**2, 10_000_000 + bodies**2 // 2)
+
+
+def gliding_note(disc: int, wall: int, time_s: float) -> str:
+    """Return the note of a run that ends because a disc glides along a wall."""
+    return f"disc {disc} glides along wall {wall} from {time_s:.17g} s on"
+
+
+def crushing_note(disc: int, between: tuple[int, int], time_s: float) -> str:
+    """Return the note of a run that ends because a disc is crushed between two bodies."""
+    one, other = map(body_name, between)
+    return f"disc {disc} is crushed between {one} and {other} at {time_s:.17g} s"
+
+
+def too_far_out() -> InputError:
+    """Return the error for an impact of two discs whose centres floats do not tell apart."""
+    return InputError(
+        f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats do not tell their "
+        "centres apart: end the run before that, or move the scene to the origin"
+    )

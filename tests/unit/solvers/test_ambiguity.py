@@ -1,0 +1,159 @@
+"""Resolution of impacts, ambiguous impacts, and the limit of impacts at one instant."""
+
+from __future__ import annotations
+
+import math
+import random
+from typing import NamedTuple
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.stage import disc_at, staged, wall_at
+
+from carom import solve_pic
+from carom.solvers.endings import standstill_impacts
+from carom.solvers.resolution import clock_resolution, gap_resolution, size_of
+
+probe = pytest.importorskip("tests.probe")
+
+
+class Blow(NamedTuple):
+    """An impact of a disc: its time, the resolution of that, and its normal."""
+
+    time_s: float
+    resolution_s: float
+    nx: float
+    ny: float
+
+    def interferes(self, earlier: Blow) -> bool:
+        """Return whether this may be simultaneous with an earlier one that changes its result."""
+        is_one_instant = self.time_s - self.resolution_s <= earlier.time_s + earlier.resolution_s
+        return is_one_instant and self.nx * earlier.nx + self.ny * earlier.ny != 0.0
+
+
+def compare_with_all(blows: list[Blow]) -> list[bool]:
+    """Return which impacts are ambiguous, by comparing each with all earlier ones."""
+    return [any(blow.interferes(earlier) for earlier in blows[:k]) for k, blow in enumerate(blows)]
+
+
+def find_ambiguous(blows: list[Blow]) -> list[bool]:
+    return list(map(bool, probe.ambiguous(blows)))
+
+
+def test_impacts_at_different_instants_are_unique() -> None:
+    """A disc may collide any number of times, one impact after the other."""
+    assert find_ambiguous([Blow(float(k), 0.0, 1.0, 0.0) for k in range(5)]) == [False] * 5
+
+
+@pytest.mark.parametrize(
+    ("normals", "ambiguous"),
+    [
+        pytest.param([(1.0, 0.0), (0.6, 0.8)], [1], id="two at one instant"),
+        pytest.param([(0.6, 0.8), (-0.8, 0.6)], [], id="at right angles neither changes the other"),
+        pytest.param([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)], [2], id="the first of three counts as well"),
+        pytest.param([(math.nan, math.nan), (0.0, 1.0)], [1], id="friction has no direction"),
+    ],
+)
+def test_simultaneous_impacts_of_a_disc_are_ambiguous(normals: list[tuple[float, float]], ambiguous: list[int]) -> None:
+    """Those impacts are ambiguous whose result an earlier one of the same instant changes."""
+    found = find_ambiguous([Blow(1.0, 0.0, *normal) for normal in normals])
+    assert [k for k, is_ambiguous in enumerate(found) if is_ambiguous] == ambiguous
+
+
+def test_instants_within_their_resolution_are_one() -> None:
+    """Impacts apart by no more than both resolutions share an instant; further apart they do not."""
+    for gap, ambiguous in ((0.375, True), (0.5, False)):
+        blows = [Blow(1.0, 0.25, 1.0, 0.0), Blow(1.0 + gap, 0.125, 0.6, 0.8)]
+        assert find_ambiguous(blows) == [False, ambiguous]
+
+
+DIRECTIONS = [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.6, 0.8), (-0.8, 0.6), (0.8, 0.6)]
+blow = st.tuples(st.integers(0, 3), st.sampled_from([0.0, 0.5, 1.0, 4.0, math.inf]), st.sampled_from(DIRECTIONS))
+
+
+@given(st.lists(blow, max_size=12))
+def test_two_earlier_impacts_are_enough(drawn: list[tuple[int, float, tuple[float, float]]]) -> None:
+    """The core keeps two impacts of a disc, and finds what comparing with all of them finds."""
+    time_s, blows = 0, list[Blow]()
+    for later, resolution_s, normal in drawn:
+        time_s += later
+        blows.append(Blow(float(time_s), resolution_s, *normal))
+    assert find_ambiguous(blows) == compare_with_all(blows)
+
+
+def test_two_earlier_impacts_are_enough_for_long_sequences() -> None:
+    """The same holds for 400 sequences of twelve; a rule that keeps the two latest impacts fails in a tenth of them."""
+    for seed in range(400):
+        rng, time_s, blows = random.Random(seed), 0.0, list[Blow]()
+        for _ in range(12):
+            time_s += rng.randint(0, 3)
+            blows.append(Blow(time_s, float(rng.randint(0, 6)), *rng.choice(DIRECTIONS)))
+        assert find_ambiguous(blows) == compare_with_all(blows), seed
+
+
+def test_impacts_that_share_only_an_immovable_disc_are_unique() -> None:
+    """Two discs that hit an immovable one at one instant do not influence each other."""
+    discs = [
+        disc_at(-3.0, 0, 1.0, 0.0, r=1),
+        disc_at(0.0, 0, r=1, m=math.inf),
+        disc_at(1.8, 2.4, -0.6, -0.8, r=1),
+    ]
+    trace = solve_pic(staged("hub", *discs, wall_at(0, -50, 0, 1), duration_s=2))
+    assert len(trace.impacts) == 2
+    assert trace.ambiguous == ()
+
+
+def test_the_limit_of_impacts_at_one_instant_permits_whatever_ends() -> None:
+    """Equal discs in a line have n(n-1)/2 at one instant; masses 1:100 and 1:10,000 at a wall 31 and 314 (Galperin)."""
+    assert standstill_impacts(3) >= 314
+    for bodies in (2, 3, 10, 316, 317, 1000, 10_000, 1_000_000):
+        allowed = standstill_impacts(bodies)
+        assert bodies * (bodies - 1) // 2 <= allowed <= min(100 * bodies**2, bodies**2 // 2 + 10_000_000)
+
+
+# Resolution -----------------------------------------------------------------------------------------------------------
+
+
+def pair_resolution(sizes: float, reach: float, ux: float, uy: float, speed: float) -> float:
+    found: float = probe.resolutions(sizes, reach, ux, uy, speed, 0.0)[0]
+    return found
+
+
+def wall_resolution(sizes: float, speed: float) -> float:
+    found: float = probe.resolutions(sizes, 1.0, 0.0, 0.0, speed, 0.0)[1]
+    return found
+
+
+sizes = st.floats(1e-150, 1e150)
+speeds = st.one_of(st.just(0.0), st.floats(-1e100, 1e100), st.floats(1e-30, 1e-10))
+
+
+@given(sizes, sizes, speeds, speeds, speeds, st.floats(0, 1e12))
+def test_resolutions_of_the_core(size: float, reach: float, ux: float, uy: float, w: float, time: float) -> None:
+    """They have the bits of their definitions, which the core computes with fewer roots."""
+    error, fast = gap_resolution(size), math.sqrt(ux * ux + uy * uy)
+    graze = reach * math.sqrt(2.0 * (error / reach)) / fast if fast > 0.0 else math.inf
+    wall = error / w if w > 0.0 else math.inf
+    assert probe.resolutions(size, reach, ux, uy, w, time) == (min(wall, graze), wall, clock_resolution(time))
+
+
+def test_a_head_on_impact_is_known_to_the_rounding_of_places_over_the_speed() -> None:
+    """At 2 m/s, with sizes of 8 m in all, five units in the last place of these are half as many seconds."""
+    assert size_of(-2.0, 1.0, 1.0) == 4.0
+    assert pair_resolution(8.0, 2.0, 2.0, 0.0, 2.0) == 5 * 8 * 2.0**-52 / 2
+    assert wall_resolution(8.0, 2.0) == 5 * 8 * 2.0**-52 / 2
+
+
+def test_a_graze_is_known_to_half_the_width_of_its_overlap() -> None:
+    """With no speed along the normal, an overlap of depth h lasts for 2 sqrt(2 R h) / u, whatever R and u."""
+    for reach, speed in ((2.0, 3.0), (2.0**-300, 2.0**300), (2.0**300, 2.0**-300)):
+        h = 5 * 2.0**-52 * (4 * reach)
+        expected = math.sqrt(2.0) * math.sqrt(h / reach) * (reach / speed)
+        assert pair_resolution(4 * reach, reach, 0.0, speed, 0.0) == pytest.approx(expected, rel=1e-15)
+
+
+def test_what_does_not_approach_is_known_to_no_time() -> None:
+    """An impact without any relative speed, and one on a wall without approach, may have been at any time."""
+    assert pair_resolution(1.0, 1.0, 0.0, 0.0, 0.0) == math.inf
+    assert wall_resolution(1.0, 0.0) == math.inf
