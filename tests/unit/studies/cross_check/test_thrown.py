@@ -18,7 +18,7 @@ from carom.pages.replay import scene_replays
 from carom.scenes import all_scenes
 from carom.studies.cross_check import demo as module
 from carom.studies.cross_check.document import report_of
-from carom.studies.cross_check.thrown import THROWN, drag_link
+from carom.studies.cross_check.thrown import THROWN, drag_link, thrown_page
 
 PAIR = staged("mine/a pair & more", disc_at(0, 0, 1), disc_at(3, 0), duration_s=2.0)
 #: One more than the page shows, of which two meet.
