@@ -130,6 +130,7 @@ static inline void predict_parabola_impact(State *s, Index i, Change change) {
     }
     Index count = gather(s, block, &chains);
     while (true) {
+        count = gather_chained(s, block, &chains, count);
         Index kept = 1;
         candidates[0] = best;
         for (Index k = 0; k < count; k++) {
@@ -142,7 +143,7 @@ static inline void predict_parabola_impact(State *s, Index i, Change change) {
         if (CAROM_LIKELY(chains.left == 0)) {
             break;
         }
-        count = gather_chained(s, block, &chains);
+        count = 0;
     }
     Prediction *p = &s->predictions[i];
     p->impact_time = best.time.high;

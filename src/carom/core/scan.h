@@ -58,30 +58,26 @@ static inline Index gather(State *s, Block block, Chains *chains) {
     return count;
 }
 
-/* Round 1 again, for up to a batch of the discs in chains; return how many. */
-static inline Index gather_chained(State *s, Block block, Chains *chains) {
-    Index count = 0;
-    Index chain = chains->left;
-    if (chains->disc == NOBODY) {
-        for (Index line = 0; line < block.lines; line++) {
+/* Round 1 again: add discs in chains to `count` others, up to a batch; return how many there are then. */
+static CAROM_NOINLINE Index gather_chained(State *s, Block block, Chains *chains, Index count) {
+    while (chains->left > 0 && count < BATCH) {
+        Index chain = chains->left;
+        for (Index line = 0; line < block.lines && chains->disc == NOBODY; line++) {
             for (Index k = 0; k < 3; k++) {
                 const Cell *cell = &s->grid.cells[block.first + line * block.to_line + k * block.to_cell];
                 Index last = cell->disc[PLACES - 1];
-                if (last < NOBODY) {
-                    chain -= 1;
-                    if (chain == 0)
-                        chains->disc = CHAINED - last;
-                }
+                chain -= last < NOBODY;
+                if (last < NOBODY && chain == 0)
+                    chains->disc = CHAINED - last;
             }
         }
+        while (chains->disc != NOBODY && count < BATCH) {
+            s->candidates.disc[count] = (int)chains->disc;
+            count += 1;
+            chains->disc = s->grid.chain[chains->disc];
+        }
+        chains->left -= chains->disc == NOBODY;
     }
-    while (chains->disc != NOBODY && count < BATCH) {
-        s->candidates.disc[count] = (int)chains->disc;
-        count += 1;
-        chains->disc = s->grid.chain[chains->disc];
-    }
-    if (chains->disc == NOBODY)
-        chains->left -= 1;
     return count;
 }
 
@@ -203,6 +199,8 @@ static inline void predict_impact(State *s, Index i, Change change) {
     Index known = best.partner;
     Index count = gather(s, block, &chains);
     while (true) {
+        if (CAROM_UNLIKELY(chains.left > 0))
+            count = gather_chained(s, block, &chains, count);
         if (CAROM_UNLIKELY(s->touched != NULL))
             count = remove_touching(s, i, count);
         Index kept = keep_approaching(s, i, met, count);
@@ -210,7 +208,7 @@ static inline void predict_impact(State *s, Index i, Change change) {
         best = earliest_of(s, i, kept, best);
         if (CAROM_LIKELY(chains.left == 0))
             break;
-        count = gather_chained(s, block, &chains);
+        count = 0;
     }
     if (change == OF_CELL && best.partner == known)
         return;
