@@ -106,8 +106,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
     return kept;
 }
 
-/* Round 3: bound the time at which each candidate is met; infinity for never. */
-static inline void bound_times(Candidates *c, Index count) {
+/* Round 3: bound the time at which each candidate is met; infinity for never. `has_low` says whether starts have low parts. */
+static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has_low) {
     for (Index block = 0; block < (count + LANES - 1) / LANES; block++) {
         for (Index lane = 0; lane < LANES; lane++) { /* compilers make vector instructions of this */
             Index k = block * LANES + lane;
@@ -123,8 +123,15 @@ static inline void bound_times(Candidates *c, Index count) {
             int is_known = is_apart & is_deep & closes;
             double closing = sqrt(d.value > 0.0 ? d.value : 0.0) - b.value;
             double wait = gap.value / (closing > 0.0 ? closing : 1.0);
-            double low = c->start[k] + wait * (1.0 - CAROM_ROOT_ERROR);
-            double high = c->start[k] + wait * (1.0 + CAROM_ROOT_ERROR);
+            double least = wait * (1.0 - CAROM_ROOT_ERROR);
+            double most = wait * (1.0 + CAROM_ROOT_ERROR);
+            if (has_low) {
+                double open = CAROM_ULP * fabs(c->start_low[k]); /* of the sums with the low part */
+                least += c->start_low[k] - open;
+                most += c->start_low[k] + open;
+            }
+            double low = c->start[k] + least;
+            double high = c->start[k] + most;
             low = is_known ? low : -CAROM_INF;
             high = is_known ? high : CAROM_INF;
             c->low[k] = never ? CAROM_INF : low;
@@ -204,7 +211,7 @@ static inline void predict_impact(State *s, Index i, Change change) {
         if (CAROM_UNLIKELY(s->touched != NULL))
             count = remove_touching(s, i, count);
         Index kept = keep_approaching(s, i, met, count);
-        bound_times(&s->candidates, kept);
+        bound_times(&s->candidates, kept, false);
         best = earliest_of(s, i, kept, best);
         if (CAROM_LIKELY(chains.left == 0))
             break;
