@@ -118,7 +118,7 @@ cdef extern from "carom/core/scan.h" nogil:
         Index left
 
     Index gather(State *s, Block block, Chains *chains)
-    Index gather_chained(State *s, Block block, Chains *chains)
+    Index gather_chained(State *s, Block block, Chains *chains, Index count)
 
 cdef extern from *:
     """
@@ -354,10 +354,14 @@ cdef class Cells:
         s = &self.s
         cdef Chains chains
         cdef Block block = carom_block(&s.grid, row, column)
-        batches = [[s.candidates.disc[k] for k in range(gather(s, block, &chains))]]
-        while chains.left > 0:
-            batches.append([s.candidates.disc[k] for k in range(gather_chained(s, block, &chains))])
-        return batches
+        cdef Index count = gather(s, block, &chains)
+        batches = []
+        while True:
+            count = gather_chained(s, block, &chains, count)
+            batches.append([s.candidates.disc[k] for k in range(count)])
+            if chains.left == 0:
+                return batches
+            count = 0
 
     @property
     def grid(self):

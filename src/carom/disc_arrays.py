@@ -246,7 +246,7 @@ class DiscArrays:
         walls = np.array([material.friction for material in self.materials] or [math.nan])
         return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
 
-    @property
+    @cached_property
     def has_half_planes(self) -> bool:
         """Whether all walls, if any, are half-planes."""
         return all(isinstance(wall, tuple) for wall in self.walls)

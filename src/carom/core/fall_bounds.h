@@ -33,6 +33,11 @@ static inline double closing_lower_bound(double gap, double speed, double pull) 
     return (1.0 - CAROM_BOUND_ERROR) * time;
 }
 
+/* Return whether a lower bound is later than a time, which may be infinite. */
+static inline bool is_bound_after(double bound, double within) {
+    return bound > within || bound == CAROM_INF;
+}
+
 /* Return a time before which a disc is certainly further from a point than `reach`.
 
    (x, y) is the disc's place as seen from the point, with an error of at most `error`, and (ux, uy) its velocity. The
@@ -119,9 +124,9 @@ static inline bool misses_line(double gap, double gap_size, double speed, double
     double speed_error = CAROM_BOUND_ERROR * speed_size + CAROM_BOUND_UNDERFLOW;
     double pull_error = CAROM_BOUND_ERROR * pull_size + CAROM_BOUND_UNDERFLOW;
     if (gap > gap_error)
-        return closing_lower_bound(gap - gap_error, speed - speed_error, pull - pull_error) > within;
+        return is_bound_after(closing_lower_bound(gap - gap_error, speed - speed_error, pull - pull_error), within);
     return is_behind &&
-           closing_lower_bound(-gap - gap_error, -speed - speed_error, -pull - pull_error) > within;
+           is_bound_after(closing_lower_bound(-gap - gap_error, -speed - speed_error, -pull - pull_error), within);
 }
 
 /* Return whether a disc, which has not just left a feature, certainly does not touch it within a time. */
@@ -154,7 +159,7 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
     }
     const double error = CAROM_BOUND_ERROR * place_size;
     if (f->kind != INNER_ARC)
-        return circle_lower_bound(x, y, ux, uy, ax, ay, f->size.high + thick, error) > within;
+        return is_bound_after(circle_lower_bound(x, y, ux, uy, ax, ay, f->size.high + thick, error), within);
     double most_x = greater(path_x.most, -path_x.least), most_y = greater(path_y.most, -path_y.least);
     double most = sqrt(most_x * most_x + most_y * most_y);
     double most_error = error + CAROM_BOUND_ERROR * (most + f->size.high + thick) + CAROM_BOUND_LENGTH_UNDERFLOW;

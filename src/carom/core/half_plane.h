@@ -11,18 +11,27 @@
 
 #include "carom/core/pair.h"
 
+/* Add `a` times a component of a normal to a sum. Most walls are along an axis, and products with 0 and 1 are exact. */
+static inline TripleDouble add_along(TripleDouble total, double a, double component) {
+    if (component == 0.0)
+        return total;
+    if (fabs(component) == 1.0)
+        return add_term(total, a * component);
+    return add_product(total, a, component);
+}
+
 /* Return the distance of a disc's rim from a wall, negative inside the wall. */
 static inline DoubleDouble wall_gap(double x, double y, double radius, double qx, double qy, double nx, double ny) {
     DoubleDouble dx = two_diff(x, qx);
     DoubleDouble dy = two_diff(y, qy);
-    TripleDouble total = add_product(add_product(empty_sum(), dx.high, nx), dx.low, nx);
-    total = add_product(add_product(total, dy.high, ny), dy.low, ny);
-    return round_sum(add_product(total, -radius, 1.0));
+    TripleDouble total = add_along(add_along(empty_sum(), dx.high, nx), dx.low, nx);
+    total = add_along(add_along(total, dy.high, ny), dy.low, ny);
+    return round_sum(add_term(total, -radius));
 }
 
 /* Return the velocity along a wall's normal, negative towards the wall. */
 static inline DoubleDouble wall_speed(double vx, double vy, double nx, double ny) {
-    return round_sum(add_product(add_product(empty_sum(), vx, nx), vy, ny));
+    return round_sum(add_along(add_along(empty_sum(), vx, nx), vy, ny));
 }
 
 /* Return the root of `gap + speed * t`, corrected once by its residual. */

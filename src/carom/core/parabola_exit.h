@@ -83,6 +83,9 @@ static inline CellExit parabola_cell_exit(const State *s, Index i, Index row, In
 
 /* Return whether a coordinate stays between two bounds on a parabola, from now on for some seconds. */
 static inline bool stays_between(double low, double high, double x, double v, double a, double wait) {
+    if (v == 0.0 && a == 0.0) {
+        return low <= x && x <= high;
+    }
     double end = x + wait * (v + 0.5 * a * wait);
     bool stays = low <= x && x <= high && low <= end && end <= high; /* false for NaN, of a wait without end */
     double turn = a != 0.0 ? -v / a : -1.0;
@@ -145,23 +148,8 @@ static inline double parabola_feature_wait(const State *s, Index i, Index k, con
     const Disc *a = &s->discs[i];
     const Parabola *p = &run->paths[i];
     const Feature *f = &s->features[k];
-    if (f->kind == PLANE) {
-        DoubleDouble pull = wall_speed(p->ax, p->ay, f->nx, f->ny);
-        if (has_just_left) {
-            /* On a table the path is straight, and does not return to what is flat. */
-            return run->deceleration == 0.0 && pull.high < 0.0 ? return_time((DoubleDouble){p->leaving, 0.0}, pull)
-                                                               : CAROM_INF;
-        }
-        if (touches) {
-            return CAROM_INF;
-        }
-        DoubleDouble gap = wall_gap(seen->x, seen->y, a->radius, f->x.high, f->y.high, f->nx, f->ny);
-        return descent_time(gap, wall_speed(seen->vx, seen->vy, f->nx, f->ny), pull);
-    }
-    if (has_just_left && run->deceleration > 0.0 && f->kind == FACE) {
-        return CAROM_INF;
-    }
-    if (f->kind == FACE && touches) {
+    /* On a table the path is straight, and does not return to what is flat. */
+    if (f->kind <= FACE && (touches || (has_just_left && run->deceleration > 0.0))) {
         return CAROM_INF;
     }
     Mover disc = mover_at(seen->x, seen->y, seen->vx, seen->vy, a->radius);
@@ -271,13 +259,14 @@ static inline void predict_parabola_exit(State *s, Index i) {
     const Disc *a = &s->discs[i];
     Index row = p->cell >> COLUMN_BITS, column = p->cell & COLUMN_MASK;
     CellExit crossing = parabola_cell_exit(s, i, row - 1, column - 1);
-    NextObstacle next = {{a->time + crossing.wait, 0.0}, NO_OBSTACLE};
+    Instant leaves = {a->time + crossing.wait, 0.0};
+    bool ends_first = path->ends.high < CAROM_INF && !is_before(leaves, path->ends);
+    NextObstacle none = {ends_first ? path->ends : leaves, NO_OBSTACLE}, next = none;
     unsigned int list = g->list_of[tile_of(g, row, column)];
     if (list != 0) {
-        next = first_of_features(s, i, g->lists + (list >> 1), next);
+        next = first_of_features(s, i, g->lists + (list >> 1), none);
         if ((list & 1) && !parabola_stays_in_area(s, i, next.time.high - a->time)) {
-            next = first_of_features(s, i, g->lists + FULL_LIST,
-                                     (NextObstacle){{a->time + crossing.wait, 0.0}, NO_OBSTACLE});
+            next = first_of_features(s, i, g->lists + FULL_LIST, none);
             s->counts.beyond += 1;
         }
     }
@@ -286,11 +275,7 @@ static inline void predict_parabola_exit(State *s, Index i) {
             next = first_of_driven_wall(s, i, &s->driving.rows[k], next);
         }
     }
-    int edge = next.feature == NO_OBSTACLE ? (int)crossing.edge : NO_EDGE;
-    if (path->ends.high < CAROM_INF && !is_before(next.time, path->ends)) {
-        next = (NextObstacle){path->ends, NO_OBSTACLE};
-        edge = MOTION_END;
-    }
+    int edge = next.feature != NO_OBSTACLE ? NO_EDGE : ends_first ? MOTION_END : (int)crossing.edge;
     p->exit_time = next.time.high;
     path->exit_low = next.time.low;
     p->obstacle = (int)next.feature;

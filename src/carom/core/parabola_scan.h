@@ -1,8 +1,8 @@
 /* Narrow phase of discs that accelerate: which disc a disc meets next.
 
-   As in scan.h, a scan bounds the times of all candidates, and solves only what the bounds do not separate. A pair with the
-   same acceleration is bounded by the plain form of pair.h. Any other pair is bounded from below only, by the time that its
-   greatest speed takes for its gap, and solved when that comes first. */
+   A scan has the rounds of scan.h for pairs with the same acceleration, which move straight as seen from each other. Any
+   other pair is bounded from below only, by the time that its greatest speed takes for its gap, and solved when that comes
+   first. */
 
 #ifndef CAROM_PARABOLA_SCAN_H
 #define CAROM_PARABOLA_SCAN_H
@@ -20,42 +20,64 @@ typedef struct Meeting { /* a possible next impact with a disc */
 
 static const Meeting NO_MEETING = {{CAROM_INF, 0.0}, CAROM_INF, NOBODY, true};
 
-/* Return the bounds of the time at which two discs with the same acceleration meet. */
-static inline Meeting bound_alike(const State *s, Index i, Index j) {
-    const Disc *a = &s->discs[i], *b = &s->discs[j];
-    Instant start = later_of(own_instant(a, &s->accelerated.paths[i]), own_instant(b, &s->accelerated.paths[j]));
-    Motion first = motion_at(s, i, start), second = motion_at(s, j, start);
-    double dx = second.x - first.x, dy = second.y - first.y;
-    double ux = second.vx - first.vx, uy = second.vy - first.vy, reach = a->radius + b->radius;
-    Bounded along = approach(dx, dy, ux, uy);
-    if (along.value > along.error) {
-        return NO_MEETING;
-    }
-    Bounded d = discriminant(dx, dy, ux, uy, reach);
-    if (d.value < -d.error || fabs(ux) + fabs(uy) == 0.0) {
-        return NO_MEETING;
-    }
-    Bounded gap = separation(dx, dy, reach);
-    bool is_known = gap.value > CAROM_CERTAIN * gap.error && d.value > CAROM_CERTAIN * d.error &&
-                    -along.value > CAROM_CERTAIN * along.error;
-    if (!is_known) {
-        return (Meeting){{-CAROM_INF, 0.0}, CAROM_INF, j, false};
-    }
-    double wait = gap.value / (sqrt(d.value) - along.value);
-    double open = CAROM_ULP * fabs(start.low); /* of the sums with the low part */
-    double low = start.high + ((start.low - open) + wait * (1.0 - CAROM_ROOT_ERROR));
-    double high = start.high + ((start.low + open) + wait * (1.0 + CAROM_ROOT_ERROR));
-    return (Meeting){{low, 0.0}, high, j, false};
+/* Return whether disc `j` moves in a straight line as seen from disc `i`, since both accelerate alike. */
+static inline bool moves_straight(const State *s, Index i, Index j) {
+    return s->discs[j].inverse_mass > 0.0 && accelerate_alike(s, i, j);
 }
 
-/* Return the bounds of the time at which disc `i` meets another one. */
-static inline Meeting bound_meeting(const State *s, Index i, Index j) {
-    if (s->discs[j].inverse_mass > 0.0 && accelerate_alike(s, i, j)) {
-        bool is_parting = s->touched != NULL ? are_parting(s, i, j) : last_partner(s, i) == j;
-        return is_parting ? NO_MEETING : bound_alike(s, i, j);
-    }
+/* Return a lower bound of the time at which disc `i` meets one that does not move straight as seen from it. */
+static inline Meeting bound_bent(const State *s, Index i, Index j) {
     Instant earliest = earliest_meeting(s, i, j);
     return (Meeting){{earliest.high, 0.0}, CAROM_INF, j, !(earliest.high < CAROM_INF)};
+}
+
+/* Round 2 of scan.h: keep the discs that move straight as seen from disc `i` and approach it, with their motion relative
+   to it as `parabola_pair_time` computes it; return how many. Those that do not move straight become meetings. */
+static inline Index keep_approaching_alike(State *s, Index i, Index count, Meeting *bent, Index *bent_count) {
+    Candidates *c = &s->candidates;
+    const Parabola *p = &s->accelerated.paths[i];
+    Disc a = s->discs[i];
+    double low = p->time_low, half_x = 0.5 * p->ax, half_y = 0.5 * p->ay;
+    bool has_table = s->accelerated.deceleration > 0.0;
+    Index met = last_partner(s, i), kept = 0;
+    for (Index k = 0; k < count; k++) {
+        Index j = c->disc[k];
+        const Disc *b = &s->discs[j];
+        const Parabola *q = &s->accelerated.paths[j];
+        if (CAROM_UNLIKELY(!moves_straight(s, i, j))) {
+            bent[*bent_count] = bound_bent(s, i, j);
+            *bent_count += bent[*bent_count].time.high < CAROM_INF;
+            continue;
+        }
+        int is_later = (b->time > a.time) | ((b->time == a.time) & (q->time_low > low));
+        Instant start = {is_later ? b->time : a.time, is_later ? q->time_low : low};
+        /* One of the two waits is 0, which leaves a disc where it is. */
+        double wait = (start.high - a.time) + (start.low - low);
+        double its_wait = (start.high - b->time) + (start.low - q->time_low);
+        Motion from = {a.x + wait * (a.vx + half_x * wait), a.y + wait * (a.vy + half_y * wait), a.vx + p->ax * wait,
+                       a.vy + p->ay * wait};
+        Motion to = {b->x + its_wait * (b->vx + half_x * its_wait), b->y + its_wait * (b->vy + half_y * its_wait),
+                     b->vx + p->ax * its_wait, b->vy + p->ay * its_wait};
+        if (CAROM_UNLIKELY(has_table)) { /* where a path may have ended */
+            from = motion_at(s, i, start);
+            to = motion_at(s, j, start);
+        }
+        double dx = to.x - from.x, dy = to.y - from.y, ux = to.vx - from.vx, uy = to.vy - from.vy;
+        c->disc[kept] = (int)j;
+        c->dx[kept] = dx;
+        c->dy[kept] = dy;
+        c->ux[kept] = ux;
+        c->uy[kept] = uy;
+        c->reach[kept] = a.radius + b->radius;
+        c->start[kept] = start.high;
+        c->start_low[kept] = start.low;
+        Bounded along = approach(dx, dy, ux, uy);
+        int comes = !(along.value > along.error);
+        int is_other = j != i;
+        int is_free = CAROM_UNLIKELY(s->touched != NULL) ? !are_parting(s, i, j) : j != met;
+        kept += comes & is_other & is_free;
+    }
+    return kept;
 }
 
 static inline void solve_meeting(const State *s, Index i, Meeting *m) {
@@ -106,43 +128,53 @@ static inline Meeting predicted_meeting(const State *s, Index i) {
     if (p->exact) {
         return (Meeting){{p->impact_time, s->accelerated.paths[i].impact_low}, p->impact_time, p->partner, true};
     }
-    return bound_meeting(s, i, p->partner);
+    /* A lower bound is too low by at most ROOT_ERROR of the wait, or it is the only one. */
+    bool is_straight = moves_straight(s, i, p->partner) && p->impact_time >= 0.0;
+    double latest = is_straight ? p->impact_time * (1.0 + 4.0 * CAROM_ROOT_ERROR) : CAROM_INF;
+    return (Meeting){{p->impact_time, 0.0}, latest, p->partner, false};
 }
 
 /* Predict the next impact of disc `i` with a disc, as `predict_impact` does. */
 static inline void predict_parabola_impact(State *s, Index i, Change change) {
-    Meeting candidates[BATCH + 1];
+    Candidates *c = &s->candidates;
+    Meeting meetings[BATCH + 1];
     Meeting best = NO_MEETING;
     Chains chains;
-    Block block;
+    Block block = change == OF_CELL ? new_neighbours(s, i) : cells_around(s, i);
+    Index count = gather(s, block, &chains);
     if (change == OF_CELL) {
         best = predicted_meeting(s, i);
-        block = new_neighbours(s, i);
     } else {
-        block = cells_around(s, i);
         for (Index k = 0; k < s->driving.count; k++) { /* these are in no cell */
             if (s->driving.rows[k].body >= 0) {
-                candidates[0] = best;
-                candidates[1] = bound_meeting(s, i, s->driving.rows[k].body);
-                best = earliest_meeting_of(s, i, candidates, 2);
+                meetings[0] = best;
+                meetings[1] = bound_bent(s, i, s->driving.rows[k].body);
+                best = earliest_meeting_of(s, i, meetings, 2);
             }
         }
     }
-    Index count = gather(s, block, &chains);
     while (true) {
-        Index kept = 1;
-        candidates[0] = best;
-        for (Index k = 0; k < count; k++) {
-            if (s->candidates.disc[k] != i) {
-                candidates[kept] = bound_meeting(s, i, s->candidates.disc[k]);
-                kept += candidates[kept].time.high < CAROM_INF;
+        if (CAROM_UNLIKELY(chains.left > 0)) {
+            count = gather_chained(s, block, &chains, count);
+        }
+        Index met = 1;
+        Index kept = keep_approaching_alike(s, i, count, meetings, &met);
+        bound_times(c, kept, true);
+        double latest = best.latest;
+        for (Index k = 0; k < kept; k++) {
+            latest = lesser(latest, c->high[k]);
+        }
+        for (Index k = 0; k < kept; k++) {
+            if (c->low[k] <= latest && c->low[k] < CAROM_INF) {
+                meetings[met++] = (Meeting){{c->low[k], 0.0}, c->high[k], c->disc[k], false};
             }
         }
-        best = earliest_meeting_of(s, i, candidates, kept);
+        meetings[0] = best;
+        best = earliest_meeting_of(s, i, meetings, met);
         if (CAROM_LIKELY(chains.left == 0)) {
             break;
         }
-        count = gather_chained(s, block, &chains);
+        count = 0;
     }
     Prediction *p = &s->predictions[i];
     p->impact_time = best.time.high;

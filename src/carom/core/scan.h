@@ -58,30 +58,26 @@ static inline Index gather(State *s, Block block, Chains *chains) {
     return count;
 }
 
-/* Round 1 again, for up to a batch of the discs in chains; return how many. */
-static inline Index gather_chained(State *s, Block block, Chains *chains) {
-    Index count = 0;
-    Index chain = chains->left;
-    if (chains->disc == NOBODY) {
-        for (Index line = 0; line < block.lines; line++) {
+/* Round 1 again: add discs in chains to `count` others, up to a batch; return how many there are then. */
+static CAROM_NOINLINE Index gather_chained(State *s, Block block, Chains *chains, Index count) {
+    while (chains->left > 0 && count < BATCH) {
+        Index chain = chains->left;
+        for (Index line = 0; line < block.lines && chains->disc == NOBODY; line++) {
             for (Index k = 0; k < 3; k++) {
                 const Cell *cell = &s->grid.cells[block.first + line * block.to_line + k * block.to_cell];
                 Index last = cell->disc[PLACES - 1];
-                if (last < NOBODY) {
-                    chain -= 1;
-                    if (chain == 0)
-                        chains->disc = CHAINED - last;
-                }
+                chain -= last < NOBODY;
+                if (last < NOBODY && chain == 0)
+                    chains->disc = CHAINED - last;
             }
         }
+        while (chains->disc != NOBODY && count < BATCH) {
+            s->candidates.disc[count] = (int)chains->disc;
+            count += 1;
+            chains->disc = s->grid.chain[chains->disc];
+        }
+        chains->left -= chains->disc == NOBODY;
     }
-    while (chains->disc != NOBODY && count < BATCH) {
-        s->candidates.disc[count] = (int)chains->disc;
-        count += 1;
-        chains->disc = s->grid.chain[chains->disc];
-    }
-    if (chains->disc == NOBODY)
-        chains->left -= 1;
     return count;
 }
 
@@ -110,8 +106,8 @@ static inline Index keep_approaching(State *s, Index i, Index met, Index count) 
     return kept;
 }
 
-/* Round 3: bound the time at which each candidate is met; infinity for never. */
-static inline void bound_times(Candidates *c, Index count) {
+/* Round 3: bound the time at which each candidate is met; infinity for never. `has_low` says whether starts have low parts. */
+static CAROM_ALWAYS_INLINE void bound_times(Candidates *c, Index count, bool has_low) {
     for (Index block = 0; block < (count + LANES - 1) / LANES; block++) {
         for (Index lane = 0; lane < LANES; lane++) { /* compilers make vector instructions of this */
             Index k = block * LANES + lane;
@@ -127,8 +123,15 @@ static inline void bound_times(Candidates *c, Index count) {
             int is_known = is_apart & is_deep & closes;
             double closing = sqrt(d.value > 0.0 ? d.value : 0.0) - b.value;
             double wait = gap.value / (closing > 0.0 ? closing : 1.0);
-            double low = c->start[k] + wait * (1.0 - CAROM_ROOT_ERROR);
-            double high = c->start[k] + wait * (1.0 + CAROM_ROOT_ERROR);
+            double least = wait * (1.0 - CAROM_ROOT_ERROR);
+            double most = wait * (1.0 + CAROM_ROOT_ERROR);
+            if (has_low) {
+                double open = CAROM_ULP * fabs(c->start_low[k]); /* of the sums with the low part */
+                least += c->start_low[k] - open;
+                most += c->start_low[k] + open;
+            }
+            double low = c->start[k] + least;
+            double high = c->start[k] + most;
             low = is_known ? low : -CAROM_INF;
             high = is_known ? high : CAROM_INF;
             c->low[k] = never ? CAROM_INF : low;
@@ -203,14 +206,16 @@ static inline void predict_impact(State *s, Index i, Change change) {
     Index known = best.partner;
     Index count = gather(s, block, &chains);
     while (true) {
+        if (CAROM_UNLIKELY(chains.left > 0))
+            count = gather_chained(s, block, &chains, count);
         if (CAROM_UNLIKELY(s->touched != NULL))
             count = remove_touching(s, i, count);
         Index kept = keep_approaching(s, i, met, count);
-        bound_times(&s->candidates, kept);
+        bound_times(&s->candidates, kept, false);
         best = earliest_of(s, i, kept, best);
         if (CAROM_LIKELY(chains.left == 0))
             break;
-        count = gather_chained(s, block, &chains);
+        count = 0;
     }
     if (change == OF_CELL && best.partner == known)
         return;

@@ -223,6 +223,7 @@ typedef struct Candidates { /* of a scan, in columns; one entry after the last m
     double uy[BATCH + LANES];
     double reach[BATCH + LANES]; /* sum of the radii */
     double start[BATCH + LANES]; /* the later of the two discs' own times */
+    double start_low[BATCH + LANES]; /* with acceleration: its low part */
     double low[BATCH + LANES];   /* bounds of the time of impact, as in `Candidate` */
     double high[BATCH + LANES];
 } Candidates;

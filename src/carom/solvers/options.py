@@ -52,6 +52,8 @@ class RunOptions:
 
     def in_units(self, units: Units) -> RunOptions:
         """Return these options for a run in units of its own."""
+        if self is PLAIN:
+            return self
         begin, end = map(units.of_seconds, self.window_s)
         return RunOptions(self.record, (begin, end), units.of_seconds(self.contact_duration_s))
 

@@ -7,7 +7,6 @@ part are predicted again. All impacts come in their order, however many there ar
 from __future__ import annotations
 
 import functools
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,7 +46,13 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
         return DampedRun(undamped(start, undamped_options(options.in_units(units), damping)), damping)
 
     def undamped(start: Start, options: RunOptions) -> Run:
-        return EventDrivenRun(start, **asdict(options), all_pairs=all_pairs)
+        return EventDrivenRun(
+            start,
+            record=options.record,
+            window_s=options.window_s,
+            contact_duration_s=options.contact_duration_s,
+            all_pairs=all_pairs,
+        )
 
     run: Run = run_in_ordinary_units(scene.undamped, make)
     return run

@@ -72,7 +72,7 @@ class Request(NamedTuple):
         outcome, reached, places = Outcome.COMPLETED, [], []
         for time_s in (*(time_s for time_s in self.samples_s if time_s <= self.end_s), self.end_s):
             outcome = run.advance_to(time_s, self.max_impacts, self.progress)
-            if outcome is not Outcome.COMPLETED:
+            if outcome is not Outcome.COMPLETED or not self.samples_s:
                 break
             reached.append(time_s)
             places.append(run.positions())

@@ -66,8 +66,8 @@ class RecordedImpacts:
         self._taken = Rows(IMPACT_DTYPE)
         self._spins = Rows(SPIN_DTYPE) if turns else None
         self._edges_of = edges_of
-        self._edges = Rows(EDGE_DTYPE)
-        self._modes = Rows(MODE_DTYPE)
+        self._edges = None if edges_of is None else Rows(EDGE_DTYPE)
+        self._modes: Rows | None = None
         self._contacts: list[NDArray[np.void]] = []  # whose edges nobody has asked for yet
 
     def __len__(self) -> int:
@@ -92,12 +92,14 @@ class RecordedImpacts:
     def modes(self) -> NDArray[np.void] | None:
         """Return where discs slide, roll or rest; None where nothing does."""
         if (modes := self._run.take_modes()) is not None:
+            if self._modes is None:
+                self._modes = Rows(MODE_DTYPE)
             self._modes.add(np.frombuffer(memoryview(modes), MODE_DTYPE))
-        return self._modes.array() if len(self._modes) else None
+        return None if self._modes is None else self._modes.array()
 
     def edges(self) -> NDArray[np.void] | None:
         """Return the edges that the impacts were on; None without finite walls."""
-        if self._edges_of is None:
+        if self._edges_of is None or self._edges is None:
             return None
         self.array()
         while self._contacts:

@@ -106,7 +106,7 @@ class EventDrivenRun:
         cell_factor: float = 1.0,
         all_pairs: bool = False,
     ) -> None:
-        self.options = RunOptions(record, window_s, contact_duration_s)
+        self.options = RunOptions.of(record, window_s, contact_duration_s)
         duration_s, acceleration = 0.0, None
         if not isinstance(start, DiscArrays):
             if damping_per_s := getattr(start, "damping_per_s", 0.0):
@@ -115,7 +115,8 @@ class EventDrivenRun:
                 )
             duration_s, acceleration = start.duration_s, Acceleration.of(start)
             start = start.arrays
-            start.require_ordinary()
+            if not start.is_ordinary:
+                start.require_ordinary()
         elif resume is None:
             start.require_apart()
         if acceleration is not None and self.options.contact_duration_s:
