@@ -7,7 +7,7 @@ from carom.core cimport formulas
 from carom.core.carom_core cimport (
     Body, Corners, Index, Law, NO_FEATURE, NOBODY, Recent, Resize, Spins, Surface, Turning, Wall, c_bool,
 )
-from carom.core.laws cimport law_of
+from carom.core.run_input cimport law_of
 from carom.core.formulas cimport DoubleDouble, Press, Slips, encounter, exact_pair_time
 
 from libc.stdlib cimport free

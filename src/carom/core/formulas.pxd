@@ -1,6 +1,7 @@
 """Declarations of the headers of times of impact and of impulses, for the bindings and the tests."""
 
-from carom.core.carom_core cimport ContactFriction, c_bool
+from carom.core.carom_core cimport ContactFriction
+from carom.core.exact_quartic cimport ExactQuartic
 
 cdef extern from "carom/core/constants.h" nogil:
     const double CAROM_INF
@@ -96,24 +97,6 @@ cdef extern from "carom/core/feature_time.h" nogil:
     Touch feature_time(const Mover *disc, const Feature *feature, bint just_left)
     Direction normal_at(const Feature *feature, const Mover *disc)
     double feature_gap(const Mover *disc, const Feature *feature)
-
-cdef extern from "carom/core/quartic_forms.h" nogil:
-    enum:
-        QUARTIC_POWERS
-
-    struct Product:
-        double a
-        double b
-
-    struct Products:
-        double begin "from"
-        c_bool is_closed
-        int count[5]
-        Product products[5][36]
-
-    struct ExactQuartic:
-        double (*solve)(void *context, const Products *gap, int index) noexcept nogil
-        void *context
 
 cdef extern from "carom/core/fall.h" nogil:
     struct FallingDisc:

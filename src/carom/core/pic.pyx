@@ -6,8 +6,8 @@ from libc.stdint cimport int64_t, uintptr_t
 from libc.stdlib cimport free
 
 from carom.core.exact_quartic cimport exact_solver
-from carom.core.laws cimport law_of
-from carom.core.record_rows cimport ambiguous_rows, carom_enlarge, free_record, memory_as_array, release_rows
+from carom.core.record_rows cimport ambiguous_rows, free_record, memory_as_array, release_rows
+from carom.core.run_input cimport RunInput, floats, input_of
 
 import numpy as np
 
@@ -20,7 +20,6 @@ TO_AND_FRO_DTYPE = np.asarray(<ToAndFro[:1]>&_to_and_fro).dtype
 cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noexcept with gil:
     """Ask Python whether the order of impacts on two features matters: at corners, so rarely."""
     return (<object>context)(one, other, elastic)
-
 
 
 cdef class Kernel:
@@ -53,51 +52,26 @@ cdef class Kernel:
         self, start, obstacles, double until, acceleration, double contact_duration, Index standstill,
         double cell_factor, bint all_pairs
     ):
-        cdef RunInput given
-        cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
-        cdef const double[:, ::1] velocity = np.ascontiguousarray(start.velocity_m_s, np.float64)
-        cdef const double[::1] radius = np.ascontiguousarray(start.radius_m, np.float64)
-        cdef const double[::1] mass = np.ascontiguousarray(start.mass_kg, np.float64)
-        given.position, given.velocity, given.radius, given.mass = &position[0, 0], &velocity[0, 0], &radius[0], &mass[0]
-        given.disc_count, given.wall_count = radius.shape[0], len(start.walls)
-        cdef const double[::1] spin, inertia
-        given.spin = given.inertia = NULL
-        given.has_spins = start.turns
-        if start.turns or acceleration is not None:
-            spin, inertia = np.ascontiguousarray(start.spins), np.ascontiguousarray(start.inertia)
-            given.spin, given.inertia = &spin[0], &inertia[0]
-        cdef const double[:, ::1] walls, features, materials, driven, legs
-        given.walls = given.features = given.materials = given.driven = given.legs = NULL
-        given.feature_count = given.driven_count = given.leg_count = 0
-        if obstacles is None:
-            walls = np.array(start.walls, np.float64).reshape(-1, 4)
-            given.walls = &walls[0, 0]
-        else:
-            features, driven, legs = obstacles.rows, obstacles.driven, obstacles.legs
-            materials = np.array(start.materials, np.float64).reshape(-1, 2)
-            given.features, given.feature_count = &features[0, 0], features.shape[0]
-            given.materials = &materials[0, 0]
-            given.driven, given.driven_count = &driven[0, 0], driven.shape[0]
-            given.legs, given.leg_count = &legs[0, 0], legs.shape[0]
+        kept = []
+        cdef RunInput given = input_of(start, acceleration, kept)
         cdef const int[:, ::1] grounds
         cdef const int[::1] never_lists
-        given.has_acceleration = acceleration is not None
+        if obstacles is None:
+            given.walls = floats(kept, start.walls)
+        else:
+            given.features, given.feature_count = floats(kept, obstacles.rows), len(obstacles.rows)
+            given.materials = floats(kept, start.materials)
+            given.driven, given.driven_count = floats(kept, obstacles.driven), len(obstacles.driven)
+            given.legs, given.leg_count = floats(kept, obstacles.legs), len(obstacles.legs)
         if acceleration is not None:
             grounds, never_lists = obstacles.grounds.rows, obstacles.grounds.never_met
             given.grounds, given.never_lists = &grounds[0, 0], &never_lists[0]
             given.never_length = never_lists.shape[0]
-            given.gravity[0], given.gravity[1] = acceleration.gravity_m_s2
             given.exact = exact_solver()
-            given.deceleration = acceleration.table_deceleration_m_s2
-            given.rolling_resistance = acceleration.wall_rolling_resistance
-        given.cell_factor, given.standstill = cell_factor, standstill
-        given.has_finite_walls = not start.has_half_planes
-        given.solves_all_pairs = all_pairs
-        given.law = law_of(start, contact_duration)
-        given.resize = carom_enlarge
+        given.law.contact_duration, given.until = contact_duration, until
+        given.cell_factor, given.standstill, given.solves_all_pairs = cell_factor, standstill, all_pairs
         self.is_order_free = None if obstacles is None else obstacles.decides
         given.corners.is_order_free, given.corners.context = is_order_free, <void *>self.is_order_free
-        given.until = until
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
