@@ -21,13 +21,7 @@ cdef extern from "carom/core/state.h" nogil:
         int last
 
     struct ToAndFro:
-        int last
-        int last_obstacle
-        int across
-        int across_obstacle
-        double nx
-        double ny
-        Index row
+        pass
 
     struct Clock:
         double now
