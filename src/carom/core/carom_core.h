@@ -140,8 +140,7 @@
      wasm/pit.c            runs of PIT
      wasm/include          headers of the C library, as far as they are used */
 
-#ifndef CAROM_CORE_H
-#define CAROM_CORE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -271,5 +270,3 @@ typedef struct Record {
     double begin; /* impacts from this time to the other are recorded, since the start */
     double end;
 } Record;
-
-#endif

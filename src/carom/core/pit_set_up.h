@@ -1,7 +1,6 @@
 /* Set-up of a run of PIT: its rows, filled from the arrays of a `RunInput`. */
 
-#ifndef CAROM_PIT_SET_UP_H
-#define CAROM_PIT_SET_UP_H
+#pragma once
 
 #include <math.h>
 
@@ -142,5 +141,3 @@ static inline void fill_walls(State *s, const RunInput *input) {
         }
     }
 }
-
-#endif

@@ -3,8 +3,7 @@
    Units are metres, metres a second and kilograms; times are seconds since the start. Walls, spins, the impact law and
    recorded impacts are those of carom_core.h. */
 
-#ifndef CAROM_PIT_STATE_H
-#define CAROM_PIT_STATE_H
+#pragma once
 
 #include "carom/core/arena.h"
 #include "carom/core/carom_core.h"
@@ -225,5 +224,3 @@ void carom_pit_run(State *s, Index until, Index most);
 /* Write x, y, vx, vy of each disc at a time not before the last frame; with damping an undamped time, and undamped
    velocities. */
 void carom_pit_write_states(const State *s, double time, double *states);
-
-#endif

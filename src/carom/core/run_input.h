@@ -2,8 +2,7 @@
 
    A binding sets the pointers; the functions of the set-up read the arrays, and keep none of them. */
 
-#ifndef CAROM_RUN_INPUT_H
-#define CAROM_RUN_INPUT_H
+#pragma once
 
 #include "carom/core/carom_core.h"
 #include "carom/core/quartic_forms.h"
@@ -82,5 +81,3 @@ static inline void write_wall_laws(Law *laws, const RunInput *input) {
         laws[k].wall_contact.friction = input->materials[MATERIAL_NUMBERS * k + 1];
     }
 }
-
-#endif

@@ -8,8 +8,7 @@
    `grid.h`), and predicts the discs that it changed again (`scan.h`, `cell_exit.h`, `driven.h`). `motion.h` contains
    everything that depends on the shape of a path. */
 
-#ifndef CAROM_STATE_H
-#define CAROM_STATE_H
+#pragma once
 
 #include "carom/core/accelerated.h"
 #include "carom/core/carom_core.h"
@@ -337,5 +336,3 @@ size_t carom_allocated(const State *s);
 
 /* Release the memory that was allocated outside of the arena and of the record. */
 void carom_release(State *s);
-
-#endif

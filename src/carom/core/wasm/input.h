@@ -3,8 +3,7 @@
    JavaScript lists the same names in the same order (`carom/live/core.js`). One run exists at a time: `begin_input`
    releases the memory of the run before. */
 
-#ifndef CAROM_WASM_INPUT_H
-#define CAROM_WASM_INPUT_H
+#pragma once
 
 #include "carom/core/carom_core.h"
 #include "carom/core/feature.h"
@@ -140,5 +139,3 @@ static inline void write_record(const Record *r) {
     carom_results[AMBIGUOUS] = (double)(uintptr_t)r->ambiguous;
     carom_results[AMBIGUOUS_COUNT] = (double)r->ambiguous_count;
 }
-
-#endif
