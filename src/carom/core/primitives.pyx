@@ -185,12 +185,6 @@ cdef DoubleDouble pair_from(pair):
     return DoubleDouble(pair[0], pair[1])
 
 
-def two_sum(double a, double b):
-    """Return the rounded sum and its rounding error: ``a + b`` is exactly their sum."""
-    total = formulas.two_sum(a, b)
-    return total.high, total.low
-
-
 def two_diff(double a, double b):
     """Return the rounded difference and its rounding error: ``a - b`` is exactly their sum."""
     difference = formulas.two_diff(a, b)
