@@ -4,8 +4,7 @@
    subtracts more than all of its rounding errors, which are below CAROM_BOUND_ERROR of its terms. Where numbers are too
    large for floats, no comparison holds, and a bound is 0. Times are in seconds from now; CAROM_INF for never. */
 
-#ifndef CAROM_FALL_BOUNDS_H
-#define CAROM_FALL_BOUNDS_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -145,5 +144,3 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
     double most_error = error + CAROM_BOUND_ERROR * (most + f->size.high + thick) + CAROM_BOUND_LENGTH_UNDERFLOW;
     return most + most_error < f->size.high - thick;
 }
-
-#endif

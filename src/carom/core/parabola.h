@@ -4,8 +4,7 @@
    does without gravity. Any other two meet at a root of a quartic; fall.h solves it. A time is counted from the later of
    the two own instants, so it depends on the two paths alone. */
 
-#ifndef CAROM_PARABOLA_H
-#define CAROM_PARABOLA_H
+#pragma once
 
 #include <math.h>
 
@@ -219,5 +218,3 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     double wait = closing_lower_bound(gap, -speed, -pull);
     return instant_after(start, wait * (1.0 - CAROM_ROOT_ERROR));
 }
-
-#endif
