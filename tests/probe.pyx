@@ -3,12 +3,11 @@
 Built with the extension if that is built in place, see setup.py. No wheel contains this module.
 """
 
-from carom.core cimport formulas
 from carom.core.carom_core cimport (
     Body, Corners, Index, Law, NO_FEATURE, NOBODY, Recent, Resize, Spins, Surface, Turning, Wall, c_bool,
 )
-from carom.core.laws cimport law_of
-from carom.core.formulas cimport DoubleDouble, Press, Slips, encounter, exact_pair_time
+from carom.core.run_input cimport law_of
+from carom.core.formulas cimport DoubleDouble, Frictions, Slips, descent_time as c_descent_time, greater
 
 from libc.stdlib cimport free
 
@@ -19,6 +18,49 @@ cdef extern from "float.h":
 
 cdef extern from "carom/core/binding_memory.h":
     void *carom_enlarge(void *memory, size_t used, size_t size) noexcept nogil
+
+cdef extern from "carom/core/double_double.h" nogil:
+    struct TripleDouble:
+        pass
+
+    DoubleDouble c_two_sum "two_sum"(double a, double b)
+    DoubleDouble c_two_prod "two_prod"(double a, double b)
+    TripleDouble empty_sum()
+    TripleDouble add_product(TripleDouble total, double a, double b)
+    DoubleDouble round_sum(TripleDouble total)
+
+cdef extern from "carom/core/pair.h" nogil:
+    struct Encounter:
+        pass
+
+    Encounter encounter(
+        double x1, double y1, double vx1, double vy1, double r1,
+        double x2, double y2, double vx2, double vy2, double r2,
+    )
+    double exact_pair_time(Encounter e)
+
+cdef extern from "carom/core/contact_law.h" nogil:
+    struct Press:
+        double normal
+        double along
+        double friction
+        double inverse_inertia_ratio
+        double rolling_resistance
+
+    struct ContactRates:
+        double along
+        double rim
+        bint sticks
+        bint blocks
+
+    Frictions c_share_frictions "share_frictions"(
+        double s1, double q1, double f_most, double h_most, double y, Slips signs
+    )
+    ContactRates c_contact_rates "contact_rates"(const Press *press, Slips now)
+    double c_time_to_zero "time_to_zero"(double value, double rate)
+    double c_slip_after_bounces "slip_after_bounces"(
+        const Press *press, double slip, double approach, double restitution
+    )
 
 cdef extern from "carom/core/impact.h" nogil:
     double collide_discs(
@@ -174,17 +216,22 @@ cdef extern from *:
 EVALUATION_METHOD = FLT_EVAL_METHOD
 
 
+def two_sum(double a, double b):
+    s = c_two_sum(a, b)
+    return s.high, s.low
+
+
 def two_prod(double a, double b):
-    p = formulas.two_prod(a, b)
+    p = c_two_prod(a, b)
     return p.high, p.low
 
 
 def sum_of_products(factors):
     """Return the sum of products of two numbers each, as a pair."""
-    total = formulas.empty_sum()
+    total = empty_sum()
     for a, b in factors:
-        total = formulas.add_product(total, a, b)
-    s = formulas.round_sum(total)
+        total = add_product(total, a, b)
+    s = round_sum(total)
     return s.high, s.low
 
 
@@ -197,7 +244,7 @@ def exact_time(
 
 def descent_time(gap, speed, pull):
     """Return when a gap closes; the gap, its rate of change and its acceleration are pairs."""
-    return formulas.descent_time(
+    return c_descent_time(
         DoubleDouble(gap[0], gap[1]), DoubleDouble(speed[0], speed[1]), DoubleDouble(pull[0], pull[1])
     )
 
@@ -207,7 +254,7 @@ def share_frictions(double s1, double q1, most, double y, signs):
     cdef double f_most, h_most, slip, rim
     f_most, h_most = most
     slip, rim = signs
-    return formulas.share_frictions(s1, q1, f_most, h_most, y, Slips(slip, rim))
+    return c_share_frictions(s1, q1, f_most, h_most, y, Slips(slip, rim))
 
 
 cdef Press press_from(press):
@@ -217,16 +264,16 @@ cdef Press press_from(press):
 def contact_rates(press, double slip, double rim):
     """Return the rates of a disc in contact, `ContactRates` in contact_law.h, by name."""
     cdef Press pressed = press_from(press)
-    return formulas.contact_rates(&pressed, Slips(slip, rim))
+    return c_contact_rates(&pressed, Slips(slip, rim))
 
 
 def time_to_zero(double value, double rate):
-    return formulas.time_to_zero(value, rate)
+    return c_time_to_zero(value, rate)
 
 
 def slip_after_bounces(press, double slip, double approach, double restitution):
     cdef Press pressed = press_from(press)
-    return formulas.slip_after_bounces(&pressed, slip, approach, restitution)
+    return c_slip_after_bounces(&pressed, slip, approach, restitution)
 
 
 def collide(start, wall=None):
@@ -323,7 +370,7 @@ cdef class Cells:
         cdef Index k
         s.disc_count, s.wall_count, s.walls, s.resize = n, walls.shape[0], <Wall *>&walls[0, 0], carom_enlarge
         for k in range(s.wall_count):
-            s.grid.extent = formulas.greater(s.grid.extent, wall_extent(&s.walls[k]))
+            s.grid.extent = greater(s.grid.extent, wall_extent(&s.walls[k]))
         s.visited = box_around(&position[0, 0], n)
         set_sizes(&s.grid, &radius[0], n, 1.0)
         choose_grid(&s.grid, &s.visited, n, 0)

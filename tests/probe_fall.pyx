@@ -15,8 +15,6 @@ cdef extern from *:
     long decided_by_stage[4]
     ctypedef bint c_bool "bool"
 
-from libc.stdlib cimport free, malloc
-
 from carom.core.formulas cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, feature_from
 
 from carom.physics.exact_quartic import solve_quartic
@@ -61,10 +59,6 @@ cdef extern from "carom/core/fall_bounds.h" nogil:
         double vy
         double radius
 
-    struct FirstFall:
-        double time
-        int feature
-
     void add_products(Products *products, int power, const double *a, int a_count, const double *b, int b_count, double factor)
     void begin_with_pairs(Falls *falls, const ExactQuartic *exact, const Gap *form)
     int sign_of_gap(Falls *falls)
@@ -78,14 +72,9 @@ cdef extern from "carom/core/fall_bounds.h" nogil:
         const ExactQuartic *exact, const Mover *disc, const Feature *feature, double ax, double ay,
         c_bool has_just_left, double leaving
     )
-    FirstFall c_first_feature_fall "first_feature_fall"(
-        const ExactQuartic *exact, const Mover *disc, const Feature *features, int count, double ax, double ay,
-        int last, double leaving, const int *never_met, int never_count, double within
-    )
     double c_pair_lower_bound "fall_pair_lower_bound"(
         const FallingDisc *disc, double fixed_x, double fixed_y, double fixed_radius, double ax, double ay
     )
-    double c_arc_lower_bound "fall_arc_lower_bound"(const Mover *disc, const Feature *arc, double ax, double ay)
     c_bool c_misses "fall_misses_feature"(const Mover *disc, const Feature *f, double ax, double ay, double within)
 
 
@@ -135,34 +124,11 @@ def feature_fall_time(numbers, disc, acceleration, leaving=None):
     return c_feature_fall_time(&exact, &mover, &feature, ax, ay, leaving is not None, leaving or 0.0)
 
 
-def first_feature_fall(rows, disc, acceleration, int last=-1, double leaving=0.0, never_met=(), double within=inf):
-    """Return the time of the first feature that a disc touches, and its number; -1 for none."""
-    cdef Mover mover = _mover(disc)
-    cdef int[8] never
-    cdef int k, count = len(rows), never_count = len(never_met)
-    cdef Feature *features = <Feature *> malloc(count * sizeof(Feature))
-    for k in range(count):
-        features[k] = _feature(rows[k])
-    for k in range(never_count):
-        never[k] = never_met[k]
-    ax, ay = acceleration
-    first = c_first_feature_fall(&exact, &mover, features, count, ax, ay, last, leaving, never, never_count, within)
-    free(features)
-    return first.time, first.feature
-
-
 def pair_lower_bound(disc, fixed, acceleration):
     cdef FallingDisc falling = _falling_disc(disc)
     x, y, radius = fixed
     ax, ay = acceleration
     return c_pair_lower_bound(&falling, x, y, radius, ax, ay)
-
-
-def arc_lower_bound(numbers, disc, acceleration):
-    cdef Feature feature = _feature(numbers)
-    cdef Mover mover = _mover(disc)
-    ax, ay = acceleration
-    return c_arc_lower_bound(&mover, &feature, ax, ay)
 
 
 def misses_feature(numbers, disc, acceleration, double within):

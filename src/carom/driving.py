@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -89,10 +89,6 @@ class Drive(NamedTuple):
     def velocities_within(self, begin_s: float, end_s: float) -> list[Vector]:
         """Return its velocities on the legs that a span of time touches: on the later one, where that is none."""
         return [leg.velocity for leg in self.legs_from(begin_s) if leg.begin_s <= max(begin_s, end_s)]
-
-    def counted_from(self, since: Callable[[float], float]) -> Drive:
-        """Return the same path with other times of its legs: a function of each."""
-        return Drive(tuple(leg._replace(begin_s=since(leg.begin_s), end_s=since(leg.end_s)) for leg in self.legs))
 
     def begun_at(self, time_s: float) -> list[tuple[float, Vector]]:
         """Return the legs of the same path counted from another time, before the start or after it."""

@@ -2,8 +2,7 @@
 
    Between two events such a disc has a constant acceleration, so its path is a parabola. Units are those of state.h. */
 
-#ifndef CAROM_ACCELERATED_H
-#define CAROM_ACCELERATED_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -97,5 +96,3 @@ typedef struct Accelerated {
     Index mode_capacity;
     ContactEnd end;
 } Accelerated;
-
-#endif

@@ -3,8 +3,7 @@
    It has neither cells, bounds, queue nor stored predictions, so it is the oracle of the event loop: both have the same
    results to the bit, for every kind of motion. A turn costs the square of the number of discs. */
 
-#ifndef CAROM_ALL_PAIRS_H
-#define CAROM_ALL_PAIRS_H
+#pragma once
 
 #include "carom/core/driven.h"
 #include "carom/core/epochs.h"
@@ -199,5 +198,3 @@ static CAROM_NOINLINE Ending advance_all_pairs(State *s, double until, Index imp
             begin_epoch(s);
     }
 }
-
-#endif

@@ -11,8 +11,7 @@
    reach as far in time as a later one, the one that reaches furthest interferes with it. Otherwise the furthest of those
    not parallel to that one does, or none does. */
 
-#ifndef CAROM_AMBIGUITY_H
-#define CAROM_AMBIGUITY_H
+#pragma once
 
 #include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
@@ -53,5 +52,3 @@ static inline void clear_recent(Recent *recent) {
     recent->furthest = (LastContact){-CAROM_INF, 0.0, 0.0, NO_FEATURE, false};
     recent->across = recent->furthest;
 }
-
-#endif

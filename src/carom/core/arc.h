@@ -19,8 +19,7 @@
    rounding, and the disc glides. The same holds for a path that leaves the arc by a chord within the rounding of its
    velocity, as after an impact with restitution 0. */
 
-#ifndef CAROM_ARC_H
-#define CAROM_ARC_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -210,5 +209,3 @@ static inline Touch inner_arc_time(const Mover *disc, const Feature *arc, bool j
     }
     return stays_out && !arc->whole ? sector_entry(arc, x, y, disc, reach) : never;
 }
-
-#endif

@@ -2,8 +2,7 @@
 
    A `lay_out` function runs twice: without memory, to find the size, and then with it, to place the rows. */
 
-#ifndef CAROM_ARENA_H
-#define CAROM_ARENA_H
+#pragma once
 
 #include <stddef.h>
 
@@ -21,5 +20,3 @@ static inline void *reserve(Arena *arena, size_t size) {
 
 /* Reserve memory for a number of rows of a type. */
 #define RESERVE_ROWS(arena, type, count) ((type *)reserve((arena), (size_t)(count) * sizeof(type)))
-
-#endif

@@ -1,7 +1,6 @@
 /* Memory that grows, for the Python bindings: the `Resize` that they give the core. */
 
-#ifndef CAROM_BINDING_MEMORY_H
-#define CAROM_BINDING_MEMORY_H
+#pragma once
 
 #include <stdlib.h>
 #include <string.h>
@@ -32,5 +31,3 @@ static void *carom_enlarge(void *memory, size_t used, size_t size) {
     }
     return realloc(memory, size);
 }
-
-#endif

@@ -15,7 +15,7 @@
    A RUN OF PIC: `carom_set_up` returns the size of the memory, `carom_begin` fills it, `carom_record` sets which
    impacts are recorded. `carom_advance` applies impacts up to a time, a number of impacts or a number of events, and
    returns an `Ending`. It may be called any number of times. Recorded impacts are rows of `Record`; `carom_states` and
-   `carom_spins` write the discs at a time, `carom_release` frees what grew. A RUN OF PIT: `carom_pit_lay_out`,
+   `carom_spins` write the discs at a time, `carom_release` frees what grew. A RUN OF PIT: `carom_pit_set_up`,
    `carom_pit_begin`, `carom_pit_run`, `carom_pit_write_states`.
 
    EVENTS of PIC, `EventKind` in state.h. Four of them change a prediction only: an edge of a cell is crossed; the
@@ -67,6 +67,7 @@
      quartic_root.h        a root, refined and rounded
      quartic_scale.h       where to halve intervals first
    Laws and records, for both loops
+     run_input.h           what a run is set up from
      impact.h              restitution and friction of an impact
      contact_law.h         Coulomb's law for a disc pressed to a straight wall
      damping.h             linear damping as a change of time
@@ -108,6 +109,7 @@
    The frame-sampled loop (PIT)
      pit_state.h           state of a run, and functions for bindings: read it first
      frame_sampled.c       the loop
+     pit_set_up.h          the rows of a run
      pit_tests.h           one frame
      pit_pending.h         its pending tests, in the order of Algorithm 1
      pit_impacts.h         an interference test, and an impact
@@ -127,7 +129,7 @@
      damped_time.pyx, .pyi damping and exponentials
      carom_core.pxd        declarations of this file
      formulas.pxd          declarations of formulas
-     laws.pxd              the impact law of a start
+     run_input.pxd         declarations of run_input.h, and its arrays from those of Python
      record_rows.pxd       recorded impacts as arrays
      exact_quartic.pxd     the third stage of quartics: exact integers, in Python
      binding_memory.h      `Resize` for Python
@@ -138,8 +140,7 @@
      wasm/pit.c            runs of PIT
      wasm/include          headers of the C library, as far as they are used */
 
-#ifndef CAROM_CORE_H
-#define CAROM_CORE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -269,5 +270,3 @@ typedef struct Record {
     double begin; /* impacts from this time to the other are recorded, since the start */
     double end;
 } Record;
-
-#endif

@@ -1,7 +1,6 @@
 /* End of a disc's stay in its cell: the edge that it crosses, or an obstacle that it meets before. */
 
-#ifndef CAROM_CELL_EXIT_H
-#define CAROM_CELL_EXIT_H
+#pragma once
 
 #include "carom/core/grid.h"
 #include "carom/core/motion.h"
@@ -83,5 +82,3 @@ static inline void predict_exit(State *s, Index i, bool has_features) {
     p->obstacle = (int)obstacle;
     p->edge = (int)(obstacle == NO_OBSTACLE ? crossing.edge : NO_EDGE);
 }
-
-#endif

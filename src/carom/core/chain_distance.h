@@ -2,8 +2,7 @@
 
    The operations and their order are those of `carom.outline`. */
 
-#ifndef CAROM_CHAIN_DISTANCE_H
-#define CAROM_CHAIN_DISTANCE_H
+#pragma once
 
 #include <math.h>
 
@@ -211,5 +210,3 @@ static inline double bound_distance(const Chain *chain, double x, double y, Inde
     }
     return least;
 }
-
-#endif

@@ -3,8 +3,7 @@
    A constant without a unit is a ratio or a count. Constants that plain Python also has are compared with it by
    tests/unit/test_constants.py. Sizes of structs and numbers of kinds are enums next to what they count. */
 
-#ifndef CAROM_CONSTANTS_H
-#define CAROM_CONSTANTS_H
+#pragma once
 
 #include <math.h>
 
@@ -193,5 +192,3 @@
 #define CAROM_NORMAL 0x1p-1020
 /* Speed up to which an underflow of a wait is covered by TINY. */
 #define CAROM_FASTEST 0x1p400
-
-#endif

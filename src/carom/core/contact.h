@@ -4,8 +4,7 @@
    predicts these. What the law makes 0 is set to 0 and not computed: the gap and the speed along the normal of a disc in
    contact, and the slip of one that rolls. docs/contact.md derives the law. */
 
-#ifndef CAROM_CONTACT_H
-#define CAROM_CONTACT_H
+#pragma once
 
 #include "carom/core/contact_law.h"
 #include "carom/core/mode_record.h"
@@ -297,5 +296,3 @@ static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row)
     }
     return true;
 }
-
-#endif

@@ -9,8 +9,7 @@
    Where s is 0, friction holds it there if it can; where q is 0, rolling resistance does. The law has exactly one solution
    forward in time. In an impact of impulse J the same holds of changes of speed for rates. docs/contact.md derives it. */
 
-#ifndef CAROM_CONTACT_LAW_H
-#define CAROM_CONTACT_LAW_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -155,5 +154,3 @@ static inline Slips both_after_bounces(const Press *press, Slips now, double app
         by.blocks ? 0.0 : now.rim - (by.friction + by.rolling) * y,
     };
 }
-
-#endif

@@ -2,8 +2,7 @@
 
    Here impacts in a row are counted. After many, `crush_rule.h` decides whether the disc is crushed. */
 
-#ifndef CAROM_CRUSH_H
-#define CAROM_CRUSH_H
+#pragma once
 
 #include <math.h>
 
@@ -59,5 +58,3 @@ static inline bool is_one_crushed(State *s, Index i, Index j) {
     bool is_second = b->inverse_mass > 0.0 && is_crushed_by(s, j, i, NO_OBSTACLE, nx, ny);
     return is_first || is_second;
 }
-
-#endif

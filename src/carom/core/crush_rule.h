@@ -5,8 +5,7 @@
    come before the path is used up. Time never stands still, so no count of impacts at one instant ends such a run.
    docs/walls.md derives it. A row of discs between two bodies that no impact moves is crushed in the same way. */
 
-#ifndef CAROM_CRUSH_RULE_H
-#define CAROM_CRUSH_RULE_H
+#pragma once
 
 #include <math.h>
 
@@ -135,5 +134,3 @@ static inline bool find_crush(const State *s, Index i, Crush *crush) {
         return true;
     return find_crush_in_row(s, i, crush);
 }
-
-#endif

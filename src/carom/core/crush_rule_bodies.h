@@ -1,7 +1,6 @@
 /* Bodies as the rule of crushes sees them: their state and legs at an instant, and whether others may come near. */
 
-#ifndef CAROM_CRUSH_RULE_BODIES_H
-#define CAROM_CRUSH_RULE_BODIES_H
+#pragma once
 
 #include <math.h>
 
@@ -110,5 +109,3 @@ static inline bool is_disturbed(const State *s, Index i, IsAmong is_among, const
     }
     return false;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* Crush of a row of discs between two bodies that no impact moves: see crush_rule.h. */
 
-#ifndef CAROM_CRUSH_RULE_ROW_H
-#define CAROM_CRUSH_RULE_ROW_H
+#pragma once
 
 #include "carom/core/crush_rule_bodies.h"
 
@@ -213,5 +212,3 @@ static inline bool find_crush_in_row(const State *s, Index i, Crush *crush) {
     *crush = (Crush){i, {row.side[0].end.body, row.side[1].end.body}, now + left};
     return true;
 }
-
-#endif

@@ -3,8 +3,7 @@
    A damped disc moves as an undamped one does in the undamped time s = (1 - e^(-c t)) / c, and 1 - c s of its velocity
    remains. Rates c are per second and 0 or more, times are in seconds. `carom/damping.py` has the same for arrays. */
 
-#ifndef CAROM_DAMPING_H
-#define CAROM_DAMPING_H
+#pragma once
 
 #include <float.h>
 #include <string.h>
@@ -72,5 +71,3 @@ static inline double latest_undamped_time(double rate, double time) {
     }
     return found;
 }
-
-#endif

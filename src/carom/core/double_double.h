@@ -8,8 +8,7 @@
    Sci. Comput. 26 (2005) (sums in three parts: SumK with K = 3); J. R. Shewchuk, "Adaptive precision floating-point
    arithmetic", Discrete Comput. Geom. 18 (1997) (exact_sum: grow-expansion with zero elimination). */
 
-#ifndef CAROM_DOUBLE_DOUBLE_H
-#define CAROM_DOUBLE_DOUBLE_H
+#pragma once
 
 #include <math.h>
 
@@ -182,5 +181,3 @@ static inline double nearest_length(double x, double y) {
     DoubleDouble square = two_prod(root, root);
     return ldexp(root + (((sum.high - square.high) - square.low) + sum.low) / (2.0 * root), exponent);
 }
-
-#endif

@@ -6,8 +6,7 @@
 
    The event loop calls `predict_special` and `apply_special_impact`. Inlined there, they would slow down all other runs. */
 
-#ifndef CAROM_DRIVEN_H
-#define CAROM_DRIVEN_H
+#pragma once
 
 #include "carom/core/cell_exit.h"
 #include "carom/core/crush.h"
@@ -198,5 +197,3 @@ static CAROM_NOINLINE bool apply_special_impact(State *s, Index first, Index sec
     s->stopped = CRUSHED;
     return !is_crushed;
 }
-
-#endif

@@ -3,8 +3,7 @@
    Times of 32 free flights are right to 2^-53 of that time, in which a disc moves less than its place is rounded by. A new
    epoch costs a prediction a disc, compared with two an impact. */
 
-#ifndef CAROM_EPOCHS_H
-#define CAROM_EPOCHS_H
+#pragma once
 
 #include "carom/core/double_double.h"
 #include "carom/core/grid.h"
@@ -49,5 +48,3 @@ static inline Index next_unpredicted(State *s) {
     s->counts.predicted += 1;
     return s->counts.predicted - 1;
 }
-
-#endif

@@ -234,7 +234,7 @@ Ending carom_advance(State *s, double until, Index impacts, Index events) {
 static double obstacle_extent(const RunInput *input) {
     double extent = 0.0;
     for (Index k = 0; k < input->wall_count && input->walls != NULL; k++) {
-        const double *row = input->walls + 4 * k;
+        const double *row = input->walls + WALL_NUMBERS * k;
         Wall wall = {row[0], row[1], row[2], row[3]};
         extent = greater(extent, wall_extent(&wall));
     }
@@ -257,14 +257,6 @@ static void set_acceleration(State *s, const RunInput *input) {
         run->never_length = input->never_length;
         run->exact = input->exact;
     }
-}
-
-/* Return whether some impact has restitution 0. */
-static bool can_stop(const RunInput *input) {
-    bool found = input->law.restitution == 0.0 || (input->wall_count > 0 && input->law.wall_restitution == 0.0);
-    for (Index k = 0; k < input->wall_count && input->materials != NULL; k++)
-        found = found || input->materials[2 * k] == 0.0;
-    return found;
 }
 
 size_t carom_set_up(State *s, const RunInput *input) {
@@ -362,23 +354,20 @@ static void fill_acceleration(State *s, const RunInput *input) {
 /* Fill the rows of walls and features. */
 static void fill_obstacles(State *s, const RunInput *input) {
     for (Index k = 0; k < s->wall_count && input->walls != NULL; k++) {
-        const double *row = input->walls + 4 * k;
+        const double *row = input->walls + WALL_NUMBERS * k;
         s->walls[k] = (Wall){row[0], row[1], row[2], row[3]};
     }
     for (Index k = 0; k < s->feature_count; k++)
         s->features[k] = feature_from(input->features + FEATURE_NUMBERS * k);
-    for (Index k = 0; k < s->wall_count && s->feature_count > 0; k++) {
-        s->wall_laws[k] = s->law;
-        s->wall_laws[k].wall_restitution = input->materials[2 * k];
-        s->wall_laws[k].wall_contact.friction = input->materials[2 * k + 1];
-    }
+    if (s->feature_count > 0)
+        write_wall_laws(s->wall_laws, input);
 }
 
 /* Fill the rows of driven bodies and of their legs. */
 static void fill_driving(State *s, const RunInput *input) {
     Index first_leg = 0;
     for (Index i = 0; i < s->driving.count; i++) {
-        const double *numbers = input->driven + 3 * i;
+        const double *numbers = input->driven + DRIVEN_NUMBERS * i;
         Driven *row = &s->driving.rows[i];
         *row = (Driven){
             .body = (Index)numbers[0], .first_leg = first_leg, .leg_count = (Index)numbers[1], .belt = numbers[2]
@@ -397,7 +386,7 @@ static void fill_driving(State *s, const RunInput *input) {
         }
     }
     for (Index i = 0; i < s->driving.leg_count; i++) {
-        const double *leg = input->legs + 6 * i;
+        const double *leg = input->legs + LEG_NUMBERS * i;
         s->driving.legs[i] = (Leg){leg[0], leg[1], leg[0], leg[1], leg[2], leg[3], leg[4], leg[5]};
     }
 }

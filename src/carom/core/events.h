@@ -5,8 +5,7 @@
    times that are stored for them is never later than their impact, and no impact is missed. `event_of` alone decides what
    a disc's event is. */
 
-#ifndef CAROM_EVENTS_H
-#define CAROM_EVENTS_H
+#pragma once
 
 #include "carom/core/parabola.h"
 #include "carom/core/queue.h"
@@ -162,5 +161,3 @@ static inline Event next_event(State *s, Index i) {
         return first_of_tie(s, time);
     return (Event){POSTPONED, i};
 }
-
-#endif

@@ -1,6 +1,24 @@
 """The exact solver of quartics, in Python, as the core calls it: see `ExactQuartic` in quartic_forms.h."""
 
-from carom.core.formulas cimport QUARTIC_POWERS, ExactQuartic, Products
+from carom.core.carom_core cimport c_bool
+
+cdef extern from "carom/core/quartic_forms.h" nogil:
+    enum:
+        QUARTIC_POWERS
+
+    struct Product:
+        double a
+        double b
+
+    struct Products:
+        double begin "from"
+        c_bool is_closed
+        int count[5]
+        Product products[5][36]
+
+    struct ExactQuartic:
+        double (*solve)(void *context, const Products *gap, int index) noexcept nogil
+        void *context
 
 
 cdef inline double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:

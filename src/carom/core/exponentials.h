@@ -8,8 +8,7 @@
    ACM TOMS 15 (1989); A. Ziv, "Fast evaluation of elementary mathematical functions with correctly rounded last bit",
    ACM TOMS 17 (1991). */
 
-#ifndef CAROM_EXPONENTIALS_H
-#define CAROM_EXPONENTIALS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -297,5 +296,3 @@ static inline double nearest_log1p(double x) {
     double nearest;
     return CAROM_LIKELY(round_pair(value, error, &nearest)) ? nearest : decide_log1p(x, value.high);
 }
-
-#endif

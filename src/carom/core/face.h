@@ -10,8 +10,7 @@
    the wall has no kink, so face and vertex give the same impact. Signs are exact. Lengths are in metres, velocities in
    metres per second. */
 
-#ifndef CAROM_FACE_H
-#define CAROM_FACE_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -92,5 +91,3 @@ static inline double face_time(const Mover *disc, const Feature *face) {
         return is_before_face(disc, face) ? 0.0 : CAROM_INF;
     return is_between_ends(disc, face) ? linear_root(gap, speed) : CAROM_INF;
 }
-
-#endif

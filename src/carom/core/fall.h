@@ -10,8 +10,7 @@
    discs on a table that slows them: the path is that of one as seen from the other. docs/gravity.md
    derives them. */
 
-#ifndef CAROM_FALL_H
-#define CAROM_FALL_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -298,5 +297,3 @@ static inline double feature_fall_time(const ExactQuartic *exact, const Mover *d
         return plane_fall_time(disc, feature, ax, ay, has_just_left, leaving);
     return arc_fall_time(exact, disc, feature, ax, ay, has_just_left, leaving);
 }
-
-#endif

@@ -4,8 +4,7 @@
    subtracts more than all of its rounding errors, which are below CAROM_BOUND_ERROR of its terms. Where numbers are too
    large for floats, no comparison holds, and a bound is 0. Times are in seconds from now; CAROM_INF for never. */
 
-#ifndef CAROM_FALL_BOUNDS_H
-#define CAROM_FALL_BOUNDS_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -58,21 +57,6 @@ static inline double fall_pair_lower_bound(const FallingDisc *disc, double fixed
     double size = fabs(disc->x) + fabs(fixed_x) + fabs(disc->y) + fabs(fixed_y);
     return circle_lower_bound(disc->x - fixed_x, disc->y - fixed_y, disc->vx, disc->vy, ax, ay,
                               disc->radius + fixed_radius, CAROM_BOUND_ERROR * size);
-}
-
-/* Return a time before which a disc certainly does not touch a vertex or an arc that it is not in contact with. */
-static inline double fall_arc_lower_bound(const Mover *disc, const Feature *arc, double ax, double ay) {
-    const double x = disc->x.high - arc->x.high, y = disc->y.high - arc->y.high;
-    const double size = fabs(disc->x.high) + fabs(arc->x.high) + fabs(disc->y.high) + fabs(arc->y.high);
-    const double error = CAROM_BOUND_ERROR * size;
-    const double ux = disc->ux.high, uy = disc->uy.high, thick = disc->radius + arc->half_width;
-    if (arc->kind != INNER_ARC)
-        return circle_lower_bound(x, y, ux, uy, ax, ay, arc->size.high + thick, error);
-    double reach = arc->size.high - thick, distance = sqrt(x * x + y * y);
-    double gap_error = error + CAROM_BOUND_ERROR * (distance + arc->size.high + thick) + CAROM_BOUND_LENGTH_UNDERFLOW;
-    double speed = (1.0 + CAROM_BOUND_ERROR) * sqrt(ux * ux + uy * uy) + CAROM_BOUND_LENGTH_UNDERFLOW;
-    double pull = (1.0 + CAROM_BOUND_ERROR) * sqrt(ax * ax + ay * ay) + CAROM_BOUND_LENGTH_UNDERFLOW;
-    return closing_lower_bound((reach - distance) - gap_error, -speed, -pull);
 }
 
 typedef struct Range {
@@ -165,34 +149,3 @@ static inline bool fall_misses_feature(const Mover *disc, const Feature *f, doub
     double most_error = error + CAROM_BOUND_ERROR * (most + f->size.high + thick) + CAROM_BOUND_LENGTH_UNDERFLOW;
     return most + most_error < f->size.high - thick;
 }
-
-/* The first feature of some that a disc touches: its number, or -1 for none. */
-typedef struct FirstFall {
-    double time;
-    int feature;
-} FirstFall;
-
-/* Find the first of some features that a disc touches in less than `within` seconds; of several at one instant the
-   first in the array. `last` is the number of the feature that the disc has just left, at the speed `leaving`, or -1.
-   Features whose numbers are in `never_met` do not count. */
-static inline FirstFall first_feature_fall(const ExactQuartic *exact, const Mover *disc, const Feature *features,
-                                           int count, double ax, double ay, int last, double leaving,
-                                           const int *never_met, int never_count, double within) {
-    FirstFall first = {within, -1};
-    for (int k = 0; k < count; k++) {
-        const Feature *feature = &features[k];
-        bool is_never_met = false;
-        for (int n = 0; n < never_count; n++)
-            is_never_met |= never_met[n] == k;
-        if (is_never_met || (k != last && fall_misses_feature(disc, feature, ax, ay, first.time)))
-            continue;
-        double time = feature_fall_time(exact, disc, feature, ax, ay, k == last, leaving);
-        if (time < first.time)
-            first = (FirstFall){time, k};
-    }
-    if (first.feature < 0)
-        first.time = CAROM_INF;
-    return first;
-}
-
-#endif

@@ -8,8 +8,7 @@
    and its negative from inside. Where the disc has just left the circle, the first two powers are known: 0, and
    2 R times the speed at which it left. */
 
-#ifndef CAROM_FALL_GAP_H
-#define CAROM_FALL_GAP_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -289,5 +288,3 @@ static inline void write_line_products(const void *source, Products *products) {
     add_products(products, 2, for_y, 2, &path->ay, 1, 0.5 * y_sense);
     products->from = gap->from;
 }
-
-#endif

@@ -4,8 +4,7 @@
    a finite wall), a vertex, or an arc from outside or inside. `carom/physics/numbered.py` writes a feature as a row of
    FEATURE_NUMBERS floats, which `feature_from` reads. Lengths are in metres, velocities in metres per second. */
 
-#ifndef CAROM_FEATURE_H
-#define CAROM_FEATURE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -79,5 +78,3 @@ static inline Feature feature_from(const double *row) {
 static inline Mover mover_at(double x, double y, double vx, double vy, double radius) {
     return (Mover){{x, 0.0}, {y, 0.0}, two_diff(vx, 0.0), two_diff(vy, 0.0), radius};
 }
-
-#endif

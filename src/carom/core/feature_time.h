@@ -1,7 +1,6 @@
 /* Time of impact of a disc on any feature of a wall, in straight uniform motion; the gap to it, and the normal at a touch. */
 
-#ifndef CAROM_FEATURE_TIME_H
-#define CAROM_FEATURE_TIME_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -65,5 +64,3 @@ static inline double feature_gap(const Mover *disc, const Feature *f) {
     double gap = excess(offset_between(disc->x, f->x), offset_between(disc->y, f->y), reach).high / (away + reach.high);
     return f->kind == INNER_ARC ? -gap : gap;
 }
-
-#endif

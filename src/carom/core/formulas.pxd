@@ -1,6 +1,7 @@
-"""Declarations of the headers of times of impact and of impulses, for the bindings and the tests."""
+"""Declarations of the headers of times of impact and of impulses, for `primitives.pyx`."""
 
-from carom.core.carom_core cimport ContactFriction, c_bool
+from carom.core.carom_core cimport ContactFriction
+from carom.core.exact_quartic cimport ExactQuartic
 
 cdef extern from "carom/core/constants.h" nogil:
     const double CAROM_INF
@@ -14,29 +15,9 @@ cdef extern from "carom/core/double_double.h" nogil:
 
     double lesser(double a, double b)
     double greater(double a, double b)
-    struct TripleDouble:
-        pass
-
-    DoubleDouble two_sum(double a, double b)
     DoubleDouble two_diff(double a, double b)
-    DoubleDouble two_prod(double a, double b)
-    TripleDouble empty_sum()
-    TripleDouble add_product(TripleDouble total, double a, double b)
-    DoubleDouble round_sum(TripleDouble total)
 
 cdef extern from "carom/core/pair.h" nogil:
-    struct Encounter:
-        DoubleDouble x
-        DoubleDouble y
-        DoubleDouble ux
-        DoubleDouble uy
-        DoubleDouble reach
-
-    Encounter encounter(
-        double x1, double y1, double vx1, double vy1, double r1,
-        double x2, double y2, double vx2, double vy2, double r2,
-    )
-    double exact_pair_time(Encounter e)
     double pair_time(
         double x1, double y1, double vx1, double vy1, double r1,
         double x2, double y2, double vx2, double vy2, double r2,
@@ -47,10 +28,7 @@ cdef extern from "carom/core/feature.h" nogil:
         FEATURE_NUMBERS
 
     enum FeatureKind:
-        PLANE
         FACE
-        VERTEX
-        OUTER_ARC
         INNER_ARC
 
     struct Feature:
@@ -69,10 +47,6 @@ cdef extern from "carom/core/feature.h" nogil:
         double radius
 
     Feature feature_from(const double *row)
-
-cdef extern from "carom/core/face.h" nogil:
-    DoubleDouble face_gap(const Mover *disc, const Feature *face)
-    bint is_before_face(const Mover *disc, const Feature *face)
 
 cdef extern from "carom/core/half_plane.h" nogil:
     DoubleDouble wall_gap(double x, double y, double radius, double qx, double qy, double nx, double ny)
@@ -96,24 +70,6 @@ cdef extern from "carom/core/feature_time.h" nogil:
     Touch feature_time(const Mover *disc, const Feature *feature, bint just_left)
     Direction normal_at(const Feature *feature, const Mover *disc)
     double feature_gap(const Mover *disc, const Feature *feature)
-
-cdef extern from "carom/core/quartic_forms.h" nogil:
-    enum:
-        QUARTIC_POWERS
-
-    struct Product:
-        double a
-        double b
-
-    struct Products:
-        double begin "from"
-        c_bool is_closed
-        int count[5]
-        Product products[5][36]
-
-    struct ExactQuartic:
-        double (*solve)(void *context, const Products *gap, int index) noexcept nogil
-        void *context
 
 cdef extern from "carom/core/fall.h" nogil:
     struct FallingDisc:
@@ -144,22 +100,9 @@ cdef extern from "carom/core/impact.h" nogil:
     )
 
 cdef extern from "carom/core/contact_law.h" nogil:
-    struct Press:
-        double normal
-        double along
-        double friction
-        double inverse_inertia_ratio
-        double rolling_resistance
-
     struct Frictions:
         double friction
         double rolling
-        bint sticks
-        bint blocks
-
-    struct ContactRates:
-        double along
-        double rim
         bint sticks
         bint blocks
 
@@ -167,10 +110,6 @@ cdef extern from "carom/core/contact_law.h" nogil:
         double slip
         double rim
 
-    Frictions share_frictions(double s1, double q1, double f_most, double h_most, double y, Slips signs)
-    ContactRates contact_rates(const Press *press, Slips now)
     Frictions frictional_impulses(
         const ContactFriction *contact, double rolling_resistance, Slips before, double y, double pressed
     )
-    double time_to_zero(double value, double rate)
-    double slip_after_bounces(const Press *press, double slip, double approach, double restitution)

@@ -6,69 +6,47 @@
 
 #include <string.h>
 
+#include "carom/core/pit_set_up.h"
 #include "carom/core/pit_sweep.h"
 #include "carom/core/pit_tests.h"
 
-size_t carom_pit_lay_out(State *s, char *memory) {
-    Arena arena = {memory, 0};
-    Index chains = s->has_chains ? s->wall_count : 0;
+size_t carom_pit_set_up(State *s, const RunInput *input) {
+    memset(s, 0, sizeof(State));
+    if (input->disc_count + input->wall_count > INT32_MAX)
+        return 0;
+    s->disc_count = input->disc_count;
+    s->wall_count = input->wall_count;
+    s->path_count = count_paths(input);
+    s->clock.step = input->step;
+    s->clock.rate = input->rate;
+    s->law = input->law;
+    s->gx = input->gravity[0];
+    s->gy = input->gravity[1];
+    s->rolling_resistance = input->rolling_resistance;
+    s->deceleration = input->deceleration;
+    s->damping.rate = input->damping;
+    s->motion = s->deceleration > 0.0 ? SLOWING : s->gx != 0.0 || s->gy != 0.0 ? FALLING : STRAIGHT;
+    s->skips = input->skips;
+    s->max_waste = input->max_waste;
+    s->record.has_spins = input->has_spins;
+    s->record.has_contacts = input->has_finite_walls;
+    s->record.resize = input->resize;
     s->grid.list_count = count_lists(s);
-    s->discs = RESERVE_ROWS(&arena, Disc, s->disc_count);
-    s->walls = RESERVE_ROWS(&arena, Wall, s->wall_count);
-    s->wall_laws = RESERVE_ROWS(&arena, Law, s->wall_count);
-    s->chains = RESERVE_ROWS(&arena, Chain, chains);
-    s->edges = RESERVE_ROWS(&arena, ChainEdge, s->edge_count);
-    s->hits = RESERVE_ROWS(&arena, ChainHit, s->has_chains ? s->disc_count : 0);
-    s->touched = RESERVE_ROWS(&arena, TouchedBodies, s->has_touched ? s->disc_count : 0);
-    s->slowing = RESERVE_ROWS(&arena, Slowing, s->motion == SLOWING ? s->disc_count : 0);
-    s->paths = RESERVE_ROWS(&arena, Path, s->path_count);
-    s->legs = RESERVE_ROWS(&arena, Leg, s->leg_count);
-    s->disc_paths = RESERVE_ROWS(&arena, int, s->has_driven_discs ? s->disc_count : 0);
-    s->wall_motions = RESERVE_ROWS(&arena, WallMotion, s->has_wall_motions ? s->wall_count : 0);
-    s->turning = RESERVE_ROWS(&arena, Turning, s->record.has_spins ? s->disc_count : 1);
-    s->searches = RESERVE_ROWS(&arena, Search, s->disc_count);
-    s->clearances = RESERVE_ROWS(&arena, Clearance, s->disc_count);
-    s->stale_discs = RESERVE_ROWS(&arena, int, s->disc_count);
-    s->due = RESERVE_ROWS(&arena, double, s->disc_count);
-    s->due_discs = RESERVE_ROWS(&arena, int, s->disc_count + 1);
-    s->grid.first = RESERVE_ROWS(&arena, int, s->grid.list_count);
-    s->grid.swept = RESERVE_ROWS(&arena, int, s->grid.list_count);
-    s->grid.swept_next = RESERVE_ROWS(&arena, int, s->grid.list_count > 0 ? s->disc_count : 0);
-    s->record.recent = RESERVE_ROWS(&arena, Recent, s->disc_count);
-    if (!s->has_chains)
-        s->chains = NULL;
-    if (!s->has_driven_discs)
-        s->disc_paths = NULL;
-    if (!s->has_wall_motions)
-        s->wall_motions = NULL;
-    if (!s->has_touched)
-        s->touched = NULL;
-    if (memory != NULL)
-        memset(memory, 0, arena.used);
-    return arena.used;
+    return lay_out(s, input, NULL);
 }
 
-void carom_pit_begin(State *s) {
+void carom_pit_begin(State *s, const RunInput *input, void *memory) {
+    memset(memory, 0, lay_out(s, input, memory));
+    fill_discs(s, input);
+    fill_paths(s, input);
+    fill_walls(s, input);
     begin_bounds(s);
     for (Index i = 0; i < s->disc_count; i++) {
-        Disc *a = &s->discs[i];
-        a->cell = NO_CELL;
-        a->next = NOBODY;
-        a->last = NOBODY;
-        s->due[i] = a->inverse_mass == 0.0 && disc_path(s, i) == NULL ? CAROM_INF : 0.0;
-        clear_recent(&s->record.recent[i]);
-        s->clearances[i].gap = -CAROM_INF;
+        s->due[i] = s->discs[i].inverse_mass == 0.0 && disc_path(s, i) == NULL ? CAROM_INF : 0.0;
         if (s->motion == SLOWING) {
-            s->slowing[i] = (Slowing){0.0, 0.0, NEVER};
+            s->slowing[i].stops = NEVER;
             slow_disc(s, i);
         }
-    }
-    for (Index k = 0; k < s->wall_count; k++) {
-        const Wall *wall = &s->walls[k];
-        for (Index n = 0; is_chain(s, k) && n < s->chains[k].edge_count; n++)
-            enclose_edge(&s->chains[k].edges[n]);
-        double size = is_chain(s, k) ? s->chains[k].size : fabs(wall->x) + fabs(wall->y);
-        s->wall_size = greater(size, s->wall_size);
     }
     for (Index k = 0; k < s->grid.list_count; k++)
         s->grid.first[k] = NOBODY;

@@ -4,8 +4,7 @@
    cells are unbounded outwards, so a disc is in some cell wherever it is. A ring of cells around them stays empty, which
    spares the scans all special cases. Cells decide when a pair is checked, never what is found. */
 
-#ifndef CAROM_GRID_H
-#define CAROM_GRID_H
+#pragma once
 
 #include <math.h>
 
@@ -236,5 +235,3 @@ static inline Block new_neighbours(const State *s, Index i) {
     Index column = (cell & COLUMN_MASK) + across - along * along;
     return (Block){row * s->grid.stride + column, 1, 0, along == 0 ? s->grid.stride : 1};
 }
-
-#endif

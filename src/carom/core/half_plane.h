@@ -6,8 +6,7 @@
    time is right to within 2 units in the last place, for lengths and speeds between 1e-250 and 1e290. Lengths are in
    metres, velocities in metres per second, times in seconds. */
 
-#ifndef CAROM_HALF_PLANE_H
-#define CAROM_HALF_PLANE_H
+#pragma once
 
 #include "carom/core/pair.h"
 
@@ -55,5 +54,3 @@ static inline double wall_time(double x, double y, double vx, double vy, double 
         return 0.0;
     return linear_root(gap, speed);
 }
-
-#endif

@@ -27,8 +27,7 @@
    J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/physics.md and docs/spin.md derive both
    impulses. Tests compare bits, so no operation may be reordered or fused. */
 
-#ifndef CAROM_IMPACT_H
-#define CAROM_IMPACT_H
+#pragma once
 
 #include <math.h>
 
@@ -148,5 +147,3 @@ static inline double collide_wall(const Law *law, const Wall *wall, const Surfac
     }
     return along;
 }
-
-#endif

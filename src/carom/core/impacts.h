@@ -1,7 +1,6 @@
 /* Impacts of the event loop: the clock advances, the discs move there, the law acts, and the impact is recorded. */
 
-#ifndef CAROM_IMPACTS_H
-#define CAROM_IMPACTS_H
+#pragma once
 
 #include <math.h>
 
@@ -197,5 +196,3 @@ static inline Direction apply_feature_impact(State *s, Index i, Index k, double 
     }
     return normal;
 }
-
-#endif

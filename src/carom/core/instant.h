@@ -2,8 +2,7 @@
 
    A pair is normalised: its high part is the nearest float. So two instants compare by high parts, then by low parts. */
 
-#ifndef CAROM_INSTANT_H
-#define CAROM_INSTANT_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -40,5 +39,3 @@ static inline Instant instant_after(Instant begin, double wait) {
 static inline double seconds_between(Instant earlier, Instant later) {
     return (later.high - earlier.high) + (later.low - earlier.low);
 }
-
-#endif

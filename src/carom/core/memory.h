@@ -1,7 +1,6 @@
 /* Memory of an event-driven run: all rows whose number is fixed are in one arena. */
 
-#ifndef CAROM_MEMORY_H
-#define CAROM_MEMORY_H
+#pragma once
 
 #include "carom/core/arena.h"
 #include "carom/core/grid.h"
@@ -40,5 +39,3 @@ static inline size_t lay_out(State *s, void *memory) {
         s->queue.holder -= times_below; /* so that times and holders have the same places */
     return arena.used;
 }
-
-#endif

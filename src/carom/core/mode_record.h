@@ -1,7 +1,6 @@
 /* Recorded changes of mode: when discs begin to slide, roll or rest on a wall, and when they leave it. */
 
-#ifndef CAROM_MODE_RECORD_H
-#define CAROM_MODE_RECORD_H
+#pragma once
 
 #include "carom/core/record.h"
 #include "carom/core/state.h"
@@ -31,5 +30,3 @@ static inline void record_mode(State *s, const ModeRow *row) {
         run->mode_count += 1;
     }
 }
-
-#endif

@@ -4,8 +4,7 @@
    this file: another kind of motion is another branch in these functions. The exact times are those of pair.h and
    feature_time.h. */
 
-#ifndef CAROM_MOTION_H
-#define CAROM_MOTION_H
+#pragma once
 
 #include <math.h>
 
@@ -155,5 +154,3 @@ static inline CellExit cell_exit(const Grid *g, const Disc *a, Index row, Index 
     Index is_vertical = along < across;
     return (CellExit){lesser(along, across), (Edge)(LEFT + right + is_vertical * (DOWN + up - LEFT - right))};
 }
-
-#endif

@@ -9,8 +9,7 @@
    none. A tile at the rim is unbounded outwards, but its list is not: a disc that leaves the area of the lists checks all
    obstacles. */
 
-#ifndef CAROM_OBSTACLES_H
-#define CAROM_OBSTACLES_H
+#pragma once
 
 #include <math.h>
 #include <string.h>
@@ -210,5 +209,3 @@ static inline bool stays_in_area(const Grid *g, const Disc *a, double wait) {
     return is_inside & (g->area.left <= end.x) & (end.x <= g->area.right) & (g->area.low <= end.y) &
            (end.y <= g->area.high);
 }
-
-#endif

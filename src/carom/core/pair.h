@@ -19,8 +19,7 @@
    docs/physics.md derives the bounds. No time or distance is compared with a tolerance. Lengths are in metres, velocities
    in metres per second, times in seconds. */
 
-#ifndef CAROM_PAIR_H
-#define CAROM_PAIR_H
+#pragma once
 
 #include <math.h>
 
@@ -295,5 +294,3 @@ static inline double meeting_time(Encounter e) {
         return exact_pair_time(e);
     return time;
 }
-
-#endif

@@ -4,8 +4,7 @@
    does without gravity. Any other two meet at a root of a quartic; fall.h solves it. A time is counted from the later of
    the two own instants, so it depends on the two paths alone. */
 
-#ifndef CAROM_PARABOLA_H
-#define CAROM_PARABOLA_H
+#pragma once
 
 #include <math.h>
 
@@ -120,11 +119,6 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
 
 /* ---- two discs ---- */
 
-/* Return whether a disc is on the path that its last impact, with another one, gave it. */
-static inline bool is_on_path_of(const State *s, Index i, Index j) {
-    return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == j;
-}
-
 static inline bool accelerate_alike(const State *s, Index i, Index j) {
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
     return p->ax == q->ax && p->ay == q->ay;
@@ -224,5 +218,3 @@ static inline Instant earliest_meeting(const State *s, Index i, Index j) {
     double wait = closing_lower_bound(gap, -speed, -pull);
     return instant_after(start, wait * (1.0 - CAROM_ROOT_ERROR));
 }
-
-#endif

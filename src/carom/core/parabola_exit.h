@@ -1,7 +1,6 @@
 /* End of the stay in a cell of a disc that accelerates: an edge, a feature of a wall, or the end of its motion. */
 
-#ifndef CAROM_PARABOLA_EXIT_H
-#define CAROM_PARABOLA_EXIT_H
+#pragma once
 
 #include <math.h>
 
@@ -281,5 +280,3 @@ static inline void predict_parabola_exit(State *s, Index i) {
     p->obstacle = (int)next.feature;
     p->edge = edge;
 }
-
-#endif

@@ -3,8 +3,7 @@
    Where a disc comes back to what it has left, nothing else between, it has the very speed along the normal that it left
    with: docs/gravity.md says why a ball on a slope would never come to rest otherwise. */
 
-#ifndef CAROM_PARABOLA_IMPACTS_H
-#define CAROM_PARABOLA_IMPACTS_H
+#pragma once
 
 #include <math.h>
 
@@ -430,5 +429,3 @@ static inline bool begin_contacts(State *s) {
     }
     return true;
 }
-
-#endif

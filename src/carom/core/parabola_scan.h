@@ -4,8 +4,7 @@
    other pair is bounded from below only, by the time that its greatest speed takes for its gap, and solved when that comes
    first. */
 
-#ifndef CAROM_PARABOLA_SCAN_H
-#define CAROM_PARABOLA_SCAN_H
+#pragma once
 
 #include "carom/core/parabola.h"
 #include "carom/core/scan.h"
@@ -185,5 +184,3 @@ static inline void predict_parabola_impact(State *s, Index i, Change change) {
         p->partner_impacts = s->discs[best.partner].impacts;
     }
 }
-
-#endif

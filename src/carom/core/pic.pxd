@@ -1,18 +1,12 @@
-"""Declarations of `state.h` and `two_discs.h` for the binding and the tests."""
+"""Declarations of `state.h` and `two_discs.h` for the binding."""
 
 from libc.stdint cimport int64_t
 
-from carom.core.carom_core cimport Corners, Impact, Index, Law, Recent, Record, Resize, Turning, Wall, c_bool
-from carom.core.formulas cimport ExactQuartic, Feature
+from carom.core.carom_core cimport Impact, Index, Law, Recent, Record, Turning, c_bool
+from carom.core.run_input cimport RunInput
 
 cdef extern from "carom/core/state.h" nogil:
-    enum:
-        NO_OBSTACLE
-        NO_BODY
-        PLACES
-
     enum Ending:
-        CRUSHED
         NO_MEMORY
 
     struct Disc:
@@ -26,53 +20,8 @@ cdef extern from "carom/core/state.h" nogil:
         int impacts
         int last
 
-    struct Prediction:
-        double impact_time
-        double exit_time
-        int partner
-        int partner_impacts
-        int cell
-
     struct ToAndFro:
-        int last
-        int last_obstacle
-        int across
-        int across_obstacle
-        double nx
-        double ny
-        Index row
-
-    struct Cell:
-        int disc[2]
-
-    struct Box:
         pass
-
-    struct Grid:
-        Cell *cells
-        int *chain
-        unsigned int *list_of
-        int *lists
-        double x0
-        double y0
-        double width
-        double extent
-        Index columns
-        Index rows
-        Index stride
-
-    struct Block:
-        Index first
-        Index lines
-        Index to_line
-        Index to_cell
-
-    struct Candidates:
-        int *disc
-
-    struct Queue:
-        double *time
-        int *holder
 
     struct Clock:
         double now
@@ -103,11 +52,7 @@ cdef extern from "carom/core/state.h" nogil:
         double time
 
     struct Parabola:
-        double ax
-        double ay
-        double time_low
-        double spin_rate
-        unsigned char mode
+        pass
 
     struct ModeRow:
         pass
@@ -131,62 +76,18 @@ cdef extern from "carom/core/state.h" nogil:
 
     struct State:
         Disc *discs
-        Prediction *predictions
-        Wall *walls
-        Feature *features
         double *last_impact
         Turning *turning
         Index disc_count
-        Index wall_count
         Index gliding
         Clock clock
         Law law
         Counts counts
-        Grid grid
-        Queue queue
-        Candidates candidates
         Record record
-        Box visited
         ToAndFro *to_and_fro
         TouchedBodies *touched
         Accelerated accelerated
-        Resize resize
         Crush crush
-
-    struct RunInput:
-        const double *position
-        const double *velocity
-        const double *radius
-        const double *mass
-        const double *spin
-        const double *inertia
-        Index disc_count
-        Index wall_count
-        const double *walls
-        const double *features
-        const double *materials
-        const double *driven
-        const double *legs
-        Index feature_count
-        Index driven_count
-        Index leg_count
-        double cell_factor
-        Index standstill
-        bint has_spins
-        bint has_finite_walls
-        bint solves_all_pairs
-        bint has_acceleration
-        double gravity[2]
-        double deceleration
-        double rolling_resistance
-        const int *grounds
-        const int *never_lists
-        Index never_length
-        ExactQuartic exact
-        Law law
-        Resize resize
-        Corners corners
-        double until
 
     size_t carom_set_up(State *s, const RunInput *input)
     bint carom_begin(State *s, const RunInput *input, void *memory)

@@ -6,21 +6,18 @@ from libc.stdint cimport int64_t, uintptr_t
 from libc.stdlib cimport free
 
 from carom.core.exact_quartic cimport exact_solver
-from carom.core.laws cimport law_of
-from carom.core.record_rows cimport ambiguous_rows, carom_enlarge, free_record, memory_as_array, release_rows
+from carom.core.record_rows cimport ambiguous_rows, free_record, memory_as_array, release_rows
+from carom.core.run_input cimport RunInput, floats, input_of
 
 import numpy as np
 
 cdef Disc _disc
 DISC_DTYPE = np.asarray(<Disc[:1]>&_disc).dtype
-cdef ToAndFro _to_and_fro
-TO_AND_FRO_DTYPE = np.asarray(<ToAndFro[:1]>&_to_and_fro).dtype
 
 
 cdef c_bool is_order_free(void *context, int one, int other, c_bool elastic) noexcept with gil:
     """Ask Python whether the order of impacts on two features matters: at corners, so rarely."""
     return (<object>context)(one, other, elastic)
-
 
 
 cdef class Kernel:
@@ -53,51 +50,26 @@ cdef class Kernel:
         self, start, obstacles, double until, acceleration, double contact_duration, Index standstill,
         double cell_factor, bint all_pairs
     ):
-        cdef RunInput given
-        cdef const double[:, ::1] position = np.ascontiguousarray(start.position_m, np.float64)
-        cdef const double[:, ::1] velocity = np.ascontiguousarray(start.velocity_m_s, np.float64)
-        cdef const double[::1] radius = np.ascontiguousarray(start.radius_m, np.float64)
-        cdef const double[::1] mass = np.ascontiguousarray(start.mass_kg, np.float64)
-        given.position, given.velocity, given.radius, given.mass = &position[0, 0], &velocity[0, 0], &radius[0], &mass[0]
-        given.disc_count, given.wall_count = radius.shape[0], len(start.walls)
-        cdef const double[::1] spin, inertia
-        given.spin = given.inertia = NULL
-        given.has_spins = start.turns
-        if start.turns or acceleration is not None:
-            spin, inertia = np.ascontiguousarray(start.spins), np.ascontiguousarray(start.inertia)
-            given.spin, given.inertia = &spin[0], &inertia[0]
-        cdef const double[:, ::1] walls, features, materials, driven, legs
-        given.walls = given.features = given.materials = given.driven = given.legs = NULL
-        given.feature_count = given.driven_count = given.leg_count = 0
-        if obstacles is None:
-            walls = np.array(start.walls, np.float64).reshape(-1, 4)
-            given.walls = &walls[0, 0]
-        else:
-            features, driven, legs = obstacles.rows, obstacles.driven, obstacles.legs
-            materials = np.array(start.materials, np.float64).reshape(-1, 2)
-            given.features, given.feature_count = &features[0, 0], features.shape[0]
-            given.materials = &materials[0, 0]
-            given.driven, given.driven_count = &driven[0, 0], driven.shape[0]
-            given.legs, given.leg_count = &legs[0, 0], legs.shape[0]
+        kept = []
+        cdef RunInput given = input_of(start, acceleration, kept)
         cdef const int[:, ::1] grounds
         cdef const int[::1] never_lists
-        given.has_acceleration = acceleration is not None
+        if obstacles is None:
+            given.walls = floats(kept, start.walls)
+        else:
+            given.features, given.feature_count = floats(kept, obstacles.rows), len(obstacles.rows)
+            given.materials = floats(kept, start.materials)
+            given.driven, given.driven_count = floats(kept, obstacles.driven), len(obstacles.driven)
+            given.legs, given.leg_count = floats(kept, obstacles.legs), len(obstacles.legs)
         if acceleration is not None:
             grounds, never_lists = obstacles.grounds.rows, obstacles.grounds.never_met
             given.grounds, given.never_lists = &grounds[0, 0], &never_lists[0]
             given.never_length = never_lists.shape[0]
-            given.gravity[0], given.gravity[1] = acceleration.gravity_m_s2
             given.exact = exact_solver()
-            given.deceleration = acceleration.table_deceleration_m_s2
-            given.rolling_resistance = acceleration.wall_rolling_resistance
-        given.cell_factor, given.standstill = cell_factor, standstill
-        given.has_finite_walls = not start.has_half_planes
-        given.solves_all_pairs = all_pairs
-        given.law = law_of(start, contact_duration)
-        given.resize = carom_enlarge
+        given.law.contact_duration, given.until = contact_duration, until
+        given.cell_factor, given.standstill, given.solves_all_pairs = cell_factor, standstill, all_pairs
         self.is_order_free = None if obstacles is None else obstacles.decides
         given.corners.is_order_free, given.corners.context = is_order_free, <void *>self.is_order_free
-        given.until = until
         cdef size_t size = carom_set_up(&self.s, &given)
         if size == 0:
             raise ValueError("more discs or obstacles than can be numbered")
@@ -157,17 +129,30 @@ cdef class Kernel:
         return self.s.record.released + self.s.record.count
 
     cdef rows(self, void *begin, size_t size):
-        """Return a view of a part of the run's memory."""
-        if size == 0:
+        """Return a view of rows in the run's memory, of so many bytes a disc, as bytes; of none if there are no rows."""
+        if begin == NULL:
             return np.empty(0, np.uint8)
         cdef const unsigned char[::1] memory = self.memory
         cdef size_t start = <const unsigned char *>begin - &memory[0]
-        return self.memory[start:start + size]
+        return self.memory[start:start + self.s.disc_count * size]
+
+    cdef dict continued(self):
+        """Return views of the rows that a run continues from, by name, as bytes; predictions are rebuilt."""
+        s = &self.s
+        has_last_impacts = s.law.contact_duration > 0.0
+        return {
+            "discs": self.rows(s.discs, sizeof(Disc)),
+            "last_impacts": self.rows(s.last_impact if has_last_impacts else NULL, sizeof(double)),
+            "turning": self.rows(s.turning, sizeof(Turning)),
+            "paths": self.rows(s.accelerated.paths, sizeof(Parabola)),
+            "touched": self.rows(s.touched, sizeof(TouchedBodies)),
+            "to_and_fro": self.rows(s.to_and_fro, sizeof(ToAndFro)),
+        }
 
     @property
     def discs(self):
         """A view of the rows of all discs: an array with the fields of `Disc` in state.h."""
-        return self.rows(self.s.discs, self.s.disc_count * sizeof(Disc)).view(DISC_DTYPE)
+        return self.rows(self.s.discs, sizeof(Disc)).view(DISC_DTYPE)
 
     @property
     def counts(self):
@@ -223,59 +208,18 @@ cdef class Kernel:
         """Bytes of the run's memory, without recorded impacts."""
         return self.memory.nbytes + carom_allocated(&self.s)
 
-    cdef last_impacts(self):
-        """Return a view of the times of each disc's last impact, in a run with the TC model, else nothing."""
-        cdef size_t size = self.s.disc_count * sizeof(double) if self.s.law.contact_duration > 0.0 else 0
-        return self.rows(self.s.last_impact, size)
-
-    @property
-    def spins(self):
-        """A view of the spins of all discs, as of their last impact; None if no disc spins or accelerates."""
-        size = self.s.disc_count * sizeof(Turning)
-        return self.rows(self.s.turning, size).view(np.float64)[::2] if self.s.turning != NULL else None
-
-    @property
-    def paths(self):
-        """A view of the rows of `Parabola` of all discs, as bytes; nothing if no disc accelerates."""
-        return self.rows(self.s.accelerated.paths, self._paths_size())
-
-    cdef size_t _paths_size(self):
-        return self.s.disc_count * sizeof(Parabola) if self.s.accelerated.paths != NULL else 0
-
-    cdef touched(self):
-        """Return a view of what each disc touches, as bytes; nothing where every impact leaves some speed."""
-        return self.rows(self.s.touched, self.s.disc_count * sizeof(TouchedBodies) if self.s.touched != NULL else 0)
-
-    @property
-    def to_and_fro(self):
-        """A view of `ToAndFro` of each disc: an array with its fields in state.h; None if no body is driven."""
-        size = self.s.disc_count * sizeof(ToAndFro)
-        return None if self.s.to_and_fro == NULL else self.rows(self.s.to_and_fro, size).view(TO_AND_FRO_DTYPE)
-
     def state(self):
-        """Return a copy of all that the run needs to continue, by name: predictions are rebuilt."""
+        """Return a copy of all that the run needs to continue, by name."""
+        rows = {name: rows.copy() for name, rows in self.continued().items()}
         recent = self.recent_memory.copy() if self.s.record.is_wanted else None
-        return {
-            "discs": self.discs.copy(), "last_impacts": self.last_impacts().copy(), "recent": recent,
-            "clock": self.s.clock, "counts": self.s.counts,
-            "spins": self.spins.copy() if self.s.turning != NULL else None,
-            "paths": self.paths.copy(), "touched": self.touched().copy(),
-            "to_and_fro": None if self.s.to_and_fro == NULL else self.to_and_fro.copy(),
-        }
+        return {**rows, "recent": recent, "clock": self.s.clock, "counts": self.s.counts}
 
     def resume(self, state):
-        """Continue a run of the same discs and walls, with a contact duration if this one has one, from its state."""
-        self.discs[:] = state["discs"]
-        last_impacts = self.last_impacts()
-        last_impacts[:] = state["last_impacts"][:len(last_impacts)]
+        """Continue a run of the same discs, walls and contact duration from its state."""
+        for name, rows in self.continued().items():
+            rows[:] = state[name]
         if self.s.record.is_wanted and state["recent"] is not None:
             self.recent_memory[:] = state["recent"]
-        if self.s.turning != NULL:
-            self.spins[:] = state["spins"]
-        self.paths[:] = state["paths"]
-        self.touched()[:] = state["touched"]
-        if self.s.to_and_fro != NULL:
-            self.to_and_fro[:] = state["to_and_fro"]
         self.s.clock, self.s.counts = state["clock"], state["counts"]
         carom_resume(&self.s)
 

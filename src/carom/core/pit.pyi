@@ -4,12 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer, disjoint_base
 
-from carom.disc_arrays import DiscArrays
-from carom.driving import Drive
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.run import Start
-
-def driven_bodies(start: DiscArrays) -> list[tuple[int, Drive]]: ...
 
 @disjoint_base
 class FrameLoop:

@@ -7,8 +7,7 @@
    A wait is a number of seconds for which two bodies can't interfere on their present paths: INF for never, 0 if they
    may interfere, or may soon, at the next frame, CAROM_IN_CONTACT if they may at this one. */
 
-#ifndef CAROM_PIT_BOUNDS_H
-#define CAROM_PIT_BOUNDS_H
+#pragma once
 
 #include <math.h>
 
@@ -214,5 +213,3 @@ static inline double bound_on_any_leg(const State *s, const Path *path, const Di
     double speed = sqrt(a->vx * a->vx + a->vy * a->vy) + path->fastest;
     return gap > 0.0 ? time_to_close(gap, speed * (1.0 + CAROM_PATH_MARGIN), s->pull) : 0.0;
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* Driven bodies of PIT: where a body whose path is prescribed is at a frame, and how a disc moves relative to it. */
 
-#ifndef CAROM_PIT_DRIVEN_H
-#define CAROM_PIT_DRIVEN_H
+#pragma once
 
 #include <math.h>
 
@@ -82,5 +81,3 @@ static inline const Path *disc_path(const State *s, Index i) {
 static inline const Path *wall_path(const State *s, Index k) {
     return s->wall_motions == NULL || s->wall_motions[k].path == NO_PATH ? NULL : &s->paths[s->wall_motions[k].path];
 }
-
-#endif

@@ -7,8 +7,7 @@
    again. So two discs that can touch were put into cells no further apart than their reach, radius and leeway allow.
    Cells decide when a pair is tested, never what is found. */
 
-#ifndef CAROM_PIT_GRID_H
-#define CAROM_PIT_GRID_H
+#pragma once
 
 #include <math.h>
 
@@ -130,5 +129,3 @@ static inline Index count_lists(const State *s) {
         count *= 2;
     return count;
 }
-
-#endif

@@ -3,8 +3,7 @@
    `carom.solvers.reference.algorithm_1` is the definition, with the same operations in the same order. A frame is the
    time of all its impacts, and of no others: it is known without an error. */
 
-#ifndef CAROM_PIT_IMPACTS_H
-#define CAROM_PIT_IMPACTS_H
+#pragma once
 
 #include <math.h>
 
@@ -218,5 +217,3 @@ static inline void apply_wall_impact(State *s, Index i, Index k) {
     slow_disc(s, i);
     note_wall_contact(s, i, k, wall.nx, wall.ny);
 }
-
-#endif

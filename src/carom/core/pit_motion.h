@@ -5,8 +5,7 @@
 
    Another kind of motion is another branch in `advance_disc`, `skip_disc` and `carom_pit_write_states`. */
 
-#ifndef CAROM_PIT_MOTION_H
-#define CAROM_PIT_MOTION_H
+#pragma once
 
 #include <math.h>
 
@@ -157,5 +156,3 @@ static inline void advance_over_frames(State *s, double from, Index count) {
     if (s->path_count > 0)
         move_driven(s);
 }
-
-#endif

@@ -3,8 +3,7 @@
    An impact changes what the tests after it see, so tests that are not skipped keep that order. A test is a number that
    grows in it: i in the upper half and j in the lower, or disc_count + i and k. */
 
-#ifndef CAROM_PIT_PENDING_H
-#define CAROM_PIT_PENDING_H
+#pragma once
 
 #include "carom/core/pit_state.h"
 
@@ -77,5 +76,3 @@ static inline bool next_test(Pending *t) {
     }
     return false;
 }
-
-#endif

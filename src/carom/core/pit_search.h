@@ -4,8 +4,7 @@
    discs around it or with a wall, or of leaving its leeway. No impact is missed, because of any two discs the one that
    was scheduled later saw the other on its present path. So until they can meet, one of the two is due. */
 
-#ifndef CAROM_PIT_SEARCH_H
-#define CAROM_PIT_SEARCH_H
+#pragma once
 
 #include "carom/core/constants.h"
 #include "carom/core/double_double.h"
@@ -251,5 +250,3 @@ static inline void schedule_stale(State *s) {
     for (Index k = 0; k < s->stale_count; k++)
         reschedule_disc(s, s->stale_discs[k]);
 }
-
-#endif

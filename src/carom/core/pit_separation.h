@@ -6,8 +6,7 @@
    - An impact with restitution 0 leaves no speed along the normal, of which floats leave a rounding. touched.h keeps
      that as a fact while other impacts act at right angles to it. */
 
-#ifndef CAROM_PIT_SEPARATION_H
-#define CAROM_PIT_SEPARATION_H
+#pragma once
 
 #include "carom/core/pit_driven.h"
 
@@ -157,5 +156,3 @@ static inline void note_wall_contact(State *s, Index i, Index k, double nx, doub
     double until = path != NULL ? path->legs[path->leg].end : CAROM_INF;
     note_contact(s, i, (Touched){(int)body, nx, ny, until}, law->wall_contact.friction > 0.0, stops);
 }
-
-#endif

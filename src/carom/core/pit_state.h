@@ -3,13 +3,13 @@
    Units are metres, metres a second and kilograms; times are seconds since the start. Walls, spins, the impact law and
    recorded impacts are those of carom_core.h. */
 
-#ifndef CAROM_PIT_STATE_H
-#define CAROM_PIT_STATE_H
+#pragma once
 
 #include "carom/core/arena.h"
 #include "carom/core/carom_core.h"
 #include "carom/core/chain_distance.h"
 #include "carom/core/instant.h"
+#include "carom/core/run_input.h"
 #include "carom/core/touched.h"
 
 enum {
@@ -164,7 +164,7 @@ typedef struct State {
     Slowing *slowing;         /* one a disc, on a table */
     Path *paths;              /* of driven bodies */
     Leg *legs;                /* of all paths */
-    int *disc_paths;          /* one a disc, with driven discs: NO_PATH if it is not driven */
+    int *disc_paths;          /* one a disc, NO_PATH if it is not driven; NULL if no disc is */
     WallMotion *wall_motions; /* one a wall; NULL if no wall moves and no surface does */
     Search *searches;         /* one a disc */
     Clearance *clearances;    /* one a disc */
@@ -173,14 +173,8 @@ typedef struct State {
     int *stale_discs;         /* whose searches are stale at this frame */
     Index disc_count;
     Index wall_count;
-    Index edge_count;
     Index path_count;
-    Index leg_count;
     Index stale_count;
-    bool has_chains;
-    bool has_driven_discs;
-    bool has_wall_motions;
-    bool has_touched; /* whether some restitution is 0 */
     MotionKind motion;
     double gx; /* gravity */
     double gy;
@@ -218,13 +212,11 @@ typedef struct State {
 
 /* ---- what bindings call, in this order ---- */
 
-/* Place all rows of a run in memory, and return its size in bytes; with NULL only return the size.
+/* Set the sizes of a run; return how many bytes of memory it needs, 0 if there are too many discs and walls. */
+size_t carom_pit_set_up(State *s, const RunInput *input);
 
-   Numbers of rows, what a run has, its motion, `record.has_spins` and `skips` are set. */
-size_t carom_pit_lay_out(State *s, char *memory);
-
-/* Begin a run whose discs, walls, chains, spins, laws, paths and motions of walls have been written. */
-void carom_pit_begin(State *s);
+/* Fill the memory of a run, which begins at a cache line. */
+void carom_pit_begin(State *s, const RunInput *input, void *memory);
 
 /* Pass the frames before number `until`, until work or memory is used up, or until there have been `most` impacts. */
 void carom_pit_run(State *s, Index until, Index most);
@@ -232,5 +224,3 @@ void carom_pit_run(State *s, Index until, Index most);
 /* Write x, y, vx, vy of each disc at a time not before the last frame; with damping an undamped time, and undamped
    velocities. */
 void carom_pit_write_states(const State *s, double time, double *states);
-
-#endif

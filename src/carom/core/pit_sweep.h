@@ -3,8 +3,7 @@
    If most discs are due at most frames, this costs less than finding out when each is due again. Positions are those of
    one frame, so cells need no leeway. Discs of about one size are on one level of cells. */
 
-#ifndef CAROM_PIT_SWEEP_H
-#define CAROM_PIT_SWEEP_H
+#pragma once
 
 #include <string.h>
 
@@ -138,5 +137,3 @@ static inline void sweep_frame(State *s) {
     s->work -= frame_work(s);
     s->excess -= CAROM_EXCESS_PART * frame_work(s);
 }
-
-#endif

@@ -3,8 +3,7 @@
    An impact changes velocities, and nothing else at its frame. So the bodies that a disc touches at a frame are found
    once, and tested again after each of its impacts. When it is due again is found after the last one. */
 
-#ifndef CAROM_PIT_TESTS_H
-#define CAROM_PIT_TESTS_H
+#pragma once
 
 #include "carom/core/constants.h"
 #include "carom/core/double_double.h"
@@ -140,5 +139,3 @@ static inline void test_due(State *s) {
     }
     save(s, 1);
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* Work of PIT, counted in tests of two discs: whether skipping tests pays. */
 
-#ifndef CAROM_PIT_WORK_H
-#define CAROM_PIT_WORK_H
+#pragma once
 
 #include "carom/core/constants.h"
 #include "carom/core/double_double.h"
@@ -50,5 +49,3 @@ static inline void spend(State *s, double work) {
 static inline void save(State *s, Index frames) {
     s->excess = greater(s->excess - (double)frames * frame_work(s), -CAROM_SAVED_FRAMES * frame_work(s));
 }
-
-#endif

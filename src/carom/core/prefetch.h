@@ -2,8 +2,7 @@
 
    Each row tells where the next one is: a disc, then its partner and its cells, then the discs in these cells. */
 
-#ifndef CAROM_PREFETCH_H
-#define CAROM_PREFETCH_H
+#pragma once
 
 #include "carom/core/grid.h"
 #include "carom/core/state.h"
@@ -82,5 +81,3 @@ static inline void prefetch_partner_cells(const State *s, Index i) {
     if (s->predictions[i].partner != NOBODY)
         prefetch_cells(s, s->predictions[i].partner);
 }
-
-#endif

@@ -3,8 +3,7 @@
    A driven wall is located where its features say at the start of the run, and a disc is seen relative to it. A driven
    disc is moved along its path from its centre at the start. */
 
-#ifndef CAROM_PRESCRIBED_H
-#define CAROM_PRESCRIBED_H
+#pragma once
 
 #include "carom/core/motion.h"
 #include "carom/core/state.h"
@@ -116,5 +115,3 @@ static inline void clear_last_of_ended_leg(State *s, Index i) {
         s->driving.legs[leg_at(&s->driving, row, a->time)].end <= s->clock.now)
         a->last = NO_BODY;
 }
-
-#endif

@@ -9,9 +9,9 @@ from libc.math cimport NAN, fabs, sqrt
 
 from carom.core cimport formulas
 from carom.core.carom_core cimport ContactFriction
-from carom.core.exact_quartic cimport exact_solver
+from carom.core.exact_quartic cimport ExactQuartic, exact_solver
 from carom.core.formulas cimport (
-    CAROM_INF, CAROM_PAIR_LEAST, CAROM_PAIR_MOST, FACE, FEATURE_NUMBERS, INNER_ARC, DoubleDouble, ExactQuartic,
+    CAROM_INF, CAROM_PAIR_LEAST, CAROM_PAIR_MOST, FACE, FEATURE_NUMBERS, INNER_ARC, DoubleDouble,
     FallingDisc, Feature, Mover, Slips, feature_from, greater, lesser,
 )
 
@@ -183,12 +183,6 @@ cdef Mover mover_from(disc):
 
 cdef DoubleDouble pair_from(pair):
     return DoubleDouble(pair[0], pair[1])
-
-
-def two_sum(double a, double b):
-    """Return the rounded sum and its rounding error: ``a + b`` is exactly their sum."""
-    total = formulas.two_sum(a, b)
-    return total.high, total.low
 
 
 def two_diff(double a, double b):

@@ -10,8 +10,7 @@
    how. A root at which the gap only touches 0 is a graze without depth, and no fall. A gap that is 0 now and does
    not open falls now. One that is negative now has to open before it falls. */
 
-#ifndef CAROM_QUARTIC_H
-#define CAROM_QUARTIC_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -276,5 +275,3 @@ static inline double next_fall(Falls *falls) {
     }
     return number < falls->count ? falls->times[number] : CAROM_INF;
 }
-
-#endif

@@ -8,8 +8,7 @@
    - `PairPolynomial`: the same in pairs, with CAROM_QUARTIC_PAIR_ERROR; `size` may be less where the terms cancel.
    - `Products`: the input numbers, so that each power is exactly a sum of products of two of them. */
 
-#ifndef CAROM_QUARTIC_FORMS_H
-#define CAROM_QUARTIC_FORMS_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -176,5 +175,3 @@ static inline Derivatives derivatives_at(const Polynomial *p, double t) {
     }
     return at;
 }
-
-#endif

@@ -14,8 +14,7 @@
    Source: R. T. Farouki, "The Bernstein polynomial basis: a centennial retrospective", Comput. Aided Geom. Des. 29
    (2012), sections 4.3 and 5.2. */
 
-#ifndef CAROM_QUARTIC_ISOLATION_H
-#define CAROM_QUARTIC_ISOLATION_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -275,5 +274,3 @@ static inline int isolate_roots_of_part(const PairPolynomial *p, int start, doub
     }
     return QUARTIC_UNDECIDED;
 }
-
-#endif

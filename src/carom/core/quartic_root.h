@@ -3,8 +3,7 @@
    Floats approximate the root. Then the polynomial is evaluated in pairs, so that the correction by Newton's method has
    an error of about 2^-45 of itself. Bounds on the derivatives near the root prove a bound on that error. */
 
-#ifndef CAROM_QUARTIC_ROOT_H
-#define CAROM_QUARTIC_ROOT_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -227,5 +226,3 @@ static inline bool is_grid_clear(const PairPolynomial *p, const Polynomial *floa
     }
     return true;
 }
-
-#endif

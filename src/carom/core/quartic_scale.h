@@ -2,8 +2,7 @@
 
    These are approximations. Nothing that is decided depends on them, only the work that it takes. */
 
-#ifndef CAROM_QUARTIC_SCALE_H
-#define CAROM_QUARTIC_SCALE_H
+#pragma once
 
 #include <math.h>
 
@@ -103,5 +102,3 @@ static inline double time_scale(const Polynomial *p, int start) {
         return greater(turn, first_balance(p)); /* before that, no power matters */
     return turn;
 }
-
-#endif

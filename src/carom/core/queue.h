@@ -3,8 +3,7 @@
    The eight times of a match share a cache line. The least of them moves up a level, together with the number of its
    disc. Nothing is moved or deleted as in a heap: a disc's time is overwritten. */
 
-#ifndef CAROM_QUEUE_H
-#define CAROM_QUEUE_H
+#pragma once
 
 #include "carom/core/double_double.h"
 #include "carom/core/state.h"
@@ -130,5 +129,3 @@ static inline Index runner_up(const Queue *q, Index i) {
         return q->holder[q->level[last] + upper.place];
     return q->holder[q->level[last - 1] + lower.place];
 }
-
-#endif

@@ -1,7 +1,6 @@
 /* Recorded impacts: rows, and memory for them. */
 
-#ifndef CAROM_RECORD_H
-#define CAROM_RECORD_H
+#pragma once
 
 #include <math.h>
 
@@ -122,5 +121,3 @@ static inline void record_impact(Record *r, double time, Index first, Index seco
         mark_ambiguous(r);
     write_impact_row(r, time, first, second, nx, ny, before, after1, after2, spins, x, y, contact_feature);
 }
-
-#endif

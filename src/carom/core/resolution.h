@@ -6,8 +6,7 @@
    u^2 / R for a relative speed u and a contact distance R. An error of the gap moves its zero by at most half the width
    at that depth: sqrt(2 R error) / u. The lesser of the two times is the bound. */
 
-#ifndef CAROM_RESOLUTION_H
-#define CAROM_RESOLUTION_H
+#pragma once
 
 #include <math.h>
 
@@ -52,5 +51,3 @@ static inline double wall_resolution(double sizes, double speed) {
 static inline double clock_resolution(double time) {
     return 2.0 * CAROM_ULP * time;
 }
-
-#endif

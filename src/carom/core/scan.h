@@ -7,8 +7,7 @@
    A scan has four rounds. Each processes what the one before has kept, with as few branches as possible: a processor
    cannot predict which discs are near and which approach, and a wrong guess costs as much as the arithmetic of a pair. */
 
-#ifndef CAROM_SCAN_H
-#define CAROM_SCAN_H
+#pragma once
 
 #include <math.h>
 
@@ -226,5 +225,3 @@ static inline void predict_impact(State *s, Index i, Change change) {
     if (best.partner != NOBODY)
         p->partner_impacts = s->discs[best.partner].impacts;
 }
-
-#endif

@@ -8,13 +8,13 @@
    `grid.h`), and predicts the discs that it changed again (`scan.h`, `cell_exit.h`, `driven.h`). `motion.h` contains
    everything that depends on the shape of a path. */
 
-#ifndef CAROM_STATE_H
-#define CAROM_STATE_H
+#pragma once
 
 #include "carom/core/accelerated.h"
 #include "carom/core/carom_core.h"
 #include "carom/core/constants.h"
 #include "carom/core/feature.h"
+#include "carom/core/run_input.h"
 #include "carom/core/touched.h"
 
 enum {
@@ -304,43 +304,6 @@ typedef struct State { /* all that a run consists of */
 
 /* ---- functions for bindings ---- */
 
-typedef struct RunInput {  /* what a run is set up from; its arrays are only read, by the two functions of the set-up */
-    const double *position; /* x and y of each disc */
-    const double *velocity;
-    const double *radius;
-    const double *mass;    /* INF: no impact moves the disc */
-    const double *spin;    /* NULL, like `inertia`, if no disc spins and none accelerates */
-    const double *inertia; /* moment of inertia over mass times radius squared; INF: it never turns */
-    Index disc_count;
-    Index wall_count;
-    const double *walls;     /* x, y, nx and ny of each, if the walls are the obstacles, else NULL */
-    const double *features;  /* rows of FEATURE_NUMBERS; read if the features are the obstacles */
-    const double *materials; /* restitution and friction of each wall; read if there are features */
-    const double *driven;    /* rows of three: body, number of legs, belt speed. Walls, then discs, each ascending */
-    const double *legs;      /* rows of six, of each driven body in turn: begins, ends, moved_x, moved_y, vx, vy */
-    Index feature_count;
-    Index driven_count;
-    Index leg_count;
-    double cell_factor; /* on the width of a cell; INF for a single cell. It changes no result */
-    Index standstill;
-    bool has_spins;
-    bool has_finite_walls;
-    bool solves_all_pairs; /* for comparison: without cells, queue and stored predictions. It changes no result */
-    bool has_acceleration; /* gravity, or a table that decelerates: then the features are the obstacles */
-    double gravity[2];
-    double deceleration;       /* of a table */
-    double rolling_resistance; /* of discs on walls */
-    const int *grounds;        /* with acceleration: of each feature is_ground, the vertex over each end, and how many
-                                  features a disc on it never meets; rows of four */
-    const int *never_lists;    /* these features, of each ground in turn */
-    Index never_length;
-    ExactQuartic exact;
-    Law law;
-    Resize resize;
-    Corners corners;
-    double until; /* end of the run, since the start, unless `carom_advance` is given a later one: see `State.until` */
-} RunInput;
-
 /* Set the sizes of a run; return how many bytes of memory it needs, 0 if there are too many discs or obstacles. */
 size_t carom_set_up(State *s, const RunInput *input);
 
@@ -374,5 +337,3 @@ size_t carom_allocated(const State *s);
 
 /* Release the memory that was allocated outside of the arena and of the record. */
 void carom_release(State *s);
-
-#endif

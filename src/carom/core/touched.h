@@ -7,8 +7,7 @@
    a product of at most CAROM_ERROR if they are orthogonal: what an impact changes along a normal by less than that is
    less than the rounding of the velocity itself. docs/pic.md, section "Contacts after restitution 0". */
 
-#ifndef CAROM_TOUCHED_H
-#define CAROM_TOUCHED_H
+#pragma once
 
 #include <math.h>
 
@@ -63,5 +62,3 @@ static inline void note_touched(TouchedBodies *t, Touched body, double time, boo
     }
     t->count = kept;
 }
-
-#endif

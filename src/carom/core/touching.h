@@ -1,7 +1,6 @@
 /* The bodies of a run that touch without speed along the normal: see touched.h for the rule. */
 
-#ifndef CAROM_TOUCHING_H
-#define CAROM_TOUCHING_H
+#pragma once
 
 #include "carom/core/prescribed.h"
 #include "carom/core/state.h"
@@ -57,5 +56,3 @@ static CAROM_NOINLINE Index remove_touching(State *s, Index i, Index count) {
     }
     return kept;
 }
-
-#endif

@@ -2,8 +2,7 @@
 
    A scene is solved in one step, with the operations of the event loop. Tests compare the bits. */
 
-#ifndef CAROM_TWO_DISCS_H
-#define CAROM_TWO_DISCS_H
+#pragma once
 
 #include <math.h>
 
@@ -96,5 +95,3 @@ static inline bool solve_two_discs(FreeDisc first, FreeDisc second, double resti
     write_disc(b, wait, result->position + 2, result->velocity + 2);
     return true;
 }
-
-#endif

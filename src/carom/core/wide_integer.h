@@ -3,8 +3,7 @@
    A number is eight limbs of 32 bits, the lowest first, in two's complement. Limbs are that short because compilers for
    32-bit machines have no product of 64 by 64 bits. All operations ignore overflow; callers keep numbers in range. */
 
-#ifndef CAROM_WIDE_INTEGER_H
-#define CAROM_WIDE_INTEGER_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -158,5 +157,3 @@ static inline double wide_to_double(WideInteger a, int exponent) {
     double value = ldexp((double)mantissa, exponent + dropped);
     return negative ? -value : value;
 }
-
-#endif

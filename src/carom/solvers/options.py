@@ -57,10 +57,6 @@ class RunOptions:
         begin, end = map(units.of_seconds, self.window_s)
         return RunOptions(self.record, (begin, end), units.of_seconds(self.contact_duration_s))
 
-    def keeps(self, time_s: float) -> bool:
-        """Whether an impact reported at a time, seconds, is recorded."""
-        return self.record == "all" and self.window_s[0] <= time_s <= self.window_s[1]
-
 
 def _window(window_s: Any) -> tuple[float, float]:
     try:

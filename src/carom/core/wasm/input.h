@@ -3,15 +3,16 @@
    JavaScript lists the same names in the same order (`carom/live/core.js`). One run exists at a time: `begin_input`
    releases the memory of the run before. */
 
-#ifndef CAROM_WASM_INPUT_H
-#define CAROM_WASM_INPUT_H
+#pragma once
 
 #include "carom/core/carom_core.h"
+#include "carom/core/feature.h"
+#include "carom/core/run_input.h"
 
 /* Functions that JavaScript calls, by name. */
 #define CAROM_EXPORT(name) __attribute__((export_name(name)))
 
-typedef enum Array { /* those of `RunInput` in state.h, all as floats */
+typedef enum Array { /* those of `RunInput`, all as floats */
     POSITIONS,
     VELOCITIES,
     RADII,
@@ -25,9 +26,8 @@ typedef enum Array { /* those of `RunInput` in state.h, all as floats */
     LEGS,
     GROUNDS,
     NEVER_LISTS,
-    CHAIN_ROWS, /* of each wall: its number of edges (0 for a half-plane), half width and size, and if it is a
-                   half-plane x, y, nx, ny */
-    EDGE_ROWS,  /* of the chains in turn: rows of `ChainEdge` in chain_distance.h */
+    CHAIN_ROWS,
+    EDGE_ROWS,
     ARRAYS,
 } Array;
 
@@ -81,14 +81,52 @@ extern double carom_results[RESULTS];
 /* The `Resize` of runs; memory is released all at once by `begin_input`. */
 void *carom_resize(void *memory, size_t used, size_t size);
 
-static inline Law input_law(void) {
+/* Return what a run of either loop is set up from. */
+static inline RunInput run_input(void) {
+    double *const *arrays = carom_input.arrays;
+    const Index *lengths = carom_input.lengths;
     const double *n = carom_input.numbers;
-    return (Law){
-        n[RESTITUTION],
-        n[WALL_RESTITUTION],
-        0.0,
-        {n[FRICTION], n[TANGENTIAL_RESTITUTION]},
-        {n[WALL_FRICTION], n[WALL_TANGENTIAL_RESTITUTION]},
+    return (RunInput){
+        .position = arrays[POSITIONS],
+        .velocity = arrays[VELOCITIES],
+        .radius = arrays[RADII],
+        .mass = arrays[MASSES],
+        .spin = arrays[SPINS],
+        .inertia = arrays[INERTIAS],
+        .disc_count = lengths[RADII],
+        .wall_count = lengths[WALLS] / WALL_NUMBERS + lengths[MATERIALS] / MATERIAL_NUMBERS,
+        .materials = arrays[MATERIALS],
+        .driven = arrays[DRIVEN],
+        .legs = arrays[LEGS],
+        .driven_count = lengths[DRIVEN] / DRIVEN_NUMBERS,
+        .leg_count = lengths[LEGS] / LEG_NUMBERS,
+        .has_spins = n[HAS_SPINS] != 0.0,
+        .has_finite_walls = true, /* so that the places of all impacts are recorded, which a page draws */
+        .has_acceleration = n[GRAVITY_X] != 0.0 || n[GRAVITY_Y] != 0.0 || n[TABLE_DECELERATION] != 0.0,
+        .gravity = {n[GRAVITY_X], n[GRAVITY_Y]},
+        .deceleration = n[TABLE_DECELERATION],
+        .rolling_resistance = n[ROLLING_RESISTANCE],
+        .law = {
+            n[RESTITUTION],
+            n[WALL_RESTITUTION],
+            0.0,
+            {n[FRICTION], n[TANGENTIAL_RESTITUTION]},
+            {n[WALL_FRICTION], n[WALL_TANGENTIAL_RESTITUTION]},
+        },
+        .resize = carom_resize,
+        .walls = arrays[WALLS],
+        .features = arrays[FEATURES],
+        .feature_count = lengths[FEATURES] / FEATURE_NUMBERS,
+        .never_length = lengths[NEVER_LISTS],
+        .cell_factor = 1.0,
+        .standstill = (Index)n[STANDSTILL_IMPACTS],
+        .until = n[DURATION],
+        .chains = arrays[CHAIN_ROWS],
+        .edges = arrays[EDGE_ROWS],
+        .edge_count = lengths[EDGE_ROWS] / EDGE_NUMBERS,
+        .step = 1.0,
+        .rate = n[FRAME_RATE],
+        .damping = n[DAMPING],
     };
 }
 
@@ -101,5 +139,3 @@ static inline void write_record(const Record *r) {
     carom_results[AMBIGUOUS] = (double)(uintptr_t)r->ambiguous;
     carom_results[AMBIGUOUS_COUNT] = (double)r->ambiguous_count;
 }
-
-#endif

@@ -34,49 +34,13 @@ static const int *whole_numbers(Array array) {
     return numbers;
 }
 
-static RunInput run_input(void) {
-    double *const *arrays = carom_input.arrays;
-    const Index *lengths = carom_input.lengths;
-    const double *n = carom_input.numbers;
-    return (RunInput){
-        .position = arrays[POSITIONS],
-        .velocity = arrays[VELOCITIES],
-        .radius = arrays[RADII],
-        .mass = arrays[MASSES],
-        .spin = arrays[SPINS],
-        .inertia = arrays[INERTIAS],
-        .disc_count = lengths[RADII],
-        .wall_count = lengths[WALLS] / 4 + lengths[MATERIALS] / 2,
-        .walls = arrays[WALLS],
-        .features = arrays[FEATURES],
-        .materials = arrays[MATERIALS],
-        .driven = arrays[DRIVEN],
-        .legs = arrays[LEGS],
-        .feature_count = lengths[FEATURES] / FEATURE_NUMBERS,
-        .driven_count = lengths[DRIVEN] / 3,
-        .leg_count = lengths[LEGS] / 6,
-        .cell_factor = 1.0,
-        .standstill = (Index)n[STANDSTILL_IMPACTS],
-        .has_spins = n[HAS_SPINS] != 0.0,
-        .has_finite_walls = true, /* so that the places of all impacts are recorded, which a page draws */
-        .has_acceleration = n[GRAVITY_X] != 0.0 || n[GRAVITY_Y] != 0.0 || n[TABLE_DECELERATION] != 0.0,
-        .gravity = {n[GRAVITY_X], n[GRAVITY_Y]},
-        .deceleration = n[TABLE_DECELERATION],
-        .rolling_resistance = n[ROLLING_RESISTANCE],
-        .grounds = whole_numbers(GROUNDS),
-        .never_lists = whole_numbers(NEVER_LISTS),
-        .never_length = lengths[NEVER_LISTS],
-        .exact = {solve_quartic, NULL},
-        .law = input_law(),
-        .resize = carom_resize,
-        .corners = {is_order_free, NULL},
-        .until = n[DURATION],
-    };
-}
-
 /* Begin a run of the input, and record all impacts; return whether there was memory. */
 CAROM_EXPORT("begin_pic") bool begin_pic(void) {
     RunInput input = run_input();
+    input.grounds = whole_numbers(GROUNDS);
+    input.never_lists = whole_numbers(NEVER_LISTS);
+    input.exact = (ExactQuartic){solve_quartic, NULL};
+    input.corners = (Corners){is_order_free, NULL};
     size_t size = carom_set_up(&state, &input);
     void *memory = size == 0 ? NULL : carom_resize(NULL, 0, size);
     Recent *recent = carom_resize(NULL, 0, (size_t)input.disc_count * sizeof(Recent));

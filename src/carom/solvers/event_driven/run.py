@@ -271,7 +271,7 @@ def _require_same(state: RunState, fixed: Mapping[str, Any], discs: NDArray[np.v
     """Refuse a state of other discs, walls or coefficients: a run that went on from it would be of neither scene."""
     if not isinstance(state, RunState):
         raise InputError(f"resume must be what EventDrivenRun.state() returns, got {shown(state)}")
-    theirs = state.kernel["discs"]
+    theirs = state.kernel["discs"].view(discs.dtype)
     if len(theirs) != len(discs):
         raise InputError(f"resume must be the state of a run of {len(discs)} discs, got one of {len(theirs)}")
     for name, field in (("radius_m", "radius"), ("mass_kg", "inverse_mass")):
