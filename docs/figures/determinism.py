@@ -1,4 +1,4 @@
-"""`make determinism`: whether engines come to the same bits again; the page `docs/determinism.md` is written of it.
+"""`make determinism`: whether engines repeat a run to the bit; writes the page `docs/results/determinism.md`.
 
 One scene, a gas of 16 discs in a box, with the settings as shipped and the best known. What is compared is SHA-256 of
 every position and velocity at the end and of every impact, to the bit.
@@ -25,7 +25,7 @@ from carom.scene import Scene
 from carom.scenes import all_scenes
 from carom.trace import Trace
 
-PAGE = Path(__file__).resolve().parents[1] / "determinism.md"
+PAGE = Path(__file__).resolve().parents[1] / "results" / "determinism.md"
 COUNTED = ("again", "after another", "another process", "two threads")
 SCENE, PROFILES = "classics/gas", ("default", "tuned")
 

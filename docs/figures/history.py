@@ -1,4 +1,4 @@
-"""`make history`: releases of engines, run and compared; the page `docs/history.md` is written of what came of them.
+"""`make history`: releases of engines, run and compared; writes the page `docs/results/history.md`.
 
 It needs the registries, or what an earlier run has kept of them, and minutes. A journal an engine, in `reports/history`,
 lets it go on where it was ended.
@@ -22,7 +22,7 @@ from carom.studies.history.overlay import kept_releases
 from carom.studies.history.run import History, history
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE, JOURNALS = ROOT / "docs" / "history.md", ROOT / "reports" / "history"
+PAGE, JOURNALS = ROOT / "docs" / "results" / "history.md", ROOT / "reports" / "history"
 
 #: Short, and of each kind: two discs, a box, many at once, impacts in quick succession, coefficients from 0 to 1.
 SCENES = (
@@ -150,7 +150,7 @@ over {phases} phases of the step and the scene's own, the motion parts: the rang
 instants, or one coordinate, part by more than rounding and than phases between may add (what the two outermost of a range differ by). So a script
 that listens to no contacts shows it. *Chance of phase*, *asked otherwise*, *told otherwise*
 (the motion is no other than phase makes it, and contacts are told otherwise) and *half seen* (velocities change where the adapter is told of no impact) are
-counted, and said of nobody. The same for your engine: [regressions](regressions.md).
+counted, and said of nobody. The same for your engine: [regressions](../how-to/regressions.md).
 """
 
 THREADS = """## Threads that name a release

@@ -1,4 +1,4 @@
-"""The page of hazards, `docs/hazards.md`, and the lines that one engine has in its tables."""
+"""The page of hazards, `docs/results/hazards.md`, and the lines that one engine has in its tables."""
 
 from __future__ import annotations
 
