@@ -144,13 +144,9 @@ ENTRIES = (
 # ruff: noqa: E501 - lines of the page are as long as they are
 HEAD = """# Engines over their releases
 
-Written by `make history` with Carom's adapters of today: the releases come from the engines' registries, the scenes are {scenes}, each at
-its own frame rate with the profiles `default` and `tuned`. A change counts as one of the engine's where the settings read back are equal and,
-over {phases} phases of the step and the scene's own, the motion parts: the ranges of how far velocities are off at the end, or places at eight
-instants, or one coordinate, part by more than rounding and than phases between may add (what the two outermost of a range differ by). So a script
-that listens to no contacts shows it. *Chance of phase*, *asked otherwise*, *told otherwise*
-(the motion is no other than phase makes it, and contacts are told otherwise) and *half seen* (velocities change where the adapter is told of no impact) are
-counted, and said of nobody. The same for your engine: [regressions](../how-to/regressions.md).
+`make history` runs releases from the engines' registries with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`.
+[A change counts](../reference/diff.md#releases-of-an-engine) as the engine's if the settings read back are equal and the motion differs over {phases} phases of the step.
+`chance of phase`, `asked otherwise`, `told otherwise` and `half seen` are counted only. [Regressions](../how-to/regressions.md) does the same for your engine.
 """
 
 THREADS = """## Threads that name a release
