@@ -48,29 +48,29 @@ help:
 	@echo "make test-browser       run the tests of the page, in Chromium"
 	@echo "make engines            install the engines that are no part of all: from npm (needs node), and $(WHEELS)"
 	@echo "make test-engines       run the tests of those engines that are installed"
-	@echo "make docs               write the documents as a site, site/index.html; a warning or a broken link ends it"
+	@echo "make docs               write the documents as a site, site/index.html, and print their reading ease; a warning fails it"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
-	@echo "make hazards            (ten minutes) what each engine does over many starts; write docs/hazards.md and the tables of docs/engines"
+	@echo "make hazards            (ten minutes) what each engine does over many starts; write docs/results/hazards.md and the tables of docs/engines"
 	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write the tables of docs/engines"
-	@echo "make stress             (fifteen minutes) the full stress campaign; write docs/stress-results.md"
-	@echo "make history            (minutes, from the registries) engines over their releases; write docs/history.md"
-	@echo "make determinism        whether the installed engines come to the same bits again; write docs/determinism.md"
-	@echo "make contact            how discs slide, roll and rest in the installed engines; write the tables of docs/contact.md"
-	@echo "make walls              what thin walls, floors in pieces, ends and corners do in the installed engines; write the tables of docs/walls.md"
-	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/reliability.md"
+	@echo "make stress             (fifteen minutes) the full stress campaign; write docs/results/stress.md"
+	@echo "make history            (minutes, from the registries) engines over their releases; write docs/results/history.md"
+	@echo "make determinism        whether the installed engines come to the same bits again; write docs/results/determinism.md"
+	@echo "make contact            how discs slide, roll and rest in the installed engines; write the tables of docs/results/contact.md"
+	@echo "make walls              what thin walls, floors in pieces, ends and corners do in the installed engines; write the tables of docs/results/walls.md"
+	@echo "make campaign           MINUTES=60: attack files, options, journals, reports and processes; write docs/contributing/reliability.md"
 	@echo "make campaign-pic       IMPACTS=300e6 JOBS=2: check so many impacts of PIC, one by one"
 	@echo "make campaign-tables TABLES=20000: compare PIC on random tables of finite walls with brute force of 600 bits"
 	@echo "make campaign-contact   SCENES=10000: compare PIC of discs in contact with small steps that know no modes"
 	@echo "make campaign-features  SCENES=20000 JOBS=2: compare PIC on random scenes of all features with certified runs and with itself"
 	@echo "make arm                compile the extension for ARM and run it emulated: the bits are those of this machine"
 	@echo "make wheels             PYTHONS='python3.11 python3.12': make a wheel and try it on each of these, and make one for musl"
-	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/reliability.md"
+	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/contributing/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
 	@echo "make bench-clones       SINCE=80e3cd0: make report, make test, the suite and one cell in fresh clones of both commits"
-	@echo "make weight             SINCE=80e3cd0: lines of code of the harness, without blanks, comments and docstrings"
+	@echo "make weight             SINCE=80e3cd0: lines of code of the harness, and hand-written words of the documents"
 	@echo "make quick              lint and format of what is there, in seconds: before each commit"
-	@echo "make generated          write schemas, README's table and snapshots of outputs as the code has them; read the diff"
-	@echo "make check              lint, format, spelling, types, import contracts"
+	@echo "make generated          write schemas, tables and snapshots of outputs as the code has them; read the diff"
+	@echo "make check              lint, format, spelling, style of the documents, types, import contracts"
 	@echo "make changelog          put the fragments of changelog.d into CHANGELOG.md"
 	@echo "make coverage           the tests of make test, and which lines and branches of Python they reach: fewer than the gate fails"
 	@echo "make coverage-compiled  which lines and branches of the compiled code the tests reach"
@@ -108,9 +108,10 @@ test-engines: $(BUILT)
 # Not --quiet: then warnings count for nothing. The variable silences Material's advertisement for its successor.
 docs: $(BUILT)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
+	$(BIN)/python -m docs.prose ease
 
 campaign: $(BUILT)
-	$(BIN)/python -m tests.attacks --minutes $(MINUTES) --write docs/reliability.md
+	$(BIN)/python -m tests.attacks --minutes $(MINUTES) --write docs/contributing/reliability.md
 
 pictures: $(BUILT)
 	$(BIN)/python docs/figures/pictures.py
@@ -123,7 +124,7 @@ $(HAZARDS): | $(BUILT)
 
 hazards: $(BUILT)
 	mkdir -p reports
-	$(BIN)/python -m tests.hazards --figures $(HAZARDS) --write docs/hazards.md
+	$(BIN)/python -m tests.hazards --figures $(HAZARDS) --write docs/results/hazards.md
 	$(BIN)/python docs/figures/engine_pages.py
 
 # An engine that crashes or gives no answer in time, exit code 4, is a row of the atlas.
@@ -140,7 +141,7 @@ stress: $(BUILT)
 	$(BIN)/carom stress --out reports/stress --resume
 	$(BIN)/python docs/figures/stress_tables.py reports/stress/stress.md
 
-# Installs releases, each into a folder of its own: see docs/security.md.
+# Installs releases, each into a folder of its own: see docs/reference/security.md.
 history: $(BUILT)
 	$(BIN)/python docs/figures/history.py
 
@@ -175,7 +176,7 @@ wheels: $(BUILT)
 	$(BIN)/python -m tests.packaging.wheels build/wheels $(PYTHONS)
 
 mutants: $(BUILT)
-	$(BIN)/python -m tests.mutants --faults $(FAULTS) --minutes $(MINUTES) --write docs/reliability.md
+	$(BIN)/python -m tests.mutants --faults $(FAULTS) --minutes $(MINUTES) --write docs/contributing/reliability.md
 
 bench: $(BUILT)
 	for part in pic pit kinds certified start; do \
@@ -188,6 +189,7 @@ bench-clones: $(BUILT)
 
 weight: $(BUILT)
 	$(BIN)/python -m benchmarks.weight $(SINCE)
+	$(BIN)/python -m docs.prose words
 
 quick:
 	$(BIN)/ruff check .
@@ -201,6 +203,7 @@ generated: $(BUILT)
 	$(BIN)/python -m tests.packaging.core_wasm
 	$(BIN)/python docs/figures/readme.py
 	$(BIN)/python docs/figures/engine_pages.py
+	$(BIN)/python docs/figures/scoring_tables.py
 	CAROM_SNAPSHOTS=write $(BIN)/python -m pytest -q tests/unit/test_snapshots.py
 	git diff --stat
 
@@ -208,6 +211,7 @@ check: $(BUILT)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/codespell README.md CONTRIBUTING.md CHANGELOG.md docs src adapters benchmarks
+	$(BIN)/python -m docs.prose
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	MYPYPATH=src $(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml $(MODULES)

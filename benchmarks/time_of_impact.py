@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: The classes of input on which formulas differ, see ``docs/physics.md``.
+#: The classes of input on which formulas differ, see ``docs/theory/pic.md``.
 CLASSES = (
     "random",
     "grazing 1e-14..1e-4",

@@ -5,13 +5,15 @@
   report is there as it is.
 - The page on which one throws the discs is a file of the site, and stands in the pages that say so.
 - The tutorial, a notebook, is a page with what its cells show, and the gallery has its replays.
+- The reference of commands and of the scene file is generated from their declarations.
 - Formulas become MathML here, so that a reader's browser fetches no script for them.
-- A page of docs/ that the navigation in mkdocs.yml has not got stands at its end.
+- Pages of docs/ that are missing in the navigation of mkdocs.yml are added at its end.
 """
 
 from __future__ import annotations
 
 import html
+import importlib.util
 import json
 import re
 from pathlib import Path
@@ -57,7 +59,8 @@ log = get_plugin_logger("site")
 def on_config(config: MkDocsConfig) -> None:
     """Add to the end of the navigation the pages of docs/ that it has not got."""
     listed = {*_pages_in(config.nav), *PAGES.values()}
-    found = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").glob("*.md")}
+    found = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")}
+    found = {page for page in found if "decisions/0" not in page}
     if more := sorted(found - listed):
         config.nav.append({"More": more})
 
@@ -70,6 +73,9 @@ def on_files(files: Files, config: MkDocsConfig) -> None:
         with_page = _PICTURES.sub(throw(), texts[page])
         files.append(File.generated(config, page, content=_from_root(with_page)))
     files.append(File.generated(config, "tutorial.md", content=_tutorial()))
+    reference = _reference()
+    files.append(File.generated(config, "reference/commands.md", content=reference.commands_page()))
+    files.append(File.generated(config, "reference/scene-file.md", content=reference.scene_page()))
     files.append(File.generated(config, SAMPLE, abs_src_path=str(ROOT / SAMPLE)))
     scenes = [one.scene for name in GALLERY for one in find_scenes([name])]
     files.append(File.generated(config, THROWN, content=page_html(scenes)))
@@ -151,6 +157,16 @@ def _tutorial() -> str:
                 text = "".join(output.get("text", ())) or data["text/plain"]
                 parts.append(f"```text\n{_BOLD.sub('', text)}\n```")
     return "\n\n".join(parts)
+
+
+def _reference() -> Any:
+    """Load `docs/figures/reference.py`, which is in no package that a hook of MkDocs can import."""
+    spec = importlib.util.spec_from_file_location("reference", ROOT / "docs" / "figures" / "reference.py")
+    if spec is None or spec.loader is None:
+        raise PluginError("docs/figures/reference.py is missing")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def _pages_in(nav: Any) -> list[str]:

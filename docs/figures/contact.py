@@ -1,4 +1,4 @@
-"""`make contact`: how discs slide, roll and rest in each installed engine; the tables of `docs/contact.md`.
+"""`make contact`: how discs slide, roll and rest in each installed engine; the tables of `docs/results/contact.md`.
 
 Every scene of the group `contact` with gravity and one floor or slope without end, at 240 steps a second, from eight
 starts: each further up, where it is in the air, and faster by a fiftieth. An engine that is not installed keeps its
@@ -22,7 +22,7 @@ from carom.scene import Disc, Scene, Wall
 from carom.scenes import find_scenes
 
 HERE = Path(__file__).resolve().parent
-PAGE, FIGURES = HERE.parent / "contact.md", HERE / "contact.json"
+PAGE, FIGURES = HERE.parent / "results" / "contact.md", HERE / "contact.json"
 DT_S, STARTS = 1 / 240, 8
 PROFILES = ("default", "tuned", "resting")  # the last of Box2D alone
 #: The one scene without friction.

@@ -1,4 +1,4 @@
-"""`make determinism`: whether engines come to the same bits again; the page `docs/determinism.md` is written of it.
+"""`make determinism`: whether engines repeat a run to the bit; writes the page `docs/results/determinism.md`.
 
 One scene, a gas of 16 discs in a box, with the settings as shipped and the best known. What is compared is SHA-256 of
 every position and velocity at the end and of every impact, to the bit.
@@ -25,26 +25,22 @@ from carom.scene import Scene
 from carom.scenes import all_scenes
 from carom.trace import Trace
 
-PAGE = Path(__file__).resolve().parents[1] / "determinism.md"
+PAGE = Path(__file__).resolve().parents[1] / "results" / "determinism.md"
 COUNTED = ("again", "after another", "another process", "two threads")
 SCENE, PROFILES = "classics/gas", ("default", "tuned")
 
 # ruff: noqa: E501 - lines of the page are as long as they are
-HEAD = f"""# The same bits again?
+HEAD = f"""# Determinism: the same bits again?
 
-Written by `make determinism`, on one machine, of `{SCENE}` at its own frame rate. What is compared is each position and velocity at the end, and
-each impact, to the bit.
+`make determinism` runs `{SCENE}` at its own frame rate on one machine. It compares each position and velocity at the end, and each impact, to the bit.
 
 - **again**: a second run in the same process.
-- **after another**: the same, after a world of another scene has run between.
-- **another process**: a process of its own, started for it.
-- **two threads**: two runs at once in two threads of one process; of an engine that is a program (those from npm), two programs at once. An
-  engine that ends the process by it is called *ended*. That one try is the same proves no more than that.
-- **order**: the discs are handed over in the opposite order, and the answer is turned back. That it differs is a fact and no fault: an
-  engine that solves contacts one after another comes to other sums in another order.
+- **after another**: the same, with a run of another scene in between.
+- **another process**: a run in its own process.
+- **two threads**: two runs at once in two threads of one process; for engines that are programs (from npm), in two programs. *Ended* means that the engine ended the process. One equal run proves no more than that.
+- **order**: the discs in the opposite order, with the result reversed. A difference is no fault: an engine that solves contacts one after another adds in another order.
 
-The score counts all except *order*. Engines that can spread one step over threads of their own are left with the number that is shipped.
-Releases are compared on [the page of histories](history.md).
+The score counts all except *order*. Engines with several threads per step keep their default number. [Releases](history.md) are compared on another page.
 """
 
 

@@ -1,9 +1,8 @@
 """The tables of the engines' pages: `python docs/figures/engine_pages.py` writes them into `docs/engines/*.md`.
 
-They are made of `measured.json`, which `make atlas` writes, of the tables of `docs/hazards.md`, which `make hazards`
-does, of the rows of `docs/determinism.md`, which `make determinism` does, of the sentences of `docs/history.md`, which
-`make history` does, and of the tables of `docs/walls.md`, which `make walls` does. What stands between
-`<!-- made by ...: NAME -->` and `<!-- end -->` is written here, the rest by hand.
+Sources: `measured.json` (`make atlas`), and the pages of `docs/results`: `hazards.md` (`make hazards`),
+`determinism.md` (`make determinism`), `history.md` (`make history`) and `walls.md` (`make walls`). Text between
+`<!-- made by ...: NAME -->` and `<!-- end -->` is generated, the rest is written by hand.
 """
 
 from __future__ import annotations
@@ -22,13 +21,13 @@ from carom.scenes import all_scenes
 DOCS = Path(__file__).resolve().parents[1]
 PAGES = DOCS / "engines"
 MEASURED = DOCS / "figures" / "measured.json"
-HAZARDS = DOCS / "hazards.md"
-HISTORY = DOCS / "history.md"
-DETERMINISM = DOCS / "determinism.md"
-WALLS = DOCS / "walls.md"
+HAZARDS = DOCS / "results" / "hazards.md"
+HISTORY = DOCS / "results" / "history.md"
+DETERMINISM = DOCS / "results" / "determinism.md"
+WALLS = DOCS / "results" / "walls.md"
 
 _PART = re.compile(r"(<!-- made by docs/figures/engine_pages\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")
-#: What a row of `docs/hazards.md` says where no start is off.
+#: What a row of `docs/results/hazards.md` says where no start is off.
 _NONE_OFF = re.compile(r"0 of \d+: ")
 
 Row = Sequence[str]
@@ -109,7 +108,7 @@ def history_of(engine: str) -> str:
     part = HISTORY.read_text(encoding="utf-8").partition(f"\n## {name}\n")[2]
     said = [text for text in part.partition("\n### ")[0].split("\n\n") if text.strip()]
     anchor = re.sub(r"[^a-z0-9-]", "", name.lower().replace(" ", "-"))
-    return f"{' '.join(text.strip() for text in said)} [The tables](../history.md#{anchor}).\n"
+    return f"{' '.join(text.strip() for text in said)} [The tables](../results/history.md#{anchor}).\n"
 
 
 def walls_of(engine: str) -> str:
@@ -123,7 +122,7 @@ def walls_of(engine: str) -> str:
         "Thin walls: how many of 32 starts pass. Floors in pieces: how many of 48 flights end with another velocity. "
         "Ends, hit off centre: degrees off, median and worst of 16 starts. Corners: m/s off at worst."
     )
-    return f"{said} [What is counted](../walls.md#my-ball-goes-through-thin-walls-what-now).\n\n" + "\n".join(made)
+    return f"{said} [What is counted](../results/walls.md).\n\n" + "\n".join(made)
 
 
 def _same_bits() -> Iterator[dict[str, str]]:
@@ -143,14 +142,16 @@ def determinism_of(engine: str) -> str:
     """Return whether an engine comes to the same bits again, a sentence a profile."""
     rows = [row for row in _same_bits() if row["engine"] == engine]
     if not rows:
-        return "Not measured: [the same bits again?](../determinism.md)\n"
+        return "Not measured: [the same bits again?](../results/determinism.md)\n"
     turned = {"same": "and so with the discs", "other": "but not with the discs"}
     said = []
     for row in rows:
         same, _, ways = row["score"].partition(" of ")
         where = f"in all {ways} ways" if same == ways else f"in {same} of {ways} ways (not: {_not_same(row)})"
         said.append(f"As `{row['profile']}` a run comes to the same bits again {where}, {turned[row['order']]} in the ")
-    return "".join(f"{sentence}opposite order. " for sentence in said) + "[What is compared](../determinism.md).\n"
+    return (
+        "".join(f"{sentence}opposite order. " for sentence in said) + "[What is compared](../results/determinism.md).\n"
+    )
 
 
 def same_bits() -> str:

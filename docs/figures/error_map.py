@@ -1,6 +1,6 @@
 """The map of what sampling costs two equal discs, over impact parameter and speed.
 
-Run as a script, it draws the two figures of `docs/scoring.md` next to itself.
+Run as a script, it draws the two figures of `docs/theory/pit.md` next to itself.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""`make history`: releases of engines, run and compared; the page `docs/history.md` is written of what came of them.
+"""`make history`: releases of engines, run and compared; writes the page `docs/results/history.md`.
 
 It needs the registries, or what an earlier run has kept of them, and minutes. A journal an engine, in `reports/history`,
 lets it go on where it was ended.
@@ -22,7 +22,7 @@ from carom.studies.history.overlay import kept_releases
 from carom.studies.history.run import History, history
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE, JOURNALS = ROOT / "docs" / "history.md", ROOT / "reports" / "history"
+PAGE, JOURNALS = ROOT / "docs" / "results" / "history.md", ROOT / "reports" / "history"
 
 #: Short, and of each kind: two discs, a box, many at once, impacts in quick succession, coefficients from 0 to 1.
 SCENES = (
@@ -144,13 +144,9 @@ ENTRIES = (
 # ruff: noqa: E501 - lines of the page are as long as they are
 HEAD = """# Engines over their releases
 
-Written by `make history` with Carom's adapters of today: the releases come from the engines' registries, the scenes are {scenes}, each at
-its own frame rate with the profiles `default` and `tuned`. A change counts as one of the engine's where the settings read back are equal and,
-over {phases} phases of the step and the scene's own, the motion parts: the ranges of how far velocities are off at the end, or places at eight
-instants, or one coordinate, part by more than rounding and than phases between may add (what the two outermost of a range differ by). So a script
-that listens to no contacts shows it. *Chance of phase*, *asked otherwise*, *told otherwise*
-(the motion is no other than phase makes it, and contacts are told otherwise) and *half seen* (velocities change where the adapter is told of no impact) are
-counted, and said of nobody. The same for your engine: [regressions](regressions.md).
+`make history` runs releases from the engines' registries with today's adapters. The scenes are {scenes}, each at its own frame rate, with the profiles `default` and `tuned`.
+[A change counts](../reference/diff.md#releases-of-an-engine) as the engine's if the settings read back are equal and the motion differs over {phases} phases of the step.
+`chance of phase`, `asked otherwise`, `told otherwise` and `half seen` are counted only. [Regressions](../how-to/regressions.md) does the same for your engine.
 """
 
 THREADS = """## Threads that name a release

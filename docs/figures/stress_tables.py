@@ -1,4 +1,4 @@
-"""The tables of `docs/stress-results.md`: `make stress` runs the full campaign and has this script write them.
+"""The tables of `docs/results/stress.md`: `make stress` runs the full campaign and has this script write them.
 
 It takes them from `stress.md`, which `carom stress --out` writes next to the evidence of each cell.
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 
 from carom.studies.stress.document import WORDS
 
-PAGE = Path(__file__).resolve().parents[1] / "stress-results.md"
+PAGE = Path(__file__).resolve().parents[1] / "results" / "stress.md"
 
 #: The tables by the heading of their first column.
 KINDS = tuple(WORDS.values())

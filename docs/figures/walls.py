@@ -1,4 +1,4 @@
-"""`make walls`: what thin walls, floors in pieces, ends and corners do to a disc in each engine, for `docs/walls.md`.
+"""`make walls`: thin walls, floors in pieces, ends and corners in each engine; the tables of `docs/results/walls.md`.
 
 It flies discs in the engines themselves, without adapters (`walls_python.py`, `walls_npm.mjs`), for each way of
 building a wall. `walls.json` keeps the figures. An engine that is not installed keeps its rows, which name its version;
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 HERE = Path(__file__).resolve().parent
-PAGE, FIGURES = HERE.parent / "walls.md", HERE / "walls.json"
+PAGE, FIGURES = HERE.parent / "results" / "walls.md", HERE / "walls.json"
 NPM = HERE.parents[1] / "adapters/carom_adapters/npm"
 
 #: A figure's row: names of columns and what was found.

@@ -2,8 +2,8 @@
 
 With ``s = (1 - exp(-c t)) / c`` a damped path ``x + v s`` is straight in s, and what is left of every velocity is
 ``exp(-c t) = 1 - c s`` of what it would be undamped. Restitution, Coulomb's law and tangential restitution are
-homogeneous in velocities, so that impacts are the same. `docs/damping.md` derives it. Single times are exact to the
-last bit on every machine: `core/exponentials.h`.
+homogeneous in velocities, so that impacts are the same. `docs/theory/damping.md` derives it. Single times are exact to
+the last bit on every machine: `core/exponentials.h`.
 """
 
 from __future__ import annotations

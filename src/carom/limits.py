@@ -31,7 +31,8 @@ SPAN = 2.0**396
 MOST_STEPS = 2**32
 
 #: Engine steps that the search of one method for a step may take unless told otherwise: for 1 degree an engine that
-#: checks for overlap once per step takes 240,000 on `paper/missed`, and 430,000 on the puck of docs/which-step.md.
+#: checks for overlap once per step takes 240,000 on `paper/missed`, and 430,000 on the puck of
+#: docs/how-to/which-step.md.
 ADVICE_STEPS = 600_000
 
 #: Of a scene file. So many discs and walls are loaded in seconds, and in less than 500 MB.

@@ -170,14 +170,14 @@ class Scene(Drawn, Model):
         wall_tangential_restitution: The same between any disc and any wall.
         gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
         damping_per_s: Rate c of linear damping, 0 or more, a second: between impacts velocities and spins of all discs
-            fall as ``exp(-c t)``. Not together with gravity. See `docs/damping.md`.
+            fall as ``exp(-c t)``. Not together with gravity. See `docs/theory/damping.md`.
         wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more: a wall
             that a disc presses by P resists its turning by a torque of up to c P R. It is the tangent of the steepest
             slope on which that holds a disc. Under gravity alone, and without `wall_tangential_restitution`; see
-            `docs/contact.md`.
+            `docs/theory/contact.md`.
         table_deceleration_m_s2: By how much a table that all discs slide on, seen from above, slows each of them down
             against its motion until it stops, metres a second squared. Not together with gravity, damping, spin,
-            friction or driven bodies; see `docs/contact.md`.
+            friction or driven bodies; see `docs/theory/contact.md`.
         duration_s: How long the scene is simulated, seconds, above 0.
         frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
     """

@@ -1,7 +1,7 @@
 """The walls of a scene: half-planes, chains of straight edges and arcs, and circles. Validated and immutable.
 
 They are told apart by their fields: a half-plane has a point and a normal, a chain has points, a circle a radius.
-`docs/walls.md` says what discs meet of them.
+`docs/theory/walls.md` says what discs meet of them.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def test_a_damped_disc_is_slowed_by_the_engines_own_integrator(
 
 
 def test_what_is_kept_of_a_velocity_is_that_of_the_page(engine: Adapter, finish: Finish) -> None:
-    """The table of docs/damping.md: c = 1/2 a second, 1 m/s, two seconds at 60 steps a second."""
+    """The table of docs/theory/damping.md: c = 1/2 a second, 1 m/s, two seconds at 60 steps a second."""
     told = {
         ("pymunk", "default"): 0.36788,
         ("pymunk", "tuned"): 0.36788,
@@ -161,7 +161,7 @@ def test_a_table_s_force_that_32_bits_can_t_hold_is_refused(named: Named) -> Non
     named("pymunk").prepare(scene, settings["pymunk"]).close()
 
 
-# Bare: nothing of Carom below; docs/contact.md tells of it. -----------------------------------------------------------
+# Bare engines: nothing of Carom below; see docs/theory/contact.md. ----------------------------------------------------
 
 
 def _bare_pymunk(speed: float, degrees: float) -> tuple[float, float]:

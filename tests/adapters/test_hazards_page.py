@@ -1,4 +1,4 @@
-"""docs/hazards.md is what the engines do: measured again, each figure that is not of a chaotic run is on the page."""
+"""docs/results/hazards.md: measured again, each figure of a run that is not chaotic is on the page."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tests.stage import Named
 
 from carom.pages.wording import percent
 
-PAGE = Path(__file__).parents[2] / "docs" / "hazards.md"
+PAGE = Path(__file__).parents[2] / "docs" / "results" / "hazards.md"
 NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")
 #: Those that are no part of `all`, run with `-m engines`.
 FURTHER = [pytest.param(name, marks=pytest.mark.engines) for name in ENGINES if name not in NAMES]

@@ -278,5 +278,5 @@ def test_the_page_has_every_stress_test_and_invariance() -> None:
 
 def test_the_page_of_stress_is_short() -> None:
     """800 words without its commands."""
-    text = (ROOT / "docs" / "stress.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "stress.md").read_text(encoding="utf-8")
     assert len(re.sub(r"(?s)```.*?```", "", text).split()) <= 800

@@ -119,7 +119,7 @@ PACKAGES = {
 def bare(
     engine: str, version: str, kept: Kept, folder: Path, names: Sequence[str] = SCENES, *, asked: str = ""
 ) -> dict[str, list[Any]]:
-    """Return of scenes, those of `docs/history.md`, what a release comes to at each of 32 phases, without Carom.
+    """Return what a release gives at each of 32 phases, without Carom, in the scenes of `docs/results/history.md`.
 
     What is asked for is settings of Rapier's, as JSON.
     """

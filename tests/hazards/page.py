@@ -1,4 +1,4 @@
-"""The page of hazards, `docs/hazards.md`, and the lines that one engine has in its tables."""
+"""The page of hazards, `docs/results/hazards.md`, and the lines that one engine has in its tables."""
 
 from __future__ import annotations
 
@@ -127,29 +127,28 @@ def ranges(text: str, heading: str) -> dict[str, tuple[float, float]]:
 NOTES = {
     "The group engines, as shipped": "Velocity error at the end over the greatest speed of the scene, by the scene's "
     "closed form; profile default, at each scene's own frame rate.",
-    "How slow discs still bounce": "Speed of parting over that of closing, of two equal discs of 0.5 m, head-on: "
-    "mechanics says 1.",
-    "What is driven": "An edge that is driven strikes a disc head-on: the speed at which that leaves it over the "
-    "speed at which they met, as seen from the edge; mechanics says 1. At 1 m/s it meets a disc of 0.5 m that comes at "
-    "2 m/s, at 65 m/s one of 2 m at rest, which must leave at 130 m/s. A disc of 0.25 m between a wall and a piston of "
-    "0.5 m/s is left no room after 3 s: its greatest speed until 3.5 s, of which mechanics says that it has no bound "
-    "before 3 s; and how far beyond the wall or the piston its centre is then, of which nothing may be.",
+    "How slow discs still bounce": "Separation speed over approach speed of two equal discs of 0.5 m, head-on: "
+    "exactly 1.",
+    "What is driven": "A driven edge strikes a disc head-on: separation speed over approach speed, as seen from the "
+    "edge; exactly 1. At 1 m/s the edge meets a disc of 0.5 m that approaches at 2 m/s; at 65 m/s it meets one of 2 m "
+    "at rest, which must leave at 130 m/s. A disc of 0.25 m between a wall and a piston of 0.5 m/s has no room after "
+    "3 s: its greatest speed until 3.5 s, which has no bound in mechanics, and how far its centre is then beyond the "
+    "wall or the piston, which must be 0.",
     "A gas": f"Change of the energy of the 25 discs of {GAS} in 20 s at 60 steps a second, over {GAS_STARTS} starts. "
     "A gas is chaotic: another build of an engine gives other figures of the same kind.",
-    "Findings": "The sentences of docs/engines that are figures; right is what mechanics says.",
+    "Findings": "Single findings about engines. Right: the value by mechanics.",
 }
 
 
 def page(figures: Sequence[Figure], adapters: Sequence[Adapter], versions: str) -> str:
     """Return the page; `versions` are of the engines measured."""
     lead = (
-        "What engines do that a user would not expect, each figure a range over many starts: the same scene, begun "
-        f"another part of a step earlier. A cell says how many of {STARTS} starts are off, by more than "
-        f"{percent(OFF)}, and the least and the most of all. Steps are of 1/60 s unless something else is said; 'pit' "
-        f"is what checking once per step costs by itself. What is nearer than {number(SHOWN_TO)} to a whole number is "
-        "shown as that.",
-        f"Measured on {versions}. Made by 'make hazards', whose figures repeat to the digit; 'make test-engines' "
-        "measures them again and compares them with this page.",
+        "Unexpected behaviour of engines, as ranges over many starts: the same scene begun another part of a step "
+        f"earlier. A cell shows how many of {STARTS} starts are off by more than {percent(OFF)}, and the smallest and "
+        "largest value of all. Steps are 1/60 s unless stated otherwise. The rows of 'pit' show the cost of checking "
+        f"once per step alone. Values within {number(SHOWN_TO)} of a whole number are shown as that.",
+        f"Measured on {versions}. 'make hazards' writes this page, and its figures repeat to the digit. "
+        "'make test-engines' compares them with new measurements.",
     )
     shown = tables(figures)
     sections = [Section(head, (replace(table, note=NOTES[head]),)) for head, table in shown.items()]
@@ -180,7 +179,7 @@ def with_engines(text: str, figures: Sequence[Figure], adapters: Sequence[Adapte
     rows["What default changes"] = _rows(_changes(adapters))
     head, *parts = text.split("\n## ")
     before, measured_on, after = head.partition("\nMeasured on ")
-    known, made, rest = after.partition(". Made by")
+    known, made, rest = after.partition(". 'make hazards'")
     carom, *engines = known.split(", ")
     own = dict(one.rsplit(" ", 1) for one in engines) | dict(versions)
     listed = ", ".join([carom, *(f"{name} {own[name]}" for name in sorted(own, key=str.casefold))])
@@ -189,7 +188,7 @@ def with_engines(text: str, figures: Sequence[Figure], adapters: Sequence[Adapte
 
 
 CHANGES = (
-    "All that the profile default does not leave as the engine ships it, except for what a scene is made of (shapes, "
-    "masses, states, gravity). Tests read each shipped value from the engine, and run the bare engine next to the "
+    "Everything that the profile default changes from the shipped settings, except for the scene itself (shapes, "
+    "masses, states, gravity). Tests read each shipped value from the engine, and compare the bare engine with the "
     "profile."
 )

@@ -208,7 +208,7 @@ def test_what_a_document_lists_is_tried_first_and_keeps_its_reason(project: Path
 
 
 def test_every_listed_fault_is_in_a_file_that_exists() -> None:
-    """`docs/reliability.md` lists no fault of a deleted file."""
-    keys = listed((ROOT / "docs/reliability.md").read_text(encoding="utf-8"))
+    """`docs/contributing/reliability.md` lists no fault of a deleted file."""
+    keys = listed((ROOT / "docs/contributing/reliability.md").read_text(encoding="utf-8"))
     assert keys
     assert not [key for key in keys if not (ROOT / key.split(": ")[0]).exists()]

@@ -48,7 +48,7 @@ def test_the_sdist_holds_what_the_tests_and_docs_need(built: Path) -> None:
         "src/carom/core/event_driven.c",
         "src/carom/core/primitives.pyx",
         "tests/packaging/test_distribution.py",
-        "docs/scoring.md",
+        "docs/theory/scoring.md",
         "setup.py",
         "build_backend/carom_build.py",
         "Makefile",

@@ -54,7 +54,7 @@ def test_import_costs_nothing() -> None:
 
 def described(page: str) -> list[str]:
     """Return the names that the reference on this page describes."""
-    return re.findall(r"^::: (\S+)$", (DOCS / "api" / page).read_text(encoding="utf-8"), re.MULTILINE)
+    return re.findall(r"^::: (\S+)$", (DOCS / "reference" / "api" / page).read_text(encoding="utf-8"), re.MULTILINE)
 
 
 def test_every_public_name_of_carom_is_described_once() -> None:
@@ -66,7 +66,7 @@ def test_every_public_name_of_carom_is_described_once() -> None:
 
 def test_every_public_name_of_the_seam_is_described_once() -> None:
     """What `carom.adapter` shares with `carom` is described there, the rest on the seam's own page."""
-    page = (DOCS / "api" / "adapter.md").read_text(encoding="utf-8")
+    page = (DOCS / "reference" / "api" / "adapter.md").read_text(encoding="utf-8")
     own = [name.removeprefix("carom.adapter.") for name in described("adapter.md")]
     shared = re.findall(r"\[`\w+`\]\[carom\.(\w+)\]", page)
     assert sorted(own + shared) == sorted(carom.adapter.__all__)
@@ -74,8 +74,12 @@ def test_every_public_name_of_the_seam_is_described_once() -> None:
 
 def test_every_decision_is_listed() -> None:
     """The list of decisions has each by its number, in order."""
-    listed = re.findall(r"^(\d+)\. \[.+\]\((.+)\)$", (DOCS / "decisions" / "README.md").read_text(), re.MULTILINE)
-    assert [name for _, name in listed] == sorted(path.name for path in (DOCS / "decisions").glob("0*.md"))
+    listed = re.findall(
+        r"^(\d+)\. \[.+\]\((.+)\)$", (DOCS / "contributing" / "decisions" / "README.md").read_text(), re.MULTILINE
+    )
+    assert [name for _, name in listed] == sorted(
+        path.name for path in (DOCS / "contributing" / "decisions").glob("0*.md")
+    )
     assert [int(number) for number, _ in listed] == [int(name[:4]) for _, name in listed]
 
 

@@ -92,7 +92,7 @@ def test_a_row_without_a_field_is_refused_by_its_line(sample: Path, worse: Path)
 
 def test_the_jobs_in_the_docs_are_at_most_ten_lines_that_call_carom() -> None:
     """The documented jobs run both commands; `tests/documents` holds that they are YAML with options that exist."""
-    text = (ROOT / "docs" / "diff.md").read_text(encoding="utf-8")
+    text = (ROOT / "docs" / "reference" / "diff.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     assert [len(block.partition("    steps:\n")[2].splitlines()) <= 10 for block in blocks] == [True, True]
     assert set(re.findall(r"- run: carom (run|diff)\b", "".join(blocks))) == {"run", "diff"}

@@ -1,6 +1,6 @@
 """The source paper's errata, shown by computing: each printed formula, as printed, against an answer that is known.
 
-``docs/errata.md`` lists all errata and names these tests. The printed formulas live here and nowhere else.
+``docs/theory/errata.md`` lists all errata and names these tests. The printed formulas live here and nowhere else.
 """
 
 from __future__ import annotations
@@ -404,7 +404,7 @@ def test_several_impacts_of_one_pair_in_one_frame_need_a_wall() -> None:
 
 def test_the_errata_name_every_test_of_this_file_and_no_other() -> None:
     """Each test that the page names is in this file, and each test of this file but this one is named on the page."""
-    page = (Path(__file__).parents[2] / "docs" / "errata.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "theory" / "errata.md").read_text(encoding="utf-8")
     named = set(re.findall(r"`(test_\w+)`", page))
     here = {name for name in globals() if name.startswith("test_")}
     assert named == here - {"test_the_errata_name_every_test_of_this_file_and_no_other"}

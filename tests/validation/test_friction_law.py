@@ -194,8 +194,8 @@ def past(one: Body, other: Body, axes: tuple[tuple[Fraction, Fraction], ...]) ->
 def test_the_exact_law_keeps_what_physics_keeps() -> None:
     """In 500 exact impacts momentum and angular momentum about the contact are kept, and energy never grows.
 
-    It is lost by what `docs/spin.md` says, exactly; the limits of e, friction and b are those of smooth, rough and
-    superelastic bodies.
+    It is lost by what `docs/theory/friction.md` says, exactly; the limits of e, friction and b are those of smooth,
+    rough and superelastic bodies.
     """
     rng = random.Random(7)
     for _ in range(500):

@@ -1,4 +1,4 @@
-"""Engines from npm, each a program of node behind the protocol of ``docs/engine-protocol.md``: a folder for each.
+"""Engines from npm: a folder for each, with a program of node (protocol: ``docs/reference/engine-protocol.md``).
 
 ``package.json`` has their versions, ``serve.mjs`` what their programs share. `make engines` installs them; from a wheel
 the command that ``carom engines`` shows does.

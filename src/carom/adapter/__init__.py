@@ -4,7 +4,7 @@ An adapter is any object with the attributes of `Adapter`; no base class is need
 group ``carom.adapters`` and the harness finds it. The harness drives the world that `prepare` returns: it measures,
 joins the steps of one contact into one impact, derives the effective times, and skips scenes by what `capabilities`
 declares.
-``docs/adapters.md`` builds one in forty lines.
+``docs/reference/adapters.md`` builds one in forty lines.
 """
 
 from carom.adapter.checks import require_sound, require_supported, unsupported_reason

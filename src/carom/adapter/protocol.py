@@ -79,7 +79,7 @@ class Capabilities:
         edge_belts: Whether that of edges and circles can, too, to the left of the normal on either side.
         gravity: Uniform gravity.
         damping: Linear damping of velocities and spins, by the scene's law.
-        rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/contact.md`.
+        rolling_resistance: Rolling resistance between discs and walls, by the scene's law: `docs/theory/contact.md`.
         table_friction: A table that slows discs down by one deceleration until they stop.
         restitution: Least and greatest coefficient of restitution that is simulated as asked for.
         restitution_combine: Which coefficients of discs and of walls come out as asked for in one scene: a rule of

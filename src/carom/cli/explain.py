@@ -27,4 +27,4 @@ def explain(
     phrase = " ".join(words)
     for entry in explained(phrase):
         console().print(visible(str(entry)))
-    say("Every number behind it: docs/scoring.md.")
+    say("Every number behind it: docs/theory/scoring.md.")

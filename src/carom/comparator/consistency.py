@@ -1,7 +1,7 @@
 """Whether a run agrees with itself: what a method reports of its impacts, and its own states.
 
-What is asked, and what of it sampling and gravity explain, stands in `docs/scoring.md`, section 4. It is asked of every
-run, beyond any horizon, without any reference.
+What is asked, and what of it sampling and gravity explain, stands in `docs/theory/scoring.md`, section 5. It is asked
+of every run, beyond any horizon, without any reference.
 """
 
 from __future__ import annotations

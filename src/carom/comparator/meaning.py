@@ -1,11 +1,11 @@
-"""When each verdict is said, and each grade given: what `docs/scoring.md` has, and ``carom explain`` prints."""
+"""When each verdict is said, and each grade given: what `docs/theory/scoring.md` has, and ``carom explain`` prints."""
 
 from __future__ import annotations
 
 from carom.comparator.grades import Grade
 from carom.comparator.verdict import Verdict
 
-#: When a verdict is said. The table of `docs/scoring.md` is this one, by test.
+#: When a verdict is said. The table of `docs/theory/scoring.md` is this one, by test.
 SAID_WHEN = {
     Verdict.MISSED: (
         "one impact of the reference has none of the run to go with it: the two bodies passed through each other, or "

@@ -80,9 +80,9 @@ def _called(name: str) -> float:
 class Errors:
     """The metrics: the largest error of each kind, of one trace against another. NaN where there is none.
 
-    A metric is a field here, filled below and named in `docs/scoring.md`: tables and JSON lines have all of them. The
-    first eight are the largest in magnitude of those of the impacts (see `ImpactError`), with their signs. Of what
-    ends, nothing is measured beyond a horizon, nor where the two runs end at different times; nor of spins where
+    A metric is a field here, filled below and named in `docs/theory/scoring.md`: tables and JSON lines have all of
+    them. The first eight are the largest in magnitude of those of the impacts (see `ImpactError`), with their signs. Of
+    what ends, nothing is measured beyond a horizon, nor where the two runs end at different times; nor of spins where
     nothing turns.
 
     Attributes:

@@ -3,7 +3,7 @@
    `event_driven.c` contains the loop of PIC, which computes the instant of every impact. `frame_sampled.c` contains the
    loop of PIT, which checks for contact once per frame. Both are used by Python (.pyx files) and by the page of
    `carom play` (wasm/). Structs that both loops share follow below; state.h has those of PIC, pit_state.h those of PIT.
-   docs/pic.md, section "How the core works", explains the algorithms, docs/physics.md the formulas.
+   docs/theory/pic.md derives the formulas and explains the algorithms.
 
    UNITS are metres, seconds, kilograms and radians. A time is counted from the start, from the present epoch or from
    now, as the comment next to it says.

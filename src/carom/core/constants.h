@@ -102,7 +102,7 @@
 /* A root that rounds to R belongs to a square within two roundings (2^-53) of R^2. */
 #define CAROM_ROOT_ROOM 0x1p-50
 /* Largest rounding error of a disc's path over the frames that a bound is valid for, in parts of its extent, including
-   that of the bound itself: derived in docs/physics.md, section 4. */
+   that of the bound itself: derived in docs/theory/pit.md. */
 #define CAROM_PATH_MARGIN 0x1p-34
 /* Above the rounding errors of a sum of times and of a frame's time, in parts of it. */
 #define CAROM_TIME_MARGIN 0x1p-50

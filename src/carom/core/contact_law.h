@@ -7,7 +7,8 @@
        u' = a - f,    q' = -(f + h) / k,    f in mu P sign(s),    h in c P sign(q).
 
    Where s is 0, friction holds it there if it can; where q is 0, rolling resistance does. The law has exactly one solution
-   forward in time. In an impact of impulse J the same holds of changes of speed for rates. docs/contact.md derives it. */
+   forward in time. In an impact of impulse J the same holds of changes of speed for rates. docs/theory/contact.md
+   derives it. */
 
 #pragma once
 

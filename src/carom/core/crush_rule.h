@@ -3,7 +3,8 @@
    Between a wall and a parallel one that approaches at a speed U, the relative speed of a disc after each impact on the
    latter times its remaining free path is constant. So the speed grows as one over the path, and infinitely many impacts
    come before the path is used up. Time never stands still, so no count of impacts at one instant ends such a run.
-   docs/walls.md derives it. A row of discs between two bodies that no impact moves is crushed in the same way. */
+   docs/theory/walls.md derives it. A row of discs between two bodies that no impact moves is crushed in the same way.
+   */
 
 #pragma once
 

@@ -7,7 +7,7 @@
    Times are in seconds from now: 0 for bodies that touch and approach, or that touch, do not separate and are pulled
    together; infinity for never. If the obstacle is what the disc met last on this path (`has_just_left`), the gap is 0
    now, whatever rounding has made of it, and opens at the speed `leaving`, 0 or more. The same functions solve for two
-   discs on a table that slows them: the path is that of one as seen from the other. docs/gravity.md
+   discs on a table that slows them: the path is that of one as seen from the other. docs/theory/contact.md
    derives them. */
 
 #pragma once

@@ -24,8 +24,8 @@
 
    This is the law of three parameters (e, f, b) of Walton, Mech. Mater. 16 (1993) 239, and Foerster, Louge, Chang and
    Allia, Phys. Fluids 6 (1994) 1108. b = 0 is Coulomb's law alone; b = 1 with enough friction is Garwin's superball (Am.
-   J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/physics.md and docs/spin.md derive both
-   impulses. Tests compare bits, so no operation may be reordered or fused. */
+   J. Phys. 37 (1969) 88). A wall, or an immovable disc, has 1/m = 0. docs/theory/pic.md and docs/theory/friction.md
+   derive both impulses. Tests compare bits, so no operation may be reordered or fused. */
 
 #pragma once
 

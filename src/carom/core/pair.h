@@ -16,8 +16,8 @@
    3. The error-free form decides the rest: sums of exact products, scaled by powers of two; where these cancel to less
       than their own error, exact sums.
 
-   docs/physics.md derives the bounds. No time or distance is compared with a tolerance. Lengths are in metres, velocities
-   in metres per second, times in seconds. */
+   docs/theory/pic.md derives the bounds. No time or distance is compared with a tolerance. Lengths are in metres,
+   velocities in metres per second, times in seconds. */
 
 #pragma once
 

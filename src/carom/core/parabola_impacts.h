@@ -1,7 +1,7 @@
 /* Impacts of discs that accelerate, the beginning and end of contact, and what ends a run in contact.
 
    Where a disc comes back to what it has left, nothing else between, it has the very speed along the normal that it left
-   with: docs/gravity.md says why a ball on a slope would never come to rest otherwise. */
+   with: docs/theory/contact.md says why a ball on a slope would never come to rest otherwise. */
 
 #pragma once
 

@@ -1,6 +1,6 @@
 /* Bounds of skipping: how long a disc can meet nothing, as a lower bound that holds for PIT's rounded paths.
 
-   `docs/physics.md`, section 4, derives it. The root is that of a contact distance enlarged by `CAROM_PATH_MARGIN` of
+   `docs/theory/pit.md` derives it. The root is that of a contact distance enlarged by `CAROM_PATH_MARGIN` of
    what |x| + |y| of both discs can grow to while a bound is used. If anything over- or underflows, the comparisons make
    the wait 0, and no test is skipped.
 

@@ -5,7 +5,7 @@
    the velocity along that normal, the disc does not meet that body again. An impact whose normal is orthogonal changes
    nothing along it; any other does, and so does friction. Two unit normals of floats, of two roundings a component, have
    a product of at most CAROM_ERROR if they are orthogonal: what an impact changes along a normal by less than that is
-   less than the rounding of the velocity itself. docs/pic.md, section "Contacts after restitution 0". */
+   less than the rounding of the velocity itself. docs/theory/pic.md, section "Contacts after restitution 0". */
 
 #pragma once
 

@@ -186,6 +186,6 @@ def _hazards(info: EngineInfo) -> Section:
         columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
         note = f"Whether it is so here: carom run SCENE -e {info.name}."
         blocks.append(Table(columns, found, note=note))
-    measured = "Measured over many starts: docs/hazards.md."
+    measured = "Measured over many starts: docs/results/hazards.md."
     blocks.append(Lines((measured,) if found else (f"No complaint in the catalogue. {measured}",)))
     return Section("Known hazards", tuple(blocks))

@@ -6,7 +6,7 @@ The impulse acts along the line of centres only. With unit normal ``n`` from fir
     J = (1 + e) w / (1/m1 + 1/m2),   v1' = v1 - (J/m1) n,   v2' = v2 + (J/m2) n,
 
 which conserves momentum, turns the normal relative velocity into ``-e`` times itself, and, for ``e = 1``, conserves
-kinetic energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/physics.md``.
+kinetic energy. An infinite mass has ``1/m = 0``. The source paper leaves this formula out; see ``docs/theory/pic.md``.
 """
 
 from __future__ import annotations

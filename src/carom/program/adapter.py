@@ -158,7 +158,7 @@ class ProgramAdapter:
             if not beside:
                 raise
             hint = f"it runs in an empty folder, and {beside} next to its manifest is to be written ./{beside}"
-            hints = [*error.hints, f"{hint}: see docs/engine-protocol.md#the-manifest"]
+            hints = [*error.hints, f"{hint}: see docs/reference/engine-protocol.md#the-manifest"]
             raise AdapterError(error.message, hints=hints) from error
 
 

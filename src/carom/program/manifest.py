@@ -24,7 +24,7 @@ from carom.trace import Setting
 #: The name that a manifest has in a folder.
 MANIFEST = "engine.toml"
 #: Where an author reads what a field may be.
-PAGE = "see docs/engine-protocol.md#the-manifest"
+PAGE = "see docs/reference/engine-protocol.md#the-manifest"
 #: What Pydantic adds to the place of a setting that is of no kind: the first kind that it tried.
 _KINDS = (["float"], ["int"], ["bool"], ["str"])
 #: A manifest is a page of text; a file above this size is none.

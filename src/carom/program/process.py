@@ -65,7 +65,7 @@ class Program:
         if welcome.protocol != PROTOCOL:
             self.end()
             message = f"{name} speaks version {welcome.protocol} of the protocol, and Carom version {PROTOCOL}"
-            raise AdapterError(message, hints=["see docs/engine-protocol.md"])
+            raise AdapterError(message, hints=["see docs/reference/engine-protocol.md"])
         self.version = welcome.version
 
     def ask(self, request: Request, answer: type[A]) -> A:
@@ -95,7 +95,7 @@ class Program:
                 else said_of(wrong)
             )
             told = f"{self.name} answered {request.do!r} with nonsense: {field} {said}; it wrote {line[:SHOWN]!r}"
-            raise AdapterError(told, hints=["see docs/engine-protocol.md#the-requests"]) from error
+            raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
 
     def _require_single_keys(self, line: bytes, request: Request) -> None:
         """Refuse an answer that has a key twice: what reads it would take one of the two, and not say which."""
@@ -103,7 +103,7 @@ class Program:
             json.loads(line, object_pairs_hook=without_doubles)
         except InputError as error:
             told = f"{self.name} answered {request.do!r} with nonsense: the line {error}; it wrote {line[:SHOWN]!r}"
-            raise AdapterError(told, hints=["see docs/engine-protocol.md#the-requests"]) from error
+            raise AdapterError(told, hints=["see docs/reference/engine-protocol.md#the-requests"]) from error
         except (ValueError, RecursionError):
             return  # what is no JSON is told by what reads it
 

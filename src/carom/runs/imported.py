@@ -58,8 +58,8 @@ def import_scene(
 
     Args:
         path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``) or an MJCF model (``.xml``), read in a
-            process of its own, in which nothing but the engine's own types is made; see ``docs/security.md``. Or
-            what Planck's ``Serializer.toJson`` made of a world (``.json``).
+            process of its own, in which nothing but the engine's own types is made; see ``docs/reference/security.md``.
+            Or what Planck's ``Serializer.toJson`` made of a world (``.json``).
         name: What to call the scene; the file's name by default.
         duration_s: How long it is to be, seconds.
         pixels_per_metre: How many of the file's units of length a metre is.

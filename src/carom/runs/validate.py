@@ -44,7 +44,7 @@ _FEW = 24
 
 def adapter_error(message: str, section: str = FIELDS) -> AdapterError:
     """Return what to raise of a mistake of an adapter's author, with where to read on."""
-    return AdapterError(f"{message}; see docs/adapters.md#{section}")
+    return AdapterError(f"{message}; see docs/reference/adapters.md#{section}")
 
 
 def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:

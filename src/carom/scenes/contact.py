@@ -2,8 +2,8 @@
 
 Of a disc with the velocity v the law ``v' = -c v`` leaves ``v exp(-c t)`` after the way ``v s``, where s is
 ``(1 - exp(-c t)) / c``: each answer is worked out with constant velocities in s, and ``t = -ln(1 - c s) / c``.
-`docs/damping.md` derives it. What slides, rolls and rests does so by Coulomb's law, which `docs/contact.md` derives.
-The group runs when it is asked for.
+`docs/theory/damping.md` derives it. What slides, rolls and rests does so by Coulomb's law, which
+`docs/theory/contact.md` derives. The group runs when it is asked for.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ def _drop() -> Staged:
 @listed("contact")
 def _bounce_to_roll() -> Staged:
     """A disc bounces without end, is gripped at its fourth bounce, and rolls from 1/5 s on."""
-    source = "Geometric series of the hops, sliding ones and held ones: docs/contact.md"
+    source = "Geometric series of the hops, sliding ones and held ones: docs/theory/contact.md"
     answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
     return _on_a_wall(source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25)
 
@@ -211,7 +211,7 @@ def _bounce_to_roll() -> Staged:
 @listed("contact")
 def _lands_sliding() -> Staged:
     """A disc lands after infinitely many sliding bounces with slip left, slides, and rolls from 19/10 s on."""
-    source = "Geometric series of the hops, all of them sliding: docs/contact.md"
+    source = "Geometric series of the hops, all of them sliding: docs/theory/contact.md"
     slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
     answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
     return _on_a_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
@@ -311,7 +311,7 @@ def _lands_rolling() -> Staged:
     ways = [2.0 / _G * w * e**n * (begun - taken * (1 - e**n)) for n in range(1, 70)]
     landed = begun - taken
     way = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
-    source = "Geometric series of the hops; from there on v^2 (1 + k)/(2 c g): docs/contact.md"
+    source = "Geometric series of the hops; from there on v^2 (1 + k)/(2 c g): docs/theory/contact.md"
     laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
     return _on_a_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
 

@@ -1,7 +1,7 @@
 """The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
 
 Seen from a driven body an impact is one on a body that stands, so that every answer is that of a wall, or of an
-immovable disc, in the frame that moves with it. `docs/walls.md` derives it. The group runs when it is asked for.
+immovable disc, in the frame that moves with it. `docs/theory/walls.md` derives it. The group runs when it is asked for.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The group `gravity`: scenes with uniform gravity, each with its answer in closed form.
 
 The first has no impact at all: what a method gets wrong there is its integrator's error, free fall sampled, and no
-collision's. In the others the two come together; `docs/gravity.md` says how to tell them apart.
+collision's. In the others the two come together; `docs/theory/contact.md` says how to tell them apart.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The group `spin`: friction and spin, each scene with its answer from a closed form or a cited source.
 
 Discs have radius 1, mass 1 and k = 1/2 unless a scene says otherwise, so that spins are the speeds of rims. Answers are
-fractions worked out by hand from the sources, or the linear maps of these applied to fractions. `docs/spin.md` derives
-the law. The group runs when it is asked for.
+fractions worked out by hand from the sources, or the linear maps of these applied to fractions.
+`docs/theory/friction.md` derives the law. The group runs when it is asked for.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ from carom.pages.grid import mark_of_grade
 from carom.trace import Outcome, kinetic_energy
 
 ROOT = Path(__file__).resolve().parents[3]
-PAGE = (ROOT / "docs" / "scoring.md").read_text()
+PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
 RULES = "".join(path.read_text() for path in (ROOT / "src" / "carom" / "comparator").glob("*findings.py"))
 
 

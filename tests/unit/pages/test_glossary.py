@@ -14,7 +14,7 @@ from carom.comparator.verdict import Verdict
 from carom.pages.glossary import explained, glossary
 from carom.pages.grid import Mark
 
-PAGE = (Path(__file__).resolve().parents[3] / "docs" / "scoring.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "theory" / "scoring.md").read_text(encoding="utf-8")
 
 
 def table(heading: str) -> list[tuple[str, str]]:
@@ -25,7 +25,7 @@ def table(heading: str) -> list[tuple[str, str]]:
 
 
 def test_the_page_says_of_verdicts_what_the_command_says() -> None:
-    """Each verdict is explained, and the table of docs/scoring.md has the same words: edit both, or neither."""
+    """Each verdict is explained, and the table of docs/theory/scoring.md has the same words: edit both, or neither."""
     assert list(SAID_WHEN) == list(Verdict)
     assert sorted(table("verdict")) == sorted((verdict.value, when) for verdict, when in SAID_WHEN.items())
 

@@ -30,7 +30,7 @@ from carom.scene import Disc, Scene
 TEMPLATES = Path(__file__).resolve().parents[3] / "docs" / "templates"
 SESSION = Path(__file__).parent / "session.jsonl"
 #: What a message ends with whose mistake is in an answer.
-REQUESTS = "see docs/engine-protocol.md#the-requests"
+REQUESTS = "see docs/reference/engine-protocol.md#the-requests"
 #: Commands that build a template beside its manifest, and the program that each needs; one needs none.
 BUILDS = {
     "javascript": ("node", []),
@@ -265,8 +265,8 @@ def test_the_templates_are_short() -> None:
 
 
 def test_the_published_schema_is_that_of_the_messages() -> None:
-    """docs/engine-protocol.schema.json is made of the messages."""
-    published = json.loads((TEMPLATES.parent / "engine-protocol.schema.json").read_text(encoding="utf-8"))
+    """docs/reference/engine-protocol.schema.json is made of the messages."""
+    published = json.loads((TEMPLATES.parent / "reference" / "engine-protocol.schema.json").read_text(encoding="utf-8"))
     assert published == protocol_schema()
 
 

@@ -133,7 +133,7 @@ def test_what_is_wrong_is_named(old: str, new: str, told: str, tmp_path: Path) -
         load_manifest(path)
     assert str(path) in str(caught.value)
     assert told in str(caught.value)
-    assert "see docs/engine-protocol.md#the-manifest" in str(caught.value)
+    assert "see docs/reference/engine-protocol.md#the-manifest" in str(caught.value)
 
 
 def test_a_manifest_that_is_not_there_or_no_text_is_refused(tmp_path: Path) -> None:

@@ -73,7 +73,9 @@ def test_a_state_that_is_not_finite_is_the_engines_own() -> None:
 )
 def test_a_field_of_an_observation_is_refused_by_name_and_value(fields: dict[str, Any], words: str) -> None:
     """Wrong types and shapes are the adapter's slip, and the message says of which field."""
-    with pytest.raises(AdapterError, match=words.replace("'", "") + ".*; see docs/adapters.md#field-by-field"):
+    with pytest.raises(
+        AdapterError, match=words.replace("'", "") + ".*; see docs/reference/adapters.md#field-by-field"
+    ):
         enter(**fields)
 
 
@@ -103,7 +105,7 @@ def test_every_number_of_a_contact_must_be_one(value: Any) -> None:
 def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
     """A swapped contact of a scene without walls is not told that a wall would do, but where to read on."""
     validator = Validator(scene().model_copy(update={"walls": ()}), DT, 64)
-    with pytest.raises(AdapterError, match=r"has no walls\); see docs/adapters.md#field-by-field"):
+    with pytest.raises(AdapterError, match=r"has no walls\); see docs/reference/adapters.md#field-by-field"):
         validator.contacts(Observation(STATE, STATE, (Contact(1, 0, 0.1, ALONG_X),)), DT, 2 * DT)
 
 
@@ -126,7 +128,7 @@ def test_where_there_are_no_walls_no_number_of_one_is_offered() -> None:
 )
 def test_a_contact_that_can_not_be_is_refused_by_name_and_value(contact: Contact, words: str) -> None:
     """Bodies that do not exist, a normal of another length than 1 and a time outside the step are slips."""
-    with pytest.raises(AdapterError, match=f"{words}.*; see docs/adapters.md#field-by-field"):
+    with pytest.raises(AdapterError, match=f"{words}.*; see docs/reference/adapters.md#field-by-field"):
         enter(contact)
 
 

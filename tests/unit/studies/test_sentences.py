@@ -194,7 +194,6 @@ def test_the_introduction_is_true_of_a_head_on_impact() -> None:
 
 
 ROOT = Path(__file__).resolve().parents[3]
-HEADING = "| sentence | when |\n| --- | --- |\n"
 #: They have no words of their own by which they could be told, and are looked for by what stands in them.
 PARTS = (Sentence.ONE_SCENE, Sentence.LOST, Sentence.VELOCITY, Sentence.TIME)
 MINE = staged("mine", disc_at(-1.0, 0.0, 3.0, 0.2, r=0.3), disc_at(1.0, 0.2, -2.0, 0.0, r=0.3), duration_s=1.0)
@@ -215,15 +214,6 @@ def pattern(sentence: Sentence) -> str:
 
 def says(results: Results) -> str:
     return "\n".join(cross_check_document(results).lead)
-
-
-def test_the_page_has_every_sentence_with_when_it_is_said() -> None:
-    """The table of docs/scoring.md has the very words of the code, in their order, and says of each when it is said."""
-    page = (ROOT / "docs" / "scoring.md").read_text(encoding="utf-8")
-    rows = page.partition(HEADING)[2].partition("\n\n")[0]
-    told = re.findall(r"^\| `(.+)` \| (.+) \|$", rows, re.MULTILINE)
-    assert [sentence for sentence, _ in told] == [one.value for one in Sentence]
-    assert all(when.strip() for _, when in told)
 
 
 @each("sentence", Sentence)

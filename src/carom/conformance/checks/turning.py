@@ -131,7 +131,7 @@ def _end_by_the_law(subject: Subject, scene: Scene, what: str) -> None:
 def _after(
     first: Disc, second: Disc | Wall, normal: tuple[float, float], restitution: float, friction: float
 ) -> tuple[Motion, Motion]:
-    """Return velocity and spin of both after their impact; `normal` is from first to second. See `docs/spin.md`.
+    """Return velocity and spin of both after their impact; `normal` is from first to second (docs/theory/friction.md).
 
     Newton's restitution along the normal, and along the tangent as much as ends the slip, or as Coulomb allows.
     """

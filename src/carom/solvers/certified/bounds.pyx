@@ -1,8 +1,8 @@
 """Rigorous float64 lower bounds of times of impact: they leave few pairs of bodies to the balls.
 
-`docs/certified.md` derives them, and what covers their roundings. What is computed with is scaled by the powers of two of
-`carom.solvers.units`, which is exact. Where something overflows, is no number, or comes out so small that float64 has
-fewer bits for it, the bound is the start of both paths, which says nothing: balls decide.
+`docs/theory/certified.md` derives them, and what covers their roundings. What is computed with is scaled by the powers
+of two of `carom.solvers.units`, which is exact. Where something overflows, is no number, or comes out so small that
+float64 has fewer bits for it, the bound is the start of both paths, which says nothing: balls decide.
 
 Under gravity the states are those in the falling frame, where discs move straight; what does not fall gets no bound there,
 nor does a driven wall, or a driven disc that turns.

@@ -1,4 +1,4 @@
-"""When a disc meets a face, a vertex or an arc, as a ball: as `docs/walls.md` derives it.
+"""When a disc meets a face, a vertex or an arc, as a ball: as `docs/theory/walls.md` derives it.
 
 A face is met as a half-plane is, a vertex and an arc's outer side as another disc at the earlier root of
 ``|d + t u| = R``, an arc's inner side at the later one, or under gravity where a quartic falls through zero; and all of

@@ -1,7 +1,7 @@
 """The end of infinitely many bounces in certified runs: what comes of a disc, and whether anything interferes.
 
 Bounces that do alike (they slip one way or are held, and so does the spin) change speed, slip and place by geometric
-series: `docs/contact.md`.
+series: `docs/theory/contact.md`.
 """
 
 from __future__ import annotations

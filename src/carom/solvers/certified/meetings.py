@@ -1,8 +1,8 @@
 """When two bodies meet, as a ball: certified to meet, certified never to, or not decided at this precision.
 
 The time is solved from a float64 instant that is a proven lower bound of it, and nearly equal to it: with the quadratic
-of `docs/physics.md`, in which D does not change along the paths, and c is nearly 0, so that the root's error is that of
-the distance alone.
+of `docs/theory/pic.md`, in which D does not change along the paths, and c is nearly 0, so that the root's error is that
+of the distance alone.
 
 What is driven is met leg by leg of its path: on each as seen from there, and no later than where the next begins.
 """

@@ -1,4 +1,4 @@
-"""The sentences of `carom run` outside its tables; when each is said stands in the table of docs/scoring.md."""
+"""The sentences of `carom run` outside its tables."""
 
 from __future__ import annotations
 

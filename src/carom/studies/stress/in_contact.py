@@ -35,8 +35,8 @@ _STEEPEST = {
     "bouncing-slope": 0.75 * _FRICTION * (1.0 + 1.0 / _K),
 }
 
-_LAW = "Coulomb's law and that of rolling resistance, in closed form: docs/contact.md"
-_SERIES = "geometric series of the hops, in closed form: docs/contact.md"
+_LAW = "Coulomb's law and that of rolling resistance, in closed form: docs/theory/contact.md"
+_SERIES = "geometric series of the hops, in closed form: docs/theory/contact.md"
 _MOTION = "a final velocity, or speed of a rim, wrong by more than a tenth of what contact changes"
 
 

@@ -253,8 +253,8 @@ def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[
 
 
 def documented(start: str) -> str:
-    """Return the line of docs/bench.md that begins so."""
-    lines = (Path(__file__).parents[4] / "docs" / "bench.md").read_text().splitlines()
+    """Return the line of docs/reference/bench.md that begins so."""
+    lines = (Path(__file__).parents[4] / "docs" / "reference" / "bench.md").read_text().splitlines()
     return next(line for line in lines if line.startswith(start))
 
 

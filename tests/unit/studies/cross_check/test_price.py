@@ -155,7 +155,7 @@ def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) ->
     for metric in fields(Errors):
         assert metric.metadata["name"] in {column.head for column in columns}
         assert all((metric.name in row["total"]) == (metric.name not in OF_SPINS) for row in rows if row["total"])
-        documented = Path("docs/scoring.md").read_text(encoding="utf-8")
+        documented = Path("docs/theory/scoring.md").read_text(encoding="utf-8")
         assert f"`{metric.name}`" in documented
 
 
