@@ -6,7 +6,7 @@ is off by that from then on.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Generic, TypeVar
 
 from carom.adapter import Chain, Disc, Ring, Scene, Wall
@@ -39,17 +39,22 @@ class Legs(Generic[Body]):
         self._coming += [(leg.begin_s, body, leg.velocity) for leg in of.drive.legs[1:]]
         self._coming.sort(key=lambda one: one[0])
 
-    def stretches(self, steps: int) -> Iterator[int]:
-        """Yield how many steps are taken before a leg may begin: one each while legs are to come, then the rest."""
+    def stretches(self, steps: int) -> Iterable[int]:
+        """Return how many steps are taken before a leg may begin: one each while legs are to come, then the rest."""
+        return self._steps_to_legs(steps) if self.told < len(self._coming) else (steps,)
+
+    def _steps_to_legs(self, steps: int) -> Iterator[int]:
         taken = 0
         while taken < steps:
             count = 1 if self.told < len(self._coming) else steps - taken
             yield count
             taken += count
 
-    def begun(self, now_s: float) -> list[tuple[Body, Vector]]:
+    def begun(self, now_s: float) -> Sequence[tuple[Body, Vector]]:
         """Return the bodies whose velocity changes in the step that begins now, with the new one."""
         begin = self.told
+        if begin == len(self._coming):
+            return ()
         while self.told < len(self._coming) and self._coming[self.told][0] <= now_s * _REACHED:
             self.told += 1
         return [(body, velocity) for _, body, velocity in self._coming[begin : self.told]]

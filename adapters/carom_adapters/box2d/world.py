@@ -236,8 +236,9 @@ class Box2dWorld:
         """
         if self._listener is None:
             self._listen()
-        position = np.array([tuple(body.position) for body in self._bodies], dtype=np.float64)
-        velocity = np.array([tuple(body.linearVelocity) for body in self._bodies], dtype=np.float64)
+        places, speeds = [body.position for body in self._bodies], [body.linearVelocity for body in self._bodies]
+        position = np.array([(place.x, place.y) for place in places], dtype=np.float64)
+        velocity = np.array([(speed.x, speed.y) for speed in speeds], dtype=np.float64)
         contacts = self._contacts()
         self._solved.clear()
         spin = np.array([body.angularVelocity for body in self._bodies], dtype=np.float64) if self._turns else None

@@ -80,6 +80,7 @@ class MujocoWorld:
             self._data = self._mujoco.MjData(self._model)
         except (ValueError, MemoryError, self._mujoco.FatalError) as error:
             raise AdapterError(f"MuJoCo refuses the scene of {len(scene.discs)} discs: {error}") from error
+        self._warnings = self._data.warning.number  # a view, since reading it takes long
         self._shared = True
         self._dampings: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []  # of contacts, and each by a step
         self._probe: Any = None
@@ -185,12 +186,14 @@ class MujocoWorld:
 
         MuJoCo looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
         """
-        position, velocity, spin = self._position.copy(), self._velocity.copy(), self._spin.copy()
+        position, velocity, spin = self._position.copy(), self._velocity.copy(), None
         position[self._movable] = self._data.qpos[self._at]
         velocity[self._movable] = self._data.qvel[self._moves]
-        spin[self._turning] = self._data.qvel[self._about]
+        if self._turns:
+            spin = self._spin.copy()
+            spin[self._turning] = self._data.qvel[self._about]
         contacts = summed(self._contacts(), self._pieced) if self._data.ncon else ()
-        return Observation(position, velocity, contacts, self._warning(), spin if self._turns else None)
+        return Observation(position, velocity, contacts, self._warning(), spin)
 
     def _contacts(self) -> list[Contact]:
         data, at_s = self._data, self._clock.step_began_s
@@ -226,7 +229,7 @@ class MujocoWorld:
         return float(force[0]) / self._unit, tangential * self._clock.dt_s / self._unit
 
     def _warning(self) -> str:
-        number, told = self._data.warning.number, []
+        number, told = self._warnings, []
         if len(self._free):
             height = np.abs(self._data.qpos[self._height_at])
             if np.count_nonzero(height > self._radius):
@@ -286,4 +289,4 @@ class MujocoWorld:
 
     def close(self) -> None:
         """Let go of model and data; their memory goes with the last reference."""
-        del self._data, self._probe, self._dampings, self._model
+        del self._data, self._warnings, self._probe, self._dampings, self._model

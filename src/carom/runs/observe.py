@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -195,7 +195,7 @@ class _Run:
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
         self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
-        self.look_at = look_steps(self.steps)
+        self.look_at = frozenset[int]() if self.looks is None else look_steps(self.steps)
 
     def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps to the end, or to where nothing but free flight is left."""
@@ -203,9 +203,10 @@ class _Run:
         for step in range(1, self.steps + 1):
             for time_s in _pieces(world, cutter, step, self.dt_s):
                 now, is_finite = self.validator.state(world.observe())
-                self.outcome, self.notes = _health(now.warning, is_finite=is_finite)
-                if self.outcome is not Outcome.COMPLETED and self.outcome is not Outcome.STANDSTILL:
-                    return
+                if now.warning or not is_finite:
+                    self.outcome, self.notes = _health(now.warning)
+                    if self.outcome is not Outcome.STANDSTILL:
+                        return
                 if self.seen_s <= self.scene.duration_s:
                     self.earlier = (self.seen_s, self.state)
                 self.state = self.validator.contacts(now, self.seen_s, time_s)
@@ -347,13 +348,12 @@ def _states(looks: Sequence[tuple[float, Observation]]) -> States:
     )
 
 
-def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterator[float]:
-    """Take step number `step` (from 1), whole or in pieces, and yield the time at the end of each piece."""
+def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterable[float]:
+    """Take step number `step` (from 1), whole or in pieces, and return the time at the end of each piece."""
     if cutter is not None:
-        yield from cutter.step((step - 1) * dt_s, step * dt_s)
-    else:
-        world.advance(1)
-        yield step * dt_s
+        return cutter.step((step - 1) * dt_s, step * dt_s)
+    world.advance(1)
+    return (step * dt_s,)
 
 
 def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None:
@@ -363,9 +363,10 @@ def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None
     return np.zeros(len(scene.discs)) if state.spin_rad_s is None else state.spin_rad_s
 
 
-def _health(warning: str, *, is_finite: bool) -> tuple[Outcome, tuple[str, ...]]:
+def _health(warning: str) -> tuple[Outcome, tuple[str, ...]]:
+    """Return how a run ends at a state that is not finite, or of which its engine warns."""
     if not warning:
-        return (Outcome.COMPLETED if is_finite else Outcome.NON_FINITE), ()
+        return Outcome.NON_FINITE, ()
     if warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
         return Outcome.STANDSTILL, ()
     return Outcome.WARNED, (warning,)

@@ -12,7 +12,7 @@ import operator
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, replace
-from typing import Any, NamedTuple, TypeVar, get_type_hints
+from typing import Any, NamedTuple, TypeGuard, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from carom.errors import AdapterError
 from carom.limits import LARGEST, beyond
 from carom.number_text import number
 from carom.scene import Scene
-from carom.trace import Setting, wall_index
+from carom.trace import Setting, Vector, wall_index
 
 Kind = TypeVar("Kind")
 
@@ -247,7 +247,9 @@ class Validator:
             )
         places, are_places = _array(found.position_m, "position_m of an Observation", (self._discs, 2))
         speeds, are_speeds = _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
-        warning = plain_text(found.warning, "the warning of an observation")
+        warning = found.warning
+        if warning != "":  # as it is after most steps
+            warning = plain_text(warning, "the warning of an observation")
         return Observation(places, speeds, found.contacts, warning, spins), turns and are_places and are_speeds
 
     def contacts(self, state: Observation, begin_s: float, end_s: float) -> Observation:
@@ -261,7 +263,8 @@ class Validator:
             return state
         if not isinstance(found, Iterable):
             raise adapter_error(f"contacts of an observation must be a tuple, got {_shown(found)}")
-        return replace(state, contacts=tuple(self._contact(contact, begin_s, end_s) for contact in found))
+        contacts = tuple(self._contact(contact, begin_s, end_s) for contact in found)
+        return Observation(state.position_m, state.velocity_m_s, contacts, state.warning, state.spin_rad_s)
 
     def _wall_numbers(self) -> str:
         if not self._walls:
@@ -278,18 +281,18 @@ class Validator:
                 f"disc of a higher number{self._wall_numbers()}"
             )
         of = f"of a contact of bodies {first} and {second}"
-        (time_s,) = _numbers((found.time_s,), f"time_s {of}", 1)
+        time_s = _number(found.time_s, "time_s", of)
         # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
         if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
             step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
             raise adapter_error(
                 f"time_s {of} must lie within the step that reports it, {step}, got {number(time_s, 9)}"
             )
-        x, y = _numbers(found.normal, f"normal {of}", 2)
+        x, y = _vector(found.normal, "normal", of)
         if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
             raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
         told: dict[str, Any] = {
-            name: None if (value := getattr(found, name)) is None else _numbers((value,), f"{name} {of}", 1)[0]
+            name: None if (value := getattr(found, name)) is None else _number(value, name, of)
             for name in ("impulse_n_s", "tangential_impulse_n_s")
         }
         acts = found.velocities is not None or any(told.values())
@@ -305,7 +308,7 @@ class Validator:
                 "turn"
             )
         pairs = _items(found.velocities, f"velocities {of}", 4)
-        velocities: Any = tuple(tuple(_numbers(pair, f"velocities {of}", 2)) for pair in pairs)
+        velocities: Any = tuple(_vector(pair, "velocities", of) for pair in pairs)
         spins: Any = None
         if found.spins_rad_s is not None:
             spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
@@ -330,11 +333,11 @@ class Validator:
 
 def _array(found: object, name: str, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], bool]:
     """Return a copy of an array, and whether each of its numbers is finite."""
-    if not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu":
+    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # whose copy is made in a third of the time
+    if not plain and (not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu"):
         raise adapter_error(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
         raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
-    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # whose copy is made in a third of the time
     array = found.copy() if plain else np.array(found, dtype=np.float64)
     # A sum of squares that is no larger, or its root, says so of each number: this is asked after every step.
     few = array.size <= _FEW
@@ -351,6 +354,26 @@ def _items(found: object, what: str, count: int) -> tuple[object, ...]:
     if len(items) != count:
         raise adapter_error(f"{what} must be {count} of them, got {_shown(found)}")
     return items
+
+
+def _is_plain(found: object) -> TypeGuard[float]:
+    """Whether something is a Python float within the limits, as nearly all numbers are."""
+    return type(found) is float and abs(found) <= LARGEST
+
+
+def _number(found: object, name: str, of: str) -> float:
+    if _is_plain(found):
+        return found
+    return _numbers((found,), f"{name} {of}", 1)[0]
+
+
+def _vector(found: object, name: str, of: str) -> Vector:
+    if type(found) is tuple and len(found) == 2:
+        x, y = found
+        if _is_plain(x) and _is_plain(y):
+            return x, y
+    x, y = _numbers(found, f"{name} {of}", 2)
+    return x, y
 
 
 def _numbers(found: object, what: str, count: int) -> list[float]:
