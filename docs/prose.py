@@ -87,7 +87,7 @@ def paragraphs(text: str) -> Iterator[str]:
     text = re.sub(r"<!--.*?-->", "", _FENCED.sub("\n\n", text), flags=re.DOTALL)
     text = re.sub(r"!?\[((?:[^\[\]]|\[[^\]]*\])*)\](\([^)]*\)|\[[^\]]*\])", r"\1", text)
     text = re.sub(r"`[^`]+`|\$[^$]+\$|https?://\S+", "Code", text)
-    text = re.sub(r"<[^>]+>|[*_]{1,2}(?=\S)|(?<=\S)[*_]{1,2}", "", text)
+    text = re.sub(r"</?[A-Za-z][^>]*>|[*_]{1,2}(?=\S)|(?<=\S)[*_]{1,2}", "", text)
     for block in re.split(r"\n\s*\n|\n(?=\s*(?:[-*]|\d+\.) )", text):
         lines = [line.strip() for line in block.splitlines() if line.strip() and not line.startswith("#")]
         if lines and lines[0].startswith("|"):

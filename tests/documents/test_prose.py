@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
 from docs import prose
 from docs.figures import reference, scoring_tables
@@ -78,3 +81,29 @@ def test_the_generated_reference_has_every_command_and_field() -> None:
     assert "| `-o, --out PATH` |" in commands
     assert "| `wall_rolling_resistance` | number | `0.0` | Coefficient" in scene
     assert "| `discs` | list of Disc | `required` |" in scene
+
+
+def slugs(page: Path) -> set[str]:
+    """Return the anchors of a page's headings."""
+    headings = re.findall(r"^#+ (.+)", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_citations_lead_to_pages() -> None:
+    """Each page and heading of the documents that sources, tests or settings name exists."""
+    files = [ROOT / "Makefile", ROOT / "action.yml", ROOT / "pyproject.toml"]
+    for folder in ("src", "adapters", "tests", "benchmarks", "docs"):
+        files += [
+            path for path in (ROOT / folder).rglob("*") if path.suffix in {".py", ".pyx", ".h", ".c", ".toml", ".mjs"}
+        ]
+    found, lost = 0, []
+    for path in (one for one in files if one.is_file() and "node_modules" not in one.parts):
+        text = path.read_text(encoding="utf-8", errors="ignore")
+        for page, anchor in re.findall(r"\b(docs/[\w/-]+\.md)(?:#([\w-]+))?", text):
+            found += 1
+            if path != Path(__file__) and not (ROOT / page).is_file():
+                lost.append((path.name, page))
+            elif anchor and anchor not in slugs(ROOT / page):
+                lost.append((path.name, f"{page}#{anchor}"))
+    assert found > 50
+    assert lost == []
