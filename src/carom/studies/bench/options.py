@@ -44,11 +44,12 @@ class BenchPlan(Limited):
         profiles: Names of profiles.
         phases: How many starts, evenly spread over a step, each job is scored at.
         error: Which error.
-        target: The error for which the cheapest way is looked for.
+        target: The error for which the first line names the cheapest engine.
         rounds: Rounds of the timing pass.
         seed: Of the order of its visits.
         budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
         timing: Whether to time at all.
+        own: Whether PIC and PIT run, too, whichever engines are asked for: what exact costs, and what sampling costs.
 
     Raises:
         InputError: A value makes no sense.
@@ -69,15 +70,16 @@ class BenchPlan(Limited):
     )
     error: ErrorKind = option(ErrorKind.IMPACT, one_of(ErrorKind), "Which error stands on the axis.", "--error")
     target: float = option(
-        1e-3,
+        0.01,
         measure("a positive number", "NUMBER", 0.0, LARGEST),
-        "The error to which the cheapest way is looked for.",
+        "The error for which the first line names the cheapest engine.",
         "--target",
     )
     rounds: int = option(7, whole(LEAST_ROUNDS, MOST_ROUNDS), "Rounds of the timing pass.", "--rounds")
     seed: int = option(1, whole(0, MOST_SEED), "Of the random order within the rounds.", "--seed")
     budget_s: float = option(BUDGET_S, seconds(), "Seconds a scene, half for scoring and half for timing.", "--budget")
     timing: bool = option(True, flag(), "Whether to time at all.", "--timing/--no-timing")
+    own: bool = option(True, flag(), "Whether PIC and PIT run, whichever engines are asked for.", "--own/--no-own")
 
 
 @dataclass(frozen=True)
