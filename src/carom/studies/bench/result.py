@@ -13,10 +13,8 @@ from carom.scene import Scene
 from carom.studies.bench.convergence import ConvergenceOrder
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.own_methods import EXACT_METHOD
 from carom.studies.bench.timing_pass import At, CellTiming
-
-#: Its error does not depend on the step, and its run time is what exact costs.
-EXACT_METHOD = Method("pic", "tuned")
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from carom.registry import EngineInfo
 from carom.runs.desk import Ask, answers
 from carom.runs.engines import Methods, described, methods_of, to_run
 from carom.runs.environment import environment
-from carom.runs.job import PIT_METHOD, Answer, Job, Progress, unheard
+from carom.runs.job import Answer, Job, Progress, unheard
 from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.plan import profiles_to_plan, sorted_out
@@ -23,7 +23,8 @@ from carom.scene import Scene
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.result import EXACT_METHOD, Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.studies.bench.own_methods import EXACT_METHOD, OWN_METHODS, with_own_methods
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.studies.bench.scoring_pass import ScoringPass
 from carom.studies.bench.series import default_steps
 from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, timing_key
@@ -58,7 +59,7 @@ def work_precision(
     with pool:  # its processes are gone when the timing pass begins
         infos = to_run(described(plan.engines, pool), plan.engines)
         profiles = profiles_to_plan(infos, plan.profiles)
-        infos = _with_own_methods(infos, plan, pool)
+        infos = with_own_methods(infos, plan.engines, pool, own=plan.own)
         jobs, methods = _jobs(scenes, infos, profiles, plan, pool)
         jobs_of = {scene.name: [job for job in jobs if job.scene is scene] for scene in scenes}
         results: dict[JobKey, Answer[Measures]] = {}
@@ -82,18 +83,6 @@ def work_precision(
     return Bench(tuple(benches), plan, environment(infos), command, time.perf_counter() - started)
 
 
-#: Carom's own: what exact costs, and what sampling costs.
-_OWN = (EXACT_METHOD, PIT_METHOD)
-
-
-def _with_own_methods(infos: Sequence[EngineInfo], plan: BenchPlan, pool: Pool) -> list[EngineInfo]:
-    """Return the engines with PIC and PIT, or without those of them that were not asked for by name."""
-    asked = plan.engines or ()
-    own = [method.engine for method in _OWN if method.engine not in asked]
-    others = [info for info in infos if info.name not in own]
-    return [*described(own, pool), *others] if plan.own and own else others
-
-
 def _jobs(
     scenes: Sequence[Scene], infos: Sequence[EngineInfo], profiles: Sequence[str], plan: BenchPlan, pool: Pool
 ) -> tuple[list[Job], Methods]:
@@ -105,7 +94,7 @@ def _jobs(
     plain, _ = sorted_out(scenes)
     steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}
     found = methods_of(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
-    added = {method.engine: (method,) for method in _OWN if method.engine not in (plan.engines or ())}
+    added = {method.engine: (method,) for method in OWN_METHODS if method.engine not in (plan.engines or ())}
     at = {(name, dt_s): added.get(name, methods) for (name, dt_s), methods in found.at.items()}
     jobs = [
         Job(scene, method, dt_s, refinement, phase)

@@ -97,7 +97,7 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
-    assert len(measured_in(tmp_path / "journal.jsonl")) == 12
+    assert len(measured_in(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
     with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
         bench = work_precision([scene], replace(plan, timing=False), InProcess(), notes=journal)
     assert bench.scenes[0].noise is None
@@ -195,7 +195,7 @@ def test_growth_runs_more_and_more_discs_and_says_what_it_left_out(monkeypatch: 
         assert [entry.discs for entry in ran][:2] == [2, 40]
         assert all(entry.advance_s > 0 and entry.ratio > 0 for entry in ran[:2])
     pit = next(curve for curve in found.curves if curve.engine == "pit")
-    (curve,) = growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3)).curves
+    curve, _ = growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3, own=False)).curves
     assert "judged by 40 discs" in curve.points[-1].reason
     assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
     with pytest.raises(InputError, match=r"sizes\[0\] must be a whole number from 1 to 100000, got 0"):
@@ -257,7 +257,7 @@ def measured_in(path: Path) -> list[tuple[float, Measures]]:
 @pytest.fixture
 def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """The names of the documented lines, in a folder with a journal: two jobs, one without an error, one not run."""
-    plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False)
+    plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False, own=False)
     with score_journal(tmp_path / "journal.jsonl") as journal:
         work_precision([scene], plan, InProcess(), notes=journal)
         ran = next(iter(journal.entries.values()))
