@@ -200,8 +200,10 @@ class LineEnd(NamedTuple):
 def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
     """Write each line's name to the right of the axes, level with its end or as near as the other names let it.
 
-    The limits of the axes must be set. A thin line leads from the end of a line to its name.
+    A thin line leads from the end of a line to its name.
     """
+    axes.set_xlim(axes.get_xlim())  # from here on they are fixed, and so are the places of all ends
+    axes.set_ylim(axes.get_ylim())
     apart = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
     to_axes = axes.transData + axes.transAxes.inverted()
     places = [tuple(map(float, to_axes.transform((end.x, end.y)))) for end in ends]

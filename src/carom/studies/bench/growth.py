@@ -36,9 +36,9 @@ STEPS = 240
 #: Below this many discs what is fixed (a call, a box, the walls) hides how cost grows with their number.
 FIT_FROM = 100
 
-#: A run that is shorter than this is repeated, and the median taken.
+#: A run is repeated until so many seconds are full, or so many runs are made; the median is taken.
 SHORT_S = 0.5
-REPEATS = 3
+REPEATS = 15
 
 #: A warm-up has no more discs than this.
 WARM = 1_000
