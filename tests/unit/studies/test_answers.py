@@ -286,6 +286,25 @@ def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
     assert found == (None if depth is None else pytest.approx(depth))
 
 
+def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first() -> None:
+    """With few methods each has a sentence; on a terminal a sign a test says how far along its axis it was passed."""
+    whole = campaign_results()
+    few = replace(whole, methods=(METHODS[1], METHODS[2]))
+    lines = printed(stress_document(few), 160)
+    tests = sum(line.kind == "attack" for line in whole.lines)
+    assert lines[0].rstrip() == f"pic (tuned): passes {tests} of {tests}."
+    (pit,) = [line for line in lines if line.startswith(f"pit (tuned): passes 0 of {tests}; first failure: ")]
+    assert pit.rstrip().endswith(").")
+    (row,) = [line.split() for line in lines if line.startswith("pic tuned ")]
+    assert "".join(row[2:-1]) == "=" * tests
+    stood = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
+    spot = Spot("attack", "gap", "pit/tuned", SpotEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
+    gap = replace(few, lines=(stood,), methods=(METHODS[2],), spots={("gap", "pit/tuned"): spot})
+    told = printed(stress_document(gap), 80)
+    assert told[0].rstrip() == "pit (tuned): passes 0 of 1; first failure: gap at 0.001 (a gap)."
+    assert any(line.split() == ["pit", "tuned", "5", "0"] for line in told)
+
+
 def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
     """Each link of the tables has a row of its name, with the file and the command that show the number."""
     sections = list(stress_document(campaign_results()).shown(Medium.PAGE))
