@@ -122,7 +122,7 @@ def _worst_first(results: StressResults, lines: list[Line]) -> list[Line]:
 
 
 def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[Block]:
-    """Yield a row a method: a heat map of its stress tests by group, how many of each kind it passes, and a sentence."""
+    """Yield a row a method: a heat map of its stress tests, how many of each kind it passes; and a sentence each."""
 
     def counted(kind: str, head: str, ending: SpotEnding) -> list[Column]:
         def say(method: Method) -> str:
