@@ -271,7 +271,7 @@ def test_the_tables_are_taken_from_a_campaign() -> None:
 def test_the_page_has_every_stress_test_and_invariance() -> None:
     """What was added since the campaign would be missing from its tables."""
     kept = stress_tables.kept(STRESS)
-    assert [row[0] for row in kept["stress test"][2:]] == [attack.name for attack in attacks()]
+    assert [row[0] for row in kept["stress test"][2:]] == [attack.name for _, attack in attacks()]
     assert [row[0] for row in kept["invariance"][2:]] == [relation.name for relation in relations()]
     assert all(len({len(row) for row in rows}) == 1 for rows in kept.values())
 

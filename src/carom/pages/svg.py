@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 from zlib import crc32
 
 from carom.pages import wording
@@ -29,10 +29,12 @@ WALL = "#8b94a1"
 SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
 
 _AIM_PT = 11.0
+#: Size of the names at lines.
+_NAME_PT = 8.5
 _MARKERS = "osD^vP*X"
 _PNG_DPI = 144
 #: Above the axes, with a title and without one.
-_HEAD_IN, _BARE_IN = 0.85, 0.15
+_HEAD_IN, _BARE_IN = 0.5, 0.15
 #: Room for the numbers and the label of the upright axis, and height of a line at the foot.
 _LEFT_IN, _FOOT_IN = 0.87, 0.16
 
@@ -184,6 +186,46 @@ def finish(axes: Axes) -> None:
     axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
+
+
+class LineEnd(NamedTuple):
+    """Where a line ends, its name, and its colour."""
+
+    x: float
+    y: float
+    name: str
+    colour: str
+
+
+def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
+    """Write each line's name to the right of the axes, level with its end or as near as the other names let it.
+
+    A thin line leads from the end of a line to its name.
+    """
+    axes.set_xlim(axes.get_xlim())  # from here on they are fixed, and so are the places of all ends
+    axes.set_ylim(axes.get_ylim())
+    apart = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
+    to_axes = axes.transData + axes.transAxes.inverted()
+    places = [tuple(map(float, to_axes.transform((end.x, end.y)))) for end in ends]
+    placed = sorted(zip(places, ends, strict=True), key=lambda one: (one[0][1], one[0][0]))
+    levels = [min(max(y, 0.0), 1.0) for (_, y), _ in placed]
+    for k in range(1, len(levels)):
+        levels[k] = max(levels[k], levels[k - 1] + apart)
+    top = 1.0 + 0.5 * apart
+    for k in reversed(range(len(levels))):
+        levels[k] = min(levels[k], top - apart * (len(levels) - 1 - k))
+    for ((x, y), end), level in zip(placed, levels, strict=True):
+        axes.plot(
+            [x, 1.02, 1.04],
+            [y, level, level],
+            transform=axes.transAxes,
+            clip_on=False,
+            color=end.colour,
+            linewidth=0.7,
+            alpha=0.7,
+            zorder=1,
+        )
+        axes.text(1.05, level, end.name, transform=axes.transAxes, fontsize=_NAME_PT, verticalalignment="center")
 
 
 def plain_number(value: float, _position: float) -> str:

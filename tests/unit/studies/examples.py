@@ -148,5 +148,6 @@ def growth() -> Growth:
         rank = METHODS.index(method)
         costs = ((n, 1e-5 * n * rank, 1e4 * n * rank) for n in (2, 10, 100, 1000, 10_000))
         own = tuple(GrowthPoint(n, 1e-3, run_s, grown, 6e7 + grown, 1.0) for n, run_s, grown in costs)
-        curves.append(GrowthCurve(method.engine, method.profile, own, (1.0, 0.9, 1.1), (1.0, 0.9, 1.1)))
+        law = (1.0, 0.9, 1.1)
+        curves += [GrowthCurve(method.engine, method.profile, own, law, law, gravity) for gravity in (False, True)]
     return Growth(tuple(curves), HERE, 300.0, "carom bench --grow", 100.0)

@@ -17,10 +17,11 @@ from carom.runs.job import Method
 from carom.shell.ascii_signs import ERRORS
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
+from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.document import bench_document
 from carom.studies.bench.growth_document import growth_document
 from carom.studies.bench.result import Curve
-from carom.studies.bench.tables import method_table
+from carom.studies.bench.tables import method_table, reached
 from carom.studies.stress.document import stress_document
 from carom.studies.stress.spots import Line, Spot, SpotEnding
 
@@ -68,10 +69,34 @@ def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
     below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := point(m, k)).error <= 1e-3 and p.sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
     spent = wording.number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
-    text = " ".join(" ".join(printed(bench_document(bench()), 80)).split())
-    assert f"is {best.engine} ({best.profile}) at {wording.step(best.dt_s)}: {spent} ms" in text
-    assert f"{spent} at {wording.step(best.dt_s).removesuffix(' s')}" in text
-    assert "no engine reaches an error of 1e-6" in text
+    asked = replace(bench(), plan=replace(bench().plan, target=1e-3))
+    text = " ".join(" ".join(printed(bench_document(asked), 80)).split())
+    assert text.startswith("paper/late: PIC is exact in 0.002 ms; the cheapest engine for 0.1 % error is ")
+    assert f"is {best.engine} ({best.profile}): {spent} ms at {wording.step(best.dt_s)}" in text
+    beyond = " ".join(
+        " ".join(printed(bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)).split()
+    )
+    assert "no engine reaches 1e-6 error at the steps that were run; the most accurate is box2d (default): " in beyond
+
+
+def test_no_column_is_empty_and_who_misses_says_how_many() -> None:
+    """A target that no engine reaches has no column; engines that all miss impacts are ranked by how many."""
+    whole = bench().scenes[0]
+    columns, rows = method_table(whole, ErrorKind.IMPACT, reached(bench())).shown(Medium.MARKDOWN)
+    heads = [column.head for column in columns]
+    assert heads[4:9] == ["10 %", "1 %", "0.1 %", "0.01 %", "exact"]
+    assert all(any(row[k].text for row in rows) for k in range(4, 9))
+    curves = [
+        replace(curve, points=tuple(replace(p, missed=3 - k % 2, spurious=1) for p in curve.points))
+        for k, curve in enumerate(whole.curves)
+        if curve.engine not in {"pic", "pit"}
+    ]
+    lossy = replace(bench(), scenes=(replace(whole, curves=tuple(curves)),))
+    assert reached(lossy) == []
+    text = " ".join(" ".join(printed(bench_document(lossy), 80)).split())
+    assert "every engine misses or invents impacts at every step; the fewest are box2d (default)'s" in text
+    assert "which misses 2 and invents 1 of 4 impacts" in text
+    assert " -2 +1 " in text
 
 
 def test_the_bench_says_why_points_are_missing() -> None:
@@ -84,9 +109,9 @@ def test_the_bench_says_why_points_are_missing() -> None:
         return " ".join(" ".join(text).split())
 
     all_points = sum(len(curve.points) for curve in curves)
-    assert f"({len(curves)} not scored of {all_points} points: out of time)" in said(*curves)
+    assert f"Of {all_points} points {len(curves)} not scored: out of time." in said(*curves)
     curves[0] = replace(curves[0], points=(*curves[0].points[:-1], replace(curves[0].points[-1], reason="crashed")))
-    assert f"({len(curves) + 1} not scored of {all_points} points, and the page says why)" in said(*curves)
+    assert f"Of {all_points} points {len(curves) + 1} not scored; the page says why." in said(*curves)
 
 
 def said(found: Advice) -> str:
@@ -261,6 +286,25 @@ def test_a_bar_is_as_long_as_the_decades_that_a_method_stood(
     assert found == (None if depth is None else pytest.approx(depth))
 
 
+def test_a_campaign_of_few_methods_says_of_each_what_it_passes_and_fails_first() -> None:
+    """With few methods each has a sentence; on a terminal a sign a test says how far along its axis it was passed."""
+    whole = campaign_results()
+    few = replace(whole, methods=(METHODS[1], METHODS[2]))
+    lines = printed(stress_document(few), 160)
+    tests = sum(line.kind == "attack" for line in whole.lines)
+    assert lines[0].rstrip() == f"pic (tuned): passes {tests} of {tests}."
+    (pit,) = [line for line in lines if line.startswith(f"pit (tuned): passes 0 of {tests}; first failure: ")]
+    assert pit.rstrip().endswith(").")
+    (row,) = [line.split() for line in lines if line.startswith("pic tuned ")]
+    assert "".join(row[2:-1]) == "=" * tests
+    stood = Line("attack", "gap", "a gap", "", "", (1.0, 0.1, 0.01, 1e-3, 1e-4), group="pairs")
+    spot = Spot("attack", "gap", "pit/tuned", SpotEnding.GIVES_WAY, 1e-3, stands_at=1e-2)
+    gap = replace(few, lines=(stood,), methods=(METHODS[2],), spots={("gap", "pit/tuned"): spot})
+    told = printed(stress_document(gap), 80)
+    assert told[0].rstrip() == "pit (tuned): passes 0 of 1; first failure: gap at 0.001 (a gap)."
+    assert any(line.split() == ["pit", "tuned", "5", "0"] for line in told)
+
+
 def test_every_cell_of_a_campaign_leads_to_its_evidence() -> None:
     """Each link of the tables has a row of its name, with the file and the command that show the number."""
     sections = list(stress_document(campaign_results()).shown(Medium.PAGE))
@@ -278,6 +322,6 @@ def test_a_step_that_was_not_scored_is_not_one_that_misses_an_impact() -> None:
     curve = whole.curves[0]
     unscored = tuple(replace(point, reason="beyond the budget") for point in curve.points[1:])
     short = replace(curve, points=(curve.points[0], *unscored))
-    table = method_table(replace(whole, curves=(short,)), (1e-3,))
+    table = method_table(replace(whole, curves=(short,)), ErrorKind.IMPACT, (1e-3, 0.0))
     columns, (line,) = table.shown(Medium.MARKDOWN)
     assert line[[column.head for column in columns].index("steps that find all")].text == "1 of 1"

@@ -10,6 +10,10 @@ if TYPE_CHECKING:
     from carom.runs.scoring import Measures
 
 
+#: Errors whose cost is told, where an engine reaches them.
+TARGETS = (0.1, 0.01, 1e-3, 1e-4, 1e-6)
+
+
 class Diagram(StrEnum):
     """What stands on the axes; the value is the name on the command line."""
 
@@ -35,9 +39,13 @@ class ErrorKind(StrEnum):
 
     @property
     def label(self) -> str:
-        """What it is, in a few words for an axis."""
-        what = "direction error, rad" if self is ErrorKind.DIRECTION else f"{self.value} error"
-        return f"{what}, worst {'disc at the end' if self is ErrorKind.POSITION else 'impact'}"
+        """What it is, with its unit, for an axis."""
+        return _LABELS[self]
+
+    @property
+    def in_percent(self) -> bool:
+        """Whether it is a share of something; an angle is none."""
+        return self is not ErrorKind.DIRECTION
 
     @property
     def meaning(self) -> str:
@@ -45,6 +53,13 @@ class ErrorKind(StrEnum):
         return _MEANINGS[self]
 
 
+_LABELS = {
+    ErrorKind.IMPACT: "largest impact error, % of top speed or duration",
+    ErrorKind.TIME: "largest time error of an impact, % of the duration",
+    ErrorKind.VELOCITY: "largest velocity error, % of top speed",
+    ErrorKind.DIRECTION: "largest direction error, rad",
+    ErrorKind.POSITION: "largest position error at the end, % of a radius",
+}
 _MEANINGS = {
     ErrorKind.IMPACT: "error of the worst impact: time over the duration or velocity over the speed, the larger",
     ErrorKind.TIME: "time error of the worst impact, over the scene's duration",

@@ -34,7 +34,9 @@ def bench(
     verbose: shared.Verbose = False,
     grow: Annotated[
         bool,
-        typer.Option("--grow", help="Instead: run time and memory against the number of discs, on a gas; no scene."),
+        typer.Option(
+            "--grow", help="Instead: run time and memory against the number of discs, plain and falling; no scene."
+        ),
     ] = False,
     discs: Annotated[list[str] | None, shown_option(GrowthOptions, "sizes")] = None,
 ) -> None:
@@ -93,8 +95,8 @@ def _grow(
     from carom.studies.bench.growth_document import growth_document, write_growth
 
     if scenes:
-        raise InputError(f"--grow runs a gas of its own and takes no scene, got {scenes[0]!r}")
-    asked = {"engines": plan.engines, "sizes": discs, "budget_s": plan.budget_s}
+        raise InputError(f"--grow runs gases of its own and takes no scene, got {scenes[0]!r}")
+    asked = {"engines": plan.engines, "sizes": discs, "budget_s": plan.budget_s, "own": plan.own}
     limits = {"time_limit_s": plan.time_limit_s, "memory_limit_mb": plan.memory_limit_mb}
     if plan.profiles != BenchPlan.profiles:
         if len(plan.profiles) > 1:

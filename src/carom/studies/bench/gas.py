@@ -45,7 +45,9 @@ def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
     return DiscArrays(np.stack([x, y], axis=1), velocity, np.full(discs, radius_m), np.ones(discs), walls)
 
 
-def gas_scene(discs: int, packing: float, *, duration_s: float = 1e4, touching: bool = False) -> Scene:
+def gas_scene(
+    discs: int, packing: float, *, duration_s: float = 1e4, touching: bool = False, gravity: bool = False
+) -> Scene:
     """Return the same gas as a scene.
 
     Args:
@@ -53,13 +55,15 @@ def gas_scene(discs: int, packing: float, *, duration_s: float = 1e4, touching: 
         packing: Share of the box's area that they cover.
         duration_s: Duration, seconds.
         touching: Whether the outer discs touch the walls at the start, as the lattice has them; else no bodies touch.
+        gravity: Whether the discs fall.
     """
     from carom.scene import Disc, Scene, Wall
 
     shrink = 1.0 if touching else 1 - 2.0**-10
     gas = hard_disc_gas(discs, packing / shrink**2)
     return Scene(
-        name=f"gas of {discs} discs, packing {packing:g}",
+        name=f"gas of {discs} discs, packing {packing:g}{', falling' if gravity else ''}",
+        gravity_m_s2=(0.0, -9.81) if gravity else (0.0, 0.0),
         discs=[
             Disc(position_m=place, velocity_m_s=velocity, radius_m=float(radius) * shrink)
             for place, velocity, radius in zip(gas.position_m, gas.velocity_m_s, gas.radius_m, strict=True)

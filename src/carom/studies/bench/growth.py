@@ -1,4 +1,4 @@
-"""Cost as work grows: run time and memory against the number of discs, on one gas, with the fitted exponents."""
+"""Cost as work grows: run time and memory against the number of discs, plain and falling, with the fitted exponents."""
 
 from __future__ import annotations
 
@@ -21,22 +21,24 @@ from carom.runs.timing import Timing, time_run
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import gas_scene
 from carom.studies.bench.options import GrowthOptions
+from carom.studies.bench.own_methods import OWN_METHODS, with_own_methods
 
 #: Numbers of discs; engines go to the last of the first row, Carom's own methods to the last of the second.
-SIZES = (2, 10, 30, 100, 300, 1_000, 3_000, 10_000)
+SIZES = (10, 100, 300, 1_000, 3_000, 10_000)
 OWN_SIZES = (*SIZES, 30_000, 100_000)
 
 #: A gas as thin as this has room for every disc to move, and as dense that most meet another within a second.
 PACKING = 0.3
 DT_S = 1 / 240
-STEPS = 30
+#: A simulated second: in less, few of some hundred discs meet.
+STEPS = 240
 
 #: Below this many discs what is fixed (a call, a box, the walls) hides how cost grows with their number.
 FIT_FROM = 100
 
-#: A run that is shorter than this is repeated, and the median taken.
+#: A run is repeated until so many seconds are full, or so many runs are made; the median is taken.
 SHORT_S = 0.5
-REPEATS = 3
+REPEATS = 15
 
 #: A warm-up has no more discs than this.
 WARM = 1_000
@@ -69,6 +71,7 @@ class GrowthTask:
     discs: int
     method: Method
     sitting: str = ""
+    gravity: bool = False
 
     @property
     def engine(self) -> str:
@@ -81,14 +84,15 @@ class GrowthTask:
         Raises:
             UnsupportedError: The method does not support such a gas.
         """
-        scene = gas_scene(self.discs, PACKING, duration_s=STEPS * DT_S)
+        gas = partial(gas_scene, packing=PACKING, duration_s=STEPS * DT_S, gravity=self.gravity)
+        scene = gas(self.discs)
         adapter = load_adapter(self.engine)
         profile = self.method.profile
         reason = unsupported_reason(scene, capabilities_of(adapter, profile), DT_S)
         if reason:
             raise UnsupportedError(reason)
         # What importing an engine takes is no part of a world.
-        small = scene if self.discs <= WARM else gas_scene(WARM, PACKING, duration_s=STEPS * DT_S)
+        small = scene if self.discs <= WARM else gas(WARM)
         time_run(adapter, small, profile, DT_S, steps=1, runs=1, zero=True)
         before = resident_bytes() or 0
         timing = time_run(adapter, scene, profile, DT_S, steps=STEPS, runs=REPEATS, enough_s=SHORT_S)
@@ -104,12 +108,16 @@ class GrowthKey:
         method: Engine and profile.
         versions: Name and version of all that its cost depends on.
         machine: See `carom.runs.environment.Environment.machine`.
+        gravity: Whether the discs fall.
+        steps: How many steps; 30 in a journal of an earlier Carom.
     """
 
     discs: int
     method: Method
     versions: tuple[tuple[str, str], ...]
     machine: tuple[str, str, int]
+    gravity: bool = False
+    steps: int = 30
 
 
 #: Opens the journal of a growth bench.
@@ -143,7 +151,7 @@ class GrowthPoint:
 
 @dataclass(frozen=True)
 class GrowthCurve:
-    """All numbers of discs of one engine's profile.
+    """All numbers of discs of one engine's profile, plain or falling.
 
     Attributes:
         engine: Name of the adapter.
@@ -151,6 +159,7 @@ class GrowthCurve:
         points: From few discs to many.
         time_exponent: Of run time against the number of discs, with its interval: (exponent, low, high).
         memory_exponent: The same of memory.
+        gravity: Whether the discs fall.
     """
 
     engine: str
@@ -158,6 +167,7 @@ class GrowthCurve:
     points: tuple[GrowthPoint, ...]
     time_exponent: tuple[float, float, float]
     memory_exponent: tuple[float, float, float]
+    gravity: bool = False
 
 
 @dataclass(frozen=True)
@@ -165,9 +175,9 @@ class Growth:
     """A finished growth bench.
 
     Attributes:
-        curves: One entry an engine.
+        curves: Two entries an engine: plain, and under gravity.
         environment: Machine and versions.
-        budget_s: Seconds that it was allowed.
+        budget_s: Seconds that each gas was allowed.
         command: The command that makes this again.
         elapsed_s: Seconds that it took.
     """
@@ -186,7 +196,7 @@ def growth(
     progress: Progress = unheard,
     command: str = "",
 ) -> Growth:
-    """Run a gas of more and more discs, one process a run and one run at a time, until the budget is used up.
+    """Run two gases of more and more discs, one process a run and one run at a time, until the budget is used up.
 
     Args:
         options: What is asked for.
@@ -201,33 +211,49 @@ def growth(
     notes = Notes[GrowthKey, Grown]() if notes is None else notes
     with options.pool(1) as pool:
         infos = to_run(described(engine_names, pool), engine_names)
+        infos = with_own_methods(infos, engine_names, pool, own=options.own)
         here = environment(infos)
         wanted = [
-            (size, info)
+            (size, gravity, info)
             for size in sorted(set(sizes or OWN_SIZES))
+            for gravity in (False, True)
             for info in infos
             if sizes or size <= SIZES[-1] or info.engine == "Carom"
         ]
         started = time.perf_counter()
-        points: dict[str, list[GrowthPoint]] = {info.name: [] for info in infos}
+        points: dict[tuple[str, bool], list[GrowthPoint]] = {(i.name, gravity): [] for _, gravity, i in wanted}
         spent = dict.fromkeys(points, 0.0)
-        for done, (size, info) in enumerate(wanted):
-            progress(done, len(wanted), f"{size} discs on {info.name}")
-            own, method, before = points[info.name], Method(info.name, profile), time.perf_counter()
-            key = GrowthKey(size, method, versions_of(info.name), here.machine)
+        for done, (size, gravity, info) in enumerate(wanted):
+            before = time.perf_counter()
             # No engine lives at the cost of another: each has its share of the budget.
-            left_s = min(budget_s - (before - started), budget_s / len(infos) - spent[info.name])
+            all_left_s = 2 * budget_s - (before - started)
+            left_s = min(all_left_s, 2 * budget_s / len(points) - spent[info.name, gravity])
+            what = (
+                f"{size} {'falling ' if gravity else ''}discs on {info.name}, at most {max(0.0, all_left_s):.0f} s left"
+            )
+            progress(done, len(wanted), what)
+            own, method = points[info.name, gravity], _method(info.name, profile, engine_names)
+            key = GrowthKey(size, method, versions_of(info.name), here.machine, gravity, STEPS)
             reason = info.unavailable or _too_long(own, size, min(left_s, options.time_limit_s), left_s)
             refused = Answer[Grown](Status.UNSUPPORTED, reason) if reason else None
             pool.renew()
-            ask = Ask(size, key, GrowthTask(size, method, here.date), refused)
+            ask = Ask(size, key, GrowthTask(size, method, here.date, gravity), refused)
             ((_, answer),) = answers([ask], pool, notes, alone=True)
-            spent[info.name] += time.perf_counter() - before
+            spent[info.name, gravity] += time.perf_counter() - before
             own.append(_point(size, answer))
-    pit = {(point.discs, point.sitting): point.advance_s for point in points.get("pit", ())}
-    curves = tuple(_curve(name, profile, own, pit) for name, own in points.items())
+    curves = []
+    for (name, gravity), own in points.items():
+        pit = {(point.discs, point.sitting): point.advance_s for point in points.get(("pit", gravity), ())}
+        method = _method(name, profile, engine_names)
+        curves.append(_curve(method, gravity, own, pit))
     elapsed_s = time.perf_counter() - started
-    return Growth(curves, here, budget_s, command, elapsed_s)
+    return Growth(tuple(curves), here, budget_s, command, elapsed_s)
+
+
+def _method(engine: str, profile: str, asked: Sequence[str] | None) -> Method:
+    """Return the method to run: PIC and PIT have the profile that is asked for where they are asked for by name."""
+    own = {method.engine: method for method in OWN_METHODS if method.engine not in (asked or ())}
+    return own.get(engine, Method(engine, profile))
 
 
 def _too_long(own: Sequence[GrowthPoint], size: int, allowed_s: float, left_s: float) -> str:
@@ -272,7 +298,9 @@ def same_method(points: Sequence[GrowthPoint]) -> list[GrowthPoint]:
     return list(points[falls[-1] if falls else 0 :])
 
 
-def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[tuple[int, str], float]) -> GrowthCurve:
+def _curve(
+    method: Method, gravity: bool, points: Sequence[GrowthPoint], pit: dict[tuple[int, str], float]
+) -> GrowthCurve:
     held = tuple(
         replace(point, ratio=point.advance_s / pit.get((point.discs, point.sitting), math.nan)) for point in points
     )
@@ -281,4 +309,4 @@ def _curve(engine: str, profile: str, points: Sequence[GrowthPoint], pit: dict[t
     time_exponent = fit_power(sizes, [point.advance_s for point in fitted])[:3]
     with_memory = [point for point in fitted if point.memory_bytes > 0]
     memory_exponent = fit_power([float(p.discs) for p in with_memory], [p.memory_bytes for p in with_memory])[:3]
-    return GrowthCurve(engine, profile, held, time_exponent, memory_exponent)
+    return GrowthCurve(method.engine, method.profile, held, time_exponent, memory_exponent, gravity)

@@ -15,32 +15,48 @@ from carom.pages.document import IN_FULL, PAGE, Cell, Column, Document, Figure, 
 from carom.pages.files import as_json, require_report_extra
 from carom.pages.provenance import making, stamp_lines
 from carom.pages.render.html import html
-from carom.pages.svg import aim, alone, drawing, finish, framed, line_style, plain_number, png, render
+from carom.pages.svg import (
+    LineEnd,
+    aim,
+    alone,
+    drawing,
+    finish,
+    framed,
+    line_style,
+    name_lines,
+    plain_number,
+    png,
+    render,
+)
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.tables import METHOD
 
 if TYPE_CHECKING:
     from matplotlib import figure as drawn
 
-_WIDTH_IN, _HEIGHT_IN = 8.6, 4.9
+_WIDTH_IN, _HEIGHT_IN = 7.4, 4.9
 _MIB = 2.0**20
+
+
+#: Simulated seconds of a run.
+_SIMULATED_S = STEPS * DT_S
 
 
 def growth_document(growth: Growth) -> Document:
     """Return run time and memory against the number of discs."""
     figures = (
-        Figure(lambda: _diagram(growth, memory=False)[0], "Run time"),
-        Figure(lambda: _diagram(growth, memory=True)[0], "Memory"),
+        Figure(lambda: _diagram(growth, memory=False)[0], "Run time of a simulated second. Dashed: under gravity."),
+        Figure(lambda: _diagram(growth, memory=True)[0], "Memory. Dashed: under gravity."),
     )
     left_out = tuple(
-        f"{curve.engine} {curve.profile}, {point.discs} discs, not run: {point.reason}"
+        f"{_method(curve)}{_gas(curve)}, {point.discs} discs, not run: {point.reason}"
         for curve in growth.curves
         for point in curve.points
         if point.reason
     )
     return Document(
         "Carom bench: growth",
-        Headline.of((*_fastest(growth), "Run time and memory against the number of discs.")),
+        Headline.of(_answer(growth)),
         (
             Section("Cost as work grows", (Figures(figures, large=True), *_tables(growth))),
             Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3),
@@ -49,33 +65,70 @@ def growth_document(growth: Growth) -> Document:
     )
 
 
-def _fastest(growth: Growth) -> Iterator[str]:
-    """Say which method takes the least time for the most discs that any of them ran."""
-    most = max((point.discs for curve in growth.curves for point in _ran(curve)), default=0)
-    ran = [(point.advance_s, curve) for curve in growth.curves for point in _ran(curve) if point.discs == most]
-    if ran:
-        took_s, best = min(ran, key=lambda one: one[0])
-        step = wording.number(1e3 * took_s / STEPS, 3)
-        rank = f"is the fastest of {len(ran)} methods: " if len(ran) > 1 else "takes "
-        yield f"With {most} discs {best.engine} ({best.profile}) {rank}{step} ms a step."
+def _answer(growth: Growth) -> Iterator[str]:
+    """Yield what a simulated second costs of the most discs that an engine ran, and how that grows, for each gas."""
+    for gravity in (False, True):
+        curves = [curve for curve in growth.curves if curve.gravity == gravity and _ran(curve)]
+        engines = [curve for curve in curves if curve.engine not in {"pic", "pit"}] or curves
+        if not engines:
+            continue
+        discs = max(point.discs for curve in engines for point in _ran(curve))
+        ran = {id(curve): point for curve in curves for point in _ran(curve) if point.discs == discs}
+        fastest = min((c for c in engines if id(c) in ran), key=lambda c: ran[id(c)].advance_s)
+        told = [c for c in curves if c.engine in {"pic", "pit"} and id(c) in ran and c is not fastest]
+        costs = [f"{_SHOWN.get(c.engine, _method(c))} {_cost(ran[id(c)])}{_grows(c)}" for c in told]
+        best = f"{_SHOWN.get(fastest.engine, _method(fastest))} "
+        best = f"the fastest engine, {best.strip()}, " if len(engines) > 1 else best
+        costs.append(f"{best}{_cost(ran[id(fastest)])}{_grows(fastest)}")
+        gas = f"A simulated second of {discs} {'falling ' if gravity else ''}discs"
+        yield f"{gas} takes {wording.listed(costs)}."
+
+
+#: What a sentence and a diagram call Carom's own methods.
+_SHOWN = {"pic": "PIC", "pit": "PIT"}
+
+
+def _method(curve: GrowthCurve) -> str:
+    return f"{curve.engine} {curve.profile}"
+
+
+def _cost(point: GrowthPoint) -> str:
+    return wording.seconds(point.advance_s / _SIMULATED_S)
+
+
+def _grows(curve: GrowthCurve) -> str:
+    value, _, _ = curve.time_exponent
+    return "" if math.isnan(value) else f" (as n^{value:.2f})"
+
+
+def _gas(curve: GrowthCurve) -> str:
+    return ", falling" if curve.gravity else ""
 
 
 def _tables(growth: Growth) -> tuple[Table, ...]:
+    of = {(_method(curve), curve.gravity): curve for curve in growth.curves}
+    plain = [curve for curve in growth.curves if not curve.gravity]
+
+    def falling(say: Callable[[GrowthCurve], Cell | str]) -> Callable[[GrowthCurve], Cell | str]:
+        return lambda curve: say(of[_method(curve), True]) if (_method(curve), True) in of else ""
+
     return (
         Table(
             (
                 METHOD,
                 Column("run time", lambda curve: _power(curve.time_exponent), "grows as"),
-                Column("memory", lambda curve: _power(curve.memory_exponent), "grows as"),
+                Column("falling", falling(lambda curve: _power(curve.time_exponent)), "grows as"),
                 Column("most", _most(lambda point: str(point.discs)), "discs", number=True),
-                Column("a step", _most(lambda p: wording.seconds(p.advance_s / STEPS)), "there", number=True),
+                Column("a second", _most(_cost), "there", number=True),
+                Column("falling", falling(_most(_cost)), "there", number=True),
+                Column("memory", lambda curve: _power(curve.memory_exponent), "grows as", only=IN_FULL),
                 Column("prepare", _most(lambda p: wording.seconds(p.prepare_s)), "there", number=True, only=IN_FULL),
                 Column("peak", _most(lambda p: f"{wording.number(p.peak_bytes / _MIB, 3)} MiB"), "there", number=True),
             ),
-            growth.curves,
+            plain,
             title="Growth with the number of discs n, from 100 discs on",
-            note="Least squares on logarithmic axes, with 95 % interval; where run time falls as discs are added, the "
-            "method has changed, and what follows is fitted.",
+            note="A second: run time of a simulated second. Fits: least squares on logarithmic axes, with 95 % "
+            "interval; where run time falls as discs are added, the method has changed, and what follows is fitted.",
         ),
         Table(
             (
@@ -99,12 +152,12 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
 
 
 def _name(curve: GrowthCurve, point: GrowthPoint) -> str:
-    return f"{curve.engine} {curve.profile}, {wording.count(point.discs, 'disc')}"
+    return f"{_method(curve)}{_gas(curve)}, {wording.count(point.discs, 'disc')}"
 
 
 def _anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
     """Return the name of a run's row within the page."""
-    return quote(f"{curve.engine}/{curve.profile}/{point.discs}")
+    return quote(f"{curve.engine}/{curve.profile}/{point.discs}{'/falling' if curve.gravity else ''}")
 
 
 def _command(curve: GrowthCurve, point: GrowthPoint) -> str:
@@ -127,7 +180,7 @@ def _power(exponent: tuple[float, float, float]) -> Cell:
         return Cell("too few runs")
     if math.isnan(low):
         return Cell(f"n^{value:.2f}")
-    return Cell(f"n^{value:.2f} ({low:.2f} to {high:.2f})", short=f"n^{value:.2f} ± {high - value:.2f}")
+    return Cell(f"n^{value:.2f} ({low:.2f} to {high:.2f})", short=f"n^{value:.2f}")
 
 
 def _diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tuple[str, bytes]:
@@ -139,30 +192,33 @@ def _diagram(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> tuple[st
 
 
 def _figure(growth: Growth, memory: bool, foot: Sequence[str] = ()) -> drawn.Figure:
-    title = f"{'Memory' if memory else 'Run time'} against the number of discs"
+    title = f"{'Memory' if memory else 'Run time of a simulated second'} against the number of discs"
     figure, axes = framed(_WIDTH_IN, _HEIGHT_IN, title, foot)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    ends = list[LineEnd]()
     for curve in growth.curves:
         places = [
             (point.discs, height, _anchor(curve, point))
             for point in _ran(curve)
-            if (height := point.memory_bytes / _MIB if memory else 1e3 * point.advance_s / STEPS) > 0
+            if (height := point.memory_bytes / _MIB if memory else point.advance_s / _SIMULATED_S) > 0
         ]
-        exponent = curve.memory_exponent if memory else curve.time_exponent
-        axes.plot(
-            [discs for discs, _, _ in places],
-            [height for _, height, _ in places],
-            label=f"{curve.engine} {curve.profile}\n{_power(exponent).text}",
-            **line_style(curve.engine, profile=curve.profile),
-        )
+        if not places:
+            continue
+        style = line_style(curve.engine, profile=curve.profile) | {"linestyle": "--" if curve.gravity else "-"}
+        axes.plot([discs for discs, _, _ in places], [height for _, height, _ in places], **style)
         for place in places:
             aim(axes, *place)
+        value, _, _ = curve.memory_exponent if memory else curve.time_exponent
+        grows = "" if math.isnan(value) else f": n^{value:.2f}"
+        name = f"{_SHOWN.get(curve.engine, curve.engine)}{_gas(curve)}{grows}"
+        ends.append(LineEnd(*places[-1][:2], name, style["color"]))
     axes.set_xlabel("discs")
-    axes.set_ylabel("memory of the world, MiB" if memory else "a step, ms")
+    axes.set_ylabel("memory of the world, MiB" if memory else "run time of a simulated second, s")
     axes.xaxis.set_major_formatter(plain_number)
     axes.yaxis.set_major_formatter(plain_number)
     finish(axes)
+    name_lines(figure, axes, ends)
     return figure
 
 

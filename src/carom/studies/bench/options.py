@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from carom.declared import flag, fraction, measure, name, one_of, option, seconds, step, whole
 from carom.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
@@ -34,6 +35,11 @@ def step_series(text: str) -> tuple[float, ...]:
     return geometric_steps(first, last, int(count) if count else STEPS)
 
 
+def own_methods() -> Any:
+    """Declare whether Carom's own methods run."""
+    return option(True, flag(), "Whether PIC and PIT run, whichever engines are asked for.", "--own/--no-own")
+
+
 @dataclass(frozen=True)
 class BenchPlan(Limited):
     """What a bench is to do.
@@ -44,11 +50,12 @@ class BenchPlan(Limited):
         profiles: Names of profiles.
         phases: How many starts, evenly spread over a step, each job is scored at.
         error: Which error.
-        target: The error for which the cheapest way is looked for.
+        target: The error for which the first line names the cheapest engine.
         rounds: Rounds of the timing pass.
         seed: Of the order of its visits.
         budget_s: Seconds a scene: half for scoring, half for timing. What does not fit is left out, and says so.
         timing: Whether to time at all.
+        own: Whether PIC and PIT run, too, whichever engines are asked for: what exact costs, and what sampling costs.
 
     Raises:
         InputError: A value makes no sense.
@@ -69,15 +76,16 @@ class BenchPlan(Limited):
     )
     error: ErrorKind = option(ErrorKind.IMPACT, one_of(ErrorKind), "Which error stands on the axis.", "--error")
     target: float = option(
-        1e-3,
+        0.01,
         measure("a positive number", "NUMBER", 0.0, LARGEST),
-        "The error to which the cheapest way is looked for.",
+        "The error for which the first line names the cheapest engine.",
         "--target",
     )
     rounds: int = option(7, whole(LEAST_ROUNDS, MOST_ROUNDS), "Rounds of the timing pass.", "--rounds")
     seed: int = option(1, whole(0, MOST_SEED), "Of the random order within the rounds.", "--seed")
     budget_s: float = option(BUDGET_S, seconds(), "Seconds a scene, half for scoring and half for timing.", "--budget")
     timing: bool = option(True, flag(), "Whether to time at all.", "--timing/--no-timing")
+    own: bool = own_methods()
 
 
 @dataclass(frozen=True)
@@ -88,7 +96,8 @@ class GrowthOptions(Limited):
         engines: Names of adapters; None for all.
         profile: Name of the profile.
         sizes: Numbers of discs; None for `carom.studies.bench.growth.SIZES`, and `OWN_SIZES` for Carom's own methods.
-        budget_s: Seconds; a run that would take what is left, judged by the one before, is left out and says so.
+        budget_s: Seconds a gas; a run that would take what is left, judged by the one before, is left out and says so.
+        own: Whether PIC and PIT run, too, whichever engines are asked for.
 
     Raises:
         InputError: A value makes no sense.
@@ -102,6 +111,7 @@ class GrowthOptions(Limited):
         "With --grow, a number of discs; repeatable.",
         "--discs",
         many=True,
-        said="2 to 10,000",
+        said="10 to 10,000, and for PIC and PIT to 100,000",
     )
-    budget_s: float = option(BUDGET_S, seconds(), "Seconds.", "--budget")
+    budget_s: float = option(BUDGET_S, seconds(), "Seconds a gas.", "--budget")
+    own: bool = own_methods()

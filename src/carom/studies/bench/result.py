@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from carom.comparator.thresholds import THRESHOLDS
@@ -13,6 +13,7 @@ from carom.scene import Scene
 from carom.studies.bench.convergence import ConvergenceOrder
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.own_methods import EXACT_METHOD
 from carom.studies.bench.timing_pass import At, CellTiming
 
 
@@ -56,6 +57,11 @@ class Point:
         return not self.reason and not self.missed and not self.spurious and math.isfinite(self.error)
 
     @property
+    def lost(self) -> int:
+        """Impacts missed and invented, over all starts."""
+        return self.missed + self.spurious
+
+    @property
     def at(self) -> At:
         """Its method and step."""
         return Method(self.engine, self.profile), self.dt_s
@@ -79,6 +85,17 @@ class Curve:
     order: ConvergenceOrder
     cheapest: Point | None
 
+    @property
+    def exact(self) -> bool:
+        """Whether it is PIC's own."""
+        return Method(self.engine, self.profile) == EXACT_METHOD
+
+    @property
+    def best(self) -> Point | None:
+        """The point of least error, or else that which misses and invents least; None where none was scored."""
+        scored = [point for point in self.points if not point.reason]
+        return min(scored, key=lambda point: (not point.sound, point.lost, point.error, run_s(point)), default=None)
+
 
 @dataclass(frozen=True)
 class SceneBench:
@@ -101,6 +118,24 @@ class SceneBench:
     noise: Noise | None
     rounds: int
     timed_at: str
+
+    @property
+    def exact(self) -> Point | None:
+        """PIC's point of least run time; None where it was not run, or is not exact to rounding."""
+        points = [point for curve in self.curves if curve.exact for point in curve.points if point.sound]
+        return min((p for p in points if p.error <= THRESHOLDS.rounding), key=run_s, default=None)
+
+    @property
+    def engines(self) -> list[Curve]:
+        """The curves of engines; where none was run, that of PIT; best first."""
+        for own in ({"pic", "pit"}, {"pic"}):
+            if found := [curve for curve in self.curves if curve.engine not in own]:
+                return best_first(found)
+        return []
+
+    def cheapest_engine(self, target: float) -> Point | None:
+        """Return an engine's cheapest way to a target; None where none reaches it."""
+        return cheapest([point for curve in self.engines for point in curve.points], target)
 
 
 @dataclass(frozen=True)
@@ -141,3 +176,17 @@ def cheapest(points: Sequence[Point], target: float) -> Point | None:
     """Return the sound point of least run time whose error is at most the target, None where there is none."""
     meeting = [point for point in points if point.sound and point.timing and point.error <= target]
     return min(meeting, key=run_s, default=None)
+
+
+def best_first(curves: Iterable[Curve]) -> list[Curve]:
+    """Return curves by their best points: those that find every impact by error and run time, the others by losses."""
+
+    def place(curve: Curve) -> tuple[bool, bool, float, float, float]:
+        best = curve.best
+        if best is None:
+            return (True, True, math.inf, math.inf, math.inf)
+        # Errors that read the same are the same: then the faster method is the better one.
+        error = 0.0 if best.error <= THRESHOLDS.rounding else float(f"{best.error:.1e}")
+        return (False, not best.sound, best.lost / max(1, best.expected), error, run_s(best))
+
+    return sorted(curves, key=place)

@@ -18,12 +18,14 @@ from carom.runs.journal import Notes
 from carom.runs.keys import JobKey, job_key
 from carom.runs.plan import profiles_to_plan, sorted_out
 from carom.runs.pool import Pool
-from carom.runs.scoring import Measures, steps_of, sweep
+from carom.runs.scoring import Measures
 from carom.scene import Scene
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan
+from carom.studies.bench.own_methods import EXACT_METHOD, OWN_METHODS, with_own_methods
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
+from carom.studies.bench.scoring_pass import ScoringPass
 from carom.studies.bench.series import default_steps
 from carom.studies.bench.timing_pass import At, SceneTiming, TimeScene, TimingKey, timing_key
 
@@ -56,11 +58,22 @@ def work_precision(
     started = time.perf_counter()
     with pool:  # its processes are gone when the timing pass begins
         infos = to_run(described(plan.engines, pool), plan.engines)
-        jobs, methods = _jobs(scenes, infos, plan, pool)
-        results, over = _score(jobs, methods, plan.budget_s * len(scenes) / 2, pool, notes or Notes(), progress)
+        profiles = profiles_to_plan(infos, plan.profiles)
+        infos = with_own_methods(infos, plan.engines, pool, own=plan.own)
+        jobs, methods = _jobs(scenes, infos, profiles, plan, pool)
+        jobs_of = {scene.name: [job for job in jobs if job.scene is scene] for scene in scenes}
+        results: dict[JobKey, Answer[Measures]] = {}
+        unscored: dict[tuple[str, At], str] = {}
+        done = 0
+        for name, own in jobs_of.items():
+            scoring = ScoringPass(own, methods, plan.budget_s / 2, pool, notes or Notes(), progress, done, len(jobs))
+            found, left = scoring.run()
+            results |= found
+            unscored |= {(name, at): why for at, why in left.items()}
+            done += len(own)
     benches = []
     for scene in scenes:
-        points = _points([job for job in jobs if job.scene is scene], results, over, plan.error)
+        points = _points(jobs_of[scene.name], results, unscored, plan.error)
         ran = [point.at for point in points if not point.reason]
         timing = _timed(scene, ran, plan, timings or Notes(), progress) if plan.timing and ran else None
         if timing is not None:
@@ -71,56 +84,28 @@ def work_precision(
 
 
 def _jobs(
-    scenes: Sequence[Scene], infos: Sequence[EngineInfo], plan: BenchPlan, pool: Pool
+    scenes: Sequence[Scene], infos: Sequence[EngineInfo], profiles: Sequence[str], plan: BenchPlan, pool: Pool
 ) -> tuple[list[Job], Methods]:
-    """Return every job of the scoring pass, and what is known of its methods."""
+    """Return every job of the scoring pass, and what is known of its methods.
+
+    PIC runs at the coarsest step alone, as neither its error nor its run time depends on the step. It and PIT run with
+    the asked profiles only where they are asked for by name.
+    """
     plain, _ = sorted_out(scenes)
-    profiles = profiles_to_plan(infos, plan.profiles)
     steps = {scene.name: sorted(set(plan.dts or default_steps(scene)), reverse=True) for scene in plain}
-    methods = methods_of(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
+    found = methods_of(infos, profiles, [dt_s for own in steps.values() for dt_s in own], pool)
+    added = {method.engine: (method,) for method in OWN_METHODS if method.engine not in (plan.engines or ())}
+    at = {(name, dt_s): added.get(name, methods) for (name, dt_s), methods in found.at.items()}
     jobs = [
         Job(scene, method, dt_s, refinement, phase)
         for scene in plain
         for info in infos
         for refinement, dt_s in enumerate(steps[scene.name])
-        for method in methods.at[info.name, dt_s]
+        for method in at[info.name, dt_s]
+        if method != EXACT_METHOD or refinement == 0
         for phase in even_phases(plan.phases)
     ]
-    return jobs, methods
-
-
-def _score(
-    jobs: Sequence[Job],
-    methods: Methods,
-    budget_s: float,
-    pool: Pool,
-    notes: Notes[JobKey, Measures],
-    progress: Progress,
-) -> tuple[dict[JobKey, Answer[Measures]], str]:
-    """Return the results, from coarse steps to fine ones as far as the budget reaches, and why the rest has none."""
-    results: dict[JobKey, Answer[Measures]] = {}
-    started = time.perf_counter()
-    last_s, last_steps, done = 0.0, math.inf, 0
-    for level in sorted({job.refinement for job in jobs}):
-        own = [job for job in jobs if job.refinement == level]
-        missing = [job for job in own if job_key(job) not in notes.entries]
-        steps = sum(map(steps_of, missing))
-        expected_s = last_s * steps / last_steps
-        if time.perf_counter() - started + expected_s > budget_s:
-            return results, (
-                f"steps as fine as this take about {expected_s:.0f} s more, beyond the {budget_s:.0f} s for scoring; "
-                "raise --budget"
-            )
-        before = time.perf_counter()
-
-        def shown(now: int, _all: int, what: str, done: int = done) -> None:
-            progress(done + now, len(jobs), f"scoring {what}")
-
-        results.update(sweep(own, pool, notes, shown, refusal=methods.refusal))
-        done += len(own)
-        if missing:
-            last_s, last_steps = time.perf_counter() - before, steps
-    return results, ""
+    return jobs, found
 
 
 def _timed(
@@ -138,21 +123,22 @@ def _timed(
 
 
 def _points(
-    jobs: Sequence[Job], results: Mapping[JobKey, Answer[Measures]], over_budget: str, kind: ErrorKind
+    jobs: Sequence[Job],
+    results: Mapping[JobKey, Answer[Measures]],
+    unscored: Mapping[tuple[str, At], str],
+    kind: ErrorKind,
 ) -> list[Point]:
-    found: dict[At, list[Answer[Measures] | None]] = {}
+    found: dict[tuple[str, At], list[Answer[Measures] | None]] = {}
     for job in jobs:
-        found.setdefault((job.method, job.dt_s), []).append(results.get(job_key(job)))
-    return [_point(at, told, over_budget, kind) for at, told in found.items()]
+        found.setdefault((job.scene.name, (job.method, job.dt_s)), []).append(results.get(job_key(job)))
+    return [_point(key[1], told, unscored.get(key, ""), kind) for key, told in found.items()]
 
 
-def _point(at: At, found: Sequence[Answer[Measures] | None], over_budget: str, kind: ErrorKind) -> Point:
+def _point(at: At, found: Sequence[Answer[Measures] | None], unscored: str, kind: ErrorKind) -> Point:
     told = [answer for answer in found if answer is not None]
     measured = [answer.value for answer in told if answer.value is not None]
     errors = [error for measures in measured if not math.isnan(error := error_of(measures, kind))]
-    reason = next((answer.said for answer in told if answer.said), "")
-    if len(told) < len(found):
-        reason = over_budget
+    reason = unscored or next((answer.said for answer in told if answer.said), "")
     if not reason:
         reason = next((f"ended early: {m.outcome}" for m in measured if m.outcome != "completed"), "")
     if not reason and all(measures.expected == 0 for measures in measured):

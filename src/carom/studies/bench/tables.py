@@ -13,61 +13,104 @@ from urllib.parse import quote
 
 from carom.comparator.thresholds import THRESHOLDS
 from carom.pages import wording
-from carom.pages.document import IN_FULL, ON_PAPER, PAGE, Cell, Column, Table
+from carom.pages.document import EVERYWHERE, IN_FULL, ON_PAPER, PAGE, Cell, Column, Media, Table
 from carom.registry import asked_as
+from carom.studies.bench.axes import TARGETS, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.noise import Spread
 from carom.studies.bench.options import BenchPlan
-from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, run_s
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, best_first, cheapest, run_s
 from carom.studies.bench.timing_pass import CellTiming
 
 TABLE_NOTE = (
-    "Order: least squares of error against step on logarithmic axes, steps with a missed or invented impact and errors "
-    "at rounding left out; sampling alone has order 1, and an interval below 1/2 is called not converging. Cost: of "
-    "the steps that were run, the one of least run time whose error is at most that, at every start, with every impact "
-    "found; - where there is none. Over several scenes it is told over that of the cheapest engine, the median."
+    "Best first. Least: the least error of all steps that find every impact at every start; where no step does, the "
+    "impacts missed (-) and invented (+) at the step that loses fewest. Columns of an error: run time of the "
+    "cheapest step whose error is at most that, with every impact found; empty where no step reaches it. Order: least "
+    "squares of error against step on logarithmic axes, steps with a missed or invented impact and errors at rounding "
+    "left out; sampling alone has order 1, and an interval below 1/2 is called not converging."
 )
+TABLE_SHORT = "ms: run time; order: of error in the step; -n, +n: impacts missed, invented"
 EXACT = "exact"
-TABLE_SHORT = "order: of error in the step, 1 for sampling; -: at no step that was run"
+
+#: A smaller error is written as a number: nobody reads 0.0009 %.
+LEAST_PERCENT = 1e-4
+
+#: So many targets, the finest, have room on a terminal.
+TARGETS_SHOWN = 3
 
 #: The column that heads every table of a bench.
 METHOD = Column("method", lambda of: f"{of.engine} {of.profile}")
 
 
-def is_floor(curve: Curve) -> bool:
-    """Whether the curve is PIC's own: its error does not depend on the step, and so it is what exactness costs."""
-    return curve.engine == "pic" and curve.profile == "tuned"
+def error_text(error: float, kind: ErrorKind) -> str:
+    """Return an error as tables and sentences have it: exact, 0.16 %, 2e-6, or 0.01 rad."""
+    if error <= THRESHOLDS.rounding:
+        return EXACT
+    if not kind.in_percent:
+        return f"{wording.number(error)} rad"
+    return wording.percent(error) if error >= LEAST_PERCENT else wording.number(error)
 
 
-def method_table(bench: SceneBench, targets: Sequence[float]) -> Table:
-    """Return a row a method: how its error shrinks, the least of it, and what an error of each target costs."""
+def reached(bench: Bench) -> list[float]:
+    """Return the targets that an engine reaches on a scene, from coarse to fine; last rounding, for what is exact."""
+    engines = [point for scene in bench.scenes for curve in scene.engines for point in curve.points]
+    every = [point for scene in bench.scenes for curve in scene.curves for point in curve.points]
+    asked = sorted({bench.plan.target, *TARGETS}, reverse=True)
+    found = [target for target in asked if any(_meets(point, target) for point in engines)]
+    return found + [THRESHOLDS.rounding] * any(_meets(point, THRESHOLDS.rounding) for point in every)
+
+
+def _meets(point: Point, target: float) -> bool:
+    return point.sound and point.error <= target
+
+
+def method_table(scene: SceneBench, kind: ErrorKind, targets: Sequence[float]) -> Table:
+    """Return a row a method, best first: its least error and what that costs, and what each target costs."""
+
+    def best(say: Callable[[Point], Cell | str]) -> Callable[[Curve], Cell | str]:
+        return lambda curve: "" if curve.best is None else say(curve.best)
+
     columns = [
         METHOD,
-        Column("order", lambda curve: _order(curve.order), "95 %"),
+        Column("least", partial(_least, kind), "error", number=True),
+        Column("run", best(lambda p: milliseconds(p.timing.advance_s) if p.timing else ""), "ms", number=True),
+        Column("at", lambda curve: _step(curve, curve.best), "step", number=True),
+        *(
+            Column(error_text(target, kind), partial(_cost, scene, target), "ms", number=True, only=only)
+            for target, only in zip(targets, _shown_where(targets), strict=True)
+        ),
+        Column("order", lambda curve: _order(curve.order)),
         Column("steps that find all", _sound, number=True, only=IN_FULL),
-        Column("least", _least, "error", number=True),
-        *(Column(f"to {wording.number(target)}", partial(_cost, bench, target), "ms, step") for target in targets),
     ]
-    return Table(
-        columns,
-        sorted(bench.curves, key=lambda curve: run_s(cheapest(curve.points, targets[0]))),
-        title=f"{bench.scene.name}: what each method gives for what cost",
-    )
+    return Table(columns, best_first(scene.curves), title=f"{scene.scene.name}: what each method gives for what cost")
+
+
+def _shown_where(targets: Sequence[float]) -> list[Media]:
+    """Return where the column of each target is shown: on a terminal the finest alone, and rounding."""
+    hidden = max(0, sum(target > THRESHOLDS.rounding for target in targets) - TARGETS_SHOWN)
+    return [IN_FULL] * hidden + [EVERYWHERE] * (len(targets) - hidden)
 
 
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
-    """Return a row a method over several scenes: its order, where it comes to each target, and at what cost."""
+    """Return a row a method over several scenes: on how many it finds every impact, and reaches each target."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
     by_method = wording.together(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
+    kind = bench.plan.error
     columns = [
         METHOD,
+        Column("finds all", lambda method: _share(method, sum(b.sound for b in method.best)), "scenes", number=True),
+        *(
+            Column(error_text(target, kind), partial(_reach, target), "scenes", only=only)
+            for target, only in zip(targets, _shown_where(targets), strict=True)
+        ),
         Column("order", _median_order, "median", number=True),
-        *(Column(f"to {wording.number(target)}", partial(_reach, target), "scenes, cost") for target in targets),
     ]
+    methods = [_Method(engine, profile, tuple(own)) for (engine, profile), own in by_method.items()]
     return Table(
         columns,
-        [_Method(engine, profile, tuple(own)) for (engine, profile), own in by_method.items()],
+        sorted(methods, key=lambda method: [-len(method.reaching(target)) for target in reversed(targets)]),
         title=f"Every method on {wording.count(len(bench.scenes), 'scene')}",
+        note="n ×: run time over PIC's on the same scene, the median; order: of error in the step.",  # noqa: RUF001
     )
 
 
@@ -78,30 +121,43 @@ class _Method(NamedTuple):
     profile: str
     curves: tuple[tuple[SceneBench, Curve], ...]
 
+    @property
+    def best(self) -> list[Point]:
+        return [curve.best for _, curve in self.curves if curve.best is not None]
+
+    def reaching(self, target: float) -> list[SceneBench]:
+        return [scene for scene, curve in self.curves if any(_meets(point, target) for point in curve.points)]
+
+
+def _share(method: _Method, count: int) -> str:
+    return f"{count} of {len(method.curves)}"
+
 
 def _median_order(method: _Method) -> str:
     orders = [curve.order for _, curve in method.curves]
     if all(order.verdict is Convergence.EXACT for order in orders):
-        return "exact"
+        return EXACT
     known = [order.exponent for order in orders if not math.isnan(order.low)]  # of three steps or more
-    return f"{statistics.median(known):.2f}" if known else "-"
+    return f"{statistics.median(known):.2f}" if known else ""
 
 
-def _reach(target: float, method: _Method) -> str:
-    found = [(scene, cheapest(curve.points, target)) for scene, curve in method.curves]
-    costs = [run_s(point) / run_s(cheapest_engine(scene, target)) for scene, point in found if point is not None]
-    known = [cost for cost in costs if cost > 0]  # where no engine comes to it, there is nothing to hold a cost against
+def _reach(target: float, method: _Method) -> Cell:
+    scenes = method.reaching(target)
+    costs = [
+        run_s(cheapest(curve.points, target)) / run_s(scene.exact) for scene, curve in method.curves if scene in scenes
+    ]
+    known = [cost for cost in costs if 0 < cost < math.inf]  # what was not timed has no cost
     cost = f", {wording.ratio(statistics.median(known))}" if known else ""
-    return f"{len(costs)} of {len(found)}{cost}" if costs else "-"
+    return Cell(f"{_share(method, len(scenes))}{cost}", short=f"{len(scenes)}{cost}") if scenes else Cell("")
 
 
 def _order(order: ConvergenceOrder) -> Cell:
     if math.isnan(order.exponent):
-        return Cell(order.verdict.value, short="exact" if order.verdict is Convergence.EXACT else "-")
+        return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else "")
+    short = f"{order.exponent:.2f}"
     if math.isnan(order.low):
-        return Cell(f"{wording.number(order.exponent)} from two", order.verdict.value, short=f"{order.exponent:.2f}")
+        return Cell(f"{wording.number(order.exponent)} from two", order.verdict.value, short=short)
     interval = f"{wording.number(order.low, 3)} to {wording.number(order.high, 3)}"
-    short = f"{order.exponent:.2f} ± {order.high - order.exponent:.2f}"
     return Cell(f"{wording.number(order.exponent, 3)} ({interval})", order.verdict.value, short=short)
 
 
@@ -109,75 +165,48 @@ def _sound(curve: Curve) -> str:
     return f"{sum(point.sound for point in curve.points)} of {sum(not point.reason for point in curve.points)}"
 
 
-def _least(curve: Curve) -> Cell:
-    sound = [point for point in curve.points if point.sound]
-    if sound:
-        best = min(sound, key=lambda point: point.error)
-        error, at = exact_or(best.error), f"at {wording.step(best.dt_s)}"
-        return Cell(error, "" if error == EXACT else at, short=error)
-    reasons = list(dict.fromkeys(point.reason for point in curve.points))
-    if all(reasons):
-        return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if curve.points else "")
-    return Cell("", "misses or invents impacts at every step that was run", short="misses")
+def _least(kind: ErrorKind, curve: Curve) -> Cell:
+    best = curve.best
+    if best is None:
+        reasons = list(dict.fromkeys(point.reason for point in curve.points))
+        return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if reasons else "")
+    if best.sound:
+        return Cell(error_text(best.error, kind))
+    return Cell(losses(best), short=wording.lost(best.missed, best.spurious) or wording.ABSENT)
 
 
-def exact_or(error: float) -> str:
-    """Return an error, or that there is none but rounding."""
-    return EXACT if error <= THRESHOLDS.rounding else wording.number(error)
+def losses(point: Point) -> str:
+    """Return how many impacts a point misses and invents, of how many, over all its starts."""
+    lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
+    return f"{wording.listed(lost)} of {wording.count(point.expected, 'impact')}" if lost else "has no error to measure"
 
 
-def _cost(bench: SceneBench, target: float, curve: Curve) -> Cell:
-    """Return the cheapest way to a target: its run time, its step, and how many times that of the cheapest engine."""
+def _step(curve: Curve, point: Point | None) -> str:
+    if point is None:
+        return ""
+    return "any" if curve.exact else wording.step(point.dt_s).removesuffix(" s")
+
+
+def _cost(scene: SceneBench, target: float, curve: Curve) -> Cell:
+    """Return the cheapest way to a target: its run time, its step, and how many times that of PIC."""
     point = cheapest(curve.points, target)
     if point is None or point.timing is None:
-        met = next((p for p in curve.points if p.sound and p.error <= target), None)
-        return Cell("-") if met is None else Cell("reached", f"not timed: {met.untimed or 'no timing pass'}")
-    step = "any" if is_floor(curve) else wording.step(point.dt_s)
+        met = next((p for p in curve.points if _meets(p, target)), None)
+        why = f"not timed: {(met and met.untimed) or 'no timing pass'}"
+        return Cell("") if met is None else Cell("reached", title=why, short="yes")
     spent = milliseconds(point.timing.advance_s)
-    least = cheapest_engine(bench, target)
-    times = "" if least is None else f"; {wording.ratio(run_s(point) / run_s(least))} the cheapest engine's"
-    whole = f"{milliseconds(point.timing.whole_s)} ms with preparation"
-    return Cell(f"{spent} ms at {step}", f"{whole}{times}", short=f"{spent} at {step.removesuffix(' s')}")
-
-
-def engine_points(bench: SceneBench) -> list[Point]:
-    """Return the points of the engines; where none was run, those of PIT."""
-    for own in ({"pic", "pit"}, {"pic"}):
-        found = [point for curve in bench.curves if curve.engine not in own for point in curve.points]
-        if found:
-            return found
-    return []
-
-
-def cheapest_engine(bench: SceneBench, target: float) -> Point | None:
-    """Return the cheapest way to a target by an engine; None where none comes to it."""
-    return cheapest(engine_points(bench), target)
-
-
-def error_table(bench: SceneBench, error_label: str) -> Table:
-    """Return the error of each method at each step."""
-    steps = sorted({point.dt_s for curve in bench.curves for point in curve.points}, reverse=True)
-    phases = max((point.phases for curve in bench.curves for point in curve.points), default=1)
-    return Table(
-        (METHOD, *(Column(wording.step(dt_s), partial(_error_at, dt_s), number=True) for dt_s in steps)),
-        bench.curves,
-        title=f"{bench.scene.name}: error at each step",
-        note=f"{wording.capitalised(error_label)}; the largest of {wording.count(phases, 'start')} spread evenly "
-        "over a step. -1 +2: impacts missed and invented, over all starts; an error with them is that of the rest.",
-        only=IN_FULL,
-    )
-
-
-def _error_at(dt_s: float, curve: Curve) -> str:
-    point = next((point for point in curve.points if point.dt_s == dt_s), None)
-    return wording.ABSENT if point is None else _error(point)
+    notes = [f"at {wording.step(point.dt_s)}", f"{milliseconds(point.timing.whole_s)} ms with preparation"]
+    if scene.exact is not None and not curve.exact:
+        notes.append(f"{wording.ratio(run_s(point) / run_s(scene.exact))} PIC's")
+    return Cell(spent, title="; ".join(notes))
 
 
 def _error(point: Point) -> str:
     if point.reason:
         return wording.ABSENT
     lost = wording.lost(point.missed, point.spurious)
-    return f"{exact_or(point.error)} ({lost})" if lost else exact_or(point.error)
+    error = EXACT if point.error <= THRESHOLDS.rounding else wording.number(point.error)
+    return f"{error} ({lost})" if lost else error
 
 
 def _clock(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
@@ -190,7 +219,7 @@ _POINT_COLUMNS = (
     Column("error", _error, number=True),
     Column("luckiest start", lambda point: wording.number(point.error_least), number=True, only=ON_PAPER),
     Column("all steps, ms", _clock(lambda timing: milliseconds(timing.advance_s)), number=True),
-    Column("spread", _clock(lambda timing: _share(timing.advance_s)), number=True),
+    Column("spread", _clock(lambda timing: _spread(timing.advance_s)), number=True),
     Column("prepare, ms", _clock(lambda timing: milliseconds(timing.prepare_s)), number=True),
     Column("whole, ms", _clock(lambda timing: milliseconds(timing.whole_s)), number=True),
     Column("a step, µs", _clock(lambda timing: _microseconds(timing.step_s)), number=True),
@@ -215,7 +244,9 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         ),
         [point for curve in bench.curves for point in curve.points if not point.reason],
         title=f"{name}: every point",
-        note="Medians over rounds; spread is the distance between the quartiles over the median. Empty world: a step "
+        note=f"{wording.capitalised(plan.error.meaning)}; the largest of {wording.count(plan.phases, 'start')} spread "
+        "evenly over a step. -1 +2: impacts missed and invented, over all starts; an error with them is that of the "
+        "rest. Medians over rounds; spread is the distance between the quartiles over the median. Empty world: a step "
         "of one disc at rest. Call: Python's call into the world, shared by all steps that one call takes. Net: what "
         "is left. Whole: with preparation. Ratios are to PIT at the same step in the same round; times are this "
         "machine's, and only ratios may be compared with another run.",
@@ -254,7 +285,7 @@ def milliseconds(found: Spread) -> str:
     return wording.number(found.median * 1e3, 3)
 
 
-def _share(found: Spread) -> str:
+def _spread(found: Spread) -> str:
     return wording.percent((found.high - found.low) / found.median)
 
 

@@ -245,7 +245,9 @@ class TimeScene(Talk[SceneTiming]):
                         untimed[at] = answer.said
                     else:
                         visits[at].append(answer.value)
-                what = f"timing {at[0].engine} at {seconds(at[1])}"
+                left_s = max(0.0, until_s - time.perf_counter())
+                at_most = f", at most {left_s:.0f} s left" if math.isfinite(left_s) else ""
+                what = f"timing {scene.name} on {at[0].engine} at {seconds(at[1])}{at_most}"
                 progress(turn * len(tasks) + place + 1, rounds * len(tasks), what)
             last_s = time.perf_counter() - began
         probe.take()

@@ -13,6 +13,7 @@ from carom.folders import write_files
 from carom.pages import wording
 from carom.pages.document import (
     DETAIL,
+    EVERYWHERE,
     IN_FULL,
     ON_PAPER,
     PAGE,
@@ -25,7 +26,6 @@ from carom.pages.document import (
     Legend,
     Lines,
     Section,
-    Share,
     Table,
     Text,
 )
@@ -54,6 +54,11 @@ NOTES = {
     "of the two; 0 is equal to the bit.",
     "complaint": "Whether a method today does what was reported; the figure is its deviation from the known answer.",
 }
+
+#: With at most so many methods each has a sentence; with more they are ranked in one.
+SENTENCES = 4
+
+HEAT = "A sign a test, worst first: = passed; 0 to 9: tenths of its axis; -: not run."
 
 #: More methods than this are counted in a sentence, not named.
 FEW = 3
@@ -93,7 +98,7 @@ def write_stress(results: StressResults, folder: Path) -> Path:
 
 def stress_document(results: StressResults) -> Document:
     """Return a campaign: what became of each method, a table for each kind of line, and the evidence of each cell."""
-    kinds = {kind: [line for line in results.lines if line.kind == kind] for kind in HEADINGS}
+    kinds = {kind: _worst_first(results, [one for one in results.lines if one.kind == kind]) for kind in HEADINGS}
     return Document(
         "Carom: stress",
         Headline.of(_summary(results, kinds)),
@@ -105,32 +110,73 @@ def stress_document(results: StressResults) -> Document:
     )
 
 
+def _worst_first(results: StressResults, lines: list[Line]) -> list[Line]:
+    """Return stress tests by the part of their axes that methods pass, least first; other lines stay in order."""
+
+    def passed(line: Line) -> float:
+        depths = [line.depth(spot) for _, spot in _spots(results, line)]
+        known = [depth for depth in depths if depth is not None]
+        return sum(known) / len(known) if known else 1.0
+
+    return sorted(lines, key=passed)
+
+
 def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[Block]:
-    """Yield a row a method: its stress tests as a bar, how many of each kind it passes, and where it breaks first."""
+    """Yield a row a method: a heat map of its stress tests, how many of each kind it passes; and a sentence each."""
 
     def counted(kind: str, head: str, ending: SpotEnding) -> list[Column]:
         def say(method: Method) -> str:
             return str(sum(results.spots[line.name, method.name].ending is ending for line in kinds[kind]))
 
-        return [Column(head, say, f"of {len(kinds[kind])}", number=True)] if kinds[kind] else []
+        only = EVERYWHERE if kind == "attack" or not attacks else IN_FULL
+        return [Column(head, say, f"of {len(kinds[kind])}", number=True, only=only)] if kinds[kind] else []
 
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: f"{method.engine} {method.profile}")]
-    columns += [Column("stress tests", partial(_bar, results, attacks))] if attacks else []
+    for group, own in wording.together((line.group, line) for line in attacks).items():
+        columns.append(Column(group or WORDS["attack"], partial(_heat, results, own), f"of {len(own)}"))
     columns += counted("attack", "passed", SpotEnding.STANDS)
     columns += counted("relation", "hold", SpotEnding.HOLDS)
     columns += counted("complaint", "seen", SpotEnding.STILL_DOES)
-    columns += [Column("fails first", partial(_weakest, results, attacks))] if attacks else []
+    columns += [Column("fails first", partial(_weakest, results, attacks), only=PAGE)] if attacks else []
     yield Table(columns, results.methods, css="methods")
-    yield Text("  ".join(f"{symbol} {word}" for (symbol, _), word, _ in _MEANINGS), TERMINAL)
+    if attacks:
+        yield Text(HEAT, TERMINAL | DETAIL)
+        yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
 
 
-def _bar(results: StressResults, lines: list[Line], method: Method) -> Cell:
-    found = [_SHOWN[results.spots[line.name, method.name].ending] for line in lines]
-    tally = [(*shown, found.count(shown)) for shown in (_GOOD, _WAY, _BAD, _NOT) if shown in found]
-    shares = tuple(Share(css, count, symbol, _STYLES[css]) for symbol, css, count in tally)
-    return Cell(" ".join(f"{count}{symbol}" for symbol, _, count in tally), shares=shares)
+def _heat(results: StressResults, lines: list[Line], method: Method) -> Cell:
+    """Return how many tests of a group a method passes, and on a terminal a sign a test: how far along its axis."""
+    spots = [(line, results.spots[line.name, method.name]) for line in lines]
+    ran = [spot.ending for _, spot in spots if spot.ending is not SpotEnding.NOT_RUN]
+    passed = ran.count(SpotEnding.STANDS)
+    _, css = _NOT if not ran else _GOOD if passed == len(ran) else _WAY if passed else _BAD
+    signs = "".join(_sign(line, spot) for line, spot in spots)
+    of = f" of {len(ran)}" if len(ran) < len(lines) else ""
+    return Cell(f"{passed}{of}", short=signs, css=css, style=_STYLES[css], title=signs)
+
+
+def _sign(line: Line, spot: Spot) -> str:
+    """Return the sign of a test: passed, not run, or the tenths of the axis that were passed."""
+    depth = line.depth(spot)
+    if depth is None:
+        return _NOT[0]
+    return _GOOD[0] if spot.ending is SpotEnding.STANDS else str(min(9, int(10 * depth)))
+
+
+def _sentence(results: StressResults, lines: list[Line], method: Method) -> str:
+    """Say how many stress tests a method passes, and which it fails first, at what."""
+    endings = [results.spots[line.name, method.name].ending for line in lines]
+    ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
+    name = f"{method.engine} ({method.profile})"
+    if not ran:
+        return f"{name}: none of {wording.count(len(lines), WORDS['attack'])} could be run."
+    unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) else ""
+    passes = f"{name}: passes {endings.count(SpotEnding.STANDS)} of {ran}{unrun}"
+    first = _weakest(results, lines, method).text
+    axis = next((line.axis for line in lines if first.startswith(f"{line.name} ")), "")
+    return f"{passes}; first failure: {first} ({axis.partition(', ')[0]})." if first else f"{passes}."
 
 
 def _weakest(results: StressResults, lines: list[Line], method: Method) -> Cell:
@@ -245,9 +291,11 @@ def _cell(results: StressResults, method: Method, line: Line) -> Cell:
 
 def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[str]:
     asked = [wording.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
-    methods, form = wording.count(len(results.methods), "method"), "quick" if results.quick else "full"
-    yield f"{methods}, {wording.listed(asked)}: the {form} form, {wording.seconds(results.elapsed_s)}."
+    told = kinds["attack"] if len(results.methods) <= SENTENCES else ()
+    yield from (_sentence(results, kinds["attack"], method) for method in results.methods if told)
     for kind, good, does in (("attack", SpotEnding.STANDS, "passed"), ("relation", SpotEnding.HOLDS, "kept")):
+        if told and kind == "attack":
+            continue
         passed: dict[int, list[str]] = {}
         partly: list[str] = []  # who could not be asked everything is not ranked among those who could
         for method in results.methods:
@@ -269,6 +317,8 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             yield f"Not ranked, as not every {WORDS[kind]} could be run: {wording.count(len(partly), 'method')}{said}."
     if kinds["complaint"]:
         yield _complaints(results, kinds["complaint"])
+    methods, form = wording.count(len(results.methods), "method"), "quick" if results.quick else "full"
+    yield f"{methods}, {wording.listed(asked)}: the {form} form, {wording.seconds(results.elapsed_s)}."
 
 
 def _named(methods: list[str]) -> str:

@@ -52,11 +52,26 @@ stress_journal = partial(Journal[SpotKey, Spot], "spots", Entry[SpotKey, Spot])
 StressTask = tuple[Line, Callable[[Method, Asker], Spot]]
 
 
-def attacks() -> list[Attack]:
-    """Return all attacks, in the order of the table."""
+#: Groups of attacks, by what a method meets in them.
+GROUPS = {
+    "pairs": pair_attacks,
+    "crowds": crowd_attacks,
+    "friction": rough_attacks,
+    "walls": wall_attacks,
+    "contact": contact_attacks,
+}
+#: Of the attacks at walls, those at walls that move.
+DRIVEN = ("paddle", "legs")
+
+
+def attacks() -> list[tuple[str, Attack]]:
+    """Return all attacks with their groups, in the order of the table."""
     # Every method is tried at much the same values, and the true answer costs more than a run.
-    every = (*pair_attacks(), *crowd_attacks(), *rough_attacks(), *wall_attacks(), *contact_attacks())
-    return [replace(attack, trials=cache(attack.trials)) for attack in every]
+    return [
+        ("driven" if attack.name in DRIVEN else group, replace(attack, trials=cache(attack.trials)))
+        for group, of_group in GROUPS.items()
+        for attack in of_group()
+    ]
 
 
 def listing(*, quick: bool = False) -> list[Line]:
@@ -142,11 +157,11 @@ def _ask(task: StressTask, method: Method, refused: Answer[Any] | None) -> Ask[t
 
 def _all_tasks(scenes: Path, quick: bool) -> list[StressTask]:
     tasks: list[StressTask] = []
-    for attack in attacks():
+    for group, attack in attacks():
         if quick and attack.full_only:
             continue
         ladder = tuple(attack.ladder(quick))
-        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder)
+        line = Line("attack", attack.name, attack.axis, attack.truth, attack.gives_way, ladder, group=group)
         tasks.append((line, partial(breaking_point, attack, scenes=scenes, quick=quick)))
     truth = "none is needed: the two runs of the method are compared with each other"
     fails = f"a deviation above {HOLDS:g}: rounding multiplied by three impacts stays below that"

@@ -87,6 +87,7 @@ class Line:
         ladder: Values of the axis that are tried, from the harmless end on; empty where there is none.
         link: Address of the thread of a complaint.
         about: Engine that a complaint is about.
+        group: Group of an attack: what a method meets in it.
     """
 
     kind: str
@@ -97,6 +98,7 @@ class Line:
     ladder: tuple[float, ...] = ()
     link: str = ""
     about: str = ""
+    group: str = ""
 
     def depth(self, spot: Spot) -> float | None:
         """Return the part of the ladder's decades at which a method was seen to stand; None where none was tried.

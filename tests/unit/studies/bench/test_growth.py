@@ -61,23 +61,24 @@ def test_an_interrupted_growth_bench_goes_on(tmp_path: Path, ran: list[tuple[str
     """What was run before Ctrl-C is taken from the journal to the bit; only what was run in one sitting is a ratio."""
 
     def interrupt(done: int, _total: int, _what: str) -> None:
-        if done == 3:
+        if done == 5:
             raise KeyboardInterrupt
 
     path, sizes, engines = tmp_path / "growth.jsonl", (2, 3, 4), ("pit", "pymunk")
     with pytest.raises(KeyboardInterrupt), growth.growth_journal(path) as journal:
-        growth.growth(GrowthOptions(engines, sizes=sizes), notes=journal, progress=interrupt)
-    assert ran == [("pit", 2), ("pymunk", 2), ("pit", 3)]
+        growth.growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal, progress=interrupt)
+    two = [("pit", 2), ("pymunk", 2)] * 2  # plain, and falling
+    assert ran == [*two, ("pit", 3)]
     with growth.growth_journal(path, resume=True) as journal:
         values = [run.answer.value for run in journal.entries.values() if run.answer.value is not None]
         earlier = [replace(value, sitting="2000-01-01T00:00:00+00:00") for value in values]
         keys = list(journal.entries)
         journal.add([Entry(key, Answer(Status.RAN, value=one)) for key, one in zip(keys, earlier, strict=True)])
     with growth.growth_journal(path, resume=True) as journal:
-        found = growth.growth(GrowthOptions(engines, sizes=sizes), notes=journal)
-    assert ran[3:] == [("pymunk", 3), ("pit", 4), ("pymunk", 4)]
-    pit, pymunk = (curve.points for curve in found.curves)
-    assert [value.timing.advance_s for value in earlier] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
+        found = growth.growth(GrowthOptions(engines, sizes=sizes, own=False), notes=journal)
+    assert ran[5:] == [("pymunk", 3), ("pit", 3), ("pymunk", 3), *[("pit", 4), ("pymunk", 4)] * 2]
+    pit, pymunk = (curve.points for curve in found.curves if not curve.gravity)
+    assert [value.timing.advance_s for value in earlier][:3] == [p.advance_s for p in (pit[0], pymunk[0], pit[1])]
     assert [pymunk[k].ratio == pymunk[k].advance_s / pit[k].advance_s for k in range(3)] == [True, False, True]
     assert math.isnan(pymunk[1].ratio)
 
@@ -86,20 +87,20 @@ def test_what_was_left_out_is_tried_again(tmp_path: Path, ran: list[tuple[str, i
     """A run for which the budget was too short is no finished one: with more of it, the bench goes on there."""
     path = tmp_path / "growth.jsonl"
     with growth.growth_journal(path) as journal:
-        first = growth.growth(GrowthOptions(["pit"], sizes=[2], budget_s=1e-9), notes=journal)
+        first = growth.growth(GrowthOptions(["pit"], sizes=[2], own=False, budget_s=1e-9), notes=journal)
     assert "raise --budget" in first.curves[0].points[0].reason
     with growth.growth_journal(path, resume=True) as journal:
-        second = growth.growth(GrowthOptions(["pit"], sizes=[2]), notes=journal)
+        second = growth.growth(GrowthOptions(["pit"], sizes=[2], own=False), notes=journal)
     assert second.curves[0].points[0].reason == ""
-    assert ran == [("pit", 2)]
+    assert ran == [("pit", 2), ("pit", 2)]  # plain, and falling
 
 
 @pytest.mark.long
 def test_resume_is_asked_for_in_growth_as_elsewhere(tmp_path: Path, ran: list[tuple[str, int]]) -> None:
     """A folder with a growth bench in it is refused without --resume, and gone on with by it."""
-    command = ["bench", "--grow", "-e", "pit", "--discs", "2", "--out", str(tmp_path / "out")]
+    command = ["bench", "--grow", "-e", "pit", "--no-own", "--discs", "2", "--out", str(tmp_path / "out")]
     for arguments, exit_code in (([], 0), ([], 2), (["--resume"], 0)):
         result = carom_command(*command, *arguments)
         assert result.exit_code == exit_code, result.output
         assert ("continue from them by --resume" in told(result)) == (exit_code == 2)
-    assert ran == [("pit", 2)]
+    assert ran == [("pit", 2), ("pit", 2)]  # plain, and falling

@@ -97,7 +97,7 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
     first = run(resume=False)
     again = run(resume=True)
     assert first.scenes == again.scenes
-    assert len(measured_in(tmp_path / "journal.jsonl")) == 12
+    assert len(measured_in(tmp_path / "journal.jsonl")) == 8  # PIC at the coarsest step alone
     with score_journal(tmp_path / "journal.jsonl", resume=True) as journal:
         bench = work_precision([scene], replace(plan, timing=False), InProcess(), notes=journal)
     assert bench.scenes[0].noise is None
@@ -122,6 +122,29 @@ def test_what_does_not_fit_into_the_budget_says_so(scene: Scene, monkeypatch: py
     found = sure(TimeScene(scene, (coarse, fine), rounds=3, budget_s=200.0).answer(InProcess()).value)
     assert dict(found.timings)[coarse].rounds == 3
     assert "would take about 60 s of a budget of 200 s" in dict(found.untimed)[fine]
+
+
+def test_carom_s_own_methods_are_there_whoever_is_asked_for(scene: Scene) -> None:
+    """PIC runs at the coarsest step alone, PIT at all; each with its one profile, unless it is asked for by name."""
+    plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), phases=1, timing=False)
+
+    def found(plan: BenchPlan) -> dict[tuple[str, str], int]:
+        (result,) = work_precision([scene], plan, InProcess()).scenes
+        return {(curve.engine, curve.profile): len(curve.points) for curve in result.curves}
+
+    assert found(plan) == {("pic", "tuned"): 1, ("pit", "tuned"): 2}
+    assert found(replace(plan, own=False)) == {("pit", "tuned"): 2}
+    assert found(replace(plan, engines=("pic",), profiles=("default",))) == {("pit", "tuned"): 2, ("pic", "default"): 2}
+
+
+def test_the_last_steps_go_to_the_best_profile_of_each_engine(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where not all methods fit into what is left, those do that did best so far; the others say why they have none."""
+    plan = BenchPlan(engines=("pic", "pit"), dts=(1 / 60, 1 / 120), phases=1, timing=False)
+    # Each look at the clock takes a second: of the finer steps one of two fits into half of the budget.
+    monkeypatch.setattr("carom.studies.bench.scoring_pass.time", Clock(1.0))
+    found = work_precision([scene], replace(plan, budget_s=26.0), InProcess()).scenes[0]
+    unscored = {(c.engine, c.profile, p.dt_s): p.reason for c in found.curves for p in c.points if p.reason}
+    assert unscored == {("pit", "tuned", 1 / 120): "beyond the 13 s for scoring this scene; raise --budget"}
 
 
 @pytest.mark.long
@@ -172,7 +195,7 @@ def test_growth_runs_more_and_more_discs_and_says_what_it_left_out(monkeypatch: 
         assert [entry.discs for entry in ran][:2] == [2, 40]
         assert all(entry.advance_s > 0 and entry.ratio > 0 for entry in ran[:2])
     pit = next(curve for curve in found.curves if curve.engine == "pit")
-    (curve,) = growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3)).curves
+    curve, _ = growth(GrowthOptions(["pic"], sizes=(2, 40, MOST_DISCS), budget_s=1e-3, own=False)).curves
     assert "judged by 40 discs" in curve.points[-1].reason
     assert all(entry.ratio == 1.0 for entry in pit.points if not entry.reason)
     with pytest.raises(InputError, match=r"sizes\[0\] must be a whole number from 1 to 100000, got 0"):
@@ -209,9 +232,9 @@ def test_one_command_gives_the_diagram(tmp_path: Path) -> None:
     ]
     result = carom_command(*arguments, "--rounds", "3", "--budget", "1e6", "--out", str(out), "-j", "1")
     assert result.exit_code == 0, result.output
-    assert "an error of 0.001" in result.output
+    assert "PIC is exact in" in result.output
     page = (out / "index.html").read_text()
-    assert page.count("<svg") == 2  # with preparation, and without
+    assert page.count("<svg") == 1
     assert "mine &amp; yours" in page
     assert "mine & yours" not in page
     assert "CPython" in page
@@ -234,7 +257,7 @@ def measured_in(path: Path) -> list[tuple[float, Measures]]:
 @pytest.fixture
 def jobs(tmp_path: Path, scene: Scene, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """The names of the documented lines, in a folder with a journal: two jobs, one without an error, one not run."""
-    plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False)
+    plan = BenchPlan(engines=("pit",), dts=(1 / 60, 1 / 240), profiles=("tuned",), phases=1, timing=False, own=False)
     with score_journal(tmp_path / "journal.jsonl") as journal:
         work_precision([scene], plan, InProcess(), notes=journal)
         ran = next(iter(journal.entries.values()))

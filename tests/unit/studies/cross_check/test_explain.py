@@ -18,8 +18,10 @@ from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
 from carom.scenes import catalogue
+from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.run import cross_check, execute
+from carom.studies.cross_check.skipped import pic_saved, pit_saved
 
 
 def plan(name: str, **options: Any) -> str:
@@ -52,6 +54,18 @@ def test_two_discs_are_looked_at_in_few_frames() -> None:
     assert looked_at is not None
     assert 0 < int(looked_at[1]) < 24
     assert "none are kept, as no report is written" not in text
+
+
+def test_what_skipping_saves_is_measured() -> None:
+    """Both forms are timed where the one without skipping ends soon; the times are of runs with the same impacts."""
+    scene = catalogue()["classics/gas"].scene
+    reference = solve_pic(scene)
+    for saved in (pic_saved(scene, reference), pit_saved(scene, 1 / 60)):
+        assert saved is not None
+        assert saved.with_s > 0.0
+        assert saved.ratio > 0.0
+    assert pit_saved(scene, 1e-7) is None
+    assert " times that" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
 
 
 def test_the_form_that_runs_is_the_one_that_is_told() -> None:

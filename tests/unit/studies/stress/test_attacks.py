@@ -24,7 +24,7 @@ from carom.studies.stress.rough import rough_attacks
 from carom.studies.stress.run import attacks
 from carom.trace import Mode
 
-ATTACKS = attacks()
+ATTACKS = [attack for _, attack in attacks()]
 each_attack = pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)
 
 #: What no float64 method can stand to the end: an error doubles faster than once a bounce.

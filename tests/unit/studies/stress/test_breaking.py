@@ -29,7 +29,7 @@ METHOD = Method("pic", "tuned")
 
 @pytest.fixture
 def attack() -> Attack:
-    return next(attack for attack in attacks() if attack.name == "mass-ratio")
+    return next(attack for _, attack in attacks() if attack.name == "mass-ratio")
 
 
 class Answering(InProcess):

@@ -1,0 +1,99 @@
+"""What a bench answers first: what exact costs, and what each engine gives for what run time."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from carom.pages import wording
+from carom.studies.bench.axes import ErrorKind
+from carom.studies.bench.result import Bench, Curve, Point, SceneBench, run_s
+from carom.studies.bench.tables import error_text, losses, milliseconds
+
+#: With more scenes than this a terminal has the table of all alone.
+SCENES_TOLD = 2
+
+
+def answers(bench: Bench) -> Iterator[str]:
+    """Yield the answer: of one scene in full, of several who is the cheapest on how many, and then each scene's."""
+    target, kind = bench.plan.target, bench.plan.error
+    if len(bench.scenes) == 1:
+        yield scene_answer(bench.scenes[0], target, kind)
+        return
+    exact = sum(scene.exact is not None for scene in bench.scenes)
+    scenes = wording.count(len(bench.scenes), "scene")
+    found = [scene.cheapest_engine(target) for scene in bench.scenes]
+    tally = Counter(_method(point) for point in found if point is not None)
+    parts = [f"PIC is exact on {exact} of {scenes}"] * bool(exact)
+    wanted = f"{error_text(target, kind)} error"
+    if tally:
+        best = wording.listed([f"{name} on {count}" for name, count in tally.most_common()])
+        best = best.removesuffix(f" on {len(found)}")
+        parts.append(f"cheapest engine for {wanted}: {best}")
+    if unreached := found.count(None):
+        parts.append(f"no engine reaches {wanted} on {unreached if tally else 'any'}")
+    yield wording.capitalised(f"{'; '.join(parts)}.")
+    if len(bench.scenes) <= SCENES_TOLD:
+        yield from (scene_answer(scene, target, kind, next_best=False) for scene in bench.scenes)
+
+
+def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best: bool = True) -> str:
+    """Return the answer for a scene in a sentence: exact, cheapest for the target, most accurate, and the next best."""
+    exact, parts = scene.exact, list[str]()
+    if exact is not None:
+        parts.append(f"PIC is exact{_in(exact)}")
+    ranked = [(curve, curve.best) for curve in scene.engines]
+    sound = [(curve, best) for curve, best in ranked if best is not None and best.sound]
+    if sound:
+        parts += _engines(scene, sound, target, kind)
+        others = [best for curve, best in sound if curve.engine != sound[0][0].engine]
+        parts += [f"then {_told(best, kind)}" for best in others[:next_best]]
+    elif lossy := [best for _, best in ranked if best is not None]:
+        best = lossy[0]
+        if best.lost:
+            parts.append(
+                f"every engine misses or invents impacts at every step; the fewest are {_method(best)}'s, which "
+                f"{losses(best)}{_in(best)} at {wording.step(best.dt_s)}"
+            )
+        else:
+            parts.append("the scene has no error to measure")
+    else:
+        parts.append("no engine was scored")
+    return f"{scene.scene.name}: {'; '.join(parts)}."
+
+
+def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float, kind: ErrorKind) -> Iterator[str]:
+    wanted = f"{error_text(target, kind)} error"
+    cheap, (_, best) = scene.cheapest_engine(target), sound[0]
+    if cheap is None:
+        met = best.error <= target  # without a timing pass nobody is the cheapest
+        yield (
+            f"the most accurate engine is {_told(best, kind)}"
+            if met
+            else (f"no engine reaches {wanted} at the steps that were run; the most accurate is {_told(best, kind)}")
+        )
+    elif cheap.at == best.at:
+        yield f"the most accurate engine, and the cheapest for {wanted}, is {_told(best, kind)}{_times(scene, best)}"
+    else:
+        cost = f"{milliseconds(cheap.timing.advance_s)} ms at {wording.step(cheap.dt_s)}" if cheap.timing else ""
+        yield f"the cheapest engine for {wanted} is {_method(cheap)}: {cost}{_times(scene, cheap)}"
+        yield f"the most accurate is {_told(best, kind)}"
+
+
+def _told(point: Point, kind: ErrorKind) -> str:
+    return f"{_method(point)}: {error_text(point.error, kind)}{_in(point)} at {wording.step(point.dt_s)}"
+
+
+def _method(point: Point) -> str:
+    return f"{point.engine} ({point.profile})"
+
+
+def _in(point: Point) -> str:
+    return f" in {milliseconds(point.timing.advance_s)} ms" if point.timing else ""
+
+
+def _times(scene: SceneBench, point: Point) -> str:
+    exact = scene.exact
+    if exact is None or exact.timing is None or point.timing is None:
+        return ""
+    return f", {wording.ratio(run_s(point) / run_s(exact))} PIC's run time"

@@ -1,0 +1,31 @@
+"""Carom's own methods, which every bench runs: what exact costs, and what sampling costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from carom.registry import EngineInfo
+from carom.runs.engines import described
+from carom.runs.job import PIT_METHOD, Method
+from carom.runs.pool import Pool
+
+#: Its error does not depend on the step, and its run time is what exact costs.
+EXACT_METHOD = Method("pic", "tuned")
+
+OWN_METHODS = (EXACT_METHOD, PIT_METHOD)
+
+
+def with_own_methods(
+    infos: Sequence[EngineInfo], asked: Sequence[str] | None, pool: Pool, *, own: bool
+) -> list[EngineInfo]:
+    """Return engines with PIC and PIT first, or without those of them that were not asked for by name.
+
+    Args:
+        infos: What is known of the engines.
+        asked: Names of adapters that were asked for; None for all.
+        pool: Where adapters are asked; it stays open.
+        own: Whether PIC and PIT run, whichever engines are asked for.
+    """
+    added = [method.engine for method in OWN_METHODS if method.engine not in (asked or ())]
+    others = [info for info in infos if info.name not in added]
+    return [*described(added, pool), *others] if own and added else others

@@ -1,0 +1,109 @@
+"""The scoring pass: every method of a scene at finer and finer steps, as far as the scene's budget reaches."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from carom.pages import wording
+from carom.runs.engines import Methods
+from carom.runs.job import Answer, Job, Method, Progress
+from carom.runs.journal import Notes
+from carom.runs.keys import JobKey, job_key
+from carom.runs.pool import Pool
+from carom.runs.scoring import Measures, steps_of, sweep
+from carom.studies.bench.timing_pass import At
+
+
+@dataclass
+class ScoringPass:
+    """Scores the jobs of one scene.
+
+    Attributes:
+        jobs: Every job of the scene.
+        methods: What is known of their methods.
+        budget_s: Seconds that the pass may take; the coarsest step is always scored.
+        pool: Where jobs run; it stays open.
+        notes: Results that are there already, and where new ones go.
+        progress: Called with (done, all, what).
+        before: How many jobs of other scenes are done.
+        total: How many jobs there are of all scenes.
+    """
+
+    jobs: Sequence[Job]
+    methods: Methods
+    budget_s: float
+    pool: Pool
+    notes: Notes[JobKey, Measures]
+    progress: Progress
+    before: int
+    total: int
+
+    def run(self) -> tuple[dict[JobKey, Answer[Measures]], dict[At, str]]:
+        """Return the results, and why some methods have none at some steps.
+
+        All methods take a step while all fit into what is left. Then the best profile of each engine goes first, so
+        that every engine gets the finest step that the budget affords.
+        """
+        results: dict[JobKey, Answer[Measures]] = {}
+        unscored: dict[At, str] = {}
+        started, step_s = time.perf_counter(), 0.0
+        levels = sorted({job.refinement for job in self.jobs})
+        for level in levels:
+            at_level: dict[Method, list[Job]] = {}
+            for job in self.jobs:
+                if job.refinement == level:
+                    at_level.setdefault(job.method, []).append(job)
+            left_s = self.budget_s - (time.perf_counter() - started)
+            chosen: list[Job] = []
+            steps = 0.0
+            for method in self._best_first(at_level, results):
+                own = at_level[method]
+                more = sum(steps_of(job) for job in own if self._missing(job))
+                if more and step_s * (steps + more) > left_s:
+                    beyond = f"beyond the {self.budget_s:.0f} s for scoring this scene; raise --budget"
+                    unscored[method, own[0].dt_s] = beyond
+                    continue
+                steps += more
+                chosen += own
+            began = time.perf_counter()
+            step = wording.step(min(job.dt_s for own in at_level.values() for job in own))
+            shown = self._shown(len(results), left_s, step)
+            results.update(sweep(chosen, self.pool, self.notes, shown, refusal=self.methods.refusal))
+            if steps:
+                step_s = (time.perf_counter() - began) / steps
+        return results, unscored
+
+    def _shown(self, done: int, left_s: float, step: str) -> Progress:
+        """Return progress with the scene, the step and the time left."""
+        until_s = time.perf_counter() + left_s
+
+        def show(now: int, _all: int, what: str) -> None:
+            left = max(0.0, until_s - time.perf_counter())
+            at_most = f", at most {left:.0f} s left" if math.isfinite(left) else ""
+            self.progress(self.before + done + now, self.total, f"scoring {what} at {step}{at_most}")
+
+        return show
+
+    def _missing(self, job: Job) -> bool:
+        return job_key(job) not in self.notes.entries and self.methods.refusal(job) is None
+
+    def _best_first(
+        self, methods: Mapping[Method, Sequence[Job]], results: Mapping[JobKey, Answer[Measures]]
+    ) -> list[Method]:
+        """Return the best profile of each engine, then the second best: fewest impacts lost, then the least error."""
+
+        def badness(method: Method) -> tuple[int, float]:
+            found = [job for job in self.jobs if job.method == method and job_key(job) in results]
+            finest = min((job.dt_s for job in found), default=math.inf)
+            values = [results[job_key(job)].value for job in found if job.dt_s == finest]
+            measured = [value for value in values if value is not None]
+            errors = [value.total.velocity for value in measured]
+            lost = sum(value.missed + value.spurious for value in measured)
+            return lost, math.inf if any(map(math.isnan, errors)) else max(errors, default=math.inf)
+
+        ranked = sorted(methods, key=badness)
+        place = {method: [m for m in ranked if m.engine == method.engine].index(method) for method in ranked}
+        return sorted(ranked, key=place.__getitem__)

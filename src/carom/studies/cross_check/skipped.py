@@ -1,0 +1,75 @@
+"""What Carom's own methods skip in a scene, and what that saves: measured by running them with and without."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import NamedTuple, Protocol
+
+from carom.scene import Scene
+from carom.solvers.pic import pic_run
+from carom.solvers.pit.clock import FrameClock
+from carom.solvers.pit.solve import pit_run
+from carom.trace import Trace
+
+#: Runs of each form, alternately, for the median of their ratios; fewer once so many seconds are full.
+_LEAST_ROUNDS, _ROUNDS, _ENOUGH_S = 3, 25, 0.3
+
+#: Tests of pairs and walls that a run without skipping may make; with more it is not worth the wait.
+MOST_TESTS = 20_000_000
+
+
+class _Advances(Protocol):
+    """A run of PIC or PIT."""
+
+    def advance_to(self, time_s: float) -> object:
+        """Advance to a time."""
+
+
+class SavedTime(NamedTuple):
+    """Run time with skipping, seconds, and how many times that the run takes without it: medians of the same rounds."""
+
+    with_s: float
+    ratio: float
+
+
+def tests_a_frame(scene: Scene) -> int:
+    """Return how many pairs, and discs at walls, there are to test."""
+    discs = len(scene.discs)
+    return discs * (discs - 1) // 2 + discs * len(scene.walls)
+
+
+def pic_saved(scene: Scene, reference: Trace) -> SavedTime | None:
+    """Return what PIC saves by predicting only the discs of an impact again; None where all pairs are too many."""
+    if len(reference.impacts) * tests_a_frame(scene) > MOST_TESTS:
+        return None
+
+    until_s = min(scene.duration_s, reference.end_time_s)
+    return _measured(lambda skipping: pic_run(scene, all_pairs=not skipping), until_s)
+
+
+def pit_saved(scene: Scene, dt_s: float) -> SavedTime | None:
+    """Return what PIT saves by skipping frames and pairs that can't touch; None where the plain loop is too long."""
+    if scene.step_count(dt_s) * tests_a_frame(scene) > MOST_TESTS:
+        return None
+    clock = FrameClock(rate_hz=1.0 / dt_s)
+    return _measured(lambda skipping: pit_run(scene, clock, skipping=skipping), scene.duration_s)
+
+
+def _measured(prepare: Callable[[bool], _Advances], until_s: float) -> SavedTime:
+    """Time runs with and without skipping in turn; preparing them is no part of it."""
+
+    def seconds(skipping: bool) -> float:
+        run = prepare(skipping)
+        began = time.perf_counter()
+        run.advance_to(until_s)
+        return time.perf_counter() - began
+
+    seconds(True), seconds(False)  # warm
+    rounds: list[tuple[float, float]] = []
+    started = time.perf_counter()
+    while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
+        rounds.append((seconds(True), seconds(False)))
+    ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)
+    return SavedTime(statistics.median(with_s for with_s, _ in rounds), ratio)
