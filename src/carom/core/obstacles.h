@@ -107,9 +107,15 @@ static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *b
         Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
         return side_of_wall(g, &plane, box);
     }
-    double reach = g->radius + f->half_width + 0.5 * ((box->right - box->left) + (box->high - box->low));
-    Bounded distance = distance_to(f, 0.5 * (box->left + box->right), 0.5 * (box->low + box->high));
-    return distance.value - distance.error >= reach ? CLEAR : NEARBY;
+    double x = 0.5 * (box->left + box->right), y = 0.5 * (box->low + box->high);
+    double half = 0.5 * ((box->right - box->left) + (box->high - box->low));
+    if (f->kind == FACE) { /* a disc whose centre is behind the line of a face does not touch it */
+        Bounded before = approach(x - f->x.high, y - f->y.high, f->nx, f->ny);
+        if (before.value + before.error < -half)
+            return CLEAR;
+    }
+    Bounded distance = distance_to(f, x, y);
+    return distance.value - distance.error >= g->radius + f->half_width + half ? CLEAR : NEARBY;
 }
 
 /* ---- lists ---- */
