@@ -135,10 +135,9 @@ static inline int write_pair_products(double *terms, DoubleDouble p, DoubleDoubl
     return write_products(terms, a, 2, b, 2, sign);
 }
 
-/* Return the sum of at most MOST_TERMS terms. Its sign is exact. */
-static inline DoubleDouble exact_sum(const double *terms, int count) {
-    /* The parts do not overlap, the smallest is first, and their sum is that of all terms so far. */
-    double parts[MOST_TERMS];
+/* Write parts that do not overlap, the smallest first, whose exact sum is that of the terms; return their number, which is
+   at most that of the terms. `parts` may be `terms`. */
+static inline int write_parts(double *parts, const double *terms, int count) {
     int size = 0;
     for (int i = 0; i < count; i++) {
         DoubleDouble total = {terms[i], 0.0};
@@ -156,9 +155,15 @@ static inline DoubleDouble exact_sum(const double *terms, int count) {
         }
         size = kept;
     }
+    return size;
+}
+
+/* Return the sum of at most MOST_TERMS terms. Its sign is exact. */
+static inline DoubleDouble exact_sum(const double *terms, int count) {
+    double parts[MOST_TERMS];
     DoubleDouble sum = {0.0, 0.0};
-    for (int k = size - 1; k >= 0; k--) { /* The largest parts fill `high`; the others add less and less to `low`. */
-        DoubleDouble total = two_sum(sum.high, parts[k]);
+    for (int k = write_parts(parts, terms, count) - 1; k >= 0; k--) {
+        DoubleDouble total = two_sum(sum.high, parts[k]); /* the largest parts fill `high`; the others add to `low` */
         sum = (DoubleDouble){total.high, sum.low + total.low};
     }
     return two_sum(sum.high, sum.low);

@@ -79,7 +79,8 @@ static inline void choose_grid(Grid *g, const Box *box, Index discs, Index featu
         g->rows = (Index)greater(1.0, height / cell);
     }
     g->stride = g->columns + 2;
-    g->tiles = g->columns / 2 + 1;
+    g->tile_bits = feature_count == 0; /* a feature costs more to check than a half-plane */
+    g->tiles = (g->columns >> g->tile_bits) + 1;
 }
 
 static inline Index cell_count(const Grid *g) {
@@ -87,12 +88,12 @@ static inline Index cell_count(const Grid *g) {
 }
 
 static inline Index tile_count(const Grid *g) {
-    return g->tiles * (g->rows / 2 + 1);
+    return g->tiles * ((g->rows >> g->tile_bits) + 1);
 }
 
-/* Return the tile of a cell, a square of four; the ring is row 0 and column 0. */
+/* Return the tile of a cell; the ring is row 0 and column 0. */
 static inline Index tile_of(const Grid *g, Index row, Index column) {
-    return (row >> 1) * g->tiles + (column >> 1);
+    return (row >> g->tile_bits) * g->tiles + (column >> g->tile_bits);
 }
 
 /* ---- discs in cells ---- */

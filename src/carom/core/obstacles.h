@@ -1,6 +1,6 @@
 /* Lists of obstacles: for each cell those that a disc in it may meet, and few others.
 
-   Four cells, a tile, share a list. The grid is halved again and again, and each half keeps those of the whole's obstacles
+   A tile has a list: four cells, or one if there are features. The grid is halved again and again, and each half keeps those of the whole's obstacles
    that come near it. So an obstacle that is near few tiles costs the others nothing. A tile has the place of its list in
    an array of lists. Each list contains numbers in ascending order and ends with NO_OBSTACLE. Tiles far from all obstacles
    share the first list, which is empty.
@@ -43,10 +43,10 @@ static inline double line_between(double begin, double width, Index count, Index
 /* Return the box of some tiles. */
 static inline Box box_of(const Grid *g, const Tiles *tiles) {
     return (Box){
-        line_between(g->x0, g->width, g->columns, 2 * tiles->left),
-        line_between(g->x0, g->width, g->columns, 2 * tiles->right),
-        line_between(g->y0, g->width, g->rows, 2 * tiles->low),
-        line_between(g->y0, g->width, g->rows, 2 * tiles->high),
+        line_between(g->x0, g->width, g->columns, tiles->left << g->tile_bits),
+        line_between(g->x0, g->width, g->columns, tiles->right << g->tile_bits),
+        line_between(g->y0, g->width, g->rows, tiles->low << g->tile_bits),
+        line_between(g->y0, g->width, g->rows, tiles->high << g->tile_bits),
     };
 }
 
@@ -106,9 +106,15 @@ static inline Side side_of_feature(const Grid *g, const Feature *f, const Box *b
         Wall plane = {f->x.high, f->y.high, f->nx, f->ny};
         return side_of_wall(g, &plane, box);
     }
-    double reach = g->radius + f->half_width + 0.5 * ((box->right - box->left) + (box->high - box->low));
-    Bounded distance = distance_to(f, 0.5 * (box->left + box->right), 0.5 * (box->low + box->high));
-    return distance.value - distance.error >= reach ? CLEAR : NEARBY;
+    double x = 0.5 * (box->left + box->right), y = 0.5 * (box->low + box->high);
+    double half = 0.5 * ((box->right - box->left) + (box->high - box->low));
+    if (f->kind == FACE) { /* a disc whose centre is behind the line of a face does not touch it */
+        Bounded before = approach(x - f->x.high, y - f->y.high, f->nx, f->ny);
+        if (before.value + before.error < -half)
+            return CLEAR;
+    }
+    Bounded distance = distance_to(f, x, y);
+    return distance.value - distance.error >= g->radius + f->half_width + half ? CLEAR : NEARBY;
 }
 
 /* ---- lists ---- */
@@ -133,9 +139,11 @@ static inline bool append_list(State *s, const int *numbers, Index count) {
 /* Give some tiles the list at a place in `Grid.lists`. */
 static inline void assign_list(Grid *g, const Tiles *tiles, Index place) {
     bool has_obstacles = g->lists[FULL_LIST] != NO_OBSTACLE;
+    Index first = 1 >> g->tile_bits;
     for (Index row = tiles->low; row < tiles->high; row++) {
         for (Index column = tiles->left; column < tiles->right; column++) {
-            bool is_at_rim = row == 0 || column == 0 || row == g->rows / 2 || column == g->columns / 2;
+            bool is_at_rim = row <= first || column <= first || row == g->rows >> g->tile_bits ||
+                             column == g->columns >> g->tile_bits;
             g->list_of[row * g->tiles + column] = 2 * (unsigned int)place + (has_obstacles && is_at_rim);
         }
     }
@@ -182,7 +190,7 @@ static inline bool list_obstacles(State *s) {
     Grid *g = &s->grid;
     bool has_features = s->feature_count > 0;
     Index count = has_features ? s->feature_count : s->wall_count;
-    Tiles all = {0, g->tiles, 0, g->rows / 2 + 1};
+    Tiles all = {0, g->tiles, 0, (g->rows >> g->tile_bits) + 1};
     g->area.left = line_between(g->x0, g->width, g->columns, 1);
     g->area.right = line_between(g->x0, g->width, g->columns, g->columns + 1);
     g->area.low = line_between(g->y0, g->width, g->rows, 1);

@@ -198,6 +198,7 @@ typedef struct Grid { /* of square cells, inside a ring of cells that stay empty
     Index rows;
     Index stride; /* from a cell to the one above it */
     Index tiles;  /* in a row: see `tile_of` in grid.h */
+    int tile_bits; /* a tile is two to this power of cells wide */
 } Grid;
 
 typedef struct Block { /* of cells that a scan looks through: lines of three */
