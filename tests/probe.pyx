@@ -29,6 +29,11 @@ cdef extern from "carom/core/double_double.h" nogil:
     TripleDouble add_product(TripleDouble total, double a, double b)
     DoubleDouble round_sum(TripleDouble total)
 
+cdef extern from "carom/core/exponentials.h" nogil:
+    double nearest_exp(double x)
+    double nearest_expm1(double x)
+    double nearest_log1p(double x)
+
 cdef extern from "carom/core/pair.h" nogil:
     struct Encounter:
         pass
@@ -224,6 +229,18 @@ def two_sum(double a, double b):
 def two_prod(double a, double b):
     p = c_two_prod(a, b)
     return p.high, p.low
+
+
+def exp(double x):
+    return nearest_exp(x)
+
+
+def expm1(double x):
+    return nearest_expm1(x)
+
+
+def log1p(double x):
+    return nearest_log1p(x)
 
 
 def sum_of_products(factors):

@@ -126,7 +126,7 @@
      pic.pyx, .pxd, .pyi   runs of PIC
      pit.pyx, .pyi         runs of PIT
      primitives.pyx, .pyi  single formulas
-     damped_time.pyx, .pyi damping and exponentials
+     damped_time.pyx, .pyi damping
      carom_core.pxd        declarations of this file
      formulas.pxd          declarations of formulas
      run_input.pxd         declarations of run_input.h, and its arrays from those of Python

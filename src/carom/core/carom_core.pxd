@@ -47,20 +47,13 @@ cdef extern from "carom/core/carom_core.h" nogil:
         Turning *turning
 
     struct Impact:
-        double time
-        int64_t first
-        int64_t second
+        pass
 
     struct Spins:
-        double first_before
-        double second_before
-        double first_after
-        double second_after
+        pass
 
     struct Contact:
-        double x
-        double y
-        int64_t feature
+        pass
 
     struct Recent:
         pass
@@ -77,15 +70,9 @@ cdef extern from "carom/core/carom_core.h" nogil:
         Contact *contacts
         bint has_spins
         bint has_contacts
-        Corners corners
-        Resize resize
         Index count
         Index capacity
         int64_t *ambiguous
         Index ambiguous_count
-        Index ambiguous_capacity
         Index released
-        Recent *recent
         bint is_wanted
-        double begin
-        double end

@@ -1,30 +1,12 @@
-"""Python binding of damping as a change of time, `damping.h`, and of the exponentials behind it."""
+"""Python binding of damping as a change of time, `damping.h`."""
 
 import numpy as np
 
 cdef extern from "carom/core/damping.h" nogil:
-    double nearest_exp(double x)
-    double nearest_expm1(double x)
-    double nearest_log1p(double x)
     double remaining_velocity(double rate, double time)
     double undamped_time(double rate, double time)
     double damped_time(double rate, double undamped)
     double latest_undamped_time(double rate, double time)
-
-
-def exp(double x):
-    """Return ``e^x``, rounded to the nearest float; 0 below -708, where floats have fewer bits."""
-    return nearest_exp(x)
-
-
-def expm1(double x):
-    """Return ``e^x - 1``, rounded to the nearest float."""
-    return nearest_expm1(x)
-
-
-def log1p(double x):
-    """Return the natural logarithm of ``1 + x``, rounded to the nearest float."""
-    return nearest_log1p(x)
 
 
 def kept(double rate, double seconds):

@@ -334,21 +334,22 @@ static void fill_acceleration(State *s, const RunInput *input) {
     }
     int never = 0;
     for (Index k = 0; k < s->feature_count; k++) {
-        const int *row = input->grounds + 4 * k;
+        const double *row = input->grounds + GROUND_NUMBERS * k;
+        int never_count = (int)row[3];
         const Feature *f = &s->features[k];
         double h = f->kind == FACE ? f->half_width : 0.0;
         run->grounds[k] = (Ground){
             .x = f->x.high + h * f->nx,
             .y = f->y.high + h * f->ny,
-            .over = {row[1], row[2]},
+            .over = {(int)row[1], (int)row[2]},
             .never_first = never,
-            .never_count = row[3],
-            .is_ground = row[0] != 0,
+            .never_count = never_count,
+            .is_ground = row[0] != 0.0,
         };
-        never += row[3];
+        never += never_count;
     }
     for (Index k = 0; k < run->never_length; k++)
-        run->never_lists[k] = input->never_lists[k];
+        run->never_lists[k] = (int)input->never_lists[k];
 }
 
 /* Fill the rows of walls and features. */

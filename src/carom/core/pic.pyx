@@ -52,8 +52,6 @@ cdef class Kernel:
     ):
         kept = []
         cdef RunInput given = input_of(start, acceleration, kept)
-        cdef const int[:, ::1] grounds
-        cdef const int[::1] never_lists
         if obstacles is None:
             given.walls = floats(kept, start.walls)
         else:
@@ -62,9 +60,9 @@ cdef class Kernel:
             given.driven, given.driven_count = floats(kept, obstacles.driven), len(obstacles.driven)
             given.legs, given.leg_count = floats(kept, obstacles.legs), len(obstacles.legs)
         if acceleration is not None:
-            grounds, never_lists = obstacles.grounds.rows, obstacles.grounds.never_met
-            given.grounds, given.never_lists = &grounds[0, 0], &never_lists[0]
-            given.never_length = never_lists.shape[0]
+            grounds = obstacles.grounds
+            given.grounds = floats(kept, grounds.rows)
+            given.never_lists, given.never_length = floats(kept, grounds.never_met), len(grounds.never_met)
             given.exact = exact_solver()
         given.law.contact_duration, given.until = contact_duration, until
         given.cell_factor, given.standstill, given.solves_all_pairs = cell_factor, standstill, all_pairs

@@ -12,6 +12,7 @@ enum { /* numbers of a row */
     MATERIAL_NUMBERS = 2,
     DRIVEN_NUMBERS = 3,
     LEG_NUMBERS = 6,
+    GROUND_NUMBERS = 4,
     CHAIN_NUMBERS = 7,
     EDGE_NUMBERS = 10,
 };
@@ -43,9 +44,9 @@ typedef struct RunInput {
     const double *walls;    /* x, y, nx and ny of each, if the walls are the obstacles, else NULL */
     const double *features; /* rows of FEATURE_NUMBERS; read if the features are the obstacles: always with acceleration */
     Index feature_count;
-    const int *grounds;     /* with acceleration: of each feature is_ground, the vertex over each end, and how many
+    const double *grounds;  /* with acceleration: of each feature is_ground, the vertex over each end, and how many
                                features a disc on it never meets; rows of four */
-    const int *never_lists; /* these features, of each ground in turn */
+    const double *never_lists; /* these features, of each ground in turn */
     Index never_length;
     double cell_factor; /* on the width of a cell; INF for a single cell. It changes no result */
     Index standstill;

@@ -32,8 +32,8 @@ cdef extern from "carom/core/run_input.h" nogil:
         const double *walls
         const double *features
         Index feature_count
-        const int *grounds
-        const int *never_lists
+        const double *grounds
+        const double *never_lists
         Index never_length
         double cell_factor
         Index standstill

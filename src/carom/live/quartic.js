@@ -1,25 +1,18 @@
 // The instants at which a gap closes that is a polynomial in time, exactly, in whole numbers: carom/physics/exact_quartic.py.
 // The core asks for them where its floats and pairs of floats do not decide: quartic_forms.h has the meaning.
 import { ldexp } from "./arithmetic.js";
-import { frac, gcd } from "./rational.js";
+import { gcd, plus, rational, times } from "./rational.js";
 
-// Numbers n / 2^e.
-const F = {
-  add: ([a, e], [b, f]) => (e >= f ? [a + (b << BigInt(e - f)), e] : [(a << BigInt(f - e)) + b, f]),
-  mul: ([a, e], [b, f]) => [a * b, e + f],
-};
-const NOTHING = [0n, 0];
+const ZERO = [0n, 1n];
 
 // Of each power of time, lowest first, numbers whose products sum up to it. Returns the instant number `index` after
 // `begin` at which the gap closes, or Infinity; with index -1 the sign of the gap at `begin`.
 export function exactFall(powers, begin, isClosed, index) {
-  const gap = powers.map((products) =>
-      products.map(([a, b]) => F.mul(frac(a), frac(b))).reduce((sum, term) => F.add(sum, term), NOTHING),
-    ),
-    start = frac(begin);
+  const gap = powers.map((products) => products.map(([a, b]) => times(rational(a), rational(b))).reduce(plus, ZERO)),
+    start = rational(begin);
   for (let lowest = 0; lowest < gap.length; lowest++)
-    for (let k = gap.length - 2; k >= lowest; k--) gap[k] = F.add(gap[k], F.mul(start, gap[k + 1]));
-  if (isClosed) gap[0] = NOTHING;
+    for (let k = gap.length - 2; k >= lowest; k--) gap[k] = plus(gap[k], times(start, gap[k + 1]));
+  if (isClosed) gap[0] = ZERO;
   if (index < 0) return Number(gap[0][0] > 0n) - Number(gap[0][0] < 0n);
   let number = 0;
   for (const time of closings(gap)) if (number++ === index) return time;
@@ -31,8 +24,8 @@ function* closings(gap) {
   while (powers.length && powers[0][0] === 0n) powers.shift();
   if (!powers.length) return;
   if (powers[0][0] < 0n && powers.length < gap.length) yield 0;
-  const most = Math.max(...powers.map(([, e]) => e));
-  yield* fallsBelowZero(powers.map(([a, e]) => a << BigInt(most - e)));
+  const unit = powers.map(([, d]) => d).reduce((one, other) => (one > other ? one : other)); // all are powers of two
+  yield* fallsBelowZero(powers.map(([n, d]) => n * (unit / d)));
 }
 
 // --- roots of polynomials, exactly ---

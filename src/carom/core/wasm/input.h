@@ -12,7 +12,7 @@
 /* Functions that JavaScript calls, by name. */
 #define CAROM_EXPORT(name) __attribute__((export_name(name)))
 
-typedef enum Array { /* those of `RunInput`, all as floats */
+typedef enum Array { /* those of `RunInput` */
     POSITIONS,
     VELOCITIES,
     RADII,
@@ -117,6 +117,8 @@ static inline RunInput run_input(void) {
         .walls = arrays[WALLS],
         .features = arrays[FEATURES],
         .feature_count = lengths[FEATURES] / FEATURE_NUMBERS,
+        .grounds = arrays[GROUNDS],
+        .never_lists = arrays[NEVER_LISTS],
         .never_length = lengths[NEVER_LISTS],
         .cell_factor = 1.0,
         .standstill = (Index)n[STANDSTILL_IMPACTS],

@@ -25,20 +25,9 @@ static double solve_quartic(void *context, const Products *gap, int index) {
 
 static State state;
 
-/* Return whole numbers that JavaScript has given as floats; NULL if there are none. */
-static const int *whole_numbers(Array array) {
-    Index count = carom_input.lengths[array];
-    int *numbers = carom_resize(NULL, 0, (size_t)count * sizeof(int));
-    for (Index k = 0; k < count && numbers != NULL; k++)
-        numbers[k] = (int)carom_input.arrays[array][k];
-    return numbers;
-}
-
 /* Begin a run of the input, and record all impacts; return whether there was memory. */
 CAROM_EXPORT("begin_pic") bool begin_pic(void) {
     RunInput input = run_input();
-    input.grounds = whole_numbers(GROUNDS);
-    input.never_lists = whole_numbers(NEVER_LISTS);
     input.exact = (ExactQuartic){solve_quartic, NULL};
     input.corners = (Corners){is_order_free, NULL};
     size_t size = carom_set_up(&state, &input);

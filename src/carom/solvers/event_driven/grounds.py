@@ -30,8 +30,8 @@ class Grounds(NamedTuple):
         never_met: The numbers of these features, of each ground in turn.
     """
 
-    rows: NDArray[np.intc]
-    never_met: NDArray[np.intc]
+    rows: NDArray[np.float64]
+    never_met: NDArray[np.float64]
 
 
 def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature]], walls: list[int]) -> Grounds:
@@ -44,7 +44,7 @@ def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature
         features: The features of finite walls, by number.
         walls: The wall of each feature, by number.
     """
-    rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.intc), (len(walls), 1))
+    rows = np.tile(np.array([0, NO_OBSTACLE, NO_OBSTACLE, 0], np.float64), (len(walls), 1))
     never_met: list[int] = []
     of_wall: defaultdict[int, dict[int, WallFeature]] = defaultdict(dict)
     for number, (_, part) in features.items():
@@ -64,7 +64,7 @@ def grounds_of(start: DiscArrays, features: dict[int, tuple[Outline, WallFeature
             over, never = surroundings[wall].of_face(feature)
             rows[number] = (1, *over, len(never))
             never_met += never
-    return Grounds(rows, np.array(never_met, np.intc))
+    return Grounds(rows, np.array(never_met, np.float64))
 
 
 class _Surroundings:
