@@ -7,7 +7,6 @@ part are predicted again. All impacts come in their order, however many there ar
 from __future__ import annotations
 
 import functools
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +17,7 @@ from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
 from carom.solvers.run import trace_of
-from carom.solvers.units import run_in_ordinary_units
+from carom.solvers.units import SI, run_in_ordinary_units
 from carom.trace import IMPACT_DTYPE, Trace
 
 if TYPE_CHECKING:
@@ -39,15 +38,16 @@ def pic_run(scene: Scene, options: RunOptions = PLAIN, *, all_pairs: bool = Fals
     """
 
     def make(start: Start, units: Units) -> Run:
+        scaled = options if units == SI else options.in_units(units)
         if not scene.damping_per_s:
-            return undamped(start, options.in_units(units))
+            return undamped(start, scaled)
         from carom.solvers.damped import DampedRun, undamped_options
 
         damping = units.damping(scene.damping_per_s)
-        return DampedRun(undamped(start, undamped_options(options.in_units(units), damping)), damping)
+        return DampedRun(undamped(start, undamped_options(scaled, damping)), damping)
 
     def undamped(start: Start, options: RunOptions) -> Run:
-        return EventDrivenRun(start, **asdict(options), all_pairs=all_pairs)
+        return EventDrivenRun.with_options(start, options, all_pairs=all_pairs)
 
     run: Run = run_in_ordinary_units(scene.undamped, make)
     return run

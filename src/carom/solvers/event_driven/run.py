@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -106,7 +106,24 @@ class EventDrivenRun:
         cell_factor: float = 1.0,
         all_pairs: bool = False,
     ) -> None:
-        self.options = RunOptions(record, window_s, contact_duration_s)
+        self._begin(start, RunOptions(record, window_s, contact_duration_s), resume, cell_factor, all_pairs)
+
+    @classmethod
+    def with_options(cls, start: Start, options: RunOptions, *, all_pairs: bool) -> Self:
+        """Return a run of a scene with options that are checked already."""
+        run = cls.__new__(cls)
+        run._begin(start, options, None, 1.0, all_pairs)  # noqa: SLF001 - its own
+        return run
+
+    def _begin(
+        self,
+        start: Start | DiscArrays,
+        options: RunOptions,
+        resume: RunState | None,
+        cell_factor: float,
+        all_pairs: bool,
+    ) -> None:
+        self.options = options
         duration_s, acceleration = 0.0, None
         if not isinstance(start, DiscArrays):
             if damping_per_s := getattr(start, "damping_per_s", 0.0):
@@ -115,7 +132,8 @@ class EventDrivenRun:
                 )
             duration_s, acceleration = start.duration_s, Acceleration.of(start)
             start = start.arrays
-            start.require_ordinary()
+            if not start.is_ordinary:  # which is known of a scene
+                start.require_ordinary()
         elif resume is None:
             start.require_apart()
         if acceleration is not None and self.options.contact_duration_s:
