@@ -23,6 +23,8 @@ ROOT = Path(__file__).parents[1]
 #: Where an environment of its own is found by make; one that is active is another's.
 _ENVIRONMENT = {name: value for name, value in os.environ.items() if name not in {"VIRTUAL_ENV", "MAKEFLAGS"}}
 _CELL = (".venv/bin/carom", "run", "paper/missed", "-e", "pymunk", "-p", "tuned", "--dt", "1/24", "--fail-on", "never")
+#: With its report, as `make report`; in one lane, so that no processor time is lost to waiting for another.
+_SUITE = (".venv/bin/carom", "run", "--no-timing", "--jobs", "1", "--fail-on", "never", "--out", "reports/untimed")
 
 
 def called(command: tuple[str, ...], folder: Path) -> tuple[float, float]:
@@ -80,6 +82,7 @@ def main(since: str, repeats: int) -> None:
         row("make test, installed", partial(elapsed_s, "make", "test"), clones, repeats)
         row("make report, installed: the suite", partial(elapsed_s, "make", "report"), clones, repeats)
         row("the same, processor time", partial(processor_s, "make", "report"), clones, 1)
+        row("the suite without timing, processor time", partial(processor_s, *_SUITE), clones, repeats)
         row("one cell, processor time", partial(processor_s, *_CELL), clones, 3 * repeats)
 
 

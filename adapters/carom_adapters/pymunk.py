@@ -30,7 +30,7 @@ from carom.adapter import (
     wall_body,
 )
 from carom_adapters.code import arguments, assignments, comment, steps_of
-from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
+from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned, vectors
 from carom_adapters.legs import Driven, Legs, first_velocity, has_legs, legs_by_step, python_end
 from carom_adapters.pieces import factored_walls
 from carom_adapters.pymunk_space import scene_of
@@ -212,8 +212,8 @@ class PymunkWorld:
             body.each_arbiter(self._collect, impulses)
         found = [self._contact(pair, told) for pair, told in impulses.items()]
         return Observation(
-            np.array([body.position for body in self._bodies], dtype=np.float64),
-            np.array([body.velocity for body in self._bodies], dtype=np.float64),
+            vectors(body.position for body in self._bodies),
+            vectors(body.velocity for body in self._bodies),
             tuple(found),
             spin_rad_s=np.array([body.angular_velocity for body in self._bodies]) if self._turns else None,
         )

@@ -118,6 +118,8 @@ class MujocoWorld:
             if about is not None:
                 model.dof_damping[model.body_dofadr[body] + 3 : model.body_dofadr[body] + 6] = about
         self._radius = scene.arrays.radius_m[self._movable][self._free]
+        # Heights whose squares add up to less need not be compared with the radii one by one, after every step.
+        self._low = 0.25 * float(np.min(self._radius, initial=np.inf)) ** 2
         driven = [scene.discs[i].driven for i in moving]
         turning = (np.isfinite(scene.arrays.inertia[self._movable]) | np.array(driven, dtype=bool)) & self._turns
         self._turning = self._movable[turning]
@@ -230,8 +232,9 @@ class MujocoWorld:
 
     def _warning(self) -> str:
         number, told = self._warnings, []
-        if len(self._free):
-            height = np.abs(self._data.qpos[self._height_at])
+        height = self._data.qpos[self._height_at]
+        if not height.dot(height) <= self._low:
+            height = np.abs(height)
             if np.count_nonzero(height > self._radius):
                 k = int(np.argmax(height > self._radius))
                 disc = self._movable[self._free[k]]

@@ -29,6 +29,7 @@ from carom.adapter import (
     require_supported,
     wall_body,
 )
+from carom_adapters.engine_adapter import vectors
 from carom_adapters.legs import Driven, Legs, first_velocity
 from carom_adapters.pieces import cut_chain, factored_walls, pieced, summed, thickness_of
 from carom_adapters.pybullet.limits import (
@@ -340,12 +341,12 @@ class PybulletWorld:
         Bullet looks for contacts and then moves the bodies, so those of step k (from 0) stand at ``k dt_s``.
         """
         bullet, client = self._bullet, self._client
-        position = [bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs]
+        position = vectors(bullet.getBasePositionAndOrientation(body, client)[0][:2] for body in self._discs)
         motion = [bullet.getBaseVelocity(body, client) for body in self._discs]
-        now = np.array([velocity[:2] for velocity, _ in motion], dtype=np.float64)
+        now = vectors(velocity[:2] for velocity, _ in motion)
         spin = np.array([about[2] for _, about in motion], dtype=np.float64) if self._turns else None
         contacts = self._contacts_of_step()
-        return Observation(np.array(position, dtype=np.float64), now, contacts, self._warning(now, spin), spin)
+        return Observation(position, now, contacts, self._warning(now, spin), spin)
 
     def _warning(self, velocity: NDArray[np.float64], spin: NDArray[np.float64] | None) -> str:
         # Made so fast by an impact or by falling, it is too late to refuse. Bullet clamps x and y each on its own.

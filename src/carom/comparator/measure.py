@@ -222,7 +222,9 @@ def _momentum_error(reference: Trace, observed: Trace, scales: Scales) -> float:
 
 
 def _impact_errors(reference: Trace, observed: Trace, alignment: Alignment, scales: Scales) -> Iterator[ImpactError]:
-    r, o = np.array(alignment.matched, dtype=np.intp).reshape(-1, 2).T
+    if not alignment.matched:
+        return
+    r, o = np.array(alignment.matched, dtype=np.intp).T
     expected, found, told = reference.impacts[r], observed.impacts[o], ~untold(observed)[:, o]
     effective = np.full(len(o), math.nan) if observed.effective_time_s is None else observed.effective_time_s[o]
     normal, after, true_after = expected["normal"], velocities(found, "after"), velocities(expected, "after")

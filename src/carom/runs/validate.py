@@ -11,7 +11,7 @@ import math
 import operator
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any, NamedTuple, TypeGuard, TypeVar, get_type_hints
 
 import numpy as np
@@ -333,11 +333,11 @@ class Validator:
 
 def _array(found: object, name: str, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], bool]:
     """Return a copy of an array, and whether each of its numbers is finite."""
-    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # whose copy is made in a third of the time
-    if not plain and (not isinstance(found, np.ndarray) or found.dtype.kind not in "fiu"):
+    if not isinstance(found, np.ndarray) or (found.dtype is not _FLOAT64 and found.dtype.kind not in "fiu"):
         raise adapter_error(f"{name} must be an array of floats, got {_shown(found)}")
     if found.shape != shape:
         raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
+    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # whose copy is made in a third of the time
     array = found.copy() if plain else np.array(found, dtype=np.float64)
     # A sum of squares that is no larger, or its root, says so of each number: this is asked after every step.
     few = array.size <= _FEW

@@ -101,7 +101,9 @@ def _take_consequences(block: Block, found: Activity, step: int, together: Seque
     """Enter what meets as a consequence of another meeting in the same step."""
     law, active = block.law, found.due[step]
     due = [(due_s, pair) for pair, due_s in active.items() if due_s >= 0.0]
-    if not due or _all_active(active, due, near := near_in(block, together, step)):
+    if not due or all(pair in active for near_pairs in together for pair in near_pairs.pairs):
+        return
+    if _all_active(active, due, near := near_in(block, together, step)):
         return
     struck = (body for _, pair in due for body in pair if body in near)
     if not has_room(block, step, {pair for body in struck for pair in near[body]}):
