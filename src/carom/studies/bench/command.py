@@ -31,6 +31,14 @@ def bench(
     scheduler: Annotated[
         str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp:// or tls://host:port.")
     ] = "",
+    baseline: Annotated[
+        Path | None,
+        typer.Option(
+            "--baseline",
+            help="Compare with an earlier bench of this machine: its folder, or its bench.json. Exit code 1 if a "
+            "point regressed in run time or error.",
+        ),
+    ] = None,
     verbose: shared.Verbose = False,
     grow: Annotated[
         bool,
@@ -52,15 +60,18 @@ def bench(
         _grow(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
         return
     from carom.pages.files import require_report_extra
+    from carom.runs.environment import environment
     from carom.runs.scoring import score_journal
+    from carom.studies.bench.baseline import BaselineChange, compared, read_baseline
     from carom.studies.bench.document import bench_document, write_bench
     from carom.studies.bench.run import work_precision
     from carom.studies.bench.timing_pass import timing_journal
 
     if not scenes:
         raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
-    found = shared.plain_scenes_named(scenes)
+    asked = shared.plain_scenes_named(scenes)
     require_report_extra()
+    before = read_baseline(baseline, environment()) if baseline is not None else None  # before minutes are spent
     scored, timed = out / "journal.jsonl", out / "timings.jsonl"
     with (
         shared.studied(out, "bench", scored, timed) as progress,
@@ -68,7 +79,7 @@ def bench(
         timing_journal(timed, resume=resume, retry=retry) as timings,
     ):
         result = work_precision(
-            found,
+            asked,
             plan,
             _pool(plan, scheduler),
             notes=journal,
@@ -76,8 +87,11 @@ def bench(
             progress=progress,
             command=command_line(),
         )
-    page = write_bench(result, out, tuple(axes or Diagram))
-    shared.print_document(bench_document(result), full=verbose, page=page)
+    found = compared(result, before) if before is not None else None
+    page = write_bench(result, out, tuple(axes or Diagram), found)
+    shared.print_document(bench_document(result, baseline=found), full=verbose, page=page)
+    if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in found or ()):
+        raise typer.Exit(shared.EXIT_VIOLATION)
 
 
 def _grow(

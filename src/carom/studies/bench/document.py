@@ -28,6 +28,7 @@ from carom.pages.render.html import html
 from carom.pages.svg import alone
 from carom.studies.bench.answer import answers, scene_answer
 from carom.studies.bench.axes import Diagram
+from carom.studies.bench.baseline import Compared, baseline_answer, baseline_section
 from carom.studies.bench.figure import diagram_png, diagram_svg
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.result import Bench, SceneBench
@@ -39,14 +40,23 @@ DIAGRAM_NOTE = (
 )
 
 
-def bench_document(bench: Bench, axes: Sequence[Diagram] = tuple(Diagram)) -> Document:
-    """Return a bench: for each scene its diagrams, its tables, what is left out, and how it was timed."""
+def bench_document(
+    bench: Bench, axes: Sequence[Diagram] = tuple(Diagram), baseline: Sequence[Compared] | None = None
+) -> Document:
+    """Return a bench: for each scene its diagrams, its tables, what is left out, and how it was timed.
+
+    Args:
+        bench: The bench.
+        axes: Which diagrams.
+        baseline: Its points with what they were in an earlier bench; None for none.
+    """
     targets = reached(bench)
     suite = (suite_table(bench, targets),) if len(bench.scenes) > 1 else ()
     return Document(
         "Carom bench",
-        Headline.of((*answers(bench), *_scope(bench))),
+        Headline.of((*(baseline_answer(baseline) if baseline is not None else ()), *answers(bench), *_scope(bench))),
         (
+            *((baseline_section(baseline, bench.plan.error),) if baseline else ()),
             Section("Every method", suite),
             *(section for scene in bench.scenes for section in _scene(bench, scene, axes, targets)),
             *making(bench.environment, bench.command, bench.elapsed_s),
@@ -54,7 +64,12 @@ def bench_document(bench: Bench, axes: Sequence[Diagram] = tuple(Diagram)) -> Do
     )
 
 
-def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diagram)) -> Path:
+def write_bench(
+    bench: Bench,
+    folder: Path,
+    axes: Sequence[Diagram] = tuple(Diagram),
+    baseline: Sequence[Compared] | None = None,
+) -> Path:
     """Write `index.html`, `bench.json` and a diagram a scene and pair of axes, replacing older ones.
 
     Returns:
@@ -65,7 +80,10 @@ def write_bench(bench: Bench, folder: Path, axes: Sequence[Diagram] = tuple(Diag
         InputError: The folder can't be written into, or holds files of others.
     """
     require_report_extra()
-    files: dict[str, str | bytes] = {"index.html": html(bench_document(bench, axes)), "bench.json": _json(bench)}
+    files: dict[str, str | bytes] = {
+        "index.html": html(bench_document(bench, axes, baseline)),
+        "bench.json": _json(bench),
+    }
     kind_of_error, foot = bench.plan.error, stamp_lines(bench.environment, bench.command)
     for scene in bench.scenes:
         for kind in _diagrams_of(scene, axes):

@@ -113,6 +113,7 @@ class CellTiming:
         net_s: Of `advance_s`, what is left for this scene's own work.
         ratio: `advance_s` over that of PIT at the same step in the same round; None where PIT was not timed there.
         whole_ratio: The same of `whole_s`.
+        ratios: `advance_s` over that of PIT, of each round; empty in a file of an earlier Carom.
     """
 
     steps: int
@@ -125,6 +126,7 @@ class CellTiming:
     net_s: Spread
     ratio: Spread | None
     whole_ratio: Spread | None
+    ratios: tuple[float, ...] = ()
 
     @property
     def step_s(self) -> float:
@@ -318,6 +320,7 @@ def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -
     calls = [visit.call_s for visit in visits if not math.isnan(visit.call_s)]
     # The k-th visit of each is that of round k, so that both sides of a ratio saw the same machine.
     rounds = list(zip(visits, pit, strict=True)) if pit else []
+    ratios = tuple(own.advance_s / base.advance_s for own, base in rounds)
     return CellTiming(
         steps=steps,
         rounds=len(visits),
@@ -327,6 +330,7 @@ def _summary(steps: int, visits: Sequence[Visit], pit: Sequence[Visit] | None) -
         call_s=statistics.median(calls) if calls else math.nan,
         empty_s=spread([visit.empty_s for visit in visits]),
         net_s=spread([visit.net_s for visit in visits]),
-        ratio=spread([own.advance_s / base.advance_s for own, base in rounds]) if rounds else None,
+        ratio=spread(list(ratios)) if ratios else None,
         whole_ratio=spread([own.whole_s / base.whole_s for own, base in rounds]) if rounds else None,
+        ratios=ratios,
     )

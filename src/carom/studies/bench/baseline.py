@@ -1,0 +1,210 @@
+"""A bench compared with an earlier one on the same machine: which points became faster, slower, or are as they were.
+
+Run times of two days say little by themselves. What is compared is each point's run time over PIT's in the same round.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from carom.errors import InputError
+from carom.pages import wording
+from carom.pages.document import IN_FULL, Cell, Column, Section, Table
+from carom.pages.files import FORMATS
+from carom.runs.environment import Environment
+from carom.studies.bench.axes import ErrorKind
+from carom.studies.bench.convergence import CONFIDENCE, student_quantile
+from carom.studies.bench.result import Bench, Point
+from carom.studies.bench.tables import error_text, point_name
+
+#: What counts as a change: an interval that lies beyond this part of 1 as a whole. Rounds of one run lie closer to each
+#: other than those of two runs, which differ in where the program lies in memory and in what else the machine does.
+LEAST_CHANGE = 0.05
+
+
+class BaselineChange(Enum):
+    """What became of a point; the value is the word shown."""
+
+    REGRESSED = "regressed"
+    IMPROVED = "improved"
+    SAME = "no change"
+
+
+class Before(NamedTuple):
+    """A point of the earlier bench: run time over PIT's in each round, error, and impacts lost."""
+
+    ratios: Sequence[float]
+    error: float
+    lost: int
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A point with what it was before.
+
+    Attributes:
+        scene: Name of the scene.
+        point: The point now.
+        before: The point then.
+        ratio: Run time over PIT's, now over then; NaN where one of them has too few rounds.
+        low: Lower end of its confidence interval, at a level that holds for all points together.
+        high: Upper end.
+    """
+
+    scene: str
+    point: Point
+    before: Before
+    ratio: float
+    low: float
+    high: float
+
+    @property
+    def time(self) -> BaselineChange:
+        """What became of its run time."""
+        if self.low > 1.0 + LEAST_CHANGE:
+            return BaselineChange.REGRESSED
+        return BaselineChange.IMPROVED if self.high < 1.0 - LEAST_CHANGE else BaselineChange.SAME
+
+    @property
+    def accuracy(self) -> BaselineChange:
+        """What became of its error: runs of one version repeat it, so that any change to two digits is one."""
+        now, then = (self.point.lost, _digits(self.point.error)), (self.before.lost, _digits(self.before.error))
+        if now == then:
+            return BaselineChange.SAME
+        return BaselineChange.REGRESSED if now > then else BaselineChange.IMPROVED
+
+
+def read_baseline(path: Path, here: Environment) -> dict[tuple[str, str, str, float], Before]:
+    """Return the points of an earlier bench by scene, engine, profile and step.
+
+    Args:
+        path: Its `bench.json`, or the folder that holds it.
+        here: This machine.
+
+    Raises:
+        InputError: There is no such bench, or it ran on another machine.
+    """
+    file = path / "bench.json" if path.is_dir() else path
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        if content["format"] != FORMATS["bench"]:
+            raise InputError(f"{file} has format {content['format']}, and this Carom reads {FORMATS['bench']}")
+        machine = tuple(content["environment"][name] for name in ("system", "processor", "cores"))
+        found = {
+            (scene["scene"], point["engine"], point["profile"], point["dt_s"]): _before(point)
+            for scene in content["scenes"]
+            for curve in scene["curves"]
+            for point in curve["points"]
+            if not point["reason"]
+        }
+    except OSError as error:
+        raise InputError(f"can't read the baseline {file}: {error.strerror}") from None
+    except (ValueError, KeyError, TypeError, AttributeError):
+        raise InputError(f"{file} is no bench.json of carom bench") from None
+    if machine != here.machine:
+        raise InputError(
+            f"the baseline ran on another machine ({', '.join(map(str, machine))}): run times compare on one"
+        )
+    return found
+
+
+def _before(point: dict[str, Any]) -> Before:
+    error = point["error"]
+    ratios = (point["timing"] or {}).get("ratios") or ()
+    return Before([float(one) for one in ratios], math.nan if error is None else float(error), _lost(point))
+
+
+def _lost(point: dict[str, Any]) -> int:
+    return int(point["missed"]) + int(point["spurious"])
+
+
+def compared(bench: Bench, before: dict[tuple[str, str, str, float], Before]) -> list[Compared]:
+    """Return each scored point that the baseline has as well, but PIT's, with which the others are compared."""
+    both = [
+        (scene.scene.name, point, found)
+        for scene in bench.scenes
+        for curve in scene.curves
+        for point in curve.points
+        if point.engine != "pit" and not point.reason
+        if (found := before.get((scene.scene.name, point.engine, point.profile, point.dt_s))) is not None
+    ]
+    return [
+        Compared(scene, point, found, *_ratio(point.timing.ratios if point.timing else (), found.ratios, len(both)))
+        for scene, point, found in both
+    ]
+
+
+def _ratio(now: Sequence[float], then: Sequence[float], points: int) -> tuple[float, float, float]:
+    """Return the ratio of two means of logarithms with its interval, by Welch's t at a level for so many points."""
+    one, other = ([math.log(value) for value in values if value > 0.0] for values in (now, then))
+    if len(one) < 2 or len(other) < 2:
+        return math.nan, math.nan, math.nan
+    parts = [statistics.variance(values) / len(values) for values in (one, other)]
+    middle, spread = statistics.fmean(one) - statistics.fmean(other), math.sqrt(sum(parts))
+    if spread == 0.0:
+        return (math.exp(middle),) * 3
+    freedom = sum(parts) ** 2 / sum(p * p / (len(v) - 1) for p, v in zip(parts, (one, other), strict=True))
+    half = student_quantile(1.0 - (1.0 - CONFIDENCE) / (2 * points), max(1, math.floor(freedom))) * spread
+    return math.exp(middle), math.exp(middle - half), math.exp(middle + half)
+
+
+def _digits(error: float) -> float:
+    return math.inf if math.isnan(error) else float(f"{error:.1e}")
+
+
+def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
+    """Yield what became of the points: how many regressed, improved, and did not change; the worst by name."""
+    if not found:
+        yield "The baseline has none of these points: bench the same scenes, engines and steps."
+        return
+    times = [one.time for one in found]
+    counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
+    said = f"Run time against the baseline, of {wording.count(len(found), 'point')}: {', '.join(counts)}"
+    worst = max((one for one in found if one.time is BaselineChange.REGRESSED), key=lambda one: one.low, default=None)
+    yield f"{said}; worst: {_name(worst)}, {_interval(worst)}." if worst else f"{said}."
+    changed = [one for one in found if one.accuracy is not BaselineChange.SAME]
+    if changed:
+        worse = sum(one.accuracy is BaselineChange.REGRESSED for one in changed)
+        yield f"Errors: {worse} regressed, {len(changed) - worse} improved."
+
+
+def baseline_section(found: Sequence[Compared], kind: ErrorKind) -> Section:
+    """Return a row a point that changed, and in full a row each."""
+    columns = (
+        Column("point", _name),
+        Column("run time", lambda one: Cell(one.time.value, short=one.time.value)),
+        Column("now / then", _interval, number=True),
+        Column("error", lambda one: Cell(one.accuracy.value, short=one.accuracy.value)),
+        Column("then", lambda one: _error(one.before.error, one.before.lost, kind), number=True),
+        Column("now", lambda one: _error(one.point.error, one.point.lost, kind), number=True),
+    )
+    changed = [one for one in found if (one.time, one.accuracy) != (BaselineChange.SAME, BaselineChange.SAME)]
+    note = (
+        f"Run time over PIT's in the same round, with an interval that holds for all points together at "
+        f"{CONFIDENCE:.0%}; a change is one by more than {LEAST_CHANGE:.0%} for sure."
+    )
+    tables = [Table(columns, changed, title="Changes from the baseline", note=note)] * bool(changed)
+    same = [one for one in found if one not in changed]
+    tables += [Table(columns, same, title="No change", only=IN_FULL)] * bool(same)
+    return Section("Baseline", tuple(tables))
+
+
+def _name(one: Compared) -> str:
+    return f"{one.scene}, {point_name(one.point)}"
+
+
+def _interval(one: Compared) -> str:
+    if math.isnan(one.ratio):
+        return wording.ABSENT
+    return f"{wording.ratio(one.ratio)} ({wording.number(one.low)} to {wording.number(one.high)})"
+
+
+def _error(error: float, lost: int, kind: ErrorKind) -> str:
+    return f"{lost} lost" if lost else error_text(error, kind)

@@ -1,0 +1,86 @@
+"""A bench compared with an earlier one: what is called a change, and what is not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from tests.unit.pages.test_terminal import printed
+from tests.unit.studies.examples import HERE, bench
+
+from carom.errors import InputError
+from carom.studies.bench.baseline import BaselineChange, compared, read_baseline
+from carom.studies.bench.document import bench_document, write_bench
+from carom.studies.bench.result import Bench
+
+ROUNDS = (1.0, 1.02, 0.99, 1.01, 0.98, 1.0, 1.0)
+
+
+def timed(factor: float, *, error: float = 1.0, engine: str = "pymunk") -> Bench:
+    """Return a bench whose run times over PIT's and errors are so many times the usual ones, of one engine."""
+    whole = bench()
+    curves = []
+    for curve in whole.scenes[0].curves:
+        mine = curve.engine == engine
+        points = []
+        for k, point in enumerate(curve.points):
+            assert point.timing is not None
+            ratios = tuple((factor if mine else 1.0) * (k + 1) * one for one in ROUNDS)
+            changed = error if mine else 1.0
+            points.append(replace(point, error=changed * point.error, timing=replace(point.timing, ratios=ratios)))
+        curves.append(replace(curve, points=tuple(points)))
+    return replace(whole, scenes=(replace(whole.scenes[0], curves=tuple(curves)),))
+
+
+@pytest.fixture(scope="module")
+def earlier(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a bench, as it was written."""
+    folder = tmp_path_factory.mktemp("earlier")
+    write_bench(timed(1.0), folder, axes=())
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("factor", "change"),
+    [
+        (1.3, BaselineChange.REGRESSED),
+        (0.7, BaselineChange.IMPROVED),
+        (1.0, BaselineChange.SAME),
+        (1.04, BaselineChange.SAME),
+        (0.96, BaselineChange.SAME),
+    ],
+)
+def test_a_change_is_one_beyond_its_interval(earlier: Path, factor: float, change: BaselineChange) -> None:
+    """Run times over PIT's that are surely off by more than a twentieth have changed; of the other engines none has."""
+    found = compared(timed(factor), read_baseline(earlier, HERE))
+    assert {one.time for one in found if one.point.engine == "pymunk"} == {change}
+    assert {one.time for one in found if one.point.engine != "pymunk"} == {BaselineChange.SAME}
+    assert {one.accuracy for one in found} == {BaselineChange.SAME}
+    assert all(one.low < one.ratio < one.high and math.isclose(one.ratio, factor) for one in found[-12:])
+    assert not any(one.point.engine == "pit" for one in found)
+
+
+def test_the_first_line_counts_and_names_the_worst(earlier: Path) -> None:
+    """Regressed, improved and no change; an error that grew is told apart from a run time that did."""
+    now = timed(1.5, error=2.0)
+    found = compared(now, read_baseline(earlier, HERE))
+    text = " ".join(" ".join(printed(bench_document(now, baseline=found), 80)).split())
+    assert text.startswith(f"Run time against the baseline, of {len(found)} points: 12 regressed, 0 improved, ")
+    assert "worst: paper/late, pymunk " in text
+    assert "Errors: 12 regressed, 0 improved." in text
+    nothing = " ".join(printed(bench_document(now, baseline=[]), 80))
+    assert "The baseline has none of these points" in nothing
+
+
+def test_a_baseline_that_is_none_is_refused(earlier: Path, tmp_path: Path) -> None:
+    """A bench of another machine, another file and no file are refused with a sentence."""
+    with pytest.raises(InputError, match="ran on another machine"):
+        read_baseline(earlier, replace(HERE, cores=64))
+    other = tmp_path / "other.json"
+    other.write_text("[]")
+    with pytest.raises(InputError, match=r"is no bench\.json of carom bench"):
+        read_baseline(other, HERE)
+    with pytest.raises(InputError, match="can't read the baseline"):
+        read_baseline(tmp_path, HERE)
