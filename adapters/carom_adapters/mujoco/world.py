@@ -232,10 +232,9 @@ class MujocoWorld:
 
     def _warning(self) -> str:
         number, told = self._warnings, []
-        height = self._data.qpos[self._height_at]
-        if not height.dot(height) <= self._low:
-            height = np.abs(height)
-            if np.count_nonzero(height > self._radius):
+        if len(self._free):
+            height = self._data.qpos[self._height_at]
+            if not height.dot(height) <= self._low and np.count_nonzero((height := np.abs(height)) > self._radius):
                 k = int(np.argmax(height > self._radius))
                 disc = self._movable[self._free[k]]
                 told.append(
