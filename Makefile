@@ -66,7 +66,7 @@ help:
 	@echo "make wheels             PYTHONS='python3.11 python3.12': make a wheel and try it on each of these, and make one for musl"
 	@echo "make mutants            FAULTS=200 MINUTES=60: plant faults in the numerics, which no test notices; write docs/contributing/reliability.md"
 	@echo "make bench              BASELINE=/path/to/python: the numerics, timed beside another build"
-	@echo "make bench-clones       SINCE=80e3cd0: make report, make test, the suite (also without timing) and one cell in fresh clones of both commits"
+	@echo "make bench-clones       SINCE=80e3cd0: make report, make test, the suite (timed and not) and one cell in fresh clones of both commits"
 	@echo "make weight             SINCE=80e3cd0: lines of code of the harness, and hand-written words of the documents"
 	@echo "make quick              lint and format of what is there, in seconds: before each commit"
 	@echo "make generated          write schemas, tables and snapshots of outputs as the code has them; read the diff"

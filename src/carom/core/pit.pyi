@@ -1,11 +1,18 @@
+from collections.abc import Sequence
 from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer, disjoint_base
 
+from carom.disc_arrays import HalfPlane
+from carom.outline import Outline
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.run import Start
+
+def chain_rows(
+    walls: Sequence[HalfPlane | Outline],
+) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]]]: ...
 
 @disjoint_base
 class FrameLoop:

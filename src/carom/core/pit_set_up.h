@@ -4,10 +4,10 @@
 
 #include <math.h>
 
-#include "carom/core/ambiguity.h"
 #include "carom/core/constants.h"
 #include "carom/core/double_double.h"
 #include "carom/core/pit_state.h"
+#include "carom/core/record.h"
 
 /* ---- sizes ---- */
 

@@ -26,7 +26,7 @@ typedef struct RunInput {
     const double *inertia; /* moment of inertia over mass times radius squared; INF: it never turns */
     Index disc_count;
     Index wall_count;
-    const double *materials; /* restitution and friction of each wall; NULL if all are those of the law */
+    const double *materials; /* restitution and friction of each wall; NULL if PIC has `walls`, which have those of the law */
     const double *driven;    /* rows of three: body, number of legs, belt speed. Walls, then discs, each ascending */
     const double *legs;      /* rows of six, of each driven body in turn: begins, ends, moved_x, moved_y, vx, vy */
     Index driven_count;
