@@ -120,11 +120,6 @@ static inline void move_on_parabola(State *s, Index i, Instant at) {
 
 /* ---- two discs ---- */
 
-/* Return whether a disc is on the path that its last impact, with another one, gave it. */
-static inline bool is_on_path_of(const State *s, Index i, Index j) {
-    return s->discs[i].inverse_mass == 0.0 || s->discs[i].last == j;
-}
-
 static inline bool accelerate_alike(const State *s, Index i, Index j) {
     const Parabola *p = &s->accelerated.paths[i], *q = &s->accelerated.paths[j];
     return p->ax == q->ax && p->ay == q->ay;
