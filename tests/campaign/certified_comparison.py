@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from tests.campaign.comparison import Difference, Kind, Record
 from tests.campaign.copies import MANY, Copies
-from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of, is_in_landing
+from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of
 
 from carom import CertifiedTrace, Outcome, Scene
 from carom.solvers.certified.result import Degenerate, Ending
@@ -54,6 +54,7 @@ class _Comparison:
         self.scene, self.certified, self.record, self.copies = scene, certified, record, copies
         self.ours = events_of(scene, record, gap_m)
         self.theirs = events_of(scene, Record.of(certified.trace), gap_m)
+        self._number = {event.name: number for run in (self.theirs, self.ours) for number, event in enumerate(run)}
         self._certified_s = reliable_until(certified)
         self._unordered = {number for pair in certified.commuted for number in pair}
 
@@ -61,12 +62,12 @@ class _Comparison:
         """Yield what differs before rounding decides, or the certified run ends."""
         unmatched = {event.name: event for event in self.theirs}
         until_s, alike, is_alike = min(self.copies.horizon_s, self._certified_s), list[Event](), True
-        for number, event in enumerate(self.ours):
+        for event in self.ours:
             proven = unmatched.pop(event.name, None)
             if proven is None:
                 is_alike = is_alike and self._is_in_landing(event)
-                yield from self._of_spurious(number, event, until_s)
-            elif (found := self._of_values(number, event, proven)) is not None:
+                yield from self._of_spurious(event, until_s)
+            elif (found := self._of_values(event, proven)) is not None:
                 is_alike = False
                 if event.time_s < until_s:
                     yield found
@@ -76,18 +77,22 @@ class _Comparison:
         left = [event for event in unmatched.values() if not self._is_in_landing(event)]
         # How well the end is known: it comes after what is alike, and nothing has made it worse.
         known_s = 2.0 * clock_resolution(self.record.end_time_s)
-        known_s += max((self._allowed_s(number, event) for number, event in enumerate(alike)), default=0.0)
+        known_s += max(map(self._allowed_s, alike), default=0.0)
         yield from self._of_missed(left, known_s, until_s)
         if is_alike:
             yield from self._of_ending(left, known_s)
 
     def _is_in_landing(self, event: Event) -> bool:
         """Whether an event is one of the last bounces before a landing, of which each run resolves another number."""
-        return any(is_in_landing(event, run, NEAR_LANDING) for run in (self.ours, self.theirs))
+        if not event.can_bounce:
+            return False
+        landings = [other for run in (self.ours, self.theirs) for other in run if other.key[:3] == event.landing]
+        near_s = NEAR_LANDING * clock_resolution(event.time_s)
+        return any(abs(other.time_s - event.time_s) <= near_s + self._allowed_s(other) for other in landings)
 
-    def _of_spurious(self, number: int, event: Event, until_s: float) -> Iterator[Difference]:
+    def _of_spurious(self, event: Event, until_s: float) -> Iterator[Difference]:
         """Yield an event that the certified run does not have."""
-        latest_s = event.time_s + self._allowed_s(number, event)
+        latest_s = event.time_s + self._allowed_s(event)
         if not latest_s < self._certified_s or self._is_in_landing(event):
             return
         if event.closing_m_s <= event.closing_own_m_s:
@@ -100,12 +105,12 @@ class _Comparison:
                 kind = Kind.EARLY_LANDING
             yield Difference(kind, event.time_s, f"{event.told}, is not in the certified run")
 
-    def _of_values(self, number: int, event: Event, proven: Event) -> Difference | None:
+    def _of_values(self, event: Event, proven: Event) -> Difference | None:
         """Return how time or values of an event are further off than roundings explain."""
         spread = self.copies.spread(event)
         if spread is None:
             return None
-        allowed_s, told = self._allowed_s(number, event), event.told
+        allowed_s, told = self._allowed_s(event), event.told
         if not abs(event.time_s - proven.time_s) <= allowed_s:
             text = f"{told}, is at {proven.time_s!r} s in the certified run; roundings explain {allowed_s:.2g} s"
             kind = Kind.TIME if event.is_impact else Kind.MODE
@@ -113,7 +118,7 @@ class _Comparison:
             return Difference(kind, event.time_s, text)
         if proven.is_impact and proven.number in self._unordered:
             return None
-        allowed = (number + 2) * spread[1] + event.own + self._radii_of(proven)
+        allowed = (self._number[event.name] + 2) * spread[1] + event.own + self._radii_of(proven)
         off = np.abs(event.values - proven.values)
         if np.all(off <= allowed):
             return None
@@ -123,13 +128,13 @@ class _Comparison:
         text = f"{told}, has value {worst} {found!r}, not {truth!r}; roundings explain {allowed[worst]:.2g}"
         return Difference(kind, event.time_s, text)
 
-    def _allowed_s(self, number: int, event: Event) -> float:
+    def _allowed_s(self, event: Event) -> float:
         """Return how far roundings may have the time of an event off."""
         spread, damping = self.copies.spread(event), self.scene.damping_per_s
         # A damped clock is that of the undamped run, seen through a logarithm.
         undamped_s = math.expm1(damping * event.time_s) / damping if damping else 0.0
         own_s = 2.0 * clock_resolution(event.time_s) + clock_resolution(undamped_s)
-        return own_s + (number + 2) * (0.0 if spread is None else spread[0])
+        return own_s + (self._number[event.name] + 2) * (0.0 if spread is None else spread[0])
 
     def _radii_of(self, proven: Event) -> Floats:
         """Return how far the truth may be from what the certified run reports."""

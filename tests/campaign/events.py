@@ -67,6 +67,11 @@ class Event(NamedTuple):
         return not self.is_impact and self.key[2] == Mode.FLIGHT
 
     @property
+    def landing(self) -> Key:
+        """How the key of a landing begins that an impact on a wall may be a bounce before."""
+        return *self.key, int(Mode.FLIGHT)
+
+    @property
     def told(self) -> str:
         """What it is, and when."""
         if self.is_impact:
@@ -137,5 +142,4 @@ def is_in_landing(event: Event, run: Iterable[Event], clocks: float = AS_LANDING
     if not event.can_bounce:
         return False
     known_s = clocks * clock_resolution(event.time_s)
-    landing = (*event.key, int(Mode.FLIGHT))
-    return any(other.key[:3] == landing and abs(other.time_s - event.time_s) <= known_s for other in run)
+    return any(other.key[:3] == event.landing and abs(other.time_s - event.time_s) <= known_s for other in run)
