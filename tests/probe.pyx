@@ -75,7 +75,7 @@ cdef extern from "carom/core/impact.h" nogil:
         const Law *law, const Wall *wall, const Surface *surface, Body *a, c_bool elastic, c_bool has_spins, Spins *spins
     )
 
-cdef extern from "carom/core/ambiguity.h" nogil:
+cdef extern from "carom/core/record.h" nogil:
     void clear_recent(Recent *recent)
     bint add_contact(
         Recent *recent, double time, double resolution, double nx, double ny, int feature, bint elastic,

@@ -63,9 +63,8 @@
      fall_bounds.h         lower bounds of these times
      quartic.h             instants at which such a polynomial turns negative, in three stages
      quartic_forms.h       a polynomial in floats, in pairs, and as exact products
-     quartic_isolation.h   intervals that contain exactly one root
+     quartic_isolation.h   intervals that contain exactly one root, and where to halve first
      quartic_root.h        a root, refined and rounded
-     quartic_scale.h       where to halve intervals first
    Laws and records, for both loops
      run_input.h           what a run is set up from
      impact.h              restitution and friction of an impact
@@ -73,8 +72,7 @@
      damping.h             linear damping as a change of time
      resolution.h          what rounding makes uncertain about an impact's time
      touched.h             bodies that a disc touches without speed along the normal
-     ambiguity.h           impacts whose result depends on an order that physics does not decide
-     record.h              rows of recorded impacts
+     record.h              rows of recorded impacts, and which depend on an order that physics does not decide
      arena.h               rows whose number is fixed
    The event-driven loop (PIC)
      state.h               state of a run, kinds of events, functions for bindings: read it first
@@ -83,8 +81,7 @@
      events.h              the next event of a disc, and of all
      queue.h               tournament tree of the times of next events
      grid.h                cells
-     obstacles.h           lists of obstacles near each cell
-     cell_exit.h           when a disc leaves its cell, or meets an obstacle before
+     obstacles.h           lists of obstacles near each cell, and how a disc's stay there ends
      scan.h                which disc a disc meets next
      motion.h              straight paths: positions, and times on them
      impacts.h             an impact is applied and recorded
@@ -99,11 +96,10 @@
      crush_rule_bodies.h   bodies as that rule sees them
      crush_rule_row.h      the same for a row of discs
      parabola.h            paths of discs that accelerate: positions, and times on them
-     parabola_exit.h       cell_exit.h for parabolas
+     parabola_exit.h       the end of a stay in a cell, for parabolas
      parabola_scan.h       scan.h for parabolas
      parabola_impacts.h    impacts.h for parabolas; where contact begins, ends, or ends the run
-     contact.h             discs in contact with a wall: modes, and when they change
-     mode_record.h         rows of recorded changes of mode
+     contact.h             discs in contact with a wall: modes, when they change, and their record
      two_discs.h           two discs without walls: a closed form
      all_pairs.h           the all-pairs loop, the oracle of the event loop
    The frame-sampled loop (PIT)
@@ -238,7 +234,7 @@ typedef struct LastContact { /* an impact as the next one of the same disc sees 
     bool elastic; /* whether that wall loses no energy */
 } LastContact;
 
-typedef struct Recent { /* the earlier impacts of a disc that decide whether its next one is ambiguous: ambiguity.h */
+typedef struct Recent { /* the earlier impacts of a disc that decide whether its next one is ambiguous: record.h */
     LastContact furthest;
     LastContact across;
 } Recent;

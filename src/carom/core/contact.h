@@ -2,13 +2,13 @@
 
    In contact a disc moves on a parabola as well, with an acceleration along the wall, so all that predicts discs in flight
    predicts these. What the law makes 0 is set to 0 and not computed: the gap and the speed along the normal of a disc in
-   contact, and the slip of one that rolls. docs/theory/contact.md derives the law. */
+   contact, and the slip of one that rolls. docs/contact.md derives the law. */
 
 #pragma once
 
 #include "carom/core/contact_law.h"
-#include "carom/core/mode_record.h"
 #include "carom/core/parabola.h"
+#include "carom/core/record.h"
 
 /* ---- the ground: the half-plane or face that a disc is in contact with ---- */
 
@@ -295,4 +295,32 @@ static inline bool update_contact(State *s, Index i, Index struck, ModeRow *row)
         p->left_speed = -approach;
     }
     return true;
+}
+
+/* ---- recorded changes of mode ---- */
+
+/* Make room for the changes that one event can make: one for each of two discs. Return whether there is any. */
+static inline bool reserve_modes(State *s) {
+    Accelerated *run = &s->accelerated;
+    if (run->mode_count + 2 > run->mode_capacity) {
+        Index capacity = 2 * run->mode_capacity + 64;
+        ModeRow *modes = s->resize(run->modes, (size_t)run->mode_count * sizeof(ModeRow), (size_t)capacity * sizeof(ModeRow));
+        if (modes == NULL) {
+            return false;
+        }
+        run->modes = modes;
+        run->mode_capacity = capacity;
+    }
+    return true;
+}
+
+/* Record a change of mode at the reported time, if that is wanted. */
+static inline void record_mode(State *s, const ModeRow *row) {
+    Accelerated *run = &s->accelerated;
+    if (is_recorded(&s->record, s->clock.reported)) {
+        run->modes[run->mode_count] = *row;
+        run->modes[run->mode_count].time = s->clock.reported;
+        run->modes[run->mode_count].impacts = s->record.released + s->record.count;
+        run->mode_count += 1;
+    }
 }

@@ -8,11 +8,11 @@
 
 #pragma once
 
-#include "carom/core/cell_exit.h"
 #include "carom/core/crush.h"
 #include "carom/core/events.h"
 #include "carom/core/impacts.h"
 #include "carom/core/motion.h"
+#include "carom/core/obstacles.h"
 #include "carom/core/parabola_impacts.h"
 #include "carom/core/prescribed.h"
 #include "carom/core/scan.h"

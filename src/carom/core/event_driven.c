@@ -3,7 +3,6 @@
    Start with `state.h`. No result depends on the cells, on prefetching, or on the pieces in which a run is advanced. */
 
 #include "carom/core/all_pairs.h"
-#include "carom/core/cell_exit.h"
 #include "carom/core/driven.h"
 #include "carom/core/epochs.h"
 #include "carom/core/events.h"

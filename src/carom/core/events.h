@@ -132,7 +132,8 @@ static inline Event first_of_tie(State *s, double time) {
             return event;
         Bodies bodies = bodies_of(s, event);
         double low = event_low(s, event);
-        if (low < least_low || (low == least_low && (bodies.first < least.first || (bodies.first == least.first && bodies.second < least.second)))) {
+        bool is_first = bodies.first < least.first || (bodies.first == least.first && bodies.second < least.second);
+        if (low < least_low || (low == least_low && is_first)) {
             first = event;
             least = bodies;
             least_low = low;

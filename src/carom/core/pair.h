@@ -216,7 +216,8 @@ static inline DoubleDouble exact_discriminant(Encounter e) {
     write_pair_products(cross, e.x, e.uy, 1.0);
     write_pair_products(cross + 8, e.y, e.ux, -1.0);
     write_pair_products(reach2, e.reach, e.reach, 1.0);
-    int a_count = write_parts(a, a, 16), cross_count = write_parts(cross, cross, 16), reach_count = write_parts(reach2, reach2, 8);
+    int a_count = write_parts(a, a, 16), reach_count = write_parts(reach2, reach2, 8);
+    int cross_count = write_parts(cross, cross, 16);
     int count = write_products(terms, a, a_count, reach2, reach_count, 1.0);
     count += write_products(terms + count, cross, cross_count, cross, cross_count, -1.0);
     return exact_sum(terms, count);

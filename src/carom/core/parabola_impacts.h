@@ -10,7 +10,6 @@
 #include "carom/core/contact.h"
 #include "carom/core/crush.h"
 #include "carom/core/impacts.h"
-#include "carom/core/mode_record.h"
 #include "carom/core/parabola_exit.h"
 #include "carom/core/parabola_scan.h"
 

@@ -19,7 +19,6 @@
 #include "carom/core/quartic_forms.h"
 #include "carom/core/quartic_isolation.h"
 #include "carom/core/quartic_root.h"
-#include "carom/core/quartic_scale.h"
 
 /* Tests count by this macro which stage has decided: 1, 2 or 3. */
 #ifndef CAROM_STAGE_DECIDED

@@ -5,7 +5,7 @@
    with the coefficients of the law, else a feature of a wall (half-plane, face, vertex or arc).
 
    `event_driven.c` contains the loop. It takes the next event from the queue (`events.h`), applies it (`impacts.h`,
-   `grid.h`), and predicts the discs that it changed again (`scan.h`, `cell_exit.h`, `driven.h`). `motion.h` contains
+   `grid.h`), and predicts the discs that it changed again (`scan.h`, `obstacles.h`, `driven.h`). `motion.h` contains
    everything that depends on the shape of a path. */
 
 #pragma once
