@@ -27,11 +27,25 @@ class _Advances(Protocol):
         """Advance to a time."""
 
 
-class SavedTime(NamedTuple):
+class SkippedTime(NamedTuple):
     """Run time with skipping, seconds, and how many times that the run takes without it: medians of the same rounds."""
 
     with_s: float
     ratio: float
+
+
+class SceneSkips(NamedTuple):
+    """What PIC and PIT save in a scene; None where the run without skipping is not worth the wait."""
+
+    pic: SkippedTime | None
+    pit: SkippedTime | None
+    dt_s: float
+
+
+def scene_skips(reference: Trace, dt_s: float) -> SceneSkips:
+    """Return what PIC and PIT at a step save in the scene of a reference."""
+    scene = reference.scene
+    return SceneSkips(pic_saved(scene, reference), pit_saved(scene, dt_s), dt_s)
 
 
 def tests_a_frame(scene: Scene) -> int:
@@ -40,7 +54,7 @@ def tests_a_frame(scene: Scene) -> int:
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
 
 
-def pic_saved(scene: Scene, reference: Trace) -> SavedTime | None:
+def pic_saved(scene: Scene, reference: Trace) -> SkippedTime | None:
     """Return what PIC saves by predicting only the discs of an impact again; None where all pairs are too many."""
     if len(reference.impacts) * tests_a_frame(scene) > MOST_TESTS:
         return None
@@ -49,7 +63,7 @@ def pic_saved(scene: Scene, reference: Trace) -> SavedTime | None:
     return _measured(lambda skipping: pic_run(scene, all_pairs=not skipping), until_s)
 
 
-def pit_saved(scene: Scene, dt_s: float) -> SavedTime | None:
+def pit_saved(scene: Scene, dt_s: float) -> SkippedTime | None:
     """Return what PIT saves by skipping frames and pairs that can't touch; None where the plain loop is too long."""
     if scene.step_count(dt_s) * tests_a_frame(scene) > MOST_TESTS:
         return None
@@ -57,7 +71,7 @@ def pit_saved(scene: Scene, dt_s: float) -> SavedTime | None:
     return _measured(lambda skipping: pit_run(scene, clock, skipping=skipping), scene.duration_s)
 
 
-def _measured(prepare: Callable[[bool], _Advances], until_s: float) -> SavedTime:
+def _measured(prepare: Callable[[bool], _Advances], until_s: float) -> SkippedTime:
     """Time runs with and without skipping in turn; preparing them is no part of it."""
 
     def seconds(skipping: bool) -> float:
@@ -70,6 +84,8 @@ def _measured(prepare: Callable[[bool], _Advances], until_s: float) -> SavedTime
     rounds: list[tuple[float, float]] = []
     started = time.perf_counter()
     while len(rounds) < _LEAST_ROUNDS or (len(rounds) < _ROUNDS and time.perf_counter() - started < _ENOUGH_S):
-        rounds.append((seconds(True), seconds(False)))
+        first = len(rounds) % 2 == 0  # each form is the first in every other round: the second finds warm caches
+        taken = {skipping: seconds(skipping) for skipping in (first, not first)}
+        rounds.append((taken[True], taken[False]))
     ratio = statistics.median(plain_s / with_s for with_s, plain_s in rounds)
-    return SavedTime(statistics.median(with_s for with_s, _ in rounds), ratio)
+    return SkippedTime(statistics.median(with_s for with_s, _ in rounds), ratio)
