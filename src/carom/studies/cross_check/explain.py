@@ -16,7 +16,7 @@ from carom.runs.job import Job
 from carom.runs.phases import phase_values
 from carom.runs.plan import Plan
 from carom.runs.reference import reference_trace
-from carom.runs.skipped import SkippedTime, pic_saved, pit_saved, tests_a_frame
+from carom.runs.skipped import SkippedTime, in_closed_form, pic_saved, pit_saved, tests_a_frame
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
@@ -37,7 +37,8 @@ def explain(plan: Plan) -> Iterator[str]:
         if isinstance(reference, str):
             yield f"  nothing is run: {reference}"
             continue
-        saved = _saved(pic_saved(scene, reference), "predicting all pairs anew")
+        plain = "an event-driven run" if in_closed_form(reference) else "predicting all pairs anew"
+        saved = _saved(pic_saved(scene, reference), plain)
         yield f"  PIC: {pic_in_words(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
             saved = _saved(pit_saved(scene, dt_s), "the plain loop")
@@ -75,7 +76,7 @@ def pic_in_words(scene: Scene, trace: Trace) -> str:
         return f"in the time in which damped discs move in straight lines, {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
         return f"event-driven along parabolas, with cells{walls}: {found}"
-    if "crossings" in trace.counts:  # which the closed form does not count
+    if not in_closed_form(trace):
         return f"event-driven, in the compiled kernel with cells{walls}: {found}"
     return f"two discs, so the closed form, without queue or cells{walls}: {found}"
 
