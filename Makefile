@@ -113,7 +113,7 @@ docs: $(BUILT)
 
 docs-bench: $(BUILT)
 	rm -rf reports/bench
-	$(BIN)/carom bench gravity/box -e pymunk -e box2d -e mujoco -e pybullet -p tuned --budget 160 --out reports/bench
+	$(BIN)/carom bench gravity/box -e pymunk -e box2d -e mujoco -e pybullet -p tuned --rounds 15 --budget 160 --out reports/bench
 	$(MAKE) docs-figures
 
 docs-figures: $(BUILT)

@@ -16,7 +16,7 @@ from carom.studies.cross_check.explain import pic_in_words, pit_in_words
 from carom.trace import Trace
 
 NOTE = (
-    "Skipping changes no result. PIC without it predicts all pairs anew after each impact, and runs event by event where "
+    "Skipping changes no result. PIC without it predicts all pairs after each impact, and runs event by event where "
     "a closed form does; PIT without it tests every pair and wall at every frame. Both are timed in turn on this "
     "machine; a ratio below 1 is a scene so small that keeping count costs more than it saves."
 )
