@@ -38,7 +38,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # What is imported is translated then: pip would translate all of Cython, NumPy and Matplotlib, one after the other.
 export PIP_NO_COMPILE := 1
 
-.PHONY: help demo report test test-long test-browser engines test-engines docs pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-clones weight check changelog coverage coverage-compiled clean
+.PHONY: help demo report test test-long test-browser engines test-engines docs docs-bench docs-figures pictures hazards atlas history determinism walls contact stress campaign campaign-pic campaign-tables campaign-contact campaign-features mutants arm wheels bench bench-clones weight check changelog coverage coverage-compiled clean
 
 help:
 	@echo "make demo               install what it needs, open a page: throw discs, and see an impact be missed"
@@ -49,6 +49,8 @@ help:
 	@echo "make engines            install the engines that are no part of all: from npm (needs node), and $(WHEELS)"
 	@echo "make test-engines       run the tests of those engines that are installed"
 	@echo "make docs               write the documents as a site, site/index.html, and print their reading ease; a warning fails it"
+	@echo "make docs-bench         (minutes, on a quiet machine) the bench whose diagram the README shows; then make docs-figures"
+	@echo "make docs-figures       write the README's blocks of results and its diagram, from committed results"
 	@echo "make pictures           take the pictures of the README of the sample report, in Chromium"
 	@echo "make hazards            (ten minutes) what each engine does over many starts; write docs/results/hazards.md and the tables of docs/engines"
 	@echo "make atlas              (half an hour) all engines on all scenes, under every attack; write the tables of docs/engines"
@@ -109,6 +111,14 @@ test-engines: $(BUILT)
 docs: $(BUILT)
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build
 	$(BIN)/python -m docs.prose ease
+
+docs-bench: $(BUILT)
+	rm -rf reports/bench
+	$(BIN)/carom bench gravity/box -e pymunk -e box2d -e mujoco -e pybullet -p tuned --rounds 15 --budget 160 --out reports/bench
+	$(MAKE) docs-figures
+
+docs-figures: $(BUILT)
+	$(BIN)/python -m docs.figures.readme
 
 campaign: $(BUILT)
 	$(BIN)/python -m tests.attacks --minutes $(MINUTES) --write docs/contributing/reliability.md
@@ -201,7 +211,7 @@ generated: $(BUILT)
 	$(BIN)/carom diff --schema > src/carom/results.schema.json
 	$(BIN)/carom scenes --schema | $(BIN)/python -m json.tool --indent 2 --sort-keys > src/carom/scene.schema.json
 	$(BIN)/python -m tests.packaging.core_wasm
-	$(BIN)/python docs/figures/readme.py
+	$(MAKE) docs-figures
 	$(BIN)/python docs/figures/engine_pages.py
 	$(BIN)/python docs/figures/scoring_tables.py
 	CAROM_SNAPSHOTS=write $(BIN)/python -m pytest -q tests/unit/test_snapshots.py

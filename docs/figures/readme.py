@@ -1,24 +1,53 @@
-"""The table of the README: `python docs/figures/readme.py` writes it.
+"""The blocks of results in the README, from committed results: `make docs-figures` writes them.
 
-It counts the rows of the committed sample, `reports/sample/results.jsonl`, at each scene's coarsest step.
+Run time against error is `reports/bench/bench.json`, which `make docs-bench` makes anew. Stability counts the table of
+the full stress campaign, and accuracy the rows of the committed sample, `reports/sample/results.jsonl`, at each scene's
+coarsest step.
 """
 
 from __future__ import annotations
 
+import json
+import math
+import re
 import statistics
 from collections import Counter
+from importlib import resources
 from pathlib import Path
+from typing import Any
+
+from docs.figures import stress_tables
 
 from carom.pages.records import raw_records
+from carom.pages.svg import alone
 from carom.pages.wording import number
+from carom.scenes import find_scenes
+from carom.studies.bench.answer import scene_answer
+from carom.studies.bench.axes import Diagram, ErrorKind
+from carom.studies.bench.convergence import Convergence, ConvergenceOrder
+from carom.studies.bench.figure import diagram_svg
+from carom.studies.bench.noise import Noise, Spread
+from carom.studies.bench.result import Curve, Point, SceneBench
+from carom.studies.bench.tables import error_text
+from carom.studies.bench.timing_pass import CellTiming
+from carom.studies.stress.run import listing
+from carom.studies.stress.spots import Line, Spot, SpotEnding
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
 
 GRADES = ("exact", "close", "sampled", "inaccurate", "parted", "parted inaccurate", "wrong")
 
-#: What stands between them in the README is written by this script.
-BEGIN, END = "<!-- made by docs/figures/readme.py -->\n", "<!-- end -->\n"
+BENCH = ROOT / "reports" / "bench" / "bench.json"
+FIGURES = ROOT / "docs" / "figures"
+CAMPAIGN = stress_tables.PAGE
+
+#: Of each block, what stands between its first line and the end is written by this script.
+BLOCK = re.compile(r"(<!-- made by docs/figures/readme\.py: (\w+) -->\n)((?s:.*?))(<!-- end -->\n)")
+
+#: The error whose cheapest engine is named, and the methods of the table of stability.
+TARGET = 0.01
+STABLE = ("pic tuned", "box2d tuned", "mujoco tuned", "pybullet tuned", "pymunk tuned")
 
 
 def table(path: Path = SAMPLE) -> str:
@@ -40,7 +69,90 @@ def table(path: Path = SAMPLE) -> str:
     return "\n".join(lines) + "\n"
 
 
+def bench_scene(path: Path = BENCH) -> tuple[SceneBench, ErrorKind]:
+    """Return the first scene of a committed bench, with the error that it measures."""
+    content = json.loads(path.read_text(encoding="utf-8"))
+    found = content["scenes"][0]
+    curves = tuple(
+        Curve(one["engine"], one["profile"], tuple(map(_point, one["points"])), _order(one["order"]), None)
+        for one in found["curves"]
+    )
+    scene = find_scenes([found["scene"]])[0].scene
+    noise = Noise(**found["noise"])
+    bench = SceneBench(scene, curves, (), None, noise, found["rounds"], found["timed_at"])
+    return bench, ErrorKind(content["plan"]["error"])
+
+
+def _point(found: dict[str, Any]) -> Point:
+    own = {name: math.nan if value is None and name.startswith("error") else value for name, value in found.items()}
+    if (timing := found["timing"]) is not None:
+        clocks = {name: Spread(**value) if isinstance(value, dict) else value for name, value in timing.items()}
+        own["timing"] = CellTiming(**clocks)
+    return Point(**own)
+
+
+def _order(found: dict[str, Any]) -> ConvergenceOrder:
+    numbers = {name: math.nan if value is None else value for name, value in found.items()}
+    return ConvergenceOrder(**numbers | {"verdict": Convergence[found["verdict"].upper()]})
+
+
+def bench_block() -> str:
+    """Return the diagram of run time against error, and what it says."""
+    scene, kind = bench_scene()
+    pit = next(curve.best for curve in scene.curves if curve.engine == "pit")
+    alt = f"Error against run time on {scene.scene.name}: PIC is a line at the bottom, and engines come down towards it"
+    picture = (
+        '<picture><source media="(prefers-color-scheme: dark)" srcset="docs/figures/bench-dark.svg">'
+        f'<img alt="{alt}" src="docs/figures/bench-light.svg"></picture>'
+    )
+    told = scene_answer(scene, TARGET, kind)
+    sampling = f"Checking once per step by itself (PIT) comes to {error_text(pit.error, kind)}." if pit else ""
+    return f"{picture}\n\n{told} {sampling}\n"
+
+
+def bench_figures() -> dict[str, str]:
+    """Return the diagram in light and in dark, by the names of their files."""
+    scene, kind = bench_scene()
+    light = alone(diagram_svg(scene, Diagram.ERROR_TIME, kind))
+    css = resources.files("carom.pages").joinpath("templates/report.css").read_text(encoding="utf-8")
+    dark = dict(
+        re.findall(r"--([\w-]+): (#[0-9a-f]+)", css.partition("prefers-color-scheme: dark")[2].partition("}")[0])
+    )
+    text = re.sub(r"var\(--([\w-]+),#[0-9a-f]+\)", lambda found: dark[found[1]], light)
+    return {"bench-light.svg": light, "bench-dark.svg": text}
+
+
+def stability_block() -> str:
+    """Return a row a method: how many stress tests of the full campaign it passes, and which it fails first."""
+    head, _, *rows = stress_tables.kept(CAMPAIGN.read_text(encoding="utf-8"))["stress test"]
+    axes = {line.name: line for line in listing()}
+    lines = ["| method | stress tests passed | fails first |", "| --- | --- | --- |"]
+    for method in STABLE:
+        cells = [(axes[row[0]], row[head.index(method)]) for row in rows]
+        passed = sum(cell.startswith("= ") for _, cell in cells)
+        failed = [
+            (line, float(cell.split()[-1])) for line, cell in cells if cell[:2] in ("~ ", "x ") and cell[-1].isdigit()
+        ]
+        first = min(failed, key=lambda one: _depth(*one), default=None)
+        told = f"{first[0].name} at {number(first[1])} ({first[0].axis.partition(', ')[0]})" if first else ""
+        lines.append(f"| {method} | {passed} of {len(cells)} | {told} |")
+    return "\n".join(lines) + "\n"
+
+
+def _depth(line: Line, value: float) -> float:
+    spot = Spot("attack", line.name, "", SpotEnding.GIVES_WAY, value, stands_at=value)
+    return (line.depth(spot) or 0.0) if value > 0 else 1.0
+
+
+def blocks() -> dict[str, str]:
+    """Return each block of the README by its name."""
+    return {"bench": bench_block(), "stability": stability_block(), "accuracy": table()}
+
+
 if __name__ == "__main__":
+    made = blocks()
     readme = ROOT / "README.md"
-    before, _, rest = readme.read_text(encoding="utf-8").partition(BEGIN)
-    readme.write_text(before + BEGIN + table() + END + rest.partition(END)[2], encoding="utf-8")
+    text = BLOCK.sub(lambda found: found[1] + made[found[2]] + found[4], readme.read_text(encoding="utf-8"))
+    readme.write_text(text, encoding="utf-8")
+    for name, drawn in bench_figures().items():
+        (FIGURES / name).write_text(drawn, encoding="utf-8")

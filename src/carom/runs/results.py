@@ -11,6 +11,7 @@ from carom.registry import EngineInfo
 from carom.runs.environment import Environment
 from carom.runs.job import Job, Status
 from carom.runs.phases import PhaseSpread
+from carom.runs.skipped import SceneSkips
 from carom.runs.timing import Timing
 from carom.scenes import KnownAnswer
 from carom.trace import Trace
@@ -72,6 +73,8 @@ class Results(Tabular):
             no longer reliable, by an estimate where nobody has certified it, or where contact that lasts begins. What
             is not listed is compared whole.
         phases: At how many sub-step phases each job was run in addition to the scene's own.
+        skipped: What PIC and PIT at the coarsest step save by skipping, by the scene's name; empty where no run was
+            timed, or nobody draws it.
     """
 
     rows: tuple[Row, ...]
@@ -84,3 +87,4 @@ class Results(Tabular):
     certified: Mapping[str, Horizon | str] = field(default_factory=dict)
     horizons: Mapping[str, float] = field(default_factory=dict)
     phases: int = 0
+    skipped: Mapping[str, SceneSkips] = field(default_factory=dict)

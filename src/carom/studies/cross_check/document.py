@@ -28,6 +28,7 @@ from carom.studies.cross_check.overview import first_replay, overview
 from carom.studies.cross_check.price import price_section, prices
 from carom.studies.cross_check.reference import known_section, reference_section
 from carom.studies.cross_check.sentences import Sentence
+from carom.studies.cross_check.skipping import skipping_section
 from carom.studies.cross_check.steps import steps_section
 from carom.studies.cross_check.thrown import THROWN, thrown_page
 from carom.studies.cross_check.trend import trend_sections
@@ -61,6 +62,7 @@ def cross_check_document(results: Results) -> Document:
             *pictures(results, grid),
             known_section(results),
             tables.run_time_section(grid),
+            skipping_section(results),
             *making(results.environment, results.command or _python_call(results, grid), results.elapsed_s),
             tables.settings_section(results, grid),
             *tables.cell_sections(results, grid),

@@ -16,10 +16,10 @@ from carom.runs.job import Job
 from carom.runs.phases import phase_values
 from carom.runs.plan import Plan
 from carom.runs.reference import reference_trace
+from carom.runs.skipped import SkippedTime, in_closed_form, pic_saved, pit_saved, tests_a_frame
 from carom.scene import Scene
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.studies.cross_check.skipped import SavedTime, pic_saved, pit_saved, tests_a_frame
 from carom.trace import Trace
 
 #: PIT is run to say what it skips; of a longer run the sentence is not worth the wait.
@@ -37,9 +37,12 @@ def explain(plan: Plan) -> Iterator[str]:
         if isinstance(reference, str):
             yield f"  nothing is run: {reference}"
             continue
-        yield f"  PIC: {_pic(scene, reference)}{_saved(pic_saved(scene, reference), 'predicting all pairs anew')}"
+        plain = "an event-driven run" if in_closed_form(reference) else "predicting all pairs anew"
+        saved = _saved(pic_saved(scene, reference), plain)
+        yield f"  PIC: {pic_in_words(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
-            yield f"  PIT at {instant(dt_s)}: {_pit(scene, dt_s)}"
+            saved = _saved(pit_saved(scene, dt_s), "the plain loop")
+            yield f"  PIT at {instant(dt_s)}: {pit_in_words(scene, dt_s)}{saved}"
         yield f"  engines: {_engines(scene, reference, steps[0])}"
         yield f"  states: {_samples(scene, drawn=options.samples)}"
         if options.phases:
@@ -63,21 +66,23 @@ def _needs(scene: Scene) -> str:
     return ", ".join(sorted(need.value for need in scene.needs)) or "nothing special"
 
 
-def _pic(scene: Scene, trace: Trace) -> str:
+def pic_in_words(scene: Scene, trace: Trace) -> str:
+    """Say in which form PIC runs a scene, and how much it predicts."""
     count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
     found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
     walls = "" if scene.walls else ", 0 wall tests as there is no wall"
     if scene.damping_per_s:
-        undamped = _pic(scene.undamped, trace)
+        undamped = pic_in_words(scene.undamped, trace)
         return f"in the time in which damped discs move in straight lines, {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
         return f"event-driven along parabolas, with cells{walls}: {found}"
-    if "crossings" in trace.counts:  # which the closed form does not count
+    if not in_closed_form(trace):
         return f"event-driven, in the compiled kernel with cells{walls}: {found}"
     return f"two discs, so the closed form, without queue or cells{walls}: {found}"
 
 
-def _pit(scene: Scene, dt_s: float) -> str:
+def pit_in_words(scene: Scene, dt_s: float) -> str:
+    """Say how many frames PIT looks at, and how many pairs it tests."""
     frames = scene.step_count(dt_s)
     if frames > MOST_FRAMES:
         return f"{frames} frames"
@@ -86,11 +91,10 @@ def _pit(scene: Scene, dt_s: float) -> str:
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are looked at"
     if counts["frames_looked_at"] < counts["frames"]:
         looked_at += ", the others skipped, as no pair due can touch before"
-    tests = f"{counts['pair_tests']} pair tests where the plain loop makes {plain}"
-    return f"{looked_at}; {tests}{_saved(pit_saved(scene, dt_s), 'the plain loop')}"
+    return f"{looked_at}; {counts['pair_tests']} pair tests where the plain loop makes {plain}"
 
 
-def _saved(saved: SavedTime | None, plain: str) -> str:
+def _saved(saved: SkippedTime | None, plain: str) -> str:
     """Say what skipping saved, measured here and now; nothing where the run without it would take too long."""
     if saved is None:
         return ""

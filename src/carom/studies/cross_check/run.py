@@ -32,6 +32,7 @@ from carom.runs.reference import Reference, reference_of, reference_trace, will_
 from carom.runs.results import Results, Row
 from carom.runs.scoring import steps_of
 from carom.runs.settings_override import tried_by
+from carom.runs.skipped import scene_skips
 from carom.runs.timing import Measure, Timing
 from carom.scene import Scene, as_scene
 from carom.scenes import CatalogueScene, deviation
@@ -145,7 +146,11 @@ def execute(
     for job in plan.jobs:
         if isinstance(reason := references[job.scene.name], str):
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
-    return _results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
+    skipped = {}
+    if options.samples:  # where somebody draws it
+        skipped = {job.scene.name: scene_skips(usable[job.scene.name].trace, job.dt_s) for job in timed}
+    found = _results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
+    return replace(found, skipped=skipped)
 
 
 class _Observer:

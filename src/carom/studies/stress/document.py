@@ -142,7 +142,8 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
     yield Table(columns, results.methods, css="methods")
     if attacks:
         yield Text(HEAT, TERMINAL | DETAIL)
-        yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
+        if len(results.methods) > SENTENCES:  # of fewer they stand first
+            yield Lines(tuple(_sentence(results, attacks, method) for method in results.methods), IN_FULL)
     yield Legend(tuple((Cell(word, symbol=sign, css=css), meaning) for (sign, css), word, meaning in _MEANINGS), PAGE)
 
 

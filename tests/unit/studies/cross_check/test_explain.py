@@ -11,17 +11,19 @@ import pytest
 from tests.lengths import each, long_after
 
 from carom.errors import UnknownNameError
+from carom.pages.document import Figures, Medium, Table
 from carom.runs import reference
 from carom.runs.job import Answer, Job, Status, Task
 from carom.runs.observe import Observe
 from carom.runs.options import Options
 from carom.runs.plan import plan_of
 from carom.runs.pool import InProcess
+from carom.runs.skipped import pic_saved, pit_saved
 from carom.scenes import catalogue
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.run import cross_check, execute
-from carom.studies.cross_check.skipped import pic_saved, pit_saved
+from carom.studies.cross_check.skipping import skipping_section
 
 
 def plan(name: str, **options: Any) -> str:
@@ -66,6 +68,21 @@ def test_what_skipping_saves_is_measured() -> None:
         assert saved.ratio > 0.0
     assert pit_saved(scene, 1e-7) is None
     assert " times that" in plan("classics/gas", engines=["pit"], dts=[1 / 60])
+
+
+def test_a_report_says_what_was_skipped_and_what_that_saved() -> None:
+    """A section with a row a scene where runs were timed and somebody draws them; none otherwise."""
+    asked: dict[str, Any] = {"profiles": ["tuned"], "dts": [1 / 60], "pool": InProcess()}
+    found = cross_check(["classics/gas"], ["pit"], **asked)
+    assert list(found.skipped) == ["classics/gas"]
+    section = skipping_section(found)
+    (table,) = [block for block in section.blocks if isinstance(block, Table)]
+    _, ((scene, *_),) = table.shown(Medium.MARKDOWN)
+    assert scene.text == "classics/gas"
+    (figures,) = [block for block in section.blocks if isinstance(block, Figures)]
+    assert "classics/gas" in figures.items[0].draw()
+    assert not skipping_section(cross_check(["paper/late"], ["pit"], **asked, timing=False)).blocks
+    assert not cross_check(["paper/late"], ["pit"], **asked, samples=False).skipped
 
 
 def test_the_form_that_runs_is_the_one_that_is_told() -> None:

@@ -1,0 +1,89 @@
+"""The section of a report on skipped work: what a scene does not need, and what that saves PIC and PIT."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from carom.number_text import number
+from carom.pages import wording
+from carom.pages.document import ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
+from carom.pages.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
+from carom.runs.results import Results
+from carom.runs.skipped import SceneSkips, SkippedTime
+from carom.studies.cross_check.explain import pic_in_words, pit_in_words
+from carom.trace import Trace
+
+NOTE = (
+    "Skipping changes no result. PIC without it predicts all pairs after each impact, and runs event by event where "
+    "a closed form does; PIT without it tests every pair and wall at every frame. Both are timed in turn on this "
+    "machine; a ratio below 1 is a scene so small that keeping count costs more than it saves."
+)
+
+
+class _Scene(NamedTuple):
+    """A scene with its reference and what was saved."""
+
+    reference: Trace
+    skips: SceneSkips
+
+
+def skipping_section(results: Results) -> Section:
+    """Return what each scene does not need, and what PIC and PIT save by that; empty where nothing was timed."""
+    found = [_Scene(results.references[name], skips) for name, skips in results.skipped.items()]
+    if not found:
+        return Section("Skipped work", ())
+    pit = [one.skips.pit.ratio for one in found if one.skips.pit]
+    pic = [one.skips.pic.ratio for one in found if one.skips.pic]
+    said = [
+        f"Without skipping {name} takes {wording.ratio(statistics.median(ratios))} the run time (median of "
+        f"{wording.count(len(ratios), 'scene')}, up to {wording.ratio(max(ratios))})."
+        for name, ratios in (("PIC", pic), ("PIT", pit))
+        if ratios
+    ]
+    columns = (
+        Column("scene", lambda one: one.reference.scene.name),
+        Column("PIC", lambda one: Cell(pic_in_words(one.reference.scene, one.reference), css="prose")),
+        Column("PIC, ms", lambda one: _with(one.skips.pic), number=True),
+        Column("without", lambda one: _without(one.skips.pic), number=True),
+        Column("PIT", lambda one: Cell(pit_in_words(one.reference.scene, one.skips.dt_s), css="prose")),
+        Column("PIT, ms", lambda one: _with(one.skips.pit), number=True),
+        Column("without", lambda one: _without(one.skips.pit), number=True),
+    )
+    folded = f"What each of {wording.count(len(found), 'scene')} does not need"
+    figure = Figure(lambda: _diagram(found), "Run time with skipping (full) and without (ring).")
+    table = Table(columns, found, note=NOTE, folded=folded, css="cells", only=ON_PAPER)
+    return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,)), table))
+
+
+def _with(saved: SkippedTime | None) -> str:
+    return wording.ABSENT if saved is None else number(1e3 * saved.with_s, 3)
+
+
+def _without(saved: SkippedTime | None) -> str:
+    return wording.ABSENT if saved is None else wording.ratio(saved.ratio)
+
+
+def _diagram(found: Sequence[_Scene]) -> str:
+    """Return the run times of each scene as SVG: a line from that with skipping to that without."""
+    with drawing():
+        figure = new_figure(6.4, 0.7 + 0.24 * len(found))
+        axes = figure.add_axes((0.3, 0.5 / figure.get_figheight(), 0.6, 1.0 - 0.65 / figure.get_figheight()))
+        for k, one in enumerate(found):
+            for engine, saved, shift in (("pic", one.skips.pic, 0.15), ("pit", one.skips.pit, -0.15)):
+                if saved is None:
+                    continue
+                colour = line_style(engine)["color"]
+                ends, level = [1e3 * saved.with_s, 1e3 * saved.with_s * saved.ratio], -k + shift
+                axes.plot(ends, [level, level], color=colour, linewidth=1.6, alpha=0.6)
+                axes.plot(ends[1:], [level], "o", color=colour, markerfacecolor=SURFACE, markersize=6)
+                name = {"pic": "PIC", "pit": "PIT"}[engine] if k == 0 else None
+                axes.plot(ends[:1], [level], "o", color=colour, markersize=5, label=name)
+        axes.set_xscale("log")
+        axes.set_ylim(0.5 - max(2, len(found)), 0.5)
+        axes.set_yticks([-k for k in range(len(found))], [one.reference.scene.name for one in found])
+        axes.set_xlabel("run time, ms")
+        axes.xaxis.set_major_formatter(plain_number)
+        finish(axes)
+        return render(figure, "Run time of PIC and PIT with and without skipping")
