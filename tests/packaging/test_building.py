@@ -1,4 +1,4 @@
-"""Builds with a compiler, without one, and for all features of this processor: the bits are the same."""
+"""Builds with a compiler, without one, for all features of this processor, and with sanitizers: the bits are the same."""
 
 from __future__ import annotations
 
@@ -153,3 +153,17 @@ def test_nothing_is_fused_where_the_processor_could(tmp_path: Path) -> None:
     found = run(sys.executable, "-c", "import carom.built; print(carom.built.__file__)", cwd=tree, env=native).stdout
     assert Path(found.strip()).is_relative_to(tree)
     run(sys.executable, "-m", "pytest", "-q", "-n", "0", *IDENTITY, cwd=tree, env=native)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="preloads the sanitizers' libraries of GCC")
+def test_sanitizers_find_no_fault_in_the_core(tmp_path: Path) -> None:
+    """The core reads and writes only its own memory and has no undefined behavior in any test of its solvers."""
+    tree = copy_of_the_tree(tmp_path)
+    sanitizers = "-fsanitize=address,undefined"
+    flags = {"CFLAGS": f"{sanitizers} -fno-sanitize-recover=all", "LDFLAGS": sanitizers}
+    run(sys.executable, "setup.py", "--quiet", "build_ext", "--inplace", cwd=tree, env=flags)
+    libraries = [run("gcc", f"-print-file-name={name}").stdout.strip() for name in ("libasan.so", "libubsan.so")]
+    # Each allocation apart, so that the sanitizer sees its end; Python itself leaks what lives as long as the process.
+    checked = {"PYTHONPATH": str(tree / "src"), "PYTHONMALLOC": "malloc", "ASAN_OPTIONS": "detect_leaks=0"}
+    checked["LD_PRELOAD"] = ":".join(libraries)
+    run(sys.executable, "-m", "pytest", "-q", "-n", "0", *IDENTITY, cwd=tree, env=checked)

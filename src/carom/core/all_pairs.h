@@ -62,15 +62,11 @@ static inline Instant wall_meeting(const State *s, Index i, Index k) {
 
 /* Return when disc `i` meets feature k of a wall that does not move, as if it were alone. */
 static inline Instant feature_meeting(const State *s, Index i, Index k, double *wait) {
+    *wait = CAROM_INF;
+    if (s->accelerated.paths != NULL)
+        return is_never_met(s, i, k) ? NEVER : parabola_feature_meeting(s, i, k, CAROM_INF);
     const Disc *a = &s->discs[i];
     bool has_just_left = a->last == -1 - k;
-    *wait = CAROM_INF;
-    if (s->accelerated.paths != NULL) {
-        Motion seen = {a->x, a->y, a->vx, a->vy};
-        if (!is_never_met(s, i, k))
-            *wait = parabola_feature_wait(s, i, k, &seen, has_just_left, keeps_touching(s, i, k), CAROM_INF);
-        return instant_after(own_instant(a, &s->accelerated.paths[i]), *wait);
-    }
     Mover mover = mover_of(a);
     if ((has_just_left && s->features[k].kind != INNER_ARC) || (s->touched != NULL && is_touched(&s->touched[i], -1 - k)))
         return NEVER;

@@ -173,6 +173,18 @@ static inline Instant return_to_left_ground(const State *s, Index i) {
     return f->kind == PLANE || foot_is_on_face(&disc, f, wait, p->ax, p->ay) ? met : NEVER;
 }
 
+/* Return when a disc meets feature k of a wall that does not move, NEVER if that is certainly later than `within` seconds. */
+static inline Instant parabola_feature_meeting(const State *s, Index i, Index k, double within) {
+    const Disc *a = &s->discs[i];
+    const Parabola *p = &s->accelerated.paths[i];
+    if (CAROM_UNLIKELY(p->left_ground == k)) {
+        return return_to_left_ground(s, i);
+    }
+    Motion seen = {a->x, a->y, a->vx, a->vy};
+    double wait = parabola_feature_wait(s, i, k, &seen, a->last == -1 - k, keeps_touching(s, i, k), within);
+    return instant_after(own_instant(a, p), wait);
+}
+
 typedef struct NextObstacle {
     Instant time;
     Index feature; /* NO_OBSTACLE for none before `time` */
@@ -183,22 +195,14 @@ typedef struct NextObstacle {
    Of two features of one wall met at one instant the first comes first; of two walls the last, since wall k is body
    -1 - k. */
 static inline NextObstacle first_of_features(const State *s, Index i, const int *numbers, NextObstacle next) {
-    const Disc *a = &s->discs[i];
-    Instant own = own_instant(a, &s->accelerated.paths[i]);
-    Motion seen = {a->x, a->y, a->vx, a->vy};
     for (; *numbers != NO_OBSTACLE; numbers++) {
         Index k = *numbers;
         if (is_never_met(s, i, k)) {
             continue;
         }
-        double within = next.time.high - a->time + CAROM_TIME_ERROR * next.time.high; /* and what rounds to that time */
-        Instant met;
-        if (CAROM_UNLIKELY(s->accelerated.paths[i].left_ground == k)) {
-            met = return_to_left_ground(s, i);
-        } else {
-            bool touches = keeps_touching(s, i, k);
-            met = instant_after(own, parabola_feature_wait(s, i, k, &seen, a->last == -1 - k, touches, within));
-        }
+        /* And what rounds to that time. */
+        double within = next.time.high - s->discs[i].time + CAROM_TIME_ERROR * next.time.high;
+        Instant met = parabola_feature_meeting(s, i, k, within);
         bool is_tie = next.feature != NO_OBSTACLE && s->features[next.feature].wall != s->features[k].wall &&
                       is_same_instant(met, next.time);
         if (is_before(met, next.time) || is_tie) {
