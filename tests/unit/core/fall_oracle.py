@@ -26,6 +26,8 @@ NEVER = math.inf
 
 #: More than floats round of a way, and than pairs round of a place, in parts of them.
 _WAY_ERROR, _PLACE_ERROR = Fraction(2) ** -49, Fraction(2) ** -98
+#: Part of its terms by which a sum of pairs and floats is rounded to a pair of 106 bits, twice.
+_PAIR_ERROR = Fraction(2) ** -104
 #: Bits of the length of a face.
 _ROOT_BITS = 300
 #: Below this part of its terms the discriminant of a face's quadratic is too close to 0 for a bound on the error.
@@ -145,6 +147,17 @@ def arc_times(case: Fall, arc: Arc) -> set[float]:
             times += coming_in(arc, arc.sector, path, now)
         right |= first_times(times, path, arc.sector)
     return right
+
+
+def arc_time_error(case: Fall, arc: Arc, time: float) -> float:
+    """Return how far a time of contact may be off since place and reach are sums that are rounded to pairs."""
+    path = Path(case.disc, arc.centre, case.acceleration)
+    (x, y), _ = path.at(time)
+    vx, vy = (u + a * Fraction(time) for u, a in zip(path.velocity, path.pull, strict=True))
+    terms = sum(map(abs, (value(case.disc.x), value(case.disc.y), *map(value, arc.centre), value(arc.radius))))
+    rounded = _PAIR_ERROR * (terms + Fraction(case.disc.radius) + Fraction(arc.half_width))
+    distance, closing = math.hypot(x, y), abs(x * vx + y * vy)
+    return float(rounded * Fraction(distance) / closing) if closing else 0.0
 
 
 def coming_in(arc: Arc, sector: Sector, path: Path, gap: Polynomial) -> list[float]:

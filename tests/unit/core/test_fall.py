@@ -43,8 +43,8 @@ def feature_time(case: Fall) -> float:
     return found
 
 
-def is_near(found: float, exact: float, ulps: int) -> bool:
-    return found == exact or abs(found - exact) <= ulps * math.ulp(exact)
+def is_near(found: float, exact: float, ulps: int, error_s: float = 0.0) -> bool:
+    return found == exact or abs(found - exact) <= ulps * math.ulp(exact) + error_s
 
 
 def assert_exact(make: Callable[[random.Random], Encounter], count: int, seed: int) -> None:
@@ -66,16 +66,22 @@ def test_a_disc_meets_a_fixed_one_at_the_exact_time(make: Callable[[random.Rando
 @pytest.mark.long
 @pytest.mark.parametrize("make", ENCOUNTERS)
 def test_many_discs_meet_fixed_ones_at_the_exact_time(make: Callable[[random.Random], Encounter]) -> None:
-    """The same holds for 20,000 cases of each kind."""
+    """The same holds for more cases of each kind."""
     assert_exact(make, 1_500, 2)
 
 
 def assert_exact_at_features(make: Callable[[random.Random], Fall], count: int, seed: int) -> None:
-    """Compare times with the exact ones, to the bit for circles.
+    """Compare times with the exact ones, to the bit for circles, whose place and reach are rounded to pairs.
 
     Faces are right to 4 units in the last place. An arc that a disc comes to from next to it is right to 4, too: the
     time at which the disc comes into the sector is a quotient of pairs.
     """
+
+    def error_s(exact: float) -> float:
+        return (
+            oracle.arc_time_error(case, case.feature, exact) if isinstance(case.feature, Arc) and exact < NEVER else 0.0
+        )
+
     rnd = random.Random(seed)
     for _ in range(count):
         case = make(rnd)
@@ -83,7 +89,7 @@ def assert_exact_at_features(make: Callable[[random.Random], Fall], count: int, 
         right = oracle.feature_times(case)
         comes_in = isinstance(case.feature, Arc) and case.feature.inside and case.feature.sector is not None
         ulps = 4 if comes_in or isinstance(case.feature, Face) else 0
-        assert not right or any(is_near(found, exact, ulps) for exact in right), (case, found, right)
+        assert not right or any(is_near(found, exact, ulps, error_s(exact)) for exact in right), (case, found, right)
 
 
 MAKERS: list[Callable[[random.Random], Fall]] = [
@@ -102,7 +108,7 @@ def test_a_disc_meets_a_feature_at_the_exact_time(make: Callable[[random.Random]
 @pytest.mark.long
 @pytest.mark.parametrize("make", MAKERS)
 def test_many_discs_meet_features_at_the_exact_time(make: Callable[[random.Random], Fall]) -> None:
-    """The same holds for 20,000 cases of each kind."""
+    """The same holds for more cases of each kind."""
     assert_exact_at_features(make, 1_500, 4)
 
 
