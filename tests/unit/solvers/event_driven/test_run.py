@@ -14,11 +14,10 @@ from tests.lengths import each, long_after
 from tests.stage import sure
 from tests.unit.solvers.kinds import all_pairs
 
-from carom import Disc, Outcome, Scene, Wall, solve_pic
+from carom import Disc, Outcome, Scene, solve_pic
 from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.solvers.options import RunOptions
 from carom.studies.bench.gas import hard_disc_gas
 
 
@@ -55,20 +54,6 @@ def test_no_result_depends_on_the_cells_or_on_a_stop_in_the_long_run(name: str) 
     second.advance_to(math.inf, impacts)
     log, *state = outcome_of(second)
     assert (first.log.array().tobytes() + log, *state) == outcome_of(narrow)
-
-
-def test_a_run_of_checked_options_is_the_run_of_the_same_options() -> None:
-    """What is not checked again changes no bit."""
-    start = Scene(
-        name="box",
-        discs=[Disc(position_m=(0.0, 0.0), velocity_m_s=(3.0, 1.0), radius_m=0.1)],
-        walls=[Wall(point_m=(1.0, 0.0), normal=(-1.0, 0.0))],
-        duration_s=2.0,
-    )
-    runs = EventDrivenRun(start), EventDrivenRun.with_options(start, RunOptions(), all_pairs=False)
-    for run in runs:
-        run.advance_to(start.duration_s)
-    assert outcome_of(runs[0]) == outcome_of(runs[1])
 
 
 @pytest.mark.parametrize("room", [1.0, 8.0])
