@@ -263,7 +263,7 @@ $(FOR_REPORTS): pyproject.toml setup.py
 # enough: a source that is gone, or was renamed, is newer than nothing.
 define build
 	@for all in "" --force; do \
-		$(BIN)/python -c 'import carom.built, carom.extension as e; raise SystemExit(carom.built.DIGEST != e.compute_sources_digest())' 2>/dev/null \
+		$(BIN)/python -c 'import carom.core.built, carom.core.extension as e; raise SystemExit(carom.core.built.DIGEST != e.compute_sources_digest())' 2>/dev/null \
 			|| $(BIN)/python setup.py --quiet build_ext --inplace $$all || exit 1; \
 	done
 	@touch $@
@@ -277,7 +277,7 @@ $(VENV)/built-for-tests: $(FOR_TESTS) $(SOURCES)
 
 # Nothing here compiles outside of an install: an edited source has it installed again.
 $(VENV)/built-for-reports: $(FOR_REPORTS) $(SOURCES)
-	@$(BIN)/python -c 'import carom.built, carom.extension as e; raise SystemExit(carom.built.DIGEST != e.compute_sources_digest())' 2>/dev/null \
+	@$(BIN)/python -c 'import carom.core.built, carom.core.extension as e; raise SystemExit(carom.core.built.DIGEST != e.compute_sources_digest())' 2>/dev/null \
 		|| { rm $(FOR_REPORTS) && $(MAKE) $(FOR_REPORTS); }
 	@touch $@
 

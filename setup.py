@@ -30,15 +30,15 @@ DIRECTIVES = {
     "autotestdict": False,
 }
 
-#: Compiled into the module that stands for all: see `carom.extension`.
-BUILT = "carom.built"
-DIGEST = runpy.run_path("src/carom/extension.py")["compute_sources_digest"]()
+#: Compiled into the module that stands for all: see `carom.core.extension`.
+BUILT = "carom.core.built"
+DIGEST = runpy.run_path("src/carom/core/extension.py")["compute_sources_digest"]()
 
 #: Also without the backend, as ``python setup.py build_ext --inplace``.
 BACKEND = runpy.run_path("build_backend/carom_build.py")
 
 #: What Cython would add to each module that takes arrays, once for all of them.
-SHARED = "carom._cython"
+SHARED = "carom.core._cython"
 
 #: What tests alone need; what installs for a report says that it does without.
 PROBES = "tests."
@@ -106,7 +106,7 @@ extensions = [
 ]
 setup(
     ext_modules=cythonize(
-        [_extension(SHARED, "carom/_cython.c", []), *extensions],
+        [_extension(SHARED, "carom/core/_cython.c", []), *extensions],
         compiler_directives=DIRECTIVES,
         nthreads=TRANSLATORS,
         include_path=["src"],

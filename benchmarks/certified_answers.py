@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING
 
 from benchmarks.arguments import parser, run
 
-from carom.scenes import Tag, catalogue
-from carom.solvers.certified.as_data import enclosures
+from carom.catalogue import Tag, catalogue
 from carom.solvers.certified.certify import certify
+from carom.solvers.certified.serialisation import enclosures
 from carom.studies.bench.gas import gas_scene
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from carom.scene import Scene
+    from carom.model.scene import Scene
 
 DEFAULT_FOLDER = Path("tests/validation/certified")
 #: Few enough for small files; the gas is chaotic within them.

@@ -17,8 +17,8 @@ from typing import Any
 from benchmarks.arguments import count, parser, run
 
 import carom
+from carom.catalogue.many_discs import boxed_gas
 from carom.errors import CaromError
-from carom.scenes.many_discs import boxed_gas
 
 ROUNDS = 5
 

@@ -16,8 +16,8 @@ from collections.abc import Callable, Iterator
 from benchmarks.arguments import parser, run
 from benchmarks.seam_loops import LOOPS
 
-from carom.adapter import Disc, Scene
-from carom.registry import load_adapter, unavailable_reason
+from carom.engines.api import Disc, Scene
+from carom.engines.registry import load_adapter, unavailable_reason
 
 ROUNDS = 31
 DISCS = (2, 100)

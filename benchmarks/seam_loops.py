@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from carom.adapter import Scene
+from carom.engines.api import Scene
 
 #: A function that takes so many steps, and one that lets go of what it needs.
 Loop = tuple[Callable[[int], object], Callable[[], object]]

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
+from carom import Disc, Scene, load_scene
 from carom.errors import CaromError
-from carom.scene import Disc, Scene, load_scene
 
 
 def arranged(arrangement: str, n: int) -> dict[str, Any]:

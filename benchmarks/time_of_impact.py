@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from benchmarks.arguments import parser, run
 
+from carom.core.time_of_impact import time_of_impact
 from carom.errors import MissingExtraError
-from carom.physics.time_of_impact import time_of_impact
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -29,7 +29,7 @@ _SIZES = (100, 1000, 10_000)
 _GAS = """
 import dataclasses, math, sys, time
 import numpy as np
-from carom.outline import Outline
+from carom.model.chain_geometry import Outline
 from carom.studies.bench.gas import hard_disc_gas
 from carom.solvers.event_driven.run import EventDrivenRun
 gas, walls = hard_disc_gas({discs}, 0.3), {walls}

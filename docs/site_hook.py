@@ -25,8 +25,8 @@ from mkdocs.plugins import get_plugin_logger
 from mkdocs.structure.files import File
 
 import carom
-from carom.live.page import GALLERY, page_html
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.web.page import GALLERY, page_html
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig

@@ -22,11 +22,12 @@ import pytest
 from hypothesis import HealthCheck, settings
 from typer.main import get_command
 
-from carom import Scene, extension
-from carom.adapter import Adapter, Observation, Setting
-from carom.built import DIGEST
-from carom.registry import load_adapter, why_unavailable
-from carom.runs.template import PATIENCE_S, Template
+from carom import Scene
+from carom.core import extension
+from carom.core.built import DIGEST
+from carom.engines.api import Adapter, Observation, Setting
+from carom.engines.registry import load_adapter, why_unavailable
+from carom.execution.fork_server import PATIENCE_S, Template
 
 # Hypothesis measures by the clock, which a busy machine stretches: neither an example nor the drawing of some is timed.
 UNTIMED: dict[str, Any] = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
@@ -56,7 +57,8 @@ def _template() -> Template:
     ours, its = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     its.set_inheritable(True)
     program = (
-        "import os, socket, sys, carom.runs.engines, carom.runs.observe, carom.runs.worker, carom.runs.template as it\n"
+        "import os, socket, sys, carom.execution.engines, carom.execution.engine_run, carom.execution.worker, "
+        "carom.execution.fork_server as it\n"
         "it._serve(socket.socket(fileno=int(sys.argv[1])), os.getppid())"
     )
     process = os.posix_spawn(sys.executable, [sys.executable, "-c", program, str(its.fileno())], os.environ)
@@ -121,9 +123,9 @@ def heard_interrupts() -> Iterator[None]:
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ask engines in this process: where a test is about what is asked and said, a worker would only cost its start."""
-    from carom.runs import code, engines, imported, pool
+    from carom.execution import engines, pool, scene_import, settings_code
 
-    for module in (code, engines, imported, pool):
+    for module in (settings_code, engines, scene_import, pool):
         monkeypatch.setattr(module, "LocalPool", lambda *_: pool.InProcess())
 
 

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from importlib import invalidate_caches
 from pathlib import Path
 
-from carom import registry
-from carom.registry import ENTRY_POINT_GROUP
-from carom.runs import keys
+from carom.engines import registry
+from carom.engines.registry import ENTRY_POINT_GROUP
+from carom.execution import cache_key
 
 
 def lay(site: Path, name: str, points: Mapping[str, str], version: str = "1.0") -> None:
@@ -22,4 +22,4 @@ def forget() -> None:
     """Let entry points and versions be looked for anew."""
     invalidate_caches()
     registry.adapter_points.cache_clear()
-    keys.versions_of.cache_clear()
+    cache_key.versions_of.cache_clear()

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall
-from carom.disc_arrays import DiscArrays
-from carom.trace import Vector
-from carom.walls import Leg
+from carom.model.disc_arrays import DiscArrays
+from carom.model.trace import Vector
+from carom.model.walls import Leg
 
 #: Odd frame rates on purpose: neither they nor their inverses are round in binary or decimal.
 RATES = (0.7, 3.0, 7.0, 13.37, 24.0, 60.0)

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
 
 
 def long_after(count: int, values: Iterable[Any]) -> list[Any]:

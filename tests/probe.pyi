@@ -4,7 +4,7 @@ from typing import final
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.disc_arrays import DiscArrays, HalfPlane
+from carom.model.disc_arrays import DiscArrays, HalfPlane
 
 EVALUATION_METHOD: int
 

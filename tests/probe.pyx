@@ -296,7 +296,7 @@ def slip_after_bounces(press, double slip, double approach, double restitution):
 def collide(start, wall=None):
     """Return velocities and spins of the discs of a start after the first has struck the second, or a half-plane.
 
-    The normal is that of where they are, and the law that of the start: `carom.disc_arrays.DiscArrays`.
+    The normal is that of where they are, and the law that of the start: `carom.model.disc_arrays.DiscArrays`.
     """
     cdef Law law = law_of(start, 0.0)
     cdef double[:, ::1] velocity = start.velocity_m_s.copy()

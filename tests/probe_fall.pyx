@@ -17,7 +17,7 @@ cdef extern from *:
 
 from carom.core.formulas cimport FEATURE_NUMBERS, DoubleDouble, Feature, Mover, feature_from
 
-from carom.physics.exact_quartic import solve_quartic
+from carom.core.exact_quartic import solve_quartic
 
 cdef extern from "carom/core/fall_bounds.h" nogil:
     enum:

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from carom.runs.job import AdapterTask
-from carom.runs.observe import Observe
+from carom.execution.engine_run import Observe
+from carom.execution.job import AdapterTask
 
 #: Only guards against hanging, seconds: nothing that is waited for takes this long, even on a busy machine.
 PATIENT_S = 120.0

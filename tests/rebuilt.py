@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from carom import Disc, Scene, Trace, Wall
-from carom.trace import Vector
+from carom.model.trace import Vector
 
 Map = Callable[[Vector], Vector]
 

@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 
 import carom
 from carom import Chain, Disc, Ring, Scene, Trace, Wall
-from carom.adapter import Adapter, Observation
-from carom.runs.pool import InProcess
-from carom.runs.results import Results
-from carom.walls import AnyWall
+from carom.engines.api import Adapter, Observation
+from carom.execution.pool import InProcess
+from carom.execution.results import Results
+from carom.model.walls import AnyWall
 
 T = TypeVar("T")
 

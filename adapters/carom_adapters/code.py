@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from carom.adapter import Scene, Setting
+from carom.engines.api import Scene, Setting
 
 #: The last lines of a program in Python: it prints each disc at the end, a line of ``x y vx vy spin``.
 PYTHON_END = "for _ in range(steps):\n    {step}\nfor body in discs:\n    print({state})\n"

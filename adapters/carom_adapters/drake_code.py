@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.adapter import Scene, Setting
+from carom.engines.api import Scene, Setting
 from carom_adapters.code import arguments, comment, steps_of
 
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.adapter import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting
+from carom.engines.api import Accuracy, Capabilities, Engine, Imported, Knob, Profile, Scene, Setting
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.adapter import World
+    from carom.engines.api import World
 
 Settings = Mapping[str, Setting]
 
@@ -38,9 +38,9 @@ class EngineAdapter:
         knobs: Settings that may be searched, and how far, by name.
         profiles: Its profiles, by name.
         world: Makes a world of a scene and settings; raises AdapterError where one is outside what the engine can do.
-        code: Writes what `world` makes as code of the engine's own (`carom.adapter.CodedAdapter`); None where there is
-            none.
-        read: Reads a file of the engine's as a scene (`carom.adapter.ReadingAdapter`); None likewise.
+        code: Writes what `world` makes as code of the engine's own (`carom.engines.api.CodedAdapter`); None where there
+            is none.
+        read: Reads a file of the engine's as a scene (`carom.engines.api.ReadingAdapter`); None likewise.
     """
 
     name: str

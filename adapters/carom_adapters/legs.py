@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Generic, TypeVar
 
-from carom.adapter import Chain, Disc, Ring, Scene, Wall
+from carom.engines.api import Chain, Disc, Ring, Scene, Wall
 from carom_adapters.code import PYTHON_END
 
 Driven = Disc | Wall | Chain | Ring

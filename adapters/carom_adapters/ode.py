@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.adapter import (
+from carom.engines.api import (
     Capabilities,
     Contact,
     ContactTimes,

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from carom.adapter import (
+from carom.engines.api import (
     AdapterError,
     Capabilities,
     Contact,
@@ -19,11 +19,11 @@ from carom.adapter import (
     Stamp,
     require_supported,
 )
+from carom.model.trace import Outcome
 from carom.solvers.pic import pic_run
-from carom.trace import Outcome
 
 if TYPE_CHECKING:
-    from carom.adapter import World
+    from carom.engines.api import World
     from carom.solvers.run import Run
 
 

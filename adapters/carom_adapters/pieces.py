@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 
-from carom.adapter import Chain, Contact, Ring, Scene, factored_frictions, factored_restitutions, wall_body
+from carom.engines.api import Chain, Contact, Ring, Scene, factored_frictions, factored_restitutions, wall_body
 
 Point = tuple[float, float]
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from carom.adapter import (
+from carom.engines.api import (
     AdapterError,
     Capabilities,
     Contact,
@@ -22,7 +22,7 @@ from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
 
 if TYPE_CHECKING:
-    from carom.adapter import World
+    from carom.engines.api import World
 
 
 class PitWorld:

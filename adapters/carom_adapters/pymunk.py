@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.adapter import (
+from carom.engines.api import (
     Capabilities,
     Chain,
     Contact,

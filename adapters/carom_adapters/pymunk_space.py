@@ -8,7 +8,7 @@ import pickle
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from carom.adapter import AdapterError, Disc, Imported, Scene, Wall, one_coefficient, wall_towards
+from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient, wall_towards
 
 if TYPE_CHECKING:
     import pymunk

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from carom.adapter import AdapterError, Chain, Ring, Scene, Wall, reach
+from carom.engines.api import AdapterError, Chain, Ring, Scene, Wall, reach
 from carom_adapters.pieces import points_of, thickness_of
 
 Point = tuple[float, float]

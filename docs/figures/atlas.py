@@ -20,11 +20,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from carom.catalogue import all_scenes
 from carom.comparator.thresholds import THRESHOLDS
-from carom.pages.document import Column, Table
-from carom.pages.records import raw_records
-from carom.pages.wording import number, percent
-from carom.scenes import all_scenes
+from carom.report.document import Column, Table
+from carom.report.formatting import number, percent
+from carom.report.records import raw_records
 
 ROOT = Path(__file__).resolve().parents[2]
 MEASURED = ROOT / "docs" / "figures" / "measured.json"

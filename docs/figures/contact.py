@@ -15,11 +15,11 @@ from pathlib import Path
 from typing import Any
 
 import carom
-from carom.pages.grid import Mark, mark_of
-from carom.registry import load_adapter
-from carom.runs.results import Row
-from carom.scene import Disc, Scene, Wall
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.engines.registry import load_adapter
+from carom.execution.results import Row
+from carom.model.scene import Disc, Scene, Wall
+from carom.report.grid import Mark, mark_of
 
 HERE = Path(__file__).resolve().parent
 PAGE, FIGURES = HERE.parent / "results" / "contact.md", HERE / "contact.json"

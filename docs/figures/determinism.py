@@ -18,12 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from carom.catalogue import all_scenes
+from carom.engines.registry import adapter_points, load_adapter, why_unavailable
 from carom.errors import CaromError
-from carom.registry import adapter_points, load_adapter, why_unavailable
-from carom.runs.observe import observe_run
-from carom.scene import Scene
-from carom.scenes import all_scenes
-from carom.trace import Trace
+from carom.execution.engine_run import observe_run
+from carom.model.scene import Scene
+from carom.model.trace import Trace
 
 PAGE = Path(__file__).resolve().parents[1] / "results" / "determinism.md"
 COUNTED = ("again", "after another", "another process", "two threads")

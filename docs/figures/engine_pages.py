@@ -14,9 +14,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from carom.pages.wording import listed
-from carom.registry import load_adapter
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.engines.registry import load_adapter
+from carom.report.formatting import listed
 
 DOCS = Path(__file__).resolve().parents[1]
 PAGES = DOCS / "engines"

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import resolve_impact, time_of_impact
-from carom.pages.svg import INK, alone, drawing, new_figure, render
+from carom.report.svg import INK, alone, drawing, new_figure, render
 
 #: Speed times step over radius, from a crawl to three diameters a step.
 LEAST_ADVANCE, MOST_ADVANCE = 0.02, 6.0

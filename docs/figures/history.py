@@ -11,10 +11,10 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from carom.pages.document import Document, Section
-from carom.pages.render.markdown import markdown
-from carom.runs.job import UnavailableError
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.execution.job import UnavailableError
+from carom.report.document import Document, Section
+from carom.report.render.markdown import markdown
 from carom.studies.history.cells import history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions

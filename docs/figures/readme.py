@@ -18,10 +18,10 @@ from typing import Any
 
 from docs.figures import stress_tables
 
-from carom.pages.records import raw_records
-from carom.pages.svg import alone
-from carom.pages.wording import number
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.report.formatting import number
+from carom.report.records import raw_records
+from carom.report.svg import alone
 from carom.studies.bench.answer import scene_answer
 from carom.studies.bench.axes import Diagram, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
@@ -30,8 +30,8 @@ from carom.studies.bench.noise import Noise, Spread
 from carom.studies.bench.result import Curve, Point, SceneBench
 from carom.studies.bench.tables import error_text
 from carom.studies.bench.timing_pass import CellTiming
+from carom.studies.stress.failure_points import Line, Spot, SpotEnding
 from carom.studies.stress.run import listing
-from carom.studies.stress.spots import Line, Spot, SpotEnding
 
 ROOT = Path(__file__).resolve().parents[2]
 SAMPLE = ROOT / "reports" / "sample" / "results.jsonl"
@@ -114,7 +114,7 @@ def bench_figures() -> dict[str, str]:
     """Return the diagram in light and in dark, by the names of their files."""
     scene, kind = bench_scene()
     light = alone(diagram_svg(scene, Diagram.ERROR_TIME, kind))
-    css = resources.files("carom.pages").joinpath("templates/report.css").read_text(encoding="utf-8")
+    css = resources.files("carom.report").joinpath("templates/report.css").read_text(encoding="utf-8")
     dark = dict(
         re.findall(r"--([\w-]+): (#[0-9a-f]+)", css.partition("prefers-color-scheme: dark")[2].partition("}")[0])
     )

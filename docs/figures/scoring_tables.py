@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from carom.comparator.meaning import GRADED_WHEN, SAID_WHEN
-from carom.pages.grid import Mark
+from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
+from carom.report.grid import Mark
 
 PAGE = Path(__file__).resolve().parents[1] / "theory" / "scoring.md"
 _BLOCK = re.compile(r"(<!-- made by docs/figures/scoring_tables\.py: (\w+) -->\n)(?s:.*?)(<!-- end -->)")

@@ -10,8 +10,8 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from carom.live.page import GALLERY, page_html
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.web.page import GALLERY, page_html
 
 FOLDER = Path(__file__).resolve().parent / "throw"
 _WIDTH, _QUALITY = 240, 40

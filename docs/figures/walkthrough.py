@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING
 from PIL import Image
 from playwright.sync_api import sync_playwright
 
-from carom.live.page import GALLERY, page_html
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.web.page import GALLERY, page_html
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

@@ -8,32 +8,36 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from carom.display import shown_by
-from carom.extension import require_extension
+from carom.core.extension import require_extension
+from carom.support.display import shown_by
 
 if TYPE_CHECKING:
     from carom.comparator import Score as Score
     from carom.comparator import compare as compare
     from carom.comparator import horizon as horizon
     from carom.comparator.horizon import Horizon as Horizon
-    from carom.disc_arrays import DiscArrays as DiscArrays
+    from carom.core.impact_law import resolve_impact as resolve_impact
+    from carom.core.time_of_impact import time_of_impact as time_of_impact
+    from carom.engines.registry import EngineInfo as EngineInfo
     from carom.errors import CaromError as CaromError
     from carom.errors import SceneError as SceneError
-    from carom.pages.notebook import plot_beside as plot_beside
-    from carom.physics.impact_law import resolve_impact as resolve_impact
-    from carom.physics.time_of_impact import time_of_impact as time_of_impact
-    from carom.registry import EngineInfo as EngineInfo
-    from carom.runs.engines import engines as engines
-    from carom.runs.results import Results as Results
-    from carom.scene import Chain as Chain
-    from carom.scene import Disc as Disc
-    from carom.scene import Ring as Ring
-    from carom.scene import Scene as Scene
-    from carom.scene import Wall as Wall
-    from carom.scene import load_scene as load_scene
-    from carom.scene import save_scene as save_scene
+    from carom.execution.engines import engines as engines
+    from carom.execution.results import Results as Results
+    from carom.model.disc_arrays import DiscArrays as DiscArrays
+    from carom.model.scene import Chain as Chain
+    from carom.model.scene import Disc as Disc
+    from carom.model.scene import Ring as Ring
+    from carom.model.scene import Scene as Scene
+    from carom.model.scene import Wall as Wall
+    from carom.model.scene import load_scene as load_scene
+    from carom.model.scene import save_scene as save_scene
+    from carom.model.trace import Mode as Mode
+    from carom.model.trace import Outcome as Outcome
+    from carom.model.trace import Trace as Trace
+    from carom.report.notebook import plot_beside as plot_beside
     from carom.solvers.certified.certify import certify as certify
     from carom.solvers.certified.result import CertifiedTrace as CertifiedTrace
     from carom.solvers.event_driven.run import EventDrivenRun as EventDrivenRun
@@ -42,13 +46,10 @@ if TYPE_CHECKING:
     from carom.solvers.reference.algorithm_2 import solve_pic_framewise as solve_pic_framewise
     from carom.studies.advise.ask import advise as advise
     from carom.studies.cross_check.demo import demo as demo
-    from carom.studies.cross_check.playback import replay as replay
+    from carom.studies.cross_check.replay import replay as replay
     from carom.studies.cross_check.run import cross_check as cross_check
     from carom.studies.cross_check.run import run as run
     from carom.studies.tune.ask import tune as tune
-    from carom.trace import Mode as Mode
-    from carom.trace import Outcome as Outcome
-    from carom.trace import Trace as Trace
 
     def scene(name: str) -> Scene:
         """Return a scene of the catalogue; the module of this name is what is called."""
@@ -57,27 +58,27 @@ if TYPE_CHECKING:
 _HOMES = {
     "carom.comparator": ("Score", "compare", "horizon"),
     "carom.comparator.horizon": ("Horizon",),
-    "carom.disc_arrays": ("DiscArrays",),
+    "carom.model.disc_arrays": ("DiscArrays",),
     "carom.errors": ("CaromError", "SceneError"),
-    "carom.physics.impact_law": ("resolve_impact",),
-    "carom.physics.time_of_impact": ("time_of_impact",),
-    "carom.registry": ("EngineInfo",),
+    "carom.core.impact_law": ("resolve_impact",),
+    "carom.core.time_of_impact": ("time_of_impact",),
+    "carom.engines.registry": ("EngineInfo",),
     "carom.studies.advise.ask": ("advise",),
     "carom.studies.tune.ask": ("tune",),
     "carom.studies.cross_check.demo": ("demo",),
-    "carom.pages.notebook": ("plot_beside",),
-    "carom.studies.cross_check.playback": ("replay",),
-    "carom.runs.engines": ("engines",),
+    "carom.report.notebook": ("plot_beside",),
+    "carom.studies.cross_check.replay": ("replay",),
+    "carom.execution.engines": ("engines",),
     "carom.studies.cross_check.run": ("cross_check", "run"),
-    "carom.runs.results": ("Results",),
-    "carom.scene": ("Chain", "Disc", "Ring", "Scene", "Wall", "load_scene", "save_scene"),
+    "carom.execution.results": ("Results",),
+    "carom.model.scene": ("Chain", "Disc", "Ring", "Scene", "Wall", "load_scene", "save_scene"),
     "carom.solvers.certified.certify": ("certify",),
     "carom.solvers.certified.result": ("CertifiedTrace",),
     "carom.solvers.event_driven.run": ("EventDrivenRun",),
     "carom.solvers.pic": ("solve_pic",),
     "carom.solvers.pit.solve": ("solve_pit",),
     "carom.solvers.reference.algorithm_2": ("solve_pic_framewise",),
-    "carom.trace": ("Mode", "Outcome", "Trace"),
+    "carom.model.trace": ("Mode", "Outcome", "Trace"),
 }
 _HOME = dict(sorted((name, module) for module, names in _HOMES.items() for name in names))
 
@@ -89,7 +90,7 @@ def __getattr__(name: str) -> Any:
         globals()[name] = value = getattr(importlib.import_module(_HOME[name]), name)
         return value
     if name == "scene":  # the module: calling it gives a scene of the catalogue
-        return importlib.import_module("carom.scene")
+        return importlib.import_module("carom.model.scene")
     message = f"module 'carom' has no attribute {name!r}"
     raise AttributeError(message)
 
@@ -101,17 +102,27 @@ def __dir__() -> list[str]:
 def _view(name: str) -> Callable[..., Any]:
     """Return what shows a result; pages lie above results, and are imported when one is first shown."""
     if name == "summary":
-        from carom.pages.summary import summary
+        from carom.report.summary import summary
 
         return summary
     if name == "to_pandas":
-        from carom.pages.data_frames import to_pandas
+        from carom.report.data_frames import to_pandas
 
         return to_pandas
-    from carom.pages import notebook
+    from carom.report import notebook
 
     return notebook.html_of if name == "html_of" else notebook.plot
 
 
+class _Engines(ModuleType):
+    """The package `carom.engines`, which is also the public function of that name."""
+
+    def __call__(self, *args: Any, **options: Any) -> list[EngineInfo]:
+        from carom.execution.engines import engines
+
+        return engines(*args, **options)
+
+
 require_extension()
 shown_by(_view)
+importlib.import_module("carom.engines").__class__ = _Engines  # before it shadows the function

@@ -42,7 +42,7 @@ def main() -> None:
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
         from carom.cli import command
-        from carom.runs.template import allow
+        from carom.execution.fork_server import allow
 
         allow()
         if CAME:  # and was lost: Python ignores what is raised where it tidies up after an import

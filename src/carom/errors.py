@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from carom.text import shortened, visible
+from carom.support.escaping import shortened, visible
 
 
 class CaromError(Exception):

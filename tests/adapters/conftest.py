@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from tests.stage import Named
 
-from carom.adapter import Adapter
-from carom.registry import load_adapter
+from carom.engines.api import Adapter
+from carom.engines.registry import load_adapter
 
 NAMES = ["box2d", "mujoco", "pic", "pit", "pybullet", "pymunk"]
 ENGINES = [name for name in NAMES if load_adapter(name).engine.module]

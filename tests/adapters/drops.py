@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import Disc, Scene, Wall
-from carom.adapter import Adapter, Setting
+from carom.engines.api import Adapter, Setting
 
 G, RADIUS_M, STARTS = 10.0, 0.5, 8
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from tests.adapters.bare_runs import ENGINES, Body, Stage
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, Setting
+from carom.engines.api import Adapter, Setting
 
 #: Steps before two discs touch, and in all: some are left for an engine's afterthoughts.
 STEPS_BEFORE, STEPS = 12, 40

@@ -8,7 +8,7 @@ import numpy as np
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Chain, Disc, Scene, Wall
-from carom.adapter import Adapter, Observation
+from carom.engines.api import Adapter, Observation
 
 
 def oblique(length: float = 1.0, mass: float = 1.0, time: float = 1.0, x_m: float = 0.0) -> Scene:

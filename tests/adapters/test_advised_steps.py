@@ -13,8 +13,8 @@ from tests.adapters.bare_runs import ENGINES, Body, Stage, Vector
 from tests.stage import sure
 
 from carom import Scene
-from carom.runs.pool import LocalPool
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.execution.pool import LocalPool
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import Advice, advise
 

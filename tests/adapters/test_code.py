@@ -21,10 +21,10 @@ from tests.stage import Named, disc_at, staged, wall_at
 
 import carom_adapters.npm
 from carom import Chain, Scene, Wall
-from carom.adapter import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
-from carom.registry import adapter_points, load_adapter
-from carom.runs.step_code import step_lines
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.engines.api import Adapter, AdapterError, CodedAdapter, Need, unsupported_reason
+from carom.engines.registry import adapter_points, load_adapter
+from carom.execution.step_code import step_lines
 
 State = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from tests.lengths import long_after
 from tests.stage import Named
 
 from carom import Scene
-from carom.adapter import Adapter
-from carom.runs.plan import DEFAULT_PROFILES
+from carom.engines.api import Adapter
+from carom.execution.plan import DEFAULT_PROFILES
 
 KNOWN_FAILURES = Path(__file__).parent / "carom-known-failures.toml"
 OF_ENGINES = Path(__file__).parents[1] / "engines"
@@ -61,7 +61,7 @@ FRESH = """
 import sys, warnings
 warnings.simplefilter("ignore")
 from tests.adapters.test_conformance import REUSED, SCENES, run
-from carom.registry import load_adapter
+from carom.engines.registry import load_adapter
 for profile in REUSED:
     for name, scene in SCENES.items():
         print("bits", profile, name, run(load_adapter(sys.argv[1]), scene(), profile).hex())

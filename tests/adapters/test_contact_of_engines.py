@@ -15,9 +15,9 @@ from tests.stage import Finish, Named, sure
 
 import carom
 from carom import Chain, Disc, Scene, compare, solve_pic, solve_pit
-from carom.adapter import Adapter, Setting
 from carom.comparator.grades import Grade
-from carom.runs.observe import observe_run
+from carom.engines.api import Adapter, Setting
+from carom.execution.engine_run import observe_run
 
 pytestmark = pytest.mark.long
 

@@ -15,8 +15,8 @@ from tests.lengths import each
 from tests.stage import Finish, Named, disc_at, staged, sure
 
 from carom import Disc, Scene, Wall
-from carom.adapter import Adapter, AdapterError
-from carom.runs.observe import observe_run
+from carom.engines.api import Adapter, AdapterError
+from carom.execution.engine_run import observe_run
 
 DT_S, STEPS = 1 / 64, 64
 

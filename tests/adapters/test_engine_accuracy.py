@@ -12,7 +12,7 @@ from tests.lengths import each, long_after
 from tests.stage import Finish, Named
 
 from carom import Disc, Scene, Wall, solve_pic, solve_pit
-from carom.adapter import Adapter, AdapterError, Observation, Setting, unsupported_reason
+from carom.engines.api import Adapter, AdapterError, Observation, Setting, unsupported_reason
 
 #: The promise of every tuned profile: PIT at the same step, to 1e-12 of speeds of a few m/s and lengths of a few m.
 #: Rounding alone, half an ulp of such a position (2.2e-16 m) at every one of 1500 steps, may come to 3.3e-13.

@@ -12,9 +12,9 @@ from tests.lengths import each, long_after
 from tests.stage import Finish, Named, disc_at, staged, sure, wall_at
 
 from carom import Disc, Scene
-from carom.adapter import Adapter
-from carom.runs.job import Job, Method, UnsupportedError
-from carom.runs.observe import able_adapter, observe_run
+from carom.engines.api import Adapter
+from carom.execution.engine_run import able_adapter, observe_run
+from carom.execution.job import Job, Method, UnsupportedError
 
 G = (0.5, -9.81)
 

@@ -19,17 +19,17 @@ from tests.stage import Named, disc_at, staged, sure
 
 import carom
 from carom import Scene
-from carom.adapter import Adapter, AdapterError, Contact, Setting, unsupported_reason
-from carom.pages.grid import reasons_of
-from carom.runs.job import Status
-from carom.runs.observe import observe_run
-from carom.runs.options import Options
-from carom.runs.plan import capabilities_of, plan_of
-from carom.runs.pool import InProcess
-from carom.runs.results import Row
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.engines.api import Adapter, AdapterError, Contact, Setting, unsupported_reason
+from carom.execution.engine_run import observe_run
+from carom.execution.job import Status
+from carom.execution.options import Options
+from carom.execution.plan import capabilities_of, plan_of
+from carom.execution.pool import InProcess
+from carom.execution.results import Row
+from carom.model.trace import Outcome
+from carom.report.grid import reasons_of
 from carom.studies.cross_check.explain import explain
-from carom.trace import Outcome
 
 #: Beyond what any engine simulates; each is refused by its adapter, or by the scene itself.
 NAN, INF = math.nan, math.inf
@@ -160,7 +160,7 @@ LEAK = """
 import ctypes, gc, sys, warnings
 warnings.simplefilter("ignore")
 from carom import Disc, Scene
-from carom.registry import load_adapter
+from carom.engines.registry import load_adapter
 
 class Mallinfo2(ctypes.Structure):  # malloc.h
     _fields_ = [(name, ctypes.c_size_t) for name in
@@ -226,7 +226,7 @@ def test_pybullet_keeps_nothing_of_one_world_in_the_next(pybullet: Adapter) -> N
 def test_box2d_survives_warnings_that_are_errors() -> None:
     """Where warnings are errors, importing Box2D ends the process; its adapter doesn't let it come to that."""
     program = (
-        "from carom import Disc, Scene; from carom.registry import load_adapter; a = load_adapter('box2d');"
+        "from carom import Disc, Scene; from carom.engines.registry import load_adapter; a = load_adapter('box2d');"
         "w = a.prepare(Scene(name='x', discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1),"
         " a.profiles['tuned'].settings(1 / 60)); w.advance(1); print(w.observe().position_m.tolist()); w.close()"
     )
@@ -268,7 +268,7 @@ FRESH = """
 import sys, warnings
 warnings.simplefilter("ignore")
 from carom import Disc, Scene
-from carom.registry import load_adapter
+from carom.engines.registry import load_adapter
 
 adapter = load_adapter("pybullet")
 discs = [Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
@@ -385,8 +385,8 @@ SHORT_OF_MEMORY = """
 import resource
 from pathlib import Path
 from tests.adapters.test_hazards import _row_of
-from carom.adapter import AdapterError
-from carom.registry import load_adapter
+from carom.engines.api import AdapterError
+from carom.engines.registry import load_adapter
 
 adapter = load_adapter("mujoco")
 settings = adapter.profiles["tuned"].settings(1 / 60)

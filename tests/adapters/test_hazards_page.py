@@ -11,7 +11,7 @@ from tests.hazards.spread import Spread
 from tests.lengths import long_after
 from tests.stage import Named
 
-from carom.pages.wording import percent
+from carom.report.formatting import percent
 
 PAGE = Path(__file__).parents[2] / "docs" / "results" / "hazards.md"
 NAMES = ("pit", "pymunk", "pybullet", "mujoco", "box2d")

@@ -21,9 +21,9 @@ from typer.testing import CliRunner
 import carom
 from carom import Scene
 from carom.cli import app
+from carom.engines.registry import load_adapter
 from carom.errors import AdapterError, InputError
-from carom.registry import load_adapter
-from carom.runs.imported import import_scene
+from carom.execution.scene_import import import_scene
 
 
 def saved(space: pymunk.Space, folder: Path, protocol: int = pickle.DEFAULT_PROTOCOL) -> Path:

@@ -13,9 +13,9 @@ from tests.lengths import each
 from tests.stage import Finish, Named
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, Setting
-from carom.adapter import Knob as SearchedKnob
-from carom.scenes import catalogue
+from carom.catalogue import catalogue
+from carom.engines.api import Adapter, Setting
+from carom.engines.api import Knob as SearchedKnob
 
 
 def test_every_knob_is_taken_at_its_ends(engine: Adapter) -> None:

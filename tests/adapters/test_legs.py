@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from carom import Disc
-from carom.walls import Leg
+from carom.model.walls import Leg
 from carom_adapters.legs import Legs
 
 

@@ -13,7 +13,7 @@ from tests.lengths import long_after
 from tests.stage import Finish, Named, sure
 
 from carom import Disc
-from carom.adapter import Adapter, AdapterError, Observation, Setting
+from carom.engines.api import Adapter, AdapterError, Observation, Setting
 
 RATES_HZ = [60.0, 240.0]
 

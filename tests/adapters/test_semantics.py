@@ -18,8 +18,8 @@ from tests.lengths import each
 from tests.stage import Drive, Finish, Named, disc_at, staged
 
 from carom import Scene, solve_pit
-from carom.adapter import Adapter, AdapterError, Observation, Stamp, unsupported_reason
-from carom.runs.plan import capabilities_of
+from carom.engines.api import Adapter, AdapterError, Observation, Stamp, unsupported_reason
+from carom.execution.plan import capabilities_of
 
 
 def _head_on(closing_m_s: float, restitution: float = 1.0) -> Scene:

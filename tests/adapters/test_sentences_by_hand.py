@@ -21,10 +21,10 @@ from tests.adapters.by_hand import Truth, turned_at, turns
 from tests.stage import cross_checked
 
 from carom import Scene
+from carom.catalogue import all_scenes, find_scenes
 from carom.comparator import Verdict
-from carom.pages.records import records
-from carom.registry import load_adapter
-from carom.scenes import all_scenes, find_scenes
+from carom.engines.registry import load_adapter
+from carom.report.records import records
 
 pytestmark = pytest.mark.long  # it runs two groups of scenes in each engine, twice
 

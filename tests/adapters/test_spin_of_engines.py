@@ -16,8 +16,8 @@ from tests.stage import Drive, Finish, Named, disc_at, staged, sure, wall_at, wi
 from tests.validation.exact_impact import Body, Law, after_impact
 
 from carom import Disc, Scene, solve_pit
-from carom.adapter import Adapter, AdapterError
-from carom.runs.observe import observe_run
+from carom.engines.api import Adapter, AdapterError
+from carom.execution.engine_run import observe_run
 
 #: When the bodies of a scene touch, seconds.
 TOUCH_S = 0.2

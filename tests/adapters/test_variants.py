@@ -12,13 +12,13 @@ from tests.stage import Named
 
 import carom
 from carom import Disc, Scene, compare, solve_pic
-from carom.adapter import Adapter
-from carom.pages.grid import Mark, build_grid
-from carom.pages.render.markdown import markdown
-from carom.runs.job import Method
-from carom.runs.observe import observe_run
-from carom.runs.plan import missing_profile_reason
-from carom.scenes import catalogue
+from carom.catalogue import catalogue
+from carom.engines.api import Adapter
+from carom.execution.engine_run import observe_run
+from carom.execution.job import Method
+from carom.execution.plan import missing_profile_reason
+from carom.report.grid import Mark, build_grid
+from carom.report.render.markdown import markdown
 from carom.studies.cross_check.document import cross_check_document
 
 SWEPT = ["pybullet", "mujoco", "box2d"]

@@ -24,9 +24,9 @@ from tests.lengths import long_after
 from tests.stage import Finish, Named, cross_checked
 
 from carom import Chain, Disc, Ring, Scene, Wall
-from carom.adapter import Adapter, AdapterError, unsupported_reason
-from carom.runs.job import Status
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.engines.api import Adapter, AdapterError, unsupported_reason
+from carom.execution.job import Status
 
 STARTS = 16
 

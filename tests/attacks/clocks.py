@@ -14,11 +14,11 @@ from typing import Any
 from unittest import mock
 
 from tests.attacks.guard import HangError, within
-from tests.unit.runs.test_clocks import SCENE, Adapter
+from tests.unit.execution.test_clocks import SCENE, Adapter
 
-from carom.registry import load_adapter
-from carom.runs.job import Method
-from carom.runs.pool import InProcess
+from carom.engines.registry import load_adapter
+from carom.execution.job import Method
+from carom.execution.pool import InProcess
 from carom.studies.bench import timing_pass
 from carom.studies.bench.timing_pass import TimeScene
 

@@ -22,12 +22,12 @@ from unittest import mock
 from tests.attacks.guard import HangError, within
 from tests.drawn import drawn
 
-from carom.runs import cluster
-from carom.runs.cluster import ClusterError, ClusterPool
-from carom.runs.job import Job, Method
-from carom.runs.journal import canonical
-from carom.runs.pool import InProcess, Pool
-from carom.runs.scoring import score_journal, sweep
+from carom.execution import cluster
+from carom.execution.cluster import ClusterError, ClusterPool
+from carom.execution.job import Job, Method
+from carom.execution.journal import canonical
+from carom.execution.pool import InProcess, Pool
+from carom.execution.scoring import score_journal, sweep
 
 #: Long enough for a process to start on a machine that is busy.
 PATIENT_S = 120.0

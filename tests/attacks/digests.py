@@ -10,10 +10,10 @@ from typing import Any
 
 from tests.drawn import drawn
 
-from carom.runs.job import Job, Method
-from carom.runs.journal import canonical
-from carom.runs.pool import InProcess, LocalPool, Pool
-from carom.runs.scoring import score_journal, sweep
+from carom.execution.job import Job, Method
+from carom.execution.journal import canonical
+from carom.execution.pool import InProcess, LocalPool, Pool
+from carom.execution.scoring import score_journal, sweep
 
 
 def attack(rng: Random, folder: Path) -> Iterator[str]:
@@ -44,7 +44,7 @@ def _swept(number: int, pool: Pool, path: Path) -> list[bytes]:
 
 def _on_a_cluster(number: int, path: Path) -> list[bytes]:
     distributed: Any = importlib.import_module("distributed")  # untyped
-    from carom.runs.cluster import ClusterPool
+    from carom.execution.cluster import ClusterPool
 
     with (
         distributed.LocalCluster(

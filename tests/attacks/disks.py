@@ -10,7 +10,7 @@ from pathlib import Path
 from random import Random
 from shutil import rmtree
 
-from carom.runs.journal import canonical
+from carom.execution.journal import canonical
 
 COMMAND = (
     sys.executable,

@@ -12,7 +12,7 @@ from pathlib import Path
 from tests.processes import PATIENT_S
 
 from carom.errors import InputError
-from carom.text import visible
+from carom.support.escaping import visible
 
 #: What takes more processor time counts as a hang, seconds.
 HANG_S = 10.0

@@ -19,12 +19,12 @@ import pytest
 from tests.attacks.guard import HangError, left_over, within
 from tests.distribution import forget, lay
 from tests.processes import PATIENT_S, limit_only
-from tests.unit.runs.test_hostile import ACTS, SAYS, SOURCE, scene
+from tests.unit.execution.test_hostile import ACTS, SAYS, SOURCE, scene
 
-from carom.runs.job import Status
-from carom.runs.options import Options
-from carom.runs.plan import plan_of
-from carom.runs.pool import LocalPool
+from carom.execution.job import Status
+from carom.execution.options import Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import LocalPool
 from carom.studies.cross_check.run import execute
 
 MARK = "CAROM_ATTACK=hostile"

@@ -9,11 +9,11 @@ from random import Random
 
 from tests.attacks.guard import tried
 
+from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.runs.journal import canonical
-from carom.runs.pool import InProcess
-from carom.runs.scoring import score_journal
-from carom.scenes import find_scenes
+from carom.execution.journal import canonical
+from carom.execution.pool import InProcess
+from carom.execution.scoring import score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.run import work_precision

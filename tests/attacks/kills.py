@@ -15,7 +15,7 @@ from typing import Any
 
 from tests.attacks.guard import left_over
 
-from carom.runs.journal import canonical
+from carom.execution.journal import canonical
 
 #: In the environment of all that is started, so that what is left over can be told.
 MARK = "CAROM_ATTACK=kills"

@@ -19,7 +19,7 @@ from tests.attacks.guard import HangError, within
 from typer.testing import CliRunner
 
 from carom.cli import app
-from carom.runs.pool import InProcess
+from carom.execution.pool import InProcess
 
 #: A command that is quickly done, and options of it that take a value.
 COMMANDS = {
@@ -71,7 +71,7 @@ def attack(rng: Random, folder: Path) -> Iterator[str]:
 def _tried(arguments: list[str], work: Path) -> str:
     work.mkdir()
     try:
-        with chdir(work), patch("carom.runs.pool.LocalPool", _in_process), within():
+        with chdir(work), patch("carom.execution.pool.LocalPool", _in_process), within():
             result = CliRunner().invoke(app, arguments)
     except HangError:
         result = None

@@ -9,7 +9,7 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from carom.folders import MARKER, claim, write_files
+from carom.support.folders import MARKER, claim, write_files
 
 NAMES = ("index.html", "report.md", "results.jsonl", "junit.xml", "a.svg", "a.png")
 

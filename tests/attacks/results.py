@@ -11,14 +11,14 @@ from typing import Any
 from tests.attacks.guard import tried
 
 from carom import cross_check, solve_pit
-from carom.pages.records import records
-from carom.pages.render.markdown import markdown
-from carom.runs.job import Answer, Job, Method, Status
-from carom.runs.journal import Entry
-from carom.runs.keys import job_key
-from carom.runs.options import Options
-from carom.runs.pool import InProcess
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.execution.cache_key import job_key
+from carom.execution.job import Answer, Job, Method, Status
+from carom.execution.journal import Entry
+from carom.execution.options import Options
+from carom.execution.pool import InProcess
+from carom.report.records import records
+from carom.report.render.markdown import markdown
 from carom.studies.cross_check.observed import observed_journal
 from carom.studies.diff.document import diff_document
 from carom.studies.diff.run import diff

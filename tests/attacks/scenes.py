@@ -11,10 +11,10 @@ from random import Random
 
 from tests.attacks.guard import HangError, shrunk, within
 
+from carom.catalogue import all_scenes
 from carom.errors import SceneError
-from carom.scene import load_scene, save_scene
-from carom.scenes import all_scenes
-from carom.text import visible
+from carom.model.scene import load_scene, save_scene
+from carom.support.escaping import visible
 
 #: Values and pieces that break readers.
 PIECES = [

@@ -16,7 +16,7 @@ from tests.attacks import __main__ as campaign
 from tests.attacks.guard import HangError, shrunk, within
 from tests.clocks import Clock
 
-from carom.registry import adapter_points
+from carom.engines.registry import adapter_points
 
 #: Tries of those that take milliseconds each; of the others one or two.
 QUICK = {

@@ -23,20 +23,20 @@ from tests.attacks.guard import HangError, within
 from tests.distribution import forget, lay
 
 from carom import Scene, cross_check
-from carom.adapter import Contact, Observation
-from carom.pages.grid import build_grid
-from carom.pages.records import records
-from carom.pages.render.markdown import markdown
-from carom.pages.replay import scene_replays
-from carom.runs.job import Status
-from carom.runs.pool import InProcess
-from carom.runs.results import Results
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.engines.api import Contact, Observation
+from carom.execution.job import Status
+from carom.execution.pool import InProcess
+from carom.execution.results import Results
+from carom.report.grid import build_grid
+from carom.report.records import records
+from carom.report.render.markdown import markdown
+from carom.report.replay import scene_replays
 from carom.studies.cross_check.document import cross_check_document, report_of
 
 NAME = "wild-numbers"
 SOURCE = """
-from carom.adapter import Capabilities, Engine, Profile
+from carom.engines.api import Capabilities, Engine, Profile
 
 handed_over = None
 

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page
 from tests.processes import PATIENT_S
 
 import carom
-from carom.scenes import CatalogueScene, all_scenes
+from carom.catalogue import CatalogueScene, all_scenes
 from carom.studies.cross_check.document import report_of
 
 #: Nothing is fetched, and nothing is asked of a graphics card or of a sandbox that a container does not allow.

@@ -12,7 +12,7 @@ from playwright.sync_api import Locator, Page
 from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.unit.studies.examples import bench, campaign_results, growth
 
-from carom.pages import wording
+from carom.report import formatting
 from carom.studies.bench.document import write_bench
 from carom.studies.bench.growth_document import write_growth
 from carom.studies.stress.document import write_stress
@@ -54,7 +54,7 @@ def points(pages: dict[str, Path]) -> list[Any]:
 
 def agrees(shown: dict[str, str], point: dict[str, Any]) -> None:
     """Fail unless what is shown of a point is what the file holds, to the digits shown."""
-    error = wording.number(point["error"]) if point["error"] else "exact"
+    error = formatting.number(point["error"]) if point["error"] else "exact"
     assert shown["error"].split()[0] == error
     assert ("(-1)" in shown["error"]) == (point["missed"] == 1)
     assert float(shown["all steps, ms"]) == pytest.approx(1e3 * point["timing"]["advance_s"]["median"], rel=5e-3)

@@ -12,9 +12,9 @@ from playwright.sync_api import Page
 from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_replay import MISSED, opened
 
-from carom.pages.grid import mark_read
-from carom.pages.records import read_records
-from carom.text import visible
+from carom.report.grid import mark_read
+from carom.report.records import read_records
+from carom.support.escaping import visible
 
 pytestmark = pytest.mark.browser
 

@@ -16,13 +16,13 @@ from tests.browser.conftest import Window
 from tests.stage import sure
 
 import carom
-from carom.adapter.checks import unsupported_reason
-from carom.live.installed import page_engines
-from carom.live.packages import PACKAGES
-from carom.live.page import GALLERY, page_html
-from carom.registry import load_adapter
-from carom.scenes import all_scenes
-from carom.walls import Leg
+from carom.catalogue import all_scenes
+from carom.engines.api.checks import unsupported_reason
+from carom.engines.registry import load_adapter
+from carom.model.walls import Leg
+from carom.web.installed import page_engines
+from carom.web.packages import PACKAGES
+from carom.web.page import GALLERY, page_html
 
 pytestmark = pytest.mark.browser
 #: Scenes of two discs that do not spin, in which what an engine does is one contact.

@@ -13,8 +13,8 @@ from tests.browser.conftest import A4_PX, Window, cut_on_paper, serious
 from tests.browser.test_play_in_firefox import Firefox, firefox  # noqa: F401 - a fixture
 from tests.processes import PATIENT_S
 
-from carom.live.page import GALLERY, page_html
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.web.page import GALLERY, page_html
 
 pytestmark = pytest.mark.browser
 
@@ -88,7 +88,7 @@ _FOUND = """[...document.querySelectorAll("#play *")].find(
 
 def _source(tmp_path: Path) -> Path:
     """Write the page with an engine of eight lines, so that there is a second method to choose."""
-    from carom.live.linked import PageEngine
+    from carom.web.linked import PageEngine
 
     world = """caromEngines.toy.done(class {
       constructor(scene) { this.discs = scene.discs; }

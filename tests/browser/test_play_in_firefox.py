@@ -17,12 +17,12 @@ from playwright.sync_api import Browser, Page
 from tests.browser.test_play import DRIVEN, STEPS
 from tests.processes import PATIENT_S
 
-from carom.adapter.checks import unsupported_reason
-from carom.live.installed import page_engines
-from carom.live.packages import PACKAGES
-from carom.live.page import GALLERY, page_html
-from carom.registry import load_adapter
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.engines.api.checks import unsupported_reason
+from carom.engines.registry import load_adapter
+from carom.web.installed import page_engines
+from carom.web.packages import PACKAGES
+from carom.web.page import GALLERY, page_html
 
 pytestmark = pytest.mark.browser
 

@@ -17,7 +17,7 @@ from playwright.sync_api import Locator, Page
 from tests.browser.conftest import HOSTILE, Window
 from tests.stage import sure
 
-from carom.text import visible
+from carom.support.escaping import visible
 
 pytestmark = pytest.mark.browser
 

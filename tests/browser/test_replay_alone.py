@@ -11,8 +11,8 @@ from tests.browser.conftest import Window, hostile_scenes
 from tests.stage import sure
 
 import carom
-from carom.scenes import find_scenes
-from carom.text import visible
+from carom.catalogue import find_scenes
+from carom.support.escaping import visible
 
 pytestmark = pytest.mark.browser
 

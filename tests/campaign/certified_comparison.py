@@ -18,8 +18,8 @@ from tests.campaign.copies import MANY, Copies
 from tests.campaign.events import NEAR_LANDING, Event, Floats, events_of
 
 from carom import CertifiedTrace, Outcome, Scene
+from carom.core.resolution import clock_resolution
 from carom.solvers.certified.result import Degenerate, Ending
-from carom.solvers.resolution import clock_resolution
 
 #: Ends of certified runs after which no run goes on.
 WITHOUT_END = {Degenerate.COLLAPSE, Degenerate.CRUSH, Degenerate.EDGE}

@@ -25,8 +25,8 @@ from tests.campaign.envelope import (
 )
 
 from carom import Outcome, Scene, Trace
-from carom.solvers.resolution import clock_resolution
-from carom.trace import Mode, body_name
+from carom.core.resolution import clock_resolution
+from carom.model.trace import Mode, body_name
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.void]

@@ -19,7 +19,7 @@ from tests.campaign.events import NEAR_LANDING, Event, Floats, Name, events_of, 
 from tests.campaign.transformation import restore_record, rotate_scene, turn_by
 
 from carom import Disc, Outcome, Scene, Trace
-from carom.solvers.resolution import clock_resolution
+from carom.core.resolution import clock_resolution
 
 #: Copies that are run for each scene, and where one of their events decides that there is a difference.
 FEW, MANY = 4, 20

@@ -1,7 +1,7 @@
 """Rounding envelope of a scene: balls that hold every run whose roundings stay within what PIC states.
 
 It is a certified run whose state is widened by the roundings of a float64 run: each centre by the resolution of a gap
-(`carom.solvers.resolution`), each velocity and spin after an impact by the roundings of the impact law that
+(`carom.core.resolution`), each velocity and spin after an impact by the roundings of the impact law that
 `tests.checker.laws` derives. The widened balls grow from impact to impact as rounding errors do, so that nothing has to
 be said of how much a run amplifies them. The envelope ends where its balls no longer decide which event comes next:
 from there on rounding may change the order of events.
@@ -21,21 +21,21 @@ import numpy as np
 from flint import arb, ctx
 
 from carom import Scene, Trace
-from carom.disc_arrays import wall_lengths
+from carom.core.resolution import clock_resolution, gap_resolution
+from carom.model.disc_arrays import wall_lengths
+from carom.model.trace import NO_EDGE, free_flights, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
+from carom.solvers.certified.contact_state import BallMode
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.finite_walls import finite_contact_at_start
 from carom.solvers.certified.floats import float_above
-from carom.solvers.certified.gliding import BallMode
 from carom.solvers.certified.impacts import BallEvent, BallImpact, carry_out
 from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, Seam, WallApproach
 from carom.solvers.certified.result import Degeneracy, Undecided
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import kept, slow, undamped
-from carom.solvers.resolution import clock_resolution, gap_resolution
-from carom.trace import NO_EDGE, free_flights, wall_index
 
 #: Bits of the balls: far more than the 53 of the roundings that they hold.
 PRECISION = 192

@@ -13,8 +13,8 @@ from tests.campaign.comparison import Record, closing_speed, impact_rounding
 from tests.campaign.envelope import ROUNDINGS_OF_FALL, ROUNDINGS_OF_FALL_TIME, UNIT
 
 from carom import Scene
-from carom.solvers.resolution import clock_resolution
-from carom.trace import Mode, body_name, wall_index
+from carom.core.resolution import clock_resolution
+from carom.model.trace import Mode, body_name, wall_index
 
 Floats = NDArray[np.float64]
 Key = tuple[int, ...]

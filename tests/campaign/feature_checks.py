@@ -21,10 +21,10 @@ from tests.campaign.envelope import Envelope, EnvelopeImpact, compute_envelope
 from tests.campaign.transformation import restore_record, rotate_scene, turn_quarter, turn_quarter_back
 
 from carom import CertifiedTrace, Outcome, Scene, Trace, solve_pic
+from carom.core.resolution import clock_resolution
 from carom.solvers.certified.options import CertifyOptions
 from carom.solvers.certified.run import CertifiedRun
 from carom.solvers.pic import pic_run
-from carom.solvers.resolution import clock_resolution
 from carom.solvers.run import Run
 
 #: Impacts over which a scene is followed, and events of its envelope.

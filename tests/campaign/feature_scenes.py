@@ -16,7 +16,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple
 
 from carom import Chain, Disc, Ring, Scene, SceneError, Wall
-from carom.walls import AnyWall, Leg, with_lengths, with_speeds
+from carom.model.walls import AnyWall, Leg, with_lengths, with_speeds
 
 Point = tuple[float, float]
 

@@ -26,7 +26,7 @@ from tests.campaign.feature_checks import Check, CheckedScene, Finding, check_sc
 from tests.campaign.feature_scenes import Law, draw_scene, features_of, law_of
 
 from carom import save_scene
-from carom.folders import write_file
+from carom.support.folders import write_file
 
 #: Exit code of a program that Ctrl-C has ended.
 INTERRUPTED = 130

@@ -18,9 +18,9 @@ from tests.campaign.gases import Gas, draw
 from tests.campaign.tally import Finding, Tally
 from tests.checker import Report, Violation, check, watch
 
+from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.run import Progress, Run
-from carom.trace import Outcome
 
 #: Seconds after which a run ends in any case: an inelastic gas all but comes to rest. As many seconds as 10,000 free
 #: flights take or more, so it ends no other.

@@ -20,7 +20,7 @@ from pathlib import Path
 from tests.validation.table_runs import Comparison, Line, Point, Table, compare, scene_of
 
 from carom import SceneError
-from carom.folders import write_file
+from carom.support.folders import write_file
 
 #: Impacts of a table at most: what a billiard with such obstacles loses an impact has most of them end before.
 MOST = 40

@@ -9,7 +9,7 @@ from pathlib import Path
 from tests.campaign.gases import Gas, Kind
 from tests.checker import Report
 
-from carom.folders import write_file
+from carom.support.folders import write_file
 
 #: Findings that are kept: a broken kernel makes them by the thousand.
 _KEPT = 100

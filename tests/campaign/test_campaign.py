@@ -23,8 +23,8 @@ from tests.stage import sure
 from tests.validation.table_runs import Comparison
 
 from carom import DiscArrays
+from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.trace import Outcome
 
 
 @pytest.mark.long

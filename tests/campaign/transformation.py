@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tests.campaign.comparison import Record
 
 from carom import Chain, Disc, Scene, Wall
-from carom.walls import AnyWall, Leg
+from carom.model.walls import AnyWall, Leg
 
 Point = tuple[float, float]
 Map = Callable[[Point], Point]

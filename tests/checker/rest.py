@@ -18,7 +18,7 @@ from tests.checker.report import Violation
 from tests.checker.watch import Stretch
 
 from carom import DiscArrays
-from carom.trace import Outcome
+from carom.model.trace import Outcome
 
 Floats = NDArray[np.float64]
 

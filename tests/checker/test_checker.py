@@ -21,8 +21,8 @@ from tests.lengths import each
 from tests.stage import sure
 
 from carom import DiscArrays
+from carom.model.trace import IMPACT_DTYPE
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.trace import IMPACT_DTYPE
 
 Break = Callable[[NDArray[np.void], int], None]
 

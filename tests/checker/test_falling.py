@@ -19,11 +19,11 @@ from tests.drawn import jittered
 from tests.lengths import each, long_after
 
 from carom import DiscArrays
-from carom.disc_arrays import HalfPlane
-from carom.outline import Outline
+from carom.model.chain_geometry import Outline
+from carom.model.disc_arrays import HalfPlane
+from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.run import Progress
-from carom.trace import Outcome
 
 #: Impacts that a run is followed over.
 IMPACTS = 300

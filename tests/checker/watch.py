@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import DiscArrays
+from carom.model.trace import Outcome
 from carom.solvers.run import Run
-from carom.trace import Outcome
 
 Floats = NDArray[np.float64]
 RunT = TypeVar("RunT", bound=Run)
@@ -31,13 +31,13 @@ class Stretch:
 
     Attributes:
         first_row: Number of impacts that the run had before.
-        impacts: Array of `carom.trace.IMPACT_DTYPE`.
+        impacts: Array of `carom.model.trace.IMPACT_DTYPE`.
         looks: How many of these impacts had been carried out at each look, shape ``(p + 1,)``, from 0 on.
         time_s: Instant of each look, shape ``(p + 1,)``.
         position_m: Centres then, shape ``(p + 1, n, 2)``.
         velocity_m_s: Velocities then, shape ``(p + 1, n, 2)``.
         last_impact_s: When each disc had its last impact before the stretch, shape ``(n,)``; -inf for none.
-        spins: Array of `carom.trace.SPIN_DTYPE`, an entry an impact; None where nothing turns.
+        spins: Array of `carom.model.trace.SPIN_DTYPE`, an entry an impact; None where nothing turns.
         spin_rad_s: Spins at the looks, shape ``(p + 1, n)``; None as well.
         outcome: Why the run stopped at the last look.
     """

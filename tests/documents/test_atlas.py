@@ -8,8 +8,8 @@ import pytest
 from docs.figures import atlas
 from tests.stage import cross_checked
 
-from carom.pages.records import raw_records, records
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
+from carom.report.records import raw_records, records
 
 pytestmark = pytest.mark.long  # it runs a cross-check
 

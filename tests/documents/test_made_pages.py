@@ -15,9 +15,9 @@ from tests.documents.blocks import ROOT
 from tests.lengths import long_after
 
 import carom
-from carom.registry import adapter_points, load_adapter
-from carom.scene import Scene
-from carom.scenes import all_scenes, scene_named
+from carom.catalogue import all_scenes, scene_named
+from carom.engines.registry import adapter_points, load_adapter
+from carom.model.scene import Scene
 from carom.studies.stress.relations import relations
 from carom.studies.stress.run import attacks
 

@@ -17,7 +17,7 @@ from PIL import Image
 from tests.documents.blocks import PAGES, ROOT
 
 import carom
-from carom.live.page import GALLERY
+from carom.web.page import GALLERY
 
 #: Words that people search, and the page that is theirs.
 SEARCHED = {

@@ -7,7 +7,7 @@ import math
 from tests.hazards.spread import starts_of
 
 from carom import Disc, Scene
-from carom.adapter import Observation
+from carom.engines.api import Observation
 
 #: Starts of each test, spread evenly over a step.
 STARTS = 16

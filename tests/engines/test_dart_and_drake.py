@@ -11,7 +11,7 @@ from tests.engines.staged import PHASES
 from tests.stage import Drive, Finish, disc_at, staged, wall_at
 
 from carom import Scene
-from carom.adapter import Adapter, AdapterError
+from carom.engines.api import Adapter, AdapterError
 
 DT_S = 1 / 256
 

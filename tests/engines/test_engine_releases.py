@@ -18,8 +18,8 @@ from docs.figures.history import SCENES
 from numpy.typing import NDArray
 
 from carom import solve_pic
+from carom.catalogue import find_scenes
 from carom.comparator.shift import begun_earlier
-from carom.scenes import find_scenes
 from carom.studies.history.cells import Moved
 from carom.studies.history.clients import CLIENTS, ClientError
 from carom.studies.history.options import HistoryOptions

@@ -14,8 +14,8 @@ from tests.engines.staged import PHASES, STARTS, after_oblique, at_starts, head_
 from tests.stage import Drive, Finish, Named, with_discs
 
 from carom import Disc, Scene
-from carom.adapter import Adapter
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.engines.api import Adapter
 from carom_adapters import npm
 
 DT_S = 1 / 60

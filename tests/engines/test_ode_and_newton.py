@@ -10,7 +10,7 @@ from tests.hazards.measures import DT_S, head_on, parted, passing, turned_aside
 from tests.hazards.spread import starts_of
 
 from carom import Disc, Scene, Wall
-from carom.adapter import Adapter
+from carom.engines.api import Adapter
 
 #: Starts of each scene.
 STARTS = 8

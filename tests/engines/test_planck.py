@@ -16,8 +16,8 @@ from tests.unit.studies.tune.by_hand import assert_as_good, merits
 
 import carom_adapters
 from carom import Disc, Scene, Wall
-from carom.runs.imported import import_scene
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.execution.scene_import import import_scene
 
 #: Rounding of a velocity after an impact at speeds of some metres a second.
 ROUNDING = 1e-12
@@ -135,7 +135,7 @@ def test_planck_as_shipped_turns_no_disc_more_than_a_quarter_turn_a_step(named: 
     assert "rad a step" in end.warning
 
 
-DUMP = Path(__file__).parents[1] / "unit" / "runs" / "data" / "planck-1.5.0.json"
+DUMP = Path(__file__).parents[1] / "unit" / "engines" / "importers" / "data" / "planck-1.5.0.json"
 NPM = Path(carom_adapters.__file__).parent / "npm"
 
 #: Prints place, velocity, spin, mass and inertia of each body with a circle alone, as Planck's own loader has it.

@@ -11,9 +11,9 @@ from tests.hazards.spread import starts_of
 from tests.stage import Drive, Finish, Named, disc_at, staged
 
 from carom import Disc, Scene
-from carom.adapter import Adapter, Observation, Setting
-from carom.scenes import find_scenes
-from carom.scenes.catalogue import all_scenes
+from carom.catalogue import find_scenes
+from carom.catalogue.catalogue import all_scenes
+from carom.engines.api import Adapter, Observation, Setting
 
 #: Relative rounding of a 32-bit float.
 ROUNDING = 2.0**-23

@@ -14,8 +14,8 @@ from tests.hazards.measures import ENGINES, Figure, measured
 from tests.hazards.page import lines_of, page, with_engines
 from tests.hazards.spread import Spread
 
-from carom.registry import load_adapter, why_unavailable
-from carom.runs.engines import engines
+from carom.engines.registry import load_adapter, why_unavailable
+from carom.execution.engines import engines
 
 
 def main() -> int:

@@ -18,10 +18,10 @@ from tests.hazards.spread import Spread, ended, energy_change, starts_of, veloci
 from tests.stage import disc_at, staged
 
 from carom import Chain, Scene
-from carom.adapter import Adapter, AdapterError, Setting
-from carom.registry import load_adapter, why_unavailable
-from carom.scenes.catalogue import find_scenes
-from carom.scenes.entry import CatalogueScene
+from carom.catalogue.catalogue import find_scenes
+from carom.catalogue.entry import CatalogueScene
+from carom.engines.api import Adapter, AdapterError, Setting
+from carom.engines.registry import load_adapter, why_unavailable
 
 DT_S = 1 / 60
 

@@ -10,11 +10,11 @@ from operator import itemgetter
 from tests.hazards.measures import DRIVEN, ENGINES, GAS, GAS_STARTS, SPEEDS, STARTS, Figure
 from tests.hazards.spread import OFF, Spread
 
-from carom.adapter import Adapter
-from carom.pages.document import Column, Document, Headline, Section, Table
-from carom.pages.render.markdown import markdown
-from carom.pages.wording import number, percent
-from carom.scenes.catalogue import find_scenes
+from carom.catalogue.catalogue import find_scenes
+from carom.engines.api import Adapter
+from carom.report.document import Column, Document, Headline, Section, Table
+from carom.report.formatting import number, percent
+from carom.report.render.markdown import markdown
 
 #: What is nearer to another number than this is shown as that number: the tables are of hazards, not of roundings.
 SHOWN_TO = 1e-6

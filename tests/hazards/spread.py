@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import Scene, solve_pic
-from carom.adapter import Adapter, AdapterError, Observation, Setting
+from carom.catalogue.entry import CatalogueScene
 from carom.comparator.shift import even_phases, shifted_scenes
-from carom.scenes.entry import CatalogueScene
+from carom.engines.api import Adapter, AdapterError, Observation, Setting
 
 #: A start is off where it differs from what mechanics says by more than this part: of the speed, of the energy.
 OFF = 0.01

@@ -228,7 +228,7 @@ def make_copy(root: Path, copy: Path, faults: list[tuple[int, Fault]]) -> None:
         by_path.setdefault(fault.path, []).append((number, fault))
     for path, planted in by_path.items():
         (_plant_c if path.endswith((".h", ".c")) else _plant)(copy / path, planted)
-    if (copy / "src/carom/built.pyx").exists():
+    if (copy / "src/carom/core/built.pyx").exists():
         subprocess.run([sys.executable, "setup.py", "--quiet", "build_ext", "--inplace"], cwd=copy, check=True)
 
 

@@ -23,7 +23,7 @@ _PRIMITIVES = tuple(
     )
 )
 _PIT = tuple(f"{_CORE}/{name}" for name in ("pit*", "frame_sampled.c", "chain_distance.h"))
-_LOOP = (f"{_CORE}/*", *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)))
+_LOOP = (f"{_CORE}/*", f"!{_CORE}/*.py", *(f"!{path}" for path in (*_PRIMITIVES, *_PIT)))
 _PIC = (
     *(f"{_U}/event_driven", f"{_U}/test_pic.py", f"{_U}/test_ambiguity.py"),
     *(f"{_U}/test_options.py", f"{_U}/test_run.py", f"{_U}/test_two_discs.py", f"{_U}/test_turning.py"),
@@ -35,12 +35,12 @@ _PIC = (
 )
 
 ROOMS = {
-    "physics": Room(("src/carom/physics/*.py", *_PRIMITIVES), ("tests/unit/core", "tests/unit/physics")),
+    "physics": Room(("src/carom/core/*.py", *_PRIMITIVES), ("tests/unit/core",)),
     "event-driven": Room((f"{_S}/event_driven/*.py", *_LOOP), _PIC),
     "solvers": Room(
         (f"{_S}/*.py", f"{_S}/reference/*.py"),
         (
-            *(*_PIC, "tests/unit/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
+            *(*_PIC, "tests/unit/model/test_disc_arrays.py", f"{_V}/test_invariance.py", f"{_V}/test_equivalences.py"),
             *(f"{_U}/test_finite_walls.py", f"{_U}/test_damped.py"),
         ),
     ),
@@ -53,14 +53,24 @@ ROOMS = {
         ),
     ),
     "comparator": Room(("src/carom/comparator/**/*.py",), ("tests/unit/comparator", "tests/planted")),
-    "runs": Room(
+    "execution": Room(
         tuple(
-            f"src/carom/runs/{name}.py"
-            for name in ("free_flight", "collect", "locate", "observe", "timing", "plan", "journal", "phases")
+            f"src/carom/execution/{name}.py"
+            for name in (
+                "free_flight",
+                "impact_collector",
+                "locate",
+                "engine_run",
+                "timing",
+                "plan",
+                "journal",
+                "phases",
+            )
         ),
         (
-            *(f"tests/unit/runs/test_{name}.py" for name in ("free_flight", "collect", "locate", "clocks", "observe")),
-            *(f"tests/unit/runs/test_{name}.py" for name in ("plan", "journal", "phases", "spin_in_runs")),
+            *(f"tests/unit/execution/test_{name}.py" for name in ("free_flight", "impact_collector", "locate")),
+            *(f"tests/unit/execution/test_{name}.py" for name in ("clocks", "engine_run", "plan", "journal")),
+            *(f"tests/unit/execution/test_{name}.py" for name in ("phases", "spin_in_runs")),
         ),
     ),
 }

@@ -57,10 +57,10 @@ static inline double middle(double a, double b) {
 def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A project of one module that lies in the room of the physics, and is built by nothing."""
     root = tmp_path_factory.mktemp("project")
-    (root / "src/carom/physics").mkdir(parents=True)
+    (root / "src/carom/core").mkdir(parents=True)
     (root / "src/carom/__init__.py").write_text("")
-    (root / "src/carom/physics/__init__.py").write_text("")
-    (root / "src/carom/physics/middle.py").write_text(SOURCE)
+    (root / "src/carom/core/__init__.py").write_text("")
+    (root / "src/carom/core/middle.py").write_text(SOURCE)
     for name in ("adapters", "tests", "benchmarks", "docs"):
         (root / name).mkdir()
     for name in ("pyproject.toml", "setup.py", "README.md", "Makefile", "CHANGELOG.md", "CONTRIBUTING.md"):
@@ -94,7 +94,7 @@ def test_a_process_has_the_fault_whose_number_it_is_told_and_no_other(project: P
     make_copy(project, copy, list(enumerate(faults, start=1)))
 
     def middles(number: int, *pairs: tuple[float, float]) -> list[float]:
-        code = f"from carom.physics.middle import middle; print([middle(*pair) for pair in {pairs}])"
+        code = f"from carom.core.middle import middle; print([middle(*pair) for pair in {pairs}])"
         environment = {**os.environ, "PYTHONPATH": str(copy / "src"), VARIABLE: str(number)}
         done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
         return json.loads(done.stdout)  # type: ignore[no-any-return] # numbers
@@ -125,12 +125,11 @@ def test_faults_are_found_in_c(tmp_path: Path) -> None:
 @pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler")
 def test_a_process_of_c_has_the_fault_whose_number_it_is_given(project: Path, tmp_path: Path) -> None:
     """As in Python, for faults in a header."""
-    (project / "src/carom/core").mkdir()
     (project / "src/carom/core/pair.h").write_text(SOURCE_C)
     faults = [fault for fault in faults_in(project) if fault.path.endswith(".h")]
     copy = tmp_path / "copy"
     make_copy(project, copy, list(enumerate(faults, start=1)))
-    shutil.rmtree(project / "src/carom/core")
+    (project / "src/carom/core/pair.h").unlink()
     main = tmp_path / "main.c"
     main.write_text(
         '#include "carom/core/pair.h"\n#include <stdio.h>\n'

@@ -26,7 +26,7 @@ import pydantic
 from tests.packaging.digests import digests
 
 import carom
-from carom.extension import compute_sources_digest
+from carom.core.extension import compute_sources_digest
 
 ROOT = Path(__file__).resolve().parents[2]
 #: bookworm: its Python is the oldest that the extension is made for.

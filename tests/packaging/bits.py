@@ -12,8 +12,8 @@ sys.path.append(str(Path(__file__).resolve().parents[2]))  # last: Carom itself 
 from benchmarks.time_of_impact import CLASSES, carom_form, pairs_of_class
 
 from carom import Trace, engines, solve_pic, solve_pit
-from carom.extension import find_extension_notes
-from carom.scenes import all_scenes
+from carom.catalogue import all_scenes
+from carom.core.extension import find_extension_notes
 
 #: Larger scenes take seconds.
 MOST_DISCS, MOST_IMPACTS = 40, 200

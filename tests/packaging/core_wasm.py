@@ -17,7 +17,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-CORE_WASM = ROOT / "src/carom/live/core.wasm"
+CORE_WASM = ROOT / "src/carom/web/core.wasm"
 SECTION = b"carom.sources"
 _MAGIC = b"\0asm\x01\0\0\0"
 _CUSTOM = 0

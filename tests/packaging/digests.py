@@ -15,9 +15,9 @@ import sys
 import numpy as np
 
 from carom import Disc, Scene, Wall, certify, solve_pit, time_of_impact
-from carom.disc_arrays import DiscArrays
-from carom.scenes import all_scenes
-from carom.solvers.certified.as_data import enclosures
+from carom.catalogue import all_scenes
+from carom.model.disc_arrays import DiscArrays
+from carom.solvers.certified.serialisation import enclosures
 from carom.solvers.event_driven.run import EventDrivenRun
 
 _PAIRS = 20_000

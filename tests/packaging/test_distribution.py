@@ -84,7 +84,7 @@ def test_the_wheel_holds_every_module_of_the_extension(built: Path) -> None:
     """There is one compiled module for each .pyx file, and the one that all share."""
     compiled = {name.partition(".")[0] for name in wheel_names(built) if name.endswith((".so", ".pyd"))}
     sources = {path.relative_to(ROOT / "src").with_suffix("").as_posix() for path in (ROOT / "src").rglob("*.pyx")}
-    assert compiled == sources | {"carom/_cython"}
+    assert compiled == sources | {"carom/core/_cython"}
 
 
 def test_the_installed_wheel_runs_compiled_and_finds_every_adapter(built: Path, tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import Scene, Trace, solve_pic
-from carom.adapter import Capabilities, Contact, Engine, Observation, Profile, Setting
+from carom.engines.api import Capabilities, Contact, Engine, Observation, Profile, Setting
 
 Array = NDArray[np.float64]
 

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import Scene, Trace, compare, load_scene, solve_pic, solve_pit
-from carom.adapter import Capabilities, Contact, ContactTimes, Engine, Observation, Profile, Setting
 from carom.comparator import Score
-from carom.runs.observe import observe_run
-from carom.trace import SPIN_DTYPE
-from carom.windows import States
+from carom.engines.api import Capabilities, Contact, ContactTimes, Engine, Observation, Profile, Setting
+from carom.execution.engine_run import observe_run
+from carom.model.step_windows import States
+from carom.model.trace import SPIN_DTYPE
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.void]
@@ -41,8 +41,8 @@ class Run:
     Attributes:
         scene: The scene that it is to run.
         states: At time 0 and after each step.
-        impacts: What it reports, `carom.trace.IMPACT_DTYPE`.
-        spins: The spins of these, `carom.trace.SPIN_DTYPE`; None where no disc spins.
+        impacts: What it reports, `carom.model.trace.IMPACT_DTYPE`.
+        spins: The spins of these, `carom.model.trace.SPIN_DTYPE`; None where no disc spins.
         told: Whether it hands over the velocities around an impact; else they are read from the states.
         float_bits: Width of the floats that it declares.
         lasts: In how many steps it reports each impact, if it does not tell velocities.

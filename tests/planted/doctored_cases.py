@@ -19,8 +19,8 @@ from tests.stage import disc_at, staged, wall_at
 
 from carom import Scene
 from carom.comparator import Grade, Verdict
-from carom.trace import IMPACT_DTYPE
-from carom.windows import States
+from carom.model.step_windows import States
+from carom.model.trace import IMPACT_DTYPE
 
 Array = NDArray[np.float64]
 

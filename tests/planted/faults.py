@@ -19,7 +19,7 @@ from tests.stage import altered, disc_at, staged
 
 from carom import Trace
 from carom.comparator import Grade, Verdict
-from carom.trace import STATE_DTYPE
+from carom.model.trace import STATE_DTYPE
 
 Array = NDArray[np.float64]
 Rows = NDArray[np.void]

@@ -36,8 +36,8 @@ from tests.planted.doctored_cases import (
 )
 
 from carom import Scene
+from carom.catalogue.catalogue import all_scenes
 from carom.comparator import Grade, Score, Verdict
-from carom.scenes.catalogue import all_scenes
 
 #: From best to worst.
 WORSENING = [Grade.EXACT, Grade.CLOSE, Grade.SAMPLED, Grade.INACCURATE, Grade.PARTED]

@@ -17,10 +17,10 @@ from tests.planted.faults import DT, FAULTS, FIRST_S, LAST_S, LENGTH, ROW, SPEED
 from tests.stage import cross_checked, disc_at, staged, sure
 
 from carom import Results, Scene, Trace, compare, solve_pic, solve_pit
+from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
-from carom.runs.job import Status
-from carom.runs.results import Row
-from carom.scenes import catalogue
+from carom.execution.job import Status
+from carom.execution.results import Row
 
 REFERENCE = solve_pic(ROW)
 BETWEEN_S = (FIRST_S + LAST_S) / 2

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from carom.adapter import Accuracy, AdapterError, Capabilities, Contact, Engine, Need, Observation, Profile
+from carom.engines.api import Accuracy, AdapterError, Capabilities, Contact, Engine, Need, Observation, Profile
 
 
 class PenaltyWorld:

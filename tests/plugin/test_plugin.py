@@ -17,12 +17,14 @@ from tests.stage import disc_at, staged, wall_at
 
 import carom
 from carom.comparator import Grade, Verdict
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import cases
-from carom.conformance.subject import Subject
-from carom.runs.job import Status
-from carom.runs.options import Limited
+from carom.execution.job import Status
+from carom.execution.options import Limited
 
 HERE = Path(__file__).parent
+#: Where adapters imported the interface from when 0.1 was released.
+OLD_PATH = b"carom.adapter"
 DOCS = HERE.parents[1] / "docs"
 
 
@@ -272,6 +274,8 @@ def _failures(python: Path, folder: Path) -> Mapping[str, str]:
 
 
 def test_the_wheel_of_0_1_holds_the_adapter_that_is_shown_here(wheel_of_0_1: Path) -> None:
-    """The module in the wheel is the one in this folder, to the byte, so that a reader sees what is installed."""
+    """The module in the wheel is the one in this folder, except that it imports from the interface's old path."""
     with zipfile.ZipFile(wheel_of_0_1) as wheel:
-        assert wheel.read("carom_penalty.py") == (wheel_of_0_1.parent / "carom_penalty.py").read_bytes()
+        old = wheel.read("carom_penalty.py")
+    assert old.count(OLD_PATH) == 1
+    assert old.replace(OLD_PATH, b"carom.engines.api") == (wheel_of_0_1.parent / "carom_penalty.py").read_bytes()

@@ -8,15 +8,15 @@ from pathlib import Path
 import pytest
 from tests.lengths import each
 
+from carom.catalogue import find_scenes
 from carom.errors import InputError
-from carom.pages.files import FORMATS
-from carom.pages.records import read_records
-from carom.pages.records_line import text_of
-from carom.runs.journal import JOURNAL_FORMAT, canonical
-from carom.runs.options import Options
-from carom.runs.plan import plan_of
-from carom.runs.pool import InProcess
-from carom.scenes import find_scenes
+from carom.execution.journal import JOURNAL_FORMAT, canonical
+from carom.execution.options import Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import InProcess
+from carom.report.files import FORMATS
+from carom.report.record import text_of
+from carom.report.records import read_records
 from carom.studies.cross_check.observed import observed_journal
 from carom.studies.cross_check.run import execute
 from carom.studies.diff.run import diff

@@ -12,10 +12,10 @@ from pathlib import Path
 import pytest
 from tests.command import carom_command
 from tests.lengths import each
-from tests.unit.pages.test_terminal import printed
+from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import advice, bench, campaign_results, growth
 
-from carom.pages.document import Document
+from carom.report.document import Document
 from carom.studies.advise.document import advice_document
 from carom.studies.bench.document import bench_document
 from carom.studies.bench.growth_document import growth_document

@@ -17,7 +17,7 @@ SOURCE = Path(carom.__file__).parent
 HEADING = "| old word | new word |\n| --- | --- |\n"
 
 #: Of each room, the lines of a function: a screen, or what a reader holds. As many arguments as a reader keeps apart.
-MOST_LINES, MOST_PARAMETERS = {"cli/": 80, "shell/": 80, "studies/": 80, "runs/": 60}, 12
+MOST_LINES, MOST_PARAMETERS = {"cli/": 80, "studies/": 80, "execution/": 60}, 12
 #: What must not be read, and what to write instead.
 INSTEAD = {
     r"\b(hangs?|hung|hanging) on\b": "depends on",
@@ -142,12 +142,12 @@ def test_the_documents_are_in_british_english() -> None:
 
 
 def test_numbers_are_rounded_for_a_reader_in_one_place() -> None:
-    """Only `carom.number_text` rounds for a reader: 17 digits are the very float, and what two modules cut goes on."""
-    computed = {"studies/stress/attack.py", "pages/replay.py"}
+    """Only `support.formatting` rounds for a reader: 17 digits are the very float, and what two modules cut goes on."""
+    computed = {"studies/stress/attack.py", "report/replay.py"}
     found = [
         (path, ast.unparse(node))
         for path, text in modules().items()
-        if path not in {"number_text.py", *computed} and re.search(r":\.\d+g", text)
+        if path not in {"support/formatting.py", *computed} and re.search(r":\.\d+g", text)
         for node in ast.walk(tree(path))
         if isinstance(node, ast.FormattedValue | ast.Constant)
         and re.search(r":\.\d+g\b", ast.unparse(node).replace(":.17g", ""))
@@ -207,7 +207,7 @@ def test_no_message_and_no_page_uses_an_old_word() -> None:
     bare = [plain(old) for old, _ in words]
     read = {path: said(tree(path)) for path, text in modules().items() if any(w in plain(text) for w in bare)}
     pages = [ROOT / "README.md", *(path for path in (ROOT / "docs").rglob("*.md") if "decisions" not in path.parts)]
-    pages += (SOURCE / "pages" / "templates").iterdir()
+    pages += (SOURCE / "report" / "templates").iterdir()
     read |= {str(path.relative_to(ROOT)): path.read_text(encoding="utf-8") for path in pages}
     found = [
         (path, f"say {new!r}", use) for path, text in read.items() for old, new in words for use in uses(old, text)

@@ -1,4 +1,4 @@
-"""Certified runs read from what `carom.solvers.certified.as_data` writes; python-flint need not be installed."""
+"""Certified runs read from what `carom.solvers.certified.serialisation` writes; python-flint need not be installed."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom import CertifiedTrace, Outcome, Scene, Trace
-from carom.solvers.certified.as_data import FINAL, FINAL_RADII, NUMBERS, RADII, ROWS
 from carom.solvers.certified.result import Degeneracy, Degenerate, Ending
+from carom.solvers.certified.serialisation import FINAL, FINAL_RADII, NUMBERS, RADII, ROWS
 
 
 def from_enclosures(document: Mapping[str, Any]) -> CertifiedTrace:

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from tests.drawn import jittered
 from tests.stage import disc_at, staged, wall_at
 
-from carom.disc_arrays import DiscArrays
-from carom.scene import Disc, Scene, Wall
+from carom.model.disc_arrays import DiscArrays
+from carom.model.scene import Disc, Scene, Wall
+from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
-from carom.trace import Outcome
 
 #: Impacts kept at a time.
 _CHUNK = 100_000

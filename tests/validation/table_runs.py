@@ -23,8 +23,8 @@ from flint import acb, acb_poly, arb, ctx
 from numpy.typing import NDArray
 
 from carom import Disc, Scene, solve_pic
-from carom.trace import Outcome
-from carom.walls import Chain
+from carom.model.trace import Outcome
+from carom.model.walls import Chain
 
 Point = tuple[float, float]
 

@@ -14,8 +14,8 @@ from tests.validation.enclosed import from_enclosures
 
 from carom import CertifiedTrace, solve_pic
 from carom.comparator import horizon_of
-from carom.solvers.certified.as_data import enclosures
 from carom.solvers.certified.result import Ending
+from carom.solvers.certified.serialisation import enclosures
 
 FILES = sorted((Path(__file__).parent / "certified").glob("*.json"))
 

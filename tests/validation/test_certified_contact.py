@@ -18,11 +18,11 @@ from tests.validation.enclosed import from_enclosures
 from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Chain, Mode, Scene, Trace, Wall, certify, solve_pic
+from carom.catalogue import find_scenes
 from carom.comparator.horizon import horizon_of
-from carom.scenes import find_scenes
-from carom.solvers.certified.as_data import enclosures
+from carom.model.trace import EdgeKind
 from carom.solvers.certified.result import Degenerate, Ending
-from carom.trace import EdgeKind
+from carom.solvers.certified.serialisation import enclosures
 
 #: What is left open of an end, metres, metres a second and radians a second.
 NARROW = 1e-14

@@ -15,9 +15,9 @@ from tests.validation.mpmath_runs import DIGITS, brute_force, contradictions
 from tests.validation.test_driven import among_mallets
 
 from carom import Chain, Disc, Scene, certify, solve_pic
+from carom.model.trace import Outcome
+from carom.model.walls import Ring
 from carom.solvers.certified.result import Degenerate, Ending
-from carom.trace import Outcome
-from carom.walls import Ring
 
 
 def in_a_square(seed: int) -> Scene:

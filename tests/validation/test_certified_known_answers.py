@@ -18,8 +18,8 @@ from tests.validation.mpmath_runs import outside
 
 import carom
 from carom import CertifiedTrace, Chain, Ring, Scene, Wall
+from carom.catalogue import CatalogueScene, deviation
 from carom.comparator.horizon import horizon_of
-from carom.scenes import CatalogueScene, deviation
 from carom.solvers.certified.result import Degenerate, Ending
 
 #: What rounding leaves of closed forms that are evaluated in float64, over a scene's sizes, and of radii.

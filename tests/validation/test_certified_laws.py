@@ -15,10 +15,10 @@ from tests.stage import disc_at, staged, wall_at
 from tests.validation.mpmath_runs import outside
 
 from carom import CertifiedTrace, Disc, Scene, Wall, certify, solve_pic
+from carom.catalogue import catalogue
 from carom.comparator.horizon import Horizon
 from carom.errors import InputError
-from carom.runs.reference import reference_of
-from carom.scenes import catalogue
+from carom.execution.reference import reference_of
 from carom.solvers.certified.result import Degenerate, Ending
 
 FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))

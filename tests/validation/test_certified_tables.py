@@ -14,9 +14,9 @@ from tests.validation import table_runs
 from tests.validation.table_runs import Table, Walk
 
 from carom import Disc, Scene, certify, solve_pic
+from carom.model.trace import EdgeKind
+from carom.model.walls import AnyWall, Chain, Ring, Wall
 from carom.solvers.certified.result import Degenerate, Ending
-from carom.trace import EdgeKind
-from carom.walls import AnyWall, Chain, Ring, Wall
 
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
 

@@ -13,7 +13,7 @@ from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, wall_at
 
 from carom import Disc, Outcome, Scene, Wall, certify, solve_pic
-from carom.scenes import find_scenes
+from carom.catalogue import find_scenes
 
 G = 10.0
 

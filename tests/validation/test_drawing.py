@@ -10,7 +10,7 @@ from tests.drawn import KINDS, TABLES, drawn, impacts_of, table
 from tests.lengths import long_after
 
 from carom import Outcome, Scene, Trace, solve_pic
-from carom.trace import EdgeKind
+from carom.model.trace import EdgeKind
 
 #: So many scenes of each kind are drawn, half of them rough.
 DRAWN = 40

@@ -16,9 +16,9 @@ from tests.stage import crushed_rows, disc_at, on_legs, staged, wall_at
 from tests.validation.mpmath_runs import brute_force
 
 from carom import Chain, Disc, Outcome, Ring, Scene, Wall, solve_pic, solve_pic_framewise, solve_pit
-from carom.scenes import find_scenes
-from carom.trace import kinetic_energy, work_of_driven
-from carom.walls import AnyWall
+from carom.catalogue import find_scenes
+from carom.model.trace import kinetic_energy, work_of_driven
+from carom.model.walls import AnyWall
 
 Vector = tuple[float, float]
 

@@ -20,13 +20,13 @@ from tests.unit.solvers.kinds import all_pairs
 from tests.unit.solvers.pit.forms import assert_identical, compiled_forms, plain
 
 from carom import Scene, Trace, solve_pic, solve_pic_framewise, solve_pit
-from carom.scenes import CatalogueScene, catalogue
+from carom.catalogue import CatalogueScene, catalogue
+from carom.model.trace import Outcome
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.pic import pic_run
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
 from carom.solvers.run import Run
-from carom.trace import Outcome
 
 #: Scenes of a kind by their numbers: a few, and hundreds with `-m long`.
 BATCHES = [range(6), range(6, 24), *(range(first, first + 114) for first in range(24, 480, 114))]
@@ -296,7 +296,7 @@ SOLVERS: dict[str, Callable[[Scene], Trace]] = {
     "framewise": solve_pic_framewise,
     "pit": solve_pit,
 }
-#: How far each unit is changed: well within `carom.limits`, which also have to hold the scene.
+#: How far each unit is changed: well within `carom.support.limits`, which also have to hold the scene.
 MOST = 500
 #: Powers of two by which lengths, times and masses are multiplied: the extremes, and those at which a sum, a product or
 #: a square of sizes first leaves what is taken without scaling.

@@ -12,9 +12,9 @@ from tests.lengths import each, long_after
 from tests.stage import disc_at, on_legs, staged, wall_at
 
 from carom import Chain, Disc, Outcome, Scene, Wall, compare, solve_pic, solve_pic_framewise, solve_pit
+from carom.catalogue import catalogue
 from carom.errors import InputError
-from carom.scenes import catalogue
-from carom.trace import Mode
+from carom.model.trace import Mode
 
 G = 9.81
 ROUNDING = 1e-12

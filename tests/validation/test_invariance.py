@@ -22,9 +22,9 @@ from tests.rebuilt import Map, in_units, rebuilt, same, turned
 from tests.stage import from_end
 
 from carom import Disc, Scene, Trace, solve_pic, solve_pit
-from carom.scenes import CatalogueScene, Tag, catalogue
+from carom.catalogue import CatalogueScene, Tag, catalogue
+from carom.model.trace import Vector, rim_speeds, velocities
 from carom.studies.stress.relations import HOLDS, relations, rough_scene, superballs
-from carom.trace import Vector, rim_speeds, velocities
 
 ROUNDING = 1e-12
 

@@ -9,7 +9,7 @@ import pytest
 from tests.lengths import each
 
 from carom import Scene, Trace, solve_pic, solve_pit
-from carom.scenes import catalogue
+from carom.catalogue import catalogue
 
 CASES = ["paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple"]
 

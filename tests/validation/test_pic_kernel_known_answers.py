@@ -15,10 +15,10 @@ from tests.validation.own import galperin, galperin_error
 
 from carom import Disc, Outcome, Scene, Trace, solve_pic, solve_pic_framewise
 from carom.core import primitives
-from carom.disc_arrays import DiscArrays
-from carom.registry import load_adapter
-from carom.runs.observe import observe_run
-from carom.runs.wire import CarriedTrace, Codec
+from carom.engines.registry import load_adapter
+from carom.execution.codec import CarriedTrace, Codec
+from carom.execution.engine_run import observe_run
+from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.studies.bench.gas import hard_disc_gas
 

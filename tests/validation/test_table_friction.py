@@ -13,11 +13,11 @@ from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom import Chain, Disc, Outcome, Scene, SceneError, Wall, compare, solve_pic, solve_pit
+from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator.grades import Grade
 from carom.comparator.shift import begun_earlier
-from carom.pages.tracks import SHARPNESS, reference_tracks
-from carom.scenes import CatalogueScene, find_scenes
-from carom.trace import free_flights, kinetic_energy
+from carom.model.trace import free_flights, kinetic_energy
+from carom.report.tracks import SHARPNESS, reference_tracks
 
 A = 2.0
 

@@ -11,8 +11,8 @@ from tests.lengths import long_after
 from tests.validation import table_runs
 from tests.validation.table_runs import Table, compare, scene_of
 
-from carom.physics.features import Arc, Face
-from carom.physics.wall_features import WallFeature, features_of
+from carom.core.features import Arc, Face
+from carom.core.wall_features import WallFeature, features_of
 from carom.solvers.event_driven import obstacles
 
 

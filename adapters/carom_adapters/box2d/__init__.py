@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from carom.adapter import Engine, Knob, Profile, Setting
+from carom.engines.api import Engine, Knob, Profile, Setting
 from carom_adapters.box2d.code import code
 from carom_adapters.box2d.limits import CAPABILITIES, THRESHOLD_M_S, VELOCITY_SCALE
 from carom_adapters.box2d.world import Box2dWorld

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from carom.adapter import Chain, Scene, Setting, Wall, is_fast, reach, require_supported, scaled
+from carom.engines.api import Chain, Scene, Setting, Wall, is_fast, reach, require_supported, scaled
 from carom_adapters.box2d.limits import CAPABILITIES, WORLD_SETTINGS, require_usable
 from carom_adapters.box2d.walls import edges_of, rectangle_of
 from carom_adapters.box2d.world import BEFORE_WALLS, shapes_of_disc, sweeps

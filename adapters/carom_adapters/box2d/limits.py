@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
 #: Attributes of `b2World`, by pybox2d's own names.
 WORLD_SETTINGS = ("warmStarting",)

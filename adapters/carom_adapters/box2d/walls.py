@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from itertools import pairwise
 from typing import Any
 
-from carom.adapter import AdapterError, Chain, Scene, Setting, Wall
+from carom.engines.api import AdapterError, Chain, Scene, Setting, Wall
 from carom_adapters.box2d.limits import SHORTEST_PIECE_M
 from carom_adapters.pieces import points_of
 

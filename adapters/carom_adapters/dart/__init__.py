@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
+from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.dart.code import code
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, MIXING
 from carom_adapters.dart.world import DartWorld

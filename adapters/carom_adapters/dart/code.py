@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.adapter import Scene, Setting, factored_restitutions, require_sound, require_supported
+from carom.engines.api import Scene, Setting, factored_restitutions, require_sound, require_supported
 from carom_adapters.code import PYTHON_END, arguments, comment, steps_of
 from carom_adapters.dart.limits import CAPABILITIES, DETECTORS, SETTINGS
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.adapter import Capabilities, ContactTimes
+from carom.engines.api import Capabilities, ContactTimes
 
 #: ``collision_detector`` is one of `DETECTORS`; ``split_impulse`` is an option of the constraint solver.
 SETTINGS = ("collision_detector", "split_impulse")

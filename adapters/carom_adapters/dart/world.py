@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.adapter import (
+from carom.engines.api import (
     AdapterError,
     Contact,
     Observation,

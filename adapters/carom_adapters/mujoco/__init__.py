@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from carom.adapter import Accuracy, Engine, Knob, Profile, Setting
+from carom.engines.api import Accuracy, Engine, Knob, Profile, Setting
 from carom_adapters.engine_adapter import OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.mujoco.code import code
 from carom_adapters.mujoco.limits import CAPABILITIES

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from xml.etree import ElementTree
 
-from carom.adapter import AdapterError, Scene, Setting, require_supported, wall_index
+from carom.engines.api import AdapterError, Scene, Setting, require_supported, wall_index
 from carom_adapters.code import comment, steps_of
 from carom_adapters.legs import has_legs
 from carom_adapters.mujoco.limits import CAPABILITIES, answers_in_turn, require_usable

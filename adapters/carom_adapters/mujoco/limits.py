@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from carom.adapter import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
+from carom.engines.api import AdapterError, Capabilities, ContactTimes, Scene, Setting, require_sound
 
 #: Attributes of MJCF's ``option``, and of its ``flag``, by MuJoCo's own names.
 OPTION_SETTINGS = (

@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 
-from carom.adapter import Chain, Ring, Scene, Setting, Wall, reach, wall_body, wall_index
+from carom.engines.api import Chain, Ring, Scene, Setting, Wall, reach, wall_body, wall_index
 from carom_adapters.mujoco.limits import ENABLE_SETTINGS, FLAG_SETTINGS, OPTION_SETTINGS, answers_in_turn, lists_pairs
 from carom_adapters.pieces import cut_chain, thickness_of
 

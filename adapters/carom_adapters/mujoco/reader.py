@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from carom.adapter import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
+from carom.engines.api import AdapterError, Disc, Imported, Scene, Wall, one_coefficient
 
 #: What two numbers that ought to be one may differ by: a quaternion's roundings.
 ROUNDING = 1e-12

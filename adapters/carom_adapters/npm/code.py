@@ -10,9 +10,9 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
-from carom.adapter import Scene, Setting
-from carom.program.adapter import ProgramAdapter
-from carom.program.manifest import load_manifest
+from carom.engines.api import Scene, Setting
+from carom.engines.protocol.adapter import ProgramAdapter
+from carom.engines.protocol.manifest import load_manifest
 from carom_adapters.code import comment, steps_of
 
 _IMPORTED = re.compile(r"^import \{ ([\w, ]+) \} from \"\.\./serve\.mjs\";\n", re.MULTILINE)
@@ -28,7 +28,7 @@ class NpmAdapter(ProgramAdapter):
         self._source = manifest.resolve().with_name("engine.mjs")
 
     def code(self, scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
-        """Return the world that the engine's program sets up, as a program of its own (`carom.adapter.CodedAdapter`).
+        """Return the world that the engine's program sets up, as a program of its own (`api.CodedAdapter`).
 
         Raises:
             OSError: The sources of the adapter's program can't be read.

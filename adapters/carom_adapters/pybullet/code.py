@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.adapter import Chain, Ring, Scene, Setting, Wall, is_fast
+from carom.engines.api import Chain, Ring, Scene, Setting, Wall, is_fast
 from carom_adapters.code import arguments, comment, steps_of
 from carom_adapters.legs import Driven, first_velocity, legs_by_step, python_end
 from carom_adapters.pieces import cut_chain, factored_walls, thickness_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.adapter import Capabilities, ContactTimes
+from carom.engines.api import Capabilities, ContactTimes
 
 #: Arguments of `setPhysicsEngineParameter`, by PyBullet's own names. ``contactBreakingThreshold`` is not among them: it
 #: belongs to the process, and a world must not change the next one.

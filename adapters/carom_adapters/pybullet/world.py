@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.adapter import (
+from carom.engines.api import (
     AdapterError,
     Chain,
     Contact,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from carom.adapter import Accuracy, Engine, Knob, Profile, Scene, Setting
+from carom.engines.api import Accuracy, Engine, Knob, Profile, Scene, Setting
 from carom_adapters.engine_adapter import NOT_TURNED, OF_THE_SCENE, EngineAdapter, located, tuned
 from carom_adapters.rapier.code import code
 from carom_adapters.rapier.limits import CAPABILITIES, SHIPPED_SPEED_M_S

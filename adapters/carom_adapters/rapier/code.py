@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from carom.adapter import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
+from carom.engines.api import AdapterError, Chain, Ring, Scene, Setting, Wall, require_sound, require_supported
 from carom_adapters.code import arguments, assignments, comment, steps_of
 from carom_adapters.legs import Driven, first_velocity, has_legs, legs_by_step, python_end
 from carom_adapters.pieces import cut_chain, thickness_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from carom.adapter import Capabilities, ContactTimes
+from carom.engines.api import Capabilities, ContactTimes
 
 #: Attributes of `IntegrationParameters`, by Rapier's own names.
 PARAMETERS = (

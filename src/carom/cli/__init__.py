@@ -1,6 +1,6 @@
 """The command line: parse, call, print. Of a command that is named, no other's module is loaded.
 
-A study brings its own command, `command.py` in its folder; what is no study is a module here.
+Each command is a module of `carom.cli.commands`.
 """
 
 from __future__ import annotations
@@ -14,17 +14,13 @@ from typing import Annotated, Any
 
 import typer
 
-from carom import studies
-from carom.cli import address_space
+from carom.cli import address_space, commands, common
+from carom.cli.command_line import Command
 from carom.errors import CaromError
-from carom.shell import shared
-from carom.shell.again import Command
 
 __all__ = ["app", "app_of", "command"]
 
-STUDIES = {path.parent.name for path in Path(studies.__path__[0]).glob("*/command.py")}
-
-#: In the order of `carom --help`; a study that is not named comes last.
+#: In the order of `carom --help`; a command that is not named comes last.
 _FIRST = (
     "demo",
     "play",
@@ -45,9 +41,10 @@ _FIRST = (
 )
 
 #: Module and function of a command that is not the function of its own name in the module of that name.
-_SPELT = {"import": ("carom.cli.importing", "import_file"), "run": ("carom.studies.cross_check.command", "run")}
+_SPELT = {"import": ("importing", "import_file")}
 
-COMMANDS = (*_FIRST, *sorted(STUDIES - {"cross_check", *_FIRST}))
+_MODULES = {path.stem for path in Path(commands.__path__[0]).glob("[!_]*.py")} - {"importing"}
+COMMANDS = (*_FIRST, *sorted(_MODULES - {*_FIRST}))
 
 
 def app_of(names: Sequence[str]) -> typer.Typer:
@@ -63,9 +60,8 @@ def app_of(names: Sequence[str]) -> typer.Typer:
         "or nothing could be run, 4 an adapter crashed or gave no answer in time.",
     )
     for name in names:
-        home = f"carom.studies.{name}.command" if name in STUDIES else f"carom.cli.{name}"
-        module, function = _SPELT.get(name, (home, name))
-        one = getattr(importlib.import_module(module), function)
+        module, function = _SPELT.get(name, (name, name))
+        one = getattr(importlib.import_module(f"carom.cli.commands.{module}"), function)
         # Its first sentence whole: by default the list of commands cuts it at 45 characters.
         found.command(name, cls=Command, short_help=(one.__doc__ or "").partition("\n\n")[0])(one)
     found.callback()(_options)
@@ -117,14 +113,14 @@ def command() -> str | int | None:
         except (CaromError, ImportError, MemoryError, RuntimeError) as error:
             if not isinstance(error, CaromError) and not address_space.limit_mb():
                 raise
-            shared.say_error(address_space.told(error))
-            code = shared.EXIT_BAD_INPUT
+            common.say_error(address_space.told(error))
+            code = common.EXIT_BAD_INPUT
         out.flush()  # here, where what goes wrong can still be told
     except BrokenPipeError:  # the reader, `head` say, has seen enough
         code = 0
     except OSError as error:  # a disk that is full
         with suppress(OSError):
-            shared.say(f"carom: output: {error.strerror or error}", apart=True)
-        code = shared.EXIT_BAD_INPUT
-    shared.drop_unwritten(out, sys.stderr)
+            common.say(f"carom: output: {error.strerror or error}", apart=True)
+        code = common.EXIT_BAD_INPUT
+    common.drop_unwritten(out, sys.stderr)
     return code

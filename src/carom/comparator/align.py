@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.trace import Trace
+from carom.model.trace import Trace
 
 #: One step to notice an overlap, one more where the engine stamps a contact with the end of its step.
 LATEST_STAMP_STEPS = 2

@@ -11,7 +11,6 @@ import numpy as np
 from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency, consistency_of
 from carom.comparator.contact import ContactScore, contact_score, without_contacts
-from carom.comparator.convention import ConventionMatch, match_outcome
 from carom.comparator.evidence import Evidence
 from carom.comparator.findings import findings, lucky_phase
 from carom.comparator.finite import not_finite
@@ -20,20 +19,21 @@ from carom.comparator.grade import equals_pit, grade, grade_of_trajectory
 from carom.comparator.grades import Grade
 from carom.comparator.horizon import before_tie, reach_of
 from carom.comparator.local import LocalErrors, local_errors
-from carom.comparator.local_truth.reports import reports_and_states, shown_by_states
-from carom.comparator.local_truth.score import LocalScore, local_score
 from carom.comparator.measure import Errors, ImpactError, measure
 from carom.comparator.order import order_of
 from carom.comparator.sampling import paid_of, price_of_sampling
 from carom.comparator.scales import Scales, largest, scales_of
-from carom.comparator.settling import before_rest
+from carom.comparator.simultaneous_impacts import ConventionMatch, match_outcome
 from carom.comparator.step_findings import has_left
+from carom.comparator.stepwise.reports import reports_and_states, shown_by_states
+from carom.comparator.stepwise.score import LocalScore, local_score
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.validate_trace import require_sound
 from carom.comparator.verdict import Finding, Verdict
-from carom.display import Shown
+from carom.comparator.zeno import before_rest
 from carom.errors import InputError
-from carom.trace import Outcome, Trace
+from carom.model.trace import Outcome, Trace
+from carom.support.display import Shown
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from carom.comparator.scales import Scales, largest, own_scales_of
 from carom.comparator.slowing import Slowing
 from carom.comparator.thresholds import THRESHOLDS
-from carom.scene import Wall
-from carom.trace import Trace, rim_speeds, velocities, wall_index
+from carom.model.scene import Wall
+from carom.model.trace import Trace, rim_speeds, velocities, wall_index
 
 Array = NDArray[np.float64]
 

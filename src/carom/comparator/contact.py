@@ -17,17 +17,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from carom.comparator.contact_intervals import LAST, ContactQuality, Ends, ends, kept, touches
 from carom.comparator.grades import Grade
-from carom.comparator.local_truth.rest import RESTING_STEPS
 from carom.comparator.scales import Scales
+from carom.comparator.stepwise.rest import RESTING_STEPS
 from carom.comparator.thresholds import THRESHOLDS
-from carom.comparator.touches import LAST, ContactQuality, Ends, ends, kept, touches
-from carom.number_text import instant, metres, number, seconds
-from carom.scene import Scene
+from carom.model.scene import Scene
+from carom.model.step_windows import States
+from carom.model.trace import Outcome, Trace, free_flights, wall_index
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run
-from carom.trace import Outcome, Trace, free_flights, wall_index
-from carom.windows import States
+from carom.support.formatting import instant, metres, number, seconds
 
 Array = NDArray[np.float64]
 

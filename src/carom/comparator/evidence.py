@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 from carom.comparator.align import Reach
 from carom.comparator.consistency import Consistency
 from carom.comparator.contact import ContactScore
-from carom.comparator.convention import ConventionMatch
 from carom.comparator.friction_branch import WrongBranches
 from carom.comparator.grades import Grade
 from carom.comparator.local import LocalErrors
-from carom.comparator.local_truth.reports import ReportsAndStates
-from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import ImpactError, Measured
 from carom.comparator.order import Order
 from carom.comparator.sampling import Price
 from carom.comparator.scales import Scales
+from carom.comparator.simultaneous_impacts import ConventionMatch
+from carom.comparator.stepwise.reports import ReportsAndStates
+from carom.comparator.stepwise.score import LocalScore
 from carom.comparator.thresholds import THRESHOLDS
-from carom.trace import Outcome, Trace
+from carom.model.trace import Outcome, Trace
 
 
 @dataclass(frozen=True)

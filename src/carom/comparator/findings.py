@@ -13,8 +13,8 @@ from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
 from carom.comparator.measure import untold
 from carom.comparator.order import MOST_EDITS
-from carom.comparator.own_findings import in_seconds, own_path
 from carom.comparator.scales import largest
+from carom.comparator.self_consistency import in_seconds, own_path
 from carom.comparator.step_findings import (
     bad_steps,
     has_left,
@@ -26,8 +26,8 @@ from carom.comparator.step_findings import (
 )
 from carom.comparator.thresholds import THRESHOLDS
 from carom.comparator.verdict import Finding, Verdict
-from carom.number_text import instant, number, seconds
-from carom.trace import Outcome, pair_name
+from carom.model.trace import Outcome, pair_name
+from carom.support.formatting import instant, number, seconds
 
 #: What a disc does that neither comes to rest nor slides or rolls, by how the reference ended.
 _OTHERWISE = {Outcome.GLIDES: ", gliding along a wall", Outcome.CRUSHED: ", crushed between two walls"}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, velocities
+from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Trace, velocities
 
 _NUMBERS = tuple(name for name in IMPACT_DTYPE.names or () if IMPACT_DTYPE[name].base.kind == "f")
 _SPINS = SPIN_DTYPE.names or ()

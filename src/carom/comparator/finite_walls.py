@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from carom.core import primitives
-from carom.physics.numbered import numbers_of
-from carom.physics.wall_features import features_of
+from carom.core.numbered import numbers_of
+from carom.core.wall_features import features_of
 
 if TYPE_CHECKING:
-    from carom.outline import Outline
+    from carom.model.chain_geometry import Outline
 
 #: Instead of the number of a feature.
 NO_FEATURE = -1

@@ -14,8 +14,8 @@ import numpy as np
 
 from carom.comparator.finite import finite_impacts
 from carom.comparator.scales import Scales
-from carom.physics.rough_impact import ContactFrictions, RoughBodies, branches
-from carom.trace import Trace, rim_speeds, velocities
+from carom.core.rough_impact import ContactFrictions, RoughBodies, branches
+from carom.model.trace import Trace, rim_speeds, velocities
 
 
 @dataclass(frozen=True)

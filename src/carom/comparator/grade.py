@@ -8,13 +8,13 @@ import numpy as np
 
 from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
-from carom.comparator.local_truth.score import LocalScore
 from carom.comparator.measure import Errors, Measured
-from carom.comparator.own_findings import contradictions
 from carom.comparator.sampling import Price, changes
+from carom.comparator.self_consistency import contradictions
 from carom.comparator.step_findings import has_parted, steps_are_exact
+from carom.comparator.stepwise.score import LocalScore
 from carom.comparator.thresholds import THRESHOLDS
-from carom.trace import Outcome
+from carom.model.trace import Outcome
 
 
 def grade(evidence: Evidence) -> Grade:

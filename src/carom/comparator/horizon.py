@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from carom.comparator.align import Reach, by_pair
 from carom.comparator.scales import largest
 from carom.errors import InputError, SceneError
-from carom.scene import Disc, Scene, as_scene
+from carom.model.scene import Disc, Scene, as_scene
+from carom.model.trace import Mode, Outcome, Trace, Vector, rim_speeds, velocities
 from carom.solvers.certified.certify import certify
 from carom.solvers.certified.result import CertifiedTrace
 from carom.solvers.pic import solve_pic
-from carom.trace import Mode, Outcome, Trace, Vector, rim_speeds, velocities
 
 #: What a reference must be good for to be believed: times over the scene's duration, velocities over its speed. A
 #: thousand times the rounding threshold of the verdicts, and a thousandth of what sampling costs at any usual step, so

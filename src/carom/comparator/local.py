@@ -23,12 +23,12 @@ from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
 from carom.comparator.measure import restitutions, worse
 from carom.comparator.scales import Scales, median
 from carom.comparator.slowing import Slowing
-from carom.disc_arrays import HalfPlane
-from carom.outline import Outline
-from carom.physics.features import Mover
-from carom.physics.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
-from carom.physics.time_of_impact import time_of_impact
-from carom.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
+from carom.core.features import Mover
+from carom.core.rough_impact import ContactFrictions, RoughBodies, resolve_rough_impact
+from carom.core.time_of_impact import time_of_impact
+from carom.model.chain_geometry import Outline
+from carom.model.disc_arrays import HalfPlane
+from carom.model.trace import STATE_DTYPE, Trace, free_flights, rim_speeds, velocities, wall_index
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float]

@@ -14,8 +14,8 @@ from carom.comparator.align import Alignment, Reach, align
 from carom.comparator.finite import finite_impacts
 from carom.comparator.scales import OwnScales, Scales, largest, own_scales_of
 from carom.comparator.thresholds import THRESHOLDS
-from carom.scene import Need
-from carom.trace import Trace, kinetic_energy, rim_speeds, velocities
+from carom.model.scene import Need
+from carom.model.trace import Trace, kinetic_energy, rim_speeds, velocities
 
 Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from carom.comparator.align import LATEST_STAMP_STEPS, Alignment, Pair
-from carom.trace import Trace
+from carom.model.trace import Trace
 
 #: An edit distance is searched for up to here: beyond it two sequences have nothing to do with each other any more.
 MOST_EDITS = 64

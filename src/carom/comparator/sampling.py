@@ -23,10 +23,10 @@ from carom.comparator.scales import Scales, largest, scales_of
 from carom.comparator.shift import even_phases, shifted_scenes
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
-from carom.scene import Scene
+from carom.model.scene import Scene
+from carom.model.trace import Trace, rim_speeds, velocities
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Trace, rim_speeds, velocities
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.scene import Scene
-from carom.trace import Trace, kinetic_energy, rim_speeds, velocities, work_of_driven
+from carom.model.scene import Scene
+from carom.model.trace import Trace, kinetic_energy, rim_speeds, velocities, work_of_driven
 
 Array = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ import numpy as np
 from carom.comparator.finite import not_finite
 from carom.comparator.slowing import Slowing
 from carom.errors import InputError, SceneError
-from carom.number_text import seconds
-from carom.scene import Scene
+from carom.model.scene import Scene
+from carom.model.trace import Trace, Vector
+from carom.model.walls import AnyWall, Leg, begun_at, driven_back, moved_by
 from carom.solvers.pic import solve_pic
-from carom.trace import Trace, Vector
-from carom.walls import AnyWall, Leg, begun_at, driven_back, moved_by
+from carom.support.formatting import seconds
 
 
 def even_phases(count: int) -> tuple[float, ...]:

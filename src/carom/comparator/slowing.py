@@ -1,8 +1,8 @@
 """What slows discs down between impacts, and leaves them their direction: linear damping, or a table.
 
 A disc of velocity v is left with a part of it, ``kept v``, and has moved by ``flown v``. With damping both are the same
-for all discs, see `carom.damping`; on a table, which slows a disc down by a until it stops, they depend on its speed s:
-``1 - a t / s`` and ``t - a t^2 / (2 s)``.
+for all discs, see `carom.model.damping`; on a table, which slows a disc down by a until it stops, they depend on its
+speed s: ``1 - a t / s`` and ``t - a t^2 / (2 s)``.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.damping import Damping
-from carom.scene import Scene
+from carom.model.damping import Damping
+from carom.model.scene import Scene
 
 Array = NDArray[np.float64]
 

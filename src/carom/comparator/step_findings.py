@@ -9,11 +9,11 @@ import numpy as np
 
 from carom.comparator.evidence import Evidence
 from carom.comparator.grades import Grade
-from carom.comparator.local_truth.score import LocalScore
-from carom.comparator.own_findings import own_path
+from carom.comparator.self_consistency import own_path
 from carom.comparator.slowing import Slowing
+from carom.comparator.stepwise.score import LocalScore
 from carom.comparator.verdict import Finding, Verdict
-from carom.number_text import instant, metres, number
+from carom.support.formatting import instant, metres, number
 
 
 def steps_are_exact(evidence: Evidence) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from carom.adapter.checks import MANTISSA_BITS
+from carom.engines.api.checks import MANTISSA_BITS
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.thresholds import THRESHOLDS
+from carom.engines.api.checks import MANTISSA_BITS
 from carom.errors import InputError
-from carom.trace import Trace, body_name, wall_body, wall_index
+from carom.model.trace import Trace, body_name, wall_body, wall_index
 
 
 def require_sound(trace: Trace) -> None:

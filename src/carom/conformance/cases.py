@@ -8,6 +8,8 @@ from functools import partial
 from itertools import product
 from typing import Any
 
+from carom.catalogue import all_scenes
+from carom.conformance.adapter_under_test import Subject, catalogue_setup
 from carom.conformance.checks import (
     accuracy,
     capability,
@@ -19,9 +21,7 @@ from carom.conformance.checks import (
     turning,
     walls,
 )
-from carom.conformance.subject import Subject, catalogue_setup
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, LOCATED_SCENES
-from carom.scenes import all_scenes
 
 
 @dataclass(frozen=True)

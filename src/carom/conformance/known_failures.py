@@ -19,11 +19,11 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from carom.arguments import shown
-from carom.data_files import read_data
 from carom.errors import InputError
-from carom.text import named_hints, near, release_numbers
-from carom.versions import version_conditions
+from carom.support.checks import shown
+from carom.support.data_files import read_data
+from carom.support.escaping import named_hints, near, release_numbers
+from carom.support.versions import version_conditions
 
 FILE_NAME = "carom-known-failures.toml"
 

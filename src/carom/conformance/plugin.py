@@ -65,7 +65,7 @@ def pytest_configure(config: pytest.Config) -> None:
     from carom.conformance.known_failures import FILE_NAME
     from carom.conformance.suite import make_suite
     from carom.errors import CaromError
-    from carom.runs.options import Limited
+    from carom.execution.options import Limited
 
     limits = {
         "time_limit_s": config.getoption("carom_time_limit"),
@@ -83,7 +83,7 @@ def pytest_configure(config: pytest.Config) -> None:
         )
     except CaromError as error:
         raise pytest.UsageError(f"--carom-engine: {error}") from error
-    from carom.conformance.nodes import ConformanceRun
+    from carom.conformance.pytest_items import ConformanceRun
 
     write_to = (file or suite.known_file or config.rootpath / FILE_NAME) if writes else None
     config.pluginmanager.register(ConformanceRun(suite, write_to), "carom-conformance")

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import Case, cases
 from carom.conformance.known_failures import (
     FILE_NAME,
@@ -16,13 +17,12 @@ from carom.conformance.known_failures import (
     known_reasons,
     load_known_failures,
 )
-from carom.conformance.subject import Subject
+from carom.engines.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, engine_named
 from carom.errors import InputError, UnknownNameError
-from carom.registry import ENTRY_POINT_GROUP, EngineInfo, adapter_points, distribution_of, engine_named
-from carom.runs.engines import described
-from carom.runs.options import Limited
-from carom.runs.plan import DEFAULT_PROFILES
-from carom.runs.pool import Pool
+from carom.execution.engines import described
+from carom.execution.options import Limited
+from carom.execution.plan import DEFAULT_PROFILES
+from carom.execution.pool import Pool
 
 ALL = "all"
 
@@ -75,7 +75,8 @@ def make_suite(
 
     Args:
         wanted: What ``--carom-engine`` was given.
-        profiles: What ``--carom-profile`` was given: names, or ``all``; `carom.runs.plan.DEFAULT_PROFILES` for nothing.
+        profiles: What ``--carom-profile`` was given: names, or ``all``; `carom.execution.plan.DEFAULT_PROFILES` for
+            nothing.
         known_file: The file of known failures; None for the first in `folders` that is there.
         folders: pytest's root directory, and the one in which it was called: they differ where the value of an option
             happens to be the name of a folder, which pytest then takes for its root.

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from carom.adapter.protocol import Capabilities
+from carom.catalogue import KnownAnswer
 from carom.comparator.thresholds import THRESHOLDS
+from carom.engines.api.protocol import Capabilities
 from carom.errors import InputError
-from carom.scene import Chain, Disc, Ring, Scene, Wall
-from carom.scenes import KnownAnswer
-from carom.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
+from carom.model.scene import Chain, Disc, Ring, Scene, Wall
+from carom.model.trace import ImpactRecord, Trace, impact_array, spin_array, wall_index
 
 #: A power of two, so that step boundaries are exact and what falls between two of them is beyond doubt.
 DT_S = 1 / 128

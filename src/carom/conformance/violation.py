@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from carom.conformance.suite_scenes import DT_S
 from carom.errors import CaromError
-from carom.scene import Scene
+from carom.model.scene import Scene
 
 
 def step_text(dt_s: float) -> str:

@@ -11,7 +11,7 @@
 #include "carom/core/fall.h"
 #include "carom/core/instant.h"
 
-typedef enum Mode { /* how a disc moves; `carom.trace.Mode` has the same numbers */
+typedef enum Mode { /* how a disc moves; `carom.model.trace.Mode` has the same numbers */
     FLIGHT = 0,
     SLIDE = 1,
     ROLL = 2,
@@ -59,7 +59,7 @@ typedef struct Ground { /* of a half-plane or a face: what a disc in contact wit
     bool is_ground; /* whether contact that lasts is solved: not of a driven wall, nor of what bends */
 } Ground;
 
-typedef struct ModeRow { /* a row of `carom.trace.MODE_DTYPE` */
+typedef struct ModeRow { /* a row of `carom.model.trace.MODE_DTYPE` */
     double time;         /* since the start */
     int64_t impacts;     /* recorded impacts before it */
     int64_t disc;

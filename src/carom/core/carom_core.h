@@ -8,7 +8,7 @@
    UNITS are metres, seconds, kilograms and radians. A time is counted from the start, from the present epoch or from
    now, as the comment next to it says.
 
-   BODIES are numbered as in `carom.trace`: disc i is i, wall k is -1 - k. A wall is a half-plane, a chain of edges and
+   BODIES are numbered as in `carom.model.trace`: disc i is i, wall k is -1 - k. A wall is a half-plane, a chain of edges and
    arcs, or a circle. Its smallest parts are features: half-planes, faces, vertices, and arcs from outside or inside.
    Where features are the obstacles, obstacle k is -1 - k, too. A body whose motion is prescribed is driven.
 
@@ -123,13 +123,14 @@
      pit.pyx, .pyi         runs of PIT
      primitives.pyx, .pyi  single formulas
      damped_time.pyx, .pyi damping
+     built.pyx, .pyi       the sources that the extension was built from
      carom_core.pxd        declarations of this file
      formulas.pxd          declarations of formulas
      run_input.pxd         declarations of run_input.h, and its arrays from those of Python
      record_rows.pxd       recorded impacts as arrays
      exact_quartic.pxd     the third stage of quartics: exact integers, in Python
      binding_memory.h      `Resize` for Python
-   The page, compiled to carom/live/core.wasm by `make generated`
+   The page, compiled to carom/web/core.wasm by `make generated`
      wasm/input.h          input and output of a run as arrays
      wasm/memory.c         memory, and what a C library would supply
      wasm/pic.c            runs of PIC
@@ -197,7 +198,7 @@ typedef struct Body {    /* a disc as the law sees it */
 
 /* ---- recorded impacts ---- */
 
-typedef struct Impact { /* a row of `carom.trace.IMPACT_DTYPE` */
+typedef struct Impact { /* a row of `carom.model.trace.IMPACT_DTYPE` */
     double time;        /* since the start */
     int64_t first;      /* disc */
     int64_t second;     /* body */
@@ -213,7 +214,7 @@ typedef struct Before { /* velocities before an impact; that of a wall at rest i
     double second[2];
 } Before;
 
-typedef struct Spins { /* a row of `carom.trace.SPIN_DTYPE` */
+typedef struct Spins { /* a row of `carom.model.trace.SPIN_DTYPE` */
     double first_before;
     double second_before;
     double first_after;

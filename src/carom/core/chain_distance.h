@@ -1,6 +1,6 @@
 /* Chains as PIT sees them: the point of a finite wall's line that is nearest to a disc's centre.
 
-   The operations and their order are those of `carom.outline`. */
+   The operations and their order are those of `carom.model.chain_geometry`. */
 
 #pragma once
 
@@ -53,7 +53,7 @@ typedef enum ChainPart { /* what of an edge is nearest to a point */
 
 enum {
     CHAIN_PARTS = 4,
-    EDGE_KINDS = 4, /* room for `carom.trace.EdgeKind` */
+    EDGE_KINDS = 4, /* room for `carom.model.trace.EdgeKind` */
 };
 
 /* Return the power of a point with respect to the circle of an arc. */

@@ -1,7 +1,7 @@
 /* Constants of the core: the value of each, its unit where it has one, and its reason.
 
    A constant without a unit is a ratio or a count. Constants that plain Python also has are compared with it by
-   tests/unit/test_constants.py. Sizes of structs and numbers of kinds are enums next to what they count. */
+   tests/unit/core/test_constants.py. Sizes of structs and numbers of kinds are enums next to what they count. */
 
 #pragma once
 

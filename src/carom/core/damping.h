@@ -1,7 +1,7 @@
 /* Linear damping v' = -c v as a change of time: docs/theory/damping.md.
 
    A damped disc moves as an undamped one does in the undamped time s = (1 - e^(-c t)) / c, and 1 - c s of its velocity
-   remains. Rates c are per second and 0 or more, times are in seconds. `carom/damping.py` has the same for arrays. */
+   remains. Rates c are per second and 0 or more, times are in seconds. `carom/model/damping.py` has the same for arrays. */
 
 #pragma once
 

@@ -23,7 +23,7 @@ cdef extern from "carom/core/quartic_forms.h" nogil:
 
 cdef inline double solve_quartic(void *context, const Products *gap, int index) noexcept with gil:
     """Return an instant at which a gap closes, where floats and pairs do not decide it."""
-    from carom.physics import exact_quartic
+    from carom.core import exact_quartic
 
     powers = [
         [(gap.products[k][n].a, gap.products[k][n].b) for n in range(gap.count[k])] for k in range(QUARTIC_POWERS)

@@ -1,7 +1,7 @@
 /* Features of walls, one struct for each kind, and a disc as seen from a wall.
 
    A feature is the smallest part of a wall that a disc can meet: the line of a half-plane, a face (one straight edge of
-   a finite wall), a vertex, or an arc from outside or inside. `carom/physics/numbered.py` writes a feature as a row of
+   a finite wall), a vertex, or an arc from outside or inside. `carom/core/numbered.py` writes a feature as a row of
    FEATURE_NUMBERS floats, which `feature_from` reads. Lengths are in metres, velocities in metres per second. */
 
 #pragma once

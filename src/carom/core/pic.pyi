@@ -5,8 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer
 
-from carom.disc_arrays import DiscArrays
-from carom.scene import Disc
+from carom.model.disc_arrays import DiscArrays
+from carom.model.scene import Disc
 from carom.solvers.event_driven.obstacles import Obstacles
 from carom.solvers.event_driven.run import Acceleration
 

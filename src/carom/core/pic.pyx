@@ -24,7 +24,7 @@ cdef class Kernel:
     """A PIC run of discs and walls, and the rows of its impacts: `carom.solvers.rows.RecordedImpacts` is their log.
 
     Args:
-        start: The discs and walls, `carom.disc_arrays.DiscArrays`.
+        start: The discs and walls, `carom.model.disc_arrays.DiscArrays`.
         obstacles: What a disc can meet of the walls, and what is driven,
             `carom.solvers.event_driven.obstacles.Obstacles`; None if nothing is driven and all walls are half-planes
             with the coefficients of the law.
@@ -233,7 +233,7 @@ def solve_two_discs(first, second, double restitution, double end):
 
     Returns:
         The rows of its impacts, none or one, and the positions and velocities at the end, shape ``(2, 2, 2)``, as bytes.
-        None if that takes the event loop: a number is not of an ordinary size (`carom.limits`), or they meet too far out.
+        None if that takes the event loop: a number is not of an ordinary size (`carom.support.limits`), or they meet too far out.
     """
     cdef TwoDiscsResult result
     if not solve_two_discs_in_c(free_disc(first), free_disc(second), restitution, end, &result):

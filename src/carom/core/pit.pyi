@@ -5,8 +5,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import Buffer, disjoint_base
 
-from carom.disc_arrays import HalfPlane
-from carom.outline import Outline
+from carom.model.chain_geometry import Outline
+from carom.model.disc_arrays import HalfPlane
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.run import Start
 

@@ -7,7 +7,7 @@ from libc.stdlib cimport free
 import numpy as np
 
 from carom.solvers.endings import too_far_out
-from carom.solvers.event_driven.driven import driven_rows
+from carom.core.driven import driven_rows
 
 from carom.core.carom_core cimport Index, Record, Turning
 from carom.core.record_rows cimport ambiguous_rows, free_record, release_rows

@@ -119,7 +119,7 @@ static inline Index feature_at(const State *s, Index k, const Nearest *nearest, 
 }
 
 /* Return an edge's number in its chain and what kind of part a feature is, as a recorded contact has them:
-   EDGE_KINDS times the number, and `carom.trace.EdgeKind`. */
+   EDGE_KINDS times the number, and `carom.model.trace.EdgeKind`. */
 static inline Index recorded_edge(const State *s, Index k, Index feature) {
     const ChainEdge *edge = &s->edges[feature / CHAIN_PARTS];
     int part = (int)(feature % CHAIN_PARTS);

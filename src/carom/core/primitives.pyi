@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import disjoint_base
 
-from carom.disc_arrays import HalfPlane
-from carom.physics.features import Mover
+from carom.core.features import Mover
+from carom.model.disc_arrays import HalfPlane
 
 def fill_pair_times(
     p1: NDArray[np.float64],

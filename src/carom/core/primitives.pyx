@@ -1,7 +1,7 @@
 """Formulas of the core for Python, one call at a time: times of impact, features of a wall, and impulses.
 
 Lengths are in metres, velocities in metres per second, times in seconds from now: 0 for bodies that touch or overlap and
-approach, infinity for never. A disc as seen from a wall is a `carom.physics.features.Mover`.
+approach, infinity for never. A disc as seen from a wall is a `carom.core.features.Mover`.
 """
 
 from cpython.mem cimport PyMem_Free, PyMem_Malloc
@@ -48,7 +48,7 @@ def pair_time(
 
 
 def wall_time(double x, double y, double vx, double vy, double radius, wall):
-    """Return the seconds until a disc touches a half-plane, `carom.disc_arrays.HalfPlane`."""
+    """Return the seconds until a disc touches a half-plane, `carom.model.disc_arrays.HalfPlane`."""
     qx, qy, nx, ny = wall
     return formulas.wall_time(x, y, vx, vy, radius, qx, qy, nx, ny)
 
@@ -84,7 +84,7 @@ cdef class WallFeatures:
     """The features of a finite wall, by number. Of those met at the same time, the first in this order counts.
 
     Args:
-        rows: A row of numbers for each feature, as `carom.physics.numbered.numbers_of` returns it.
+        rows: A row of numbers for each feature, as `carom.core.numbered.numbers_of` returns it.
     """
 
     cdef Feature *rows

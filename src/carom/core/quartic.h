@@ -6,7 +6,7 @@
    2. Pairs isolate roots that floats do not, as in near grazes, and refine every root, so that it can be rounded.
    3. The caller's exact solver decides the rest, as double roots, and gaps whose terms are too large or small.
 
-   Results have the bits of the exact solver, `find_falls` in `carom/physics/exact_quartic.py`: quartic_root.h explains
+   Results have the bits of the exact solver, `find_falls` in `carom/core/exact_quartic.py`: quartic_root.h explains
    how. A root at which the gap only touches 0 is a graze without depth, and no fall. A gap that is 0 now and does
    not open falls now. One that is negative now has to open before it falls. */
 

@@ -55,7 +55,7 @@ typedef struct Gap {
 /* The caller's exact solver, for numbers of any size; `solve` must not be NULL.
 
    It returns the instant number `index`, counted from 0, at which the gap closes, in seconds after `from`, or infinity
-   if there are fewer: the instants that `find_closings` of `carom/physics/exact_quartic.py` yields. For the index
+   if there are fewer: the instants that `find_closings` of `carom/core/exact_quartic.py` yields. For the index
    QUARTIC_SIGN it returns the sign of the polynomial at `from`: -1, 0 or 1; `is_closed` does not count then. */
 typedef struct ExactQuartic {
     double (*solve)(void *context, const Products *gap, int index);

@@ -15,7 +15,7 @@
    far as resolution.h knows both. It is not where the two normals are exactly orthogonal, because then neither impulse
    changes the result of the other. The result of an ambiguous impact depends on an order that is a convention: (time,
    first, second). Friction also acts across the normal: an impact with friction has no direction (not a number), and is
-   orthogonal to none. Faces of finite walls whose order changes nothing are in `carom.physics.wall_features`:
+   orthogonal to none. Faces of finite walls whose order changes nothing are in `carom.core.wall_features`:
    `are_decidable`.
 
    Two earlier impacts of a disc are enough. No direction is orthogonal to two that are not parallel. Of all impacts that

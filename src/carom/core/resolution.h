@@ -1,6 +1,6 @@
 /* The resolution of an impact's time: what rounding of positions and of the clock makes uncertain.
 
-   `carom.solvers.resolution` derives the bound of a gap. Divided by the speed of approach that is a time.
+   `carom.core.resolution` derives the bound of a gap. Divided by the speed of approach that is a time.
 
    In a graze the speed of approach can be anything down to 0. There the overlap is a parabola in time, of curvature
    u^2 / R for a relative speed u and a contact distance R. An error of the gap moves its zero by at most half the width

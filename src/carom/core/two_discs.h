@@ -73,7 +73,7 @@ static inline bool apply_impact(FreeDisc *a, FreeDisc *b, double time, double re
 
 /* Solve a scene of two discs up to `end`, seconds.
 
-   Return false if that takes the event loop: a number is not of an ordinary size (`carom.limits`), or they meet too far
+   Return false if that takes the event loop: a number is not of an ordinary size (`carom.support.limits`), or they meet too far
    out. */
 static inline bool solve_two_discs(FreeDisc first, FreeDisc second, double restitution, double end,
                                    TwoDiscsResult *result) {

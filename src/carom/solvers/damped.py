@@ -1,4 +1,4 @@
-"""Runs of scenes with damping: the undamped run, seen in the time of clocks. See `carom.damping`.
+"""Runs of scenes with damping: the undamped run, seen in the time of clocks. See `carom.model.damping`.
 
 Nothing new is solved: PIC goes as far as the damped discs get, and its instants and velocities are mapped back.
 """
@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.model.trace import Outcome
 from carom.solvers.options import ALWAYS, require_goal
 from carom.solvers.run import SeenRun
-from carom.trace import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from carom.damping import Damping
+    from carom.model.damping import Damping
     from carom.solvers.options import RunOptions
     from carom.solvers.run import Progress, Run, RunImpacts
 

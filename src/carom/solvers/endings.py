@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from carom.core.resolution import FARTHEST
 from carom.errors import InputError
-from carom.number_text import number
-from carom.solvers.resolution import FARTHEST
-from carom.trace import body_name
+from carom.model.trace import body_name
+from carom.support.formatting import number
 
 
 def standstill_impacts(bodies: int) -> int:

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from carom.arguments import count, number, shown
 from carom.errors import InputError
+from carom.support.checks import count, number, shown
 
 if TYPE_CHECKING:
     from carom.solvers.units import Units

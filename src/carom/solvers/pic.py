@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.extension import find_extension_notes
-from carom.scene import Scene, as_scene
+from carom.core.extension import find_extension_notes
+from carom.model.scene import Scene, as_scene
+from carom.model.trace import IMPACT_DTYPE, Trace
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import ALWAYS, PLAIN, RunOptions
 from carom.solvers.request import Request
 from carom.solvers.run import trace_of
 from carom.solvers.units import run_in_ordinary_units
-from carom.trace import IMPACT_DTYPE, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from carom.scene import Disc
+    from carom.model.scene import Disc
     from carom.solvers.run import Run, Start
     from carom.solvers.units import Units
 

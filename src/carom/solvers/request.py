@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.arguments import count, number, times
 from carom.errors import InputError
-from carom.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
-from carom.number_text import number as number_text
-from carom.sizes import span_problems
+from carom.model.sizes import span_problems
+from carom.model.trace import Outcome, Samples
 from carom.solvers.options import PLAIN, RunOptions
-from carom.trace import Outcome, Samples
+from carom.support.checks import count, number, times
+from carom.support.formatting import number as number_text
+from carom.support.limits import LARGEST, MOST_STEPS, SMALLEST, beyond
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.model.scene import Scene
     from carom.solvers.run import Progress, Run
 
 

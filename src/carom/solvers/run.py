@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Protocol
 
-from carom.extension import find_extension_notes
-from carom.trace import Trace
+from carom.core.extension import find_extension_notes
+from carom.model.trace import Trace
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from carom.disc_arrays import DiscArrays
-    from carom.scene import Scene
-    from carom.trace import Outcome
+    from carom.model.disc_arrays import DiscArrays
+    from carom.model.scene import Scene
+    from carom.model.trace import Outcome
 
 #: Called now and then with the number of impacts so far and the time reached, seconds.
 Progress = Callable[[int, float], None]
@@ -53,16 +53,16 @@ class RunImpacts(Protocol):
         """Return how many there are."""
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`, in the order they were carried out."""
+        """Return the impacts as a read-only array of `trace.IMPACT_DTYPE`, in the order they were carried out."""
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return their spins as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the edges that they were on, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return where discs slide, roll or rest, as an array of `carom.trace.MODE_DTYPE`; None if nothing does."""
+        """Return where discs slide, roll or rest, as an array of `trace.MODE_DTYPE`; None if nothing does."""
 
     def ambiguous(self) -> tuple[int, ...]:
         """Return the rows that share a movable disc with an earlier impact at what may be the same instant."""
@@ -151,16 +151,16 @@ class SeenLog:
         return len(self._log)
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
+        """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
         return self._seen(self._log.array())
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return their spins as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
         spins = self._log.spins()
         return None if spins is None else self._seen(spins)
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return where discs slide, roll or rest, as an array of `carom.trace.MODE_DTYPE`; None if nothing does."""
+        """Return where discs slide, roll or rest, as an array of `trace.MODE_DTYPE`; None if nothing does."""
         modes = self._log.modes()
         return None if modes is None else self._seen(modes)
 

@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from carom.damping import Damping
-from carom.disc_arrays import DiscArrays
-from carom.driving import Drive
-from carom.limits import ORDINARY
-from carom.sizes import Sizes
+from carom.model.damping import Damping
+from carom.model.disc_arrays import DiscArrays
+from carom.model.prescribed_motion import Drive
+from carom.model.sizes import Sizes
+from carom.model.trace import SPIN_DTYPE
 from carom.solvers.run import SeenRun
-from carom.trace import SPIN_DTYPE
+from carom.support.limits import ORDINARY
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
+    from carom.model.scene import Scene
+    from carom.model.trace import Outcome, Vector
     from carom.solvers.run import Progress, Start
-    from carom.trace import Outcome, Vector
 
     Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import random
 import numpy as np
 from carom_penalty import PenaltyAdapter, PenaltyWorld
 
-from carom.adapter import Profile
+from carom.engines.api import Profile
 
 
 class TurnsWrong(PenaltyWorld):

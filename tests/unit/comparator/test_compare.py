@@ -15,7 +15,7 @@ from carom import Scene, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Score, Verdict
 from carom.comparator.align import align
 from carom.errors import InputError
-from carom.trace import Outcome, Trace
+from carom.model.trace import Outcome, Trace
 
 SPEED = 5.0
 

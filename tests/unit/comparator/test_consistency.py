@@ -11,11 +11,11 @@ from tests.planted.faults import DT, ROW, SPEED, faithful
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
+from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.comparator.consistency import Consistency
-from carom.registry import load_adapter
-from carom.runs.observe import observe_run
-from carom.scenes import catalogue
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import observe_run
 
 REFERENCE = solve_pic(ROW)
 

@@ -16,20 +16,20 @@ from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Trace, compare, solve_pic, solve_pit
+from carom.catalogue import find_scenes
 from carom.comparator import Grade, Verdict
 from carom.comparator.align import Reach
 from carom.comparator.compare import Score
 from carom.comparator.contact import motion_at
-from carom.comparator.settling import before_rest
+from carom.comparator.contact_intervals import kept
 from carom.comparator.step_findings import polygons
-from carom.comparator.touches import kept
-from carom.registry import load_adapter
-from carom.runs.observe import observe_run
-from carom.runs.wire import CarriedTrace, Codec
-from carom.scene import Scene
-from carom.scenes import find_scenes
-from carom.trace import SPIN_DTYPE, Outcome
-from carom.windows import States
+from carom.comparator.zeno import before_rest
+from carom.engines.registry import load_adapter
+from carom.execution.codec import CarriedTrace, Codec
+from carom.execution.engine_run import observe_run
+from carom.model.scene import Scene
+from carom.model.step_windows import States
+from carom.model.trace import SPIN_DTYPE, Outcome
 
 #: But those two in which contact ends the run by name.
 CONTACT = {

@@ -12,15 +12,15 @@ from tests.lengths import each, long_after
 from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 from carom import Chain, Disc, Scene, Wall, compare, solve_pic, solve_pit
+from carom.catalogue import find_scenes
 from carom.comparator.align import Reach
 from carom.comparator.grades import Grade
-from carom.comparator.local_truth import StepWatch, window, window_runs
-from carom.comparator.local_truth.bodies import BodyStates
-from carom.comparator.settling import before_rest
+from carom.comparator.stepwise import StepWatch, window, window_runs
+from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.verdict import Verdict
+from carom.comparator.zeno import before_rest
 from carom.errors import InputError
-from carom.scenes import find_scenes
-from carom.walls import Leg
+from carom.model.walls import Leg
 
 
 def paddle() -> Scene:

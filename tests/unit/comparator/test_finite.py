@@ -16,12 +16,12 @@ from tests.planted.faults import DT, ROW, faithful
 from tests.stage import altered, sure
 
 from carom import Trace, compare, solve_pic, solve_pit
+from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.comparator.finite import not_finite
 from carom.comparator.scales import largest
 from carom.errors import InputError
-from carom.scenes import catalogue
-from carom.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
+from carom.model.trace import IMPACT_DTYPE, STATE_DTYPE, Samples
 
 REFERENCE = solve_pic(ROW)
 BROKEN = [math.nan, math.inf, -math.inf]

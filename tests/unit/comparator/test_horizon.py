@@ -13,10 +13,10 @@ from tests.stage import altered, disc_at, line, staged, sure, wall_at
 
 import carom
 from carom import CertifiedTrace, Chain, Trace, certify, compare, solve_pic
+from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict, horizon_of
 from carom.comparator.horizon import estimate_horizon
 from carom.errors import InputError
-from carom.scenes import catalogue
 from carom.studies.bench.gas import gas_scene
 
 IMPACTS = 60

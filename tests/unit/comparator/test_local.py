@@ -13,14 +13,14 @@ from tests.unit.core.features import in_core
 
 import carom
 from carom import Scene, Trace, compare, solve_pic, solve_pit
+from carom.catalogue import catalogue
 from carom.comparator.local import local_errors
 from carom.comparator.scales import scales_of
-from carom.outline import ExactCircle
-from carom.physics.features import Arc, Face, Feature, Mover
-from carom.registry import load_adapter
-from carom.runs.observe import observe_run
-from carom.runs.pool import InProcess
-from carom.scenes import catalogue
+from carom.core.features import Arc, Face, Feature, Mover
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import observe_run
+from carom.execution.pool import InProcess
+from carom.model.chain_geometry import ExactCircle
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
 ROUNDING = 1e-12
@@ -100,8 +100,8 @@ def test_the_effective_time_is_right_wherever_the_answer_is_known() -> None:
     PIC's states are handed over without its contact times and velocities, as an engine's would be; each pair's impact
     stands alone in its step.
     """
-    from carom.adapter import Contact, Observation
-    from carom.runs.collect import ImpactCollector
+    from carom.engines.api import Contact, Observation
+    from carom.execution.impact_collector import ImpactCollector
 
     for name in ("classics/oblique-3-4-5", "classics/inelastic-oblique", "classics/deflection", "classics/one-wall"):
         if name not in catalogue():

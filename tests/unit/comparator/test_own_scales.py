@@ -14,10 +14,10 @@ from tests.planted.faults import LENGTH, ROW, SPEED, faithful, replayed
 from tests.stage import disc_at, staged
 
 from carom import Scene, Trace, Wall, compare, solve_pic, solve_pit
-from carom.adapter import Contact, Observation
 from carom.comparator import Grade, Verdict
 from carom.comparator.scales import median, own_scales_of, scales_of
-from carom.runs.collect import ImpactCollector
+from carom.engines.api import Contact, Observation
+from carom.execution.impact_collector import ImpactCollector
 
 BESIDE = {
     "a flyer": disc_at(0, 50, 0, 1e9),

@@ -17,8 +17,8 @@ from tests.planted.faults import DT
 from tests.rebuilt import in_units
 
 from carom import Trace, compare, solve_pic
+from carom.catalogue import catalogue
 from carom.comparator import Grade, Score, Verdict
-from carom.scenes import catalogue
 
 #: Scenes of every kind: one pair, a chain, inelastic, walls, an immovable disc, many impacts of one pair, a gas.
 SCENES = [

@@ -11,10 +11,10 @@ from tests.planted.doctored import DT, GAS, Run, judged, sampled
 from tests.stage import disc_at, staged, wall_at
 
 from carom.comparator import Grade, Score, Verdict
-from carom.comparator.local_truth.reports import reports_and_states
+from carom.comparator.stepwise.reports import reports_and_states
+from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
+from carom.model.trace import IMPACT_DTYPE, pair_name
 from carom.solvers.pic import solve_pic
-from carom.trace import IMPACT_DTYPE, pair_name
-from carom.windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth
 
 #: PIT in a gas of twelve: its trajectory leaves PIC's, and each of its steps is PIT's own.
 PIT = sampled(GAS)

@@ -13,12 +13,16 @@ from tests.stage import disc_at, staged, wall_at
 
 from carom import Score, Trace, compare, solve_pic, solve_pit
 from carom.comparator import Grade, Verdict
-from carom.pages.grid import mark_of_grade
-from carom.trace import Outcome, kinetic_energy
+from carom.model.trace import Outcome, kinetic_energy
+from carom.report.grid import mark_of_grade
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGE = (ROOT / "docs" / "theory" / "scoring.md").read_text()
-RULES = "".join(path.read_text() for path in (ROOT / "src" / "carom" / "comparator").glob("*findings.py"))
+RULES = "".join(
+    path.read_text()
+    for pattern in ("*findings.py", "self_consistency.py")
+    for path in (ROOT / "src" / "carom" / "comparator").glob(pattern)
+)
 
 
 def reason(score: Score, verdict: Verdict) -> str:

@@ -13,9 +13,9 @@ from tests.planted.faults import DT, ROW, carried_off, delayed, faithful, faster
 from tests.stage import disc_at, staged, sure
 
 from carom import Disc, Outcome, Score, Trace, compare, solve_pic, solve_pit
+from carom.catalogue import catalogue
 from carom.comparator import Grade
 from carom.comparator.thresholds import THRESHOLDS
-from carom.scenes import catalogue
 
 RADII, OFFSET, SPEED, START = 1.0, 0.6, 4.0, 3.01
 

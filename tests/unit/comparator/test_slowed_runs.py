@@ -15,19 +15,19 @@ from tests.lengths import each, long_after
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic
-from carom.adapter import Contact, Observation
+from carom.catalogue import find_scenes
 from carom.comparator import Grade, Verdict
-from carom.comparator.local_truth.score import local_score
 from carom.comparator.scales import scales_of
 from carom.comparator.shift import begun_earlier
-from carom.registry import load_adapter
-from carom.runs.observe import observe_run
-from carom.scenes import find_scenes
+from carom.comparator.stepwise.score import local_score
+from carom.engines.api import Contact, Observation
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import observe_run
 from carom_adapters.pic import PicAdapter
 
 if TYPE_CHECKING:
-    from carom.adapter import Adapter, Setting, World
     from carom.comparator.compare import Score
+    from carom.engines.api import Adapter, Setting, World
 
 #: Steps of damped scenes, and of those on tables.
 DT_S, TABLE_DT_S = 1 / 240, 1 / 60

@@ -11,11 +11,11 @@ from tests.lengths import each
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Scene, Trace, compare, solve_pic, solve_pit
+from carom.catalogue import all_scenes
 from carom.comparator import Grade, Score, Verdict
-from carom.comparator.convention import admissible_outcomes, first_group
 from carom.comparator.horizon import estimate_horizon
+from carom.comparator.simultaneous_impacts import admissible_outcomes, first_group
 from carom.errors import InputError
-from carom.scenes import all_scenes
 
 DT = 1 / 60
 

@@ -11,12 +11,12 @@ import pytest
 from tests.lengths import each
 from tests.stage import altered, sure
 
+from carom.catalogue import find_scenes
 from carom.comparator import compare
 from carom.errors import InputError
-from carom.scenes import find_scenes
+from carom.model.trace import Trace
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Trace
 
 #: One disc that slides along a wall, and turns.
 REFERENCE = solve_pic(find_scenes(["spin/slide"])[0].scene)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from carom.adapter import Contact, Disc, Observation, Scene, Setting
+from carom.engines.api import Contact, Disc, Observation, Scene, Setting
 from carom_adapters.engine_adapter import EngineAdapter
 from carom_adapters.pymunk import PymunkWorld, adapter
 

@@ -14,7 +14,7 @@ from tests.processes import ran
 
 TOYS = """
 import time
-from carom.adapter import Engine
+from carom.engines.api import Engine
 from carom_adapters.pit import PitAdapter, PitWorld
 
 class Toy(PitAdapter):

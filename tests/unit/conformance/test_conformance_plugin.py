@@ -7,14 +7,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.unit.program.programs import manifest_of
+from tests.unit.engines.protocol.programs import manifest_of
 
 from carom.conformance.known_failures import FILE_NAME
 from carom.conformance.suite import make_suite, selected_engines
+from carom.engines.registry import load_adapter
 from carom.errors import InputError
-from carom.registry import load_adapter
-from carom.runs.options import Limited
-from carom.runs.pool import InProcess
+from carom.execution.options import Limited
+from carom.execution.pool import InProcess
 
 Pytest = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -29,9 +29,10 @@ def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project:
         "def test_own():\n"
         "    assert 'carom.conformance.plugin' in sys.modules\n"
         "    loaded = [name for name in sys.modules if name.startswith('carom') and sys.modules[name]]\n"
-        "    own = ['carom', 'carom.conformance', 'carom.conformance.plugin', 'carom.display', 'carom.text']\n"
-        "    extension = ['carom._cython', 'carom.built', 'carom.extension']\n"
-        "    assert sorted(loaded) == sorted(own + extension)\n"
+        "    packages = ['carom', 'carom.conformance', 'carom.core', 'carom.engines', 'carom.support']\n"
+        "    own = ['carom.conformance.plugin', 'carom.support.display', 'carom.support.escaping']\n"
+        "    extension = ['carom.core._cython', 'carom.core.built', 'carom.core.extension']\n"
+        "    assert sorted(loaded) == sorted(packages + own + extension)\n"
     )
     # None in sys.modules makes an import fail as if the package were not there.
     blocked = "sys.modules.update(dict.fromkeys(['numpy', 'pydantic', 'rich', 'typer', 'tomli_w']))"

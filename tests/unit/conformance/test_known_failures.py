@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from carom.conformance.known_failures import KnownFailure, check_names, here, known_reasons, load_known_failures
-from carom.conformance.written import TO_BE_WRITTEN, WrittenFailures, write_known_failures
+from carom.conformance.known_failures_file import TO_BE_WRITTEN, WrittenFailures, write_known_failures
 from carom.errors import InputError
 
 SOUND = '[[known_failure]]\nreason = "it {}"\ncases = ["a::energy[tuned]", "a::hits[default-x]"]\n'

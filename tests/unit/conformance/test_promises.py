@@ -17,20 +17,20 @@ from tests.distribution import lay
 from tests.lengths import each
 from tests.unit.conformance.bouncer import Bouncer, BouncerWorld
 
-from carom.adapter import Accuracy, Adapter, Capabilities, Setting, World
-from carom.adapter.checks import MANTISSA_BITS
 from carom.comparator.thresholds import THRESHOLDS
-from carom.conformance import probe, subject
+from carom.conformance import adapter_under_test, probes
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.cases import cases
-from carom.conformance.margin import thickened, thickened_trace
-from carom.conformance.subject import Subject
+from carom.conformance.contact_margin import thickened, thickened_trace
 from carom.conformance.suite_scenes import CATALOGUE_SCENES
 from carom.conformance.violation import NotApplicable, Setup, Violation
-from carom.registry import load_adapter
-from carom.runs import observe
-from carom.runs.job import Task
-from carom.runs.options import Limited
-from carom.scene import Disc, Scene, Wall
+from carom.engines.api import Accuracy, Adapter, Capabilities, Setting, World
+from carom.engines.api.checks import MANTISSA_BITS
+from carom.engines.registry import load_adapter
+from carom.execution import engine_run
+from carom.execution.job import Task
+from carom.execution.options import Limited
+from carom.model.scene import Disc, Scene, Wall
 from carom.solvers.pic import solve_pic
 
 T = TypeVar("T")
@@ -61,7 +61,7 @@ def held(monkeypatch: pytest.MonkeyPatch) -> Held:
         def load(asked: str) -> Adapter:
             return adapter if asked == adapter.name else load_adapter(asked)
 
-        for module in (probe, observe, subject):
+        for module in (probes, engine_run, adapter_under_test):
             monkeypatch.setattr(module, "load_adapter", load)
         here = subjects.setdefault(id(adapter), Here(adapter))
         case = next(case for case in cases(here) if case.name == name)

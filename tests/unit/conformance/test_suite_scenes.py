@@ -11,13 +11,13 @@ import pytest
 from tests.lengths import long_after
 
 from carom import compare, solve_pic
+from carom.catalogue import all_scenes
 from carom.comparator import Grade
 from carom.conformance.suite import make_suite
 from carom.conformance.suite_scenes import CATALOGUE_SCENES, known_trace
 from carom.conformance.violation import NotApplicable
 from carom.errors import InputError
-from carom.runs.options import Limited
-from carom.scenes import all_scenes
+from carom.execution.options import Limited
 
 
 def test_a_known_answer_and_pic_are_the_same_trace() -> None:

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from fractions import Fraction
 from typing import NamedTuple
 
-from carom.outline import Edge, ExactCircle, circle_of
-from carom.physics.features import Arc, Face, Feature, Mover, Point
+from carom.core.features import Arc, Face, Feature, Mover, Point
+from carom.model.chain_geometry import Edge, ExactCircle, circle_of
 
 
 class Encounter(NamedTuple):

@@ -2,7 +2,7 @@
 
 A gap is a polynomial in time with rational coefficients: the squared distance of a disc from an arc's centre minus the
 squared distance of contact, or the distance of its rim from a face times the length of the face. Its closings come from
-`carom.physics.exact_quartic`. The sign of a cross or inner product tells whether the disc is in front of the feature at
+`carom.core.exact_quartic`. The sign of a cross or inner product tells whether the disc is in front of the feature at
 such a time. Where that sign is within rounding of 0, either answer is right, so the functions here return all times
 that are right.
 """
@@ -16,8 +16,8 @@ from fractions import Fraction
 
 from tests.unit.core.fall_cases import Encounter, Fall
 
-from carom.physics.exact_quartic import find_closings
-from carom.physics.features import Arc, Face, Mover, Pair, Point, Sector
+from carom.core.exact_quartic import find_closings
+from carom.core.features import Arc, Face, Mover, Pair, Point, Sector
 
 Polynomial = list[Fraction]  # lowest power first
 Vector = tuple[Fraction, Fraction]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from carom.core import primitives
-from carom.physics.features import Feature, Mover, Point
-from carom.physics.numbered import numbers_of
+from carom.core.features import Feature, Mover, Point
+from carom.core.numbered import numbers_of
 
 
 def in_core(feature: Feature) -> primitives.WallFeatures:

@@ -23,9 +23,9 @@ from tests.unit.core.fall_cases import (
     whole_number_arc,
 )
 
-from carom.physics.exact_quartic import find_closings
-from carom.physics.features import Arc, Face, Mover, Pair
-from carom.physics.numbered import numbers_of
+from carom.core.exact_quartic import find_closings
+from carom.core.features import Arc, Face, Mover, Pair
+from carom.core.numbered import numbers_of
 
 core = pytest.importorskip("tests.probe_fall")
 

@@ -17,9 +17,9 @@ from tests.lengths import each
 from tests.unit.core.features import feature_fall_time, feature_time, in_core
 
 from carom.core import primitives
-from carom.outline import Edge, ExactCircle, circle_of
-from carom.physics.features import Arc, Face, Feature, Mover, Pair, Point
-from carom.physics.numbered import numbers_of
+from carom.core.features import Arc, Face, Feature, Mover, Pair, Point
+from carom.core.numbered import numbers_of
+from carom.model.chain_geometry import Edge, ExactCircle, circle_of
 
 DIGITS = 80
 #: So many halvings of the largest length away from contact, pairs still give the last digit of a time.

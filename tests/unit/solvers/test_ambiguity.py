@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from tests.stage import disc_at, staged, wall_at
 
 from carom import solve_pic
+from carom.core.resolution import clock_resolution, gap_resolution, size_of
 from carom.solvers.endings import standstill_impacts
-from carom.solvers.resolution import clock_resolution, gap_resolution, size_of
 
 probe = pytest.importorskip("tests.probe")
 

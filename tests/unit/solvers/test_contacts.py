@@ -14,9 +14,9 @@ from tests.stage import disc_at, staged, sure, wall_at
 from tests.unit.solvers.kinds import assert_same
 
 from carom import Chain, Disc, Mode, Outcome, Scene, solve_pic
-from carom.pages.tracks import reference_tracks, turnings
-from carom.runs.wire import CarriedTrace, Codec
-from carom.trace import Trace, free_flights, spin_array
+from carom.execution.codec import CarriedTrace, Codec
+from carom.model.trace import Trace, free_flights, spin_array
+from carom.report.tracks import reference_tracks, turnings
 
 FLOOR = wall_at(0.0, 0.0, 0.0, 1.0)
 DOWN = {"gravity_m_s2": (0.0, -10.0)}

@@ -16,10 +16,10 @@ from tests.lengths import each
 from tests.stage import disc_at, staged, sure, wall_at
 
 from carom import Disc, EventDrivenRun, Outcome, Scene, SceneError, solve_pic, solve_pit
-from carom.adapter import Capabilities, Need, unsupported_reason
+from carom.engines.api import Capabilities, Need, unsupported_reason
 from carom.errors import InputError
+from carom.model.trace import free_flights
 from carom.solvers.pic import pic_run
-from carom.trace import free_flights
 
 RATES = st.sampled_from([0.01, 0.4, 1.0])
 SCENES = st.integers(0, 9_999).map(

@@ -23,7 +23,7 @@ def touching_the_floor(speed: float) -> Scene:
 
 _FLOOR: Any = {"point_m": (0.0, 0.0), "normal": (0.0, 1.0)}
 #: The speed that hops as high as its gap is known to, half of its square over 1 m/s^2: to 5 units in the last place, in
-#: parts of its coordinates and its radius, 1,000 + .5 + .5 m, as `carom.solvers.resolution` derives it.
+#: parts of its coordinates and its radius, 1,000 + .5 + .5 m, as `carom.core.resolution` derives it.
 _HOP_M_S = math.sqrt(2 * 5 * 2.0**-52 * 1001.0)
 
 

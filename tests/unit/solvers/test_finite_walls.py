@@ -15,11 +15,11 @@ from tests.unit.core.features import in_core
 from tests.unit.solvers.kinds import all_pairs
 
 from carom import Chain, Disc, Outcome, Ring, Scene, solve_pic, solve_pic_framewise, solve_pit
+from carom.core.features import Arc, Face, Mover
 from carom.errors import CaromError
-from carom.outline import Outline
-from carom.physics.features import Arc, Face, Mover
-from carom.runs.wire import CarriedTrace, Codec
-from carom.trace import EdgeKind, Trace
+from carom.execution.codec import CarriedTrace, Codec
+from carom.model.chain_geometry import Outline
+from carom.model.trace import EdgeKind, Trace
 
 FACE, VERTEX, ARC = (kind.value for kind in EdgeKind)
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)

@@ -13,8 +13,8 @@ from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
 from carom import solve_pic
-from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
+from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.options import RunOptions
 

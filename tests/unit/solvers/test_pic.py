@@ -13,11 +13,11 @@ from tests.lengths import each
 from tests.stage import disc_at, line, staged, wall_at
 
 from carom.errors import InputError
-from carom.scene import Disc, Scene, Wall
+from carom.model.scene import Disc, Scene, Wall
+from carom.model.trace import Outcome
 from carom.solvers.endings import standstill_impacts
 from carom.solvers.pic import pic_run, solve_pic
 from carom.solvers.reference.algorithm_2 import solve_pic_framewise
-from carom.trace import Outcome
 
 U = 2.0**-53
 VELOCITIES = ("velocity_first_after", "velocity_second_after")

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from carom.model.trace import SPIN_DTYPE
 from carom.solvers.rows import Rows
-from carom.trace import SPIN_DTYPE
 
 
 @given(st.lists(st.integers(0, 9), max_size=30))

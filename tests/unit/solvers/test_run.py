@@ -11,13 +11,13 @@ import pytest
 from tests.lengths import each
 from tests.stage import disc_at, staged, wall_at
 
-from carom.damping import Damping
-from carom.scene import Scene
+from carom.model.damping import Damping
+from carom.model.scene import Scene
+from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 from carom.solvers.damped import DampedRun
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.solvers.run import Run, RunImpacts
 from carom.solvers.units import RunInUnits, units_of
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE, Outcome
 
 from .kinds import RUNS, of_frames
 

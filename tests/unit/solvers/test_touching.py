@@ -8,7 +8,7 @@ import pytest
 
 import carom
 from carom import Chain, Disc, Scene, Wall
-from carom.trace import Outcome
+from carom.model.trace import Outcome
 
 #: Directions of the first wall's normal, in radians: along an axis, and not.
 ANGLES = (0.0, 0.3, 1.0, math.pi / 3, 2.5)

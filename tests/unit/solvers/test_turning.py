@@ -12,9 +12,9 @@ from tests.lengths import each
 from tests.stage import disc_at, sure, with_discs
 
 from carom import Disc, Scene, Wall, solve_pic
-from carom.adapter import Capabilities, unsupported_reason
+from carom.engines.api import Capabilities, unsupported_reason
+from carom.model.trace import Outcome, kinetic_energy
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Outcome, kinetic_energy
 
 
 def pair(**fields: Any) -> Scene:

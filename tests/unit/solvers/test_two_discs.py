@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.stage import disc_at, staged
 
-from carom.scene import Disc, Scene
+from carom.model.scene import Disc, Scene
+from carom.model.trace import Outcome, Trace
 from carom.solvers.pic import solve_pic
-from carom.trace import Outcome, Trace
 
 small = st.integers(-8, 8).map(lambda k: k / 4)
 anything = st.floats(-100, 100)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.unit.pages.conftest import nasty, not_run, results
-from tests.unit.runs.conftest import hostile, install
+from tests.unit.execution.conftest import hostile, install
+from tests.unit.report.conftest import nasty, not_run, results
 
 __all__ = ["hostile", "install", "nasty", "not_run", "results"]

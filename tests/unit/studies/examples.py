@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from carom.registry import EngineInfo
-from carom.runs.environment import Environment
-from carom.runs.job import Method
-from carom.scene import Disc, Scene
+from carom.engines.registry import EngineInfo
+from carom.execution.environment import Environment
+from carom.execution.job import Method
+from carom.model.scene import Disc, Scene
 from carom.studies.advise.run import (
     Advice,
     Advised,
@@ -28,7 +28,7 @@ from carom.studies.bench.options import BenchPlan
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, cheapest, pareto_front
 from carom.studies.bench.timing_pass import CellTiming
 from carom.studies.stress import run as campaign
-from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
+from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
 
 METHODS = (
     Method("pic", "default"),

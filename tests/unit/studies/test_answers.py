@@ -8,13 +8,13 @@ from dataclasses import replace
 
 import pytest
 from tests.lengths import each, long_after
-from tests.unit.pages.test_terminal import printed
+from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import METHODS, STEPS, advice, bench, campaign_results, growth, point
 
-from carom.pages import wording
-from carom.pages.document import Document, Medium, Table
-from carom.runs.job import Method
-from carom.shell.ascii_signs import ERRORS
+from carom.cli.ascii import ERRORS
+from carom.execution.job import Method
+from carom.report import formatting
+from carom.report.document import Document, Medium, Table
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.run import Advice, SearchEnding, StepRange, Unable
 from carom.studies.bench.axes import ErrorKind
@@ -23,7 +23,7 @@ from carom.studies.bench.growth_document import growth_document
 from carom.studies.bench.result import Curve
 from carom.studies.bench.tables import method_table, reached
 from carom.studies.stress.document import stress_document
-from carom.studies.stress.spots import Line, Spot, SpotEnding
+from carom.studies.stress.failure_points import Line, Spot, SpotEnding
 
 DOCUMENTS: dict[str, Callable[[], Document]] = {
     "bench": lambda: bench_document(bench()),
@@ -68,11 +68,11 @@ def test_the_bench_names_the_cheapest_that_reaches_the_target() -> None:
     """The sentence and the row name the point of least run time below the target, with its step and its cost."""
     below = [p for m in METHODS[3:] for k in range(len(STEPS)) if (p := point(m, k)).error <= 1e-3 and p.sound]
     best = min(below, key=lambda p: p.timing.advance_s.median if p.timing else 0.0)
-    spent = wording.number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
+    spent = formatting.number(best.timing.advance_s.median * 1e3, 3) if best.timing else ""
     asked = replace(bench(), plan=replace(bench().plan, target=1e-3))
     text = " ".join(" ".join(printed(bench_document(asked), 80)).split())
     assert text.startswith("paper/late: PIC is exact in 0.002 ms; the cheapest engine for 0.1 % error is ")
-    assert f"is {best.engine} ({best.profile}): {spent} ms at {wording.step(best.dt_s)}" in text
+    assert f"is {best.engine} ({best.profile}): {spent} ms at {formatting.step(best.dt_s)}" in text
     beyond = " ".join(
         " ".join(printed(bench_document(replace(asked, plan=replace(asked.plan, target=1e-6))), 80)).split()
     )
@@ -131,7 +131,7 @@ def test_the_steps_named_are_the_longest_that_pass_and_ties_are_said() -> None:
     ):
         tie = " tie" if len(who) > 1 else ""
         text = said(replace(found, answers=answers))
-        assert text.count(f"{wording.number(1 / longest, 4)} steps a second: {wording.listed(who)}{tie}.") == 2
+        assert text.count(f"{formatting.number(1 / longest, 4)} steps a second: {formatting.listed(who)}{tie}.") == 2
         assert (" tie" in text) == bool(tie)
 
 
@@ -234,7 +234,7 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
     coarse, fails = one.trials[0], one.trials[1]
     holed = replace(one.never_misses, coarser_passes=(coarse,), finer_failures=(fails,))
     text = said(replace(found, answers=(replace(one, never_misses=holed, demand=holed),)))
-    rates = [wording.number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
+    rates = [formatting.number(1 / trial.dt_s, 4) for trial in (coarse, fails)]
     assert f"Not monotone: steps of box2d default miss none at {rates[0]} a second, and not at {rates[1]}." in text
     assert text.count("Not monotone") == 1
     (row,) = rows(replace(found, answers=(replace(one, demand=replace(one.demand, passes=None)),)))
@@ -245,7 +245,7 @@ def test_the_adviser_says_what_was_not_reached_and_what_is_not_monotone() -> Non
         replace(found, answers=(replace(one, demand=nothing),))
     )
     (row,) = evidence(replace(found, answers=(replace(one, demand=nothing),)))
-    assert row.split()[4:6] == ["none", wording.number(1 / finest.dt_s, 4)]
+    assert row.split()[4:6] == ["none", formatting.number(1 / finest.dt_s, 4)]
     untried = StepRange(None, None, math.nan, None, (), ())
     (row,) = rows(replace(found, answers=(replace(one, trials=(), never_misses=untried, demand=untried),)))
     assert row.split()[2:] == ["n/a"] * 3

@@ -13,23 +13,23 @@ from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 from tests.unit.studies.examples import METHODS, campaign_results, growth
 
 from carom import Results, Scene, cross_check, solve_pic
+from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
-from carom.pages.document import Lines, Text
-from carom.pages.grid import build_grid
-from carom.pages.replay import impact_rows
-from carom.runs.options import Options
-from carom.runs.plan import plan_of
-from carom.runs.pool import InProcess
-from carom.scenes import CatalogueScene, find_scenes
+from carom.execution.options import Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import InProcess
+from carom.report.document import Lines, Text
+from carom.report.grid import build_grid
+from carom.report.replay import impact_rows
 from carom.studies.bench.growth_document import growth_document
 from carom.studies.cross_check import sentences
 from carom.studies.cross_check.document import ABOUT, cross_check_document
 from carom.studies.cross_check.explain import explain
-from carom.studies.cross_check.price import price_section, prices
+from carom.studies.cross_check.sampling_cost import price_section, prices
 from carom.studies.cross_check.sentences import Sentence
 from carom.studies.cross_check.trend import trend_sections
 from carom.studies.stress.document import stress_document
-from carom.studies.stress.spots import SpotEnding
+from carom.studies.stress.failure_points import SpotEnding
 
 #: Nothing happens, PIT and all; and two discs that check for overlap once per step finds late.
 NOTHING = staged("nothing", disc_at(0, 0, 1, 0), disc_at(0, 5, 1, 0), duration_s=1.0)

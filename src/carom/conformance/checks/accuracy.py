@@ -3,7 +3,8 @@
 What checking once per step costs a method is measured, not guessed: PIT runs the same scene at the same step. An
 adapter may be as bad as that, and on top of it by what its profile's `Accuracy` owns up to. A profile whose steps are
 cut does not check once per step but where bodies begin to touch, so it is allowed rounding and its promise alone. A
-promised margin allows each impact what `carom.conformance.margin` finds of it, instead of sampling and not on top.
+promised margin allows each impact what `carom.conformance.contact_margin` finds of it, instead of sampling and not on
+top.
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from carom.catalogue import all_scenes
 from carom.comparator import ImpactError, Score
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.checks.common import numbers
-from carom.conformance.subject import Subject
 from carom.conformance.violation import Violation, require
-from carom.number_text import instant, number, seconds, steps
-from carom.scenes import all_scenes
-from carom.trace import Outcome, Trace, body_name
+from carom.model.trace import Outcome, Trace, body_name
+from carom.support.formatting import instant, number, seconds, steps
 
 
 def finds_impacts(subject: Subject, profile: str, name: str) -> None:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from carom.adapter import Capabilities
-from carom.adapter.checks import COMBINE_RULES, MANTISSA_BITS
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.checks.common import declared, end_with_velocities, numbers, supported
-from carom.conformance.probe import Raised
-from carom.conformance.subject import Subject
+from carom.conformance.probes import Raised
 from carom.conformance.suite_scenes import (
     DT_S,
     alone,
@@ -36,9 +34,11 @@ from carom.conformance.suite_scenes import (
     walled_box,
 )
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
-from carom.limits import LARGEST
-from carom.number_text import number
-from carom.scene import Scene
+from carom.engines.api import Capabilities
+from carom.engines.api.checks import COMBINE_RULES, MANTISSA_BITS
+from carom.model.scene import Scene
+from carom.support.formatting import number
+from carom.support.limits import LARGEST
 
 #: An engine without a declared limit is tried this far out and this fast: three orders of magnitude beyond any scene
 #: of the catalogue, and still with a relative rounding of coordinates that a float64 engine does not feel.

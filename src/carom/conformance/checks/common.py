@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from carom.adapter import Capabilities, Observation
-from carom.conformance.subject import Subject, greatest_speed
+from carom.conformance.adapter_under_test import Subject, greatest_speed
 from carom.conformance.violation import NotApplicable, Setup, require
-from carom.number_text import number
-from carom.scene import Scene
+from carom.engines.api import Capabilities, Observation
+from carom.model.scene import Scene
+from carom.support.formatting import number
 
 
 def declared(subject: Subject, field: str) -> Capabilities:

@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from carom.adapter import Observation
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.checks.common import declared
 from carom.conformance.checks.settings import UNKNOWN
-from carom.conformance.probe import Raised
-from carom.conformance.subject import Subject
+from carom.conformance.probes import Raised
 from carom.conformance.suite_scenes import approach, crowd
 from carom.conformance.violation import NotApplicable, Setup, Violation, require
-from carom.number_text import number
+from carom.engines.api import Observation
+from carom.support.formatting import number
 
 #: An idle pymunk space, the smallest world there is, holds 10 kB: 180 that are not let go of leave 1.8 MB.
 WORLDS = 190

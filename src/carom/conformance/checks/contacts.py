@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from carom.adapter import Contact, ContactTimes, Observation, Stamp
+from carom.conformance.adapter_under_test import Subject, greatest_speed, masses
 from carom.conformance.checks.common import numbers
-from carom.conformance.subject import Subject, greatest_speed, masses
 from carom.conformance.suite_scenes import mixed_contacts
 from carom.conformance.violation import NotApplicable, Setup, require
-from carom.number_text import number
-from carom.trace import wall_index
+from carom.engines.api import Contact, ContactTimes, Observation, Stamp
+from carom.model.trace import wall_index
+from carom.support.formatting import number
 
 
 def _setup(subject: Subject, profile: str) -> Setup:

@@ -6,11 +6,11 @@ import math
 import subprocess
 import sys
 
-from carom.adapter import Accuracy, Adapter, Capabilities, ContactTimes, Engine, Stamp
-from carom.adapter.checks import COMBINE_RULES
-from carom.conformance.subject import Subject
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.suite_scenes import DT_S
 from carom.conformance.violation import require
+from carom.engines.api import Accuracy, Adapter, Capabilities, ContactTimes, Engine, Stamp
+from carom.engines.api.checks import COMBINE_RULES
 
 PROFILES = ("default", "tuned")
 
@@ -19,7 +19,7 @@ def declares_capabilities(subject: Subject) -> None:
     """The adapter has every attribute of the seam, under its entry point's name, with values that mean something."""
     adapter = subject.adapter
     what = "the adapter does not describe itself as the seam asks"
-    require(isinstance(adapter, Adapter), what, "the attributes of carom.adapter.Adapter", type(adapter))
+    require(isinstance(adapter, Adapter), what, "the attributes of carom.engines.api.Adapter", type(adapter))
     require(adapter.name == subject.name, what, f"the entry point's name, {subject.name!r}", repr(adapter.name))
     engine, can = adapter.engine, adapter.capabilities
     require(isinstance(engine, Engine) and bool(engine.name), what, "an Engine with a name", engine)
@@ -75,7 +75,7 @@ def imports_no_engine(subject: Subject) -> None:
     program = (
         "import sys\n"
         f"sys.path[:] = {sys.path!r}\n"
-        "from carom.registry import load_adapter\n"
+        "from carom.engines.registry import load_adapter\n"
         f"adapter = load_adapter({subject.name!r})\n"
         "adapter.name, adapter.engine, adapter.capabilities\n"
         f"[profile.settings({DT_S}) for profile in adapter.profiles.values()]\n"

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 
-from carom.adapter import Observation
+from carom.conformance.adapter_under_test import Subject, greatest_speed, masses, momentum
 from carom.conformance.checks.common import numbers
-from carom.conformance.subject import Subject, greatest_speed, masses, momentum
 from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, require
-from carom.number_text import number
-from carom.trace import kinetic_energy
+from carom.engines.api import Observation
+from carom.model.trace import kinetic_energy
+from carom.support.formatting import number
 
 #: The comparator's own threshold: float32 engines drift by 1e-7 through rounding, and that is no gain or loss.
 ENERGY = 1e-6

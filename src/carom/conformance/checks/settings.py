@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.adapter.checks import MANTISSA_BITS
-from carom.conformance.probe import Raised
-from carom.conformance.subject import Subject
+from carom.conformance.adapter_under_test import Subject
+from carom.conformance.probes import Raised
 from carom.conformance.suite_scenes import crowd
 from carom.conformance.violation import Setup, Violation, require
-from carom.trace import Setting
+from carom.engines.api.checks import MANTISSA_BITS
+from carom.model.trace import Setting
 
 UNKNOWN = "carom_no_such_setting"
 

@@ -7,14 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from carom.adapter import Capabilities, Contact, Observation
+from carom.conformance.adapter_under_test import Subject, greatest_speed, masses
 from carom.conformance.checks.common import declared, end_with_velocities, numbers, supported
-from carom.conformance.subject import Subject, greatest_speed, masses
 from carom.conformance.suite_scenes import DT_S, rubbing, rubbing_crowd, spinning
 from carom.conformance.violation import NotApplicable, Setup, require
-from carom.limits import LARGEST
-from carom.number_text import number
-from carom.scene import Disc, Scene, Wall
+from carom.engines.api import Capabilities, Contact, Observation
+from carom.model.scene import Disc, Scene, Wall
+from carom.support.formatting import number
+from carom.support.limits import LARGEST
 
 #: Within the declared range: the ends of it, and a coefficient at which the suite's discs slide through their impacts.
 FRICTIONS = ("least", "sliding", "greatest")

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from carom.adapter.checks import COMBINE_RULES
+from carom.conformance.adapter_under_test import Subject
 from carom.conformance.checks.common import declared, end_with_velocities, supported
-from carom.conformance.subject import Subject
 from carom.conformance.suite_scenes import (
     at_a_circle,
     belt,
@@ -17,6 +16,7 @@ from carom.conformance.suite_scenes import (
     two_walls,
 )
 from carom.conformance.violation import NotApplicable
+from carom.engines.api.checks import COMBINE_RULES
 
 
 def edges_as_declared(subject: Subject) -> None:

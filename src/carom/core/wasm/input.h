@@ -1,6 +1,6 @@
 /* Input and output of a run in WebAssembly: arrays of floats by kind, and single numbers by name.
 
-   JavaScript lists the same names in the same order (`carom/live/core.js`). One run exists at a time: `begin_input`
+   JavaScript lists the same names in the same order (`carom/web/core.js`). One run exists at a time: `begin_input`
    releases the memory of the run before. */
 
 #pragma once

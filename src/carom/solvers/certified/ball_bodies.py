@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
-from carom.scene import Scene
+from carom.model.scene import Scene
+from carom.model.trace import wall_body, wall_index
+from carom.solvers.certified.contact_state import ContactStates
 from carom.solvers.certified.floats import SLACK
-from carom.solvers.certified.gliding import ContactStates
 from carom.solvers.certified.legs import ZERO, BallLeg, ball, legs_of
 from carom.solvers.certified.obstacles import Plane, Round, obstacles_of
-from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
-    from carom.driving import Drive
+    from carom.model.prescribed_motion import Drive
 
 #: Where a centre is and how it moves: x, y, vx, vy.
 State = tuple[arb, arb, arb, arb]

@@ -20,7 +20,7 @@ from flint import arb
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.units import units_of
-from carom.trace import wall_body, wall_index
+from carom.model.trace import wall_body, wall_index
 
 cdef extern from "carom/core/constants.h" nogil:
     const double FASTEST "CAROM_FASTEST"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from carom.errors import MissingExtraError
-from carom.scene import Scene, as_scene
+from carom.model.scene import Scene, as_scene
 from carom.solvers.certified.options import MAX_PRECISION_BITS, TIE_BITS, CertifyOptions
 
 if TYPE_CHECKING:

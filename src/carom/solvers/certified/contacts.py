@@ -16,22 +16,22 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
-from carom.solvers.certified.falls import falls_of
+from carom.core.resolution import gap_resolution, size_of
+from carom.model.trace import Mode, wall_body, wall_index
+from carom.solvers.certified.contact_state import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
 from carom.solvers.certified.floats import float_above, float_below
-from carom.solvers.certified.gliding import BallGround, BallMode, End, GlideState, Gliding, Landing, Launch
 from carom.solvers.certified.landing import after_all, is_alone
 from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, WallApproach
 from carom.solvers.certified.obstacles import Plane, Round
 from carom.solvers.certified.result import Degeneracy, Degenerate, Undecided
+from carom.solvers.certified.sign_changes import falls_of
 from carom.solvers.certified.two_frictions import sign, take
-from carom.solvers.resolution import gap_resolution, size_of
-from carom.trace import Mode, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from carom.physics.wall_features import Exact
+    from carom.core.wall_features import Exact
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.obstacles import Obstacle
 

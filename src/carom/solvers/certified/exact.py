@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.broad_phase import near_pairs, near_walls
+from carom.model.broad_phase import near_pairs, near_walls
+from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.floats import SLACK
 from carom.solvers.certified.obstacles import Plane, dot
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from carom.scene import Scene
+    from carom.model.scene import Scene
     from carom.solvers.certified.ball_bodies import BallBodies
 
 

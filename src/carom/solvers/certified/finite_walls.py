@@ -15,21 +15,21 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
+from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
-from carom.solvers.certified.falls import falls_of, squared_gap
 from carom.solvers.certified.floats import SLACK, float_above
 from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.meeting import Meeting, RoundApproach, Seam, contacts_ahead, undecided
 from carom.solvers.certified.obstacles import Between, Plane, Round
 from carom.solvers.certified.planes import to_plane
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.trace import wall_body, wall_index
+from carom.solvers.certified.sign_changes import falls_of, squared_gap
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from carom.outline import Outline
-    from carom.scene import Scene
+    from carom.model.chain_geometry import Outline
+    from carom.model.scene import Scene
     from carom.solvers.certified.legs import BallLeg
 
 #: Bits in which the start is asked for contact: far above what 53 bits of input make of a gap.

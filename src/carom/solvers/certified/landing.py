@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
-from carom.solvers.certified.gliding import BallGround, Bounce, GlideState
+from carom.model.trace import wall_body, wall_index
+from carom.solvers.certified.contact_state import BallGround, Bounce, GlideState
 from carom.solvers.certified.legs import ZERO, ball
 from carom.solvers.certified.obstacles import Round
 from carom.solvers.certified.two_frictions import sign, take
-from carom.trace import wall_body, wall_index
 
 if TYPE_CHECKING:
-    from carom.disc_arrays import Material
+    from carom.model.disc_arrays import Material
     from carom.solvers.certified.ball_bodies import BallBodies
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from flint import arb, fmpq
 
 if TYPE_CHECKING:
-    from carom.driving import Drive
+    from carom.model.prescribed_motion import Drive
 
 ZERO = arb(0)
 

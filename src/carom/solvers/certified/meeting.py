@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.solvers.certified.falls import falls_of
 from carom.solvers.certified.floats import float_above
+from carom.solvers.certified.sign_changes import falls_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

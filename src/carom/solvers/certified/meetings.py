@@ -13,16 +13,16 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
+from carom.model.trace import wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.contacts import BallContacts
 from carom.solvers.certified.exact import exactly_grazing
-from carom.solvers.certified.falls import squared_gap
 from carom.solvers.certified.finite_walls import meet_finite
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, PairApproach, contacts_ahead, undecided
 from carom.solvers.certified.planes import to_plane
-from carom.trace import wall_index
+from carom.solvers.certified.sign_changes import squared_gap
 
 if TYPE_CHECKING:
     from carom.solvers.certified.legs import BallLeg

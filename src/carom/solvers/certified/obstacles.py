@@ -1,7 +1,7 @@
 """What discs meet of walls, exactly: half-planes, faces, vertices, and arcs from outside and from inside.
 
 All numbers are rational in those of the scene. A finite wall's obstacles are its features, in the order of
-`carom.physics.wall_features.features_of`. A face and an arc's side know what goes on from them at their ends: a vertex,
+`carom.core.wall_features.features_of`. A face and an arc's side know what goes on from them at their ends: a vertex,
 or the same side of a neighbour that continues them without a kink. At such a place both are touched alike.
 """
 
@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, NamedTuple
 
-from carom.outline import Outline
-from carom.physics.wall_features import Exact, JoinedEdges, exact, goes_smoothly, quarters_of, runs_of, stops_of
-from carom.trace import EdgeKind, wall_body
+from carom.core.wall_features import Exact, JoinedEdges, exact, goes_smoothly, quarters_of, runs_of, stops_of
+from carom.model.chain_geometry import Outline
+from carom.model.trace import EdgeKind, wall_body
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.model.scene import Scene
 
 _NOWHERE = Fraction(0)
 

@@ -1,10 +1,10 @@
-"""What may be asked of a certified run: see `carom.declared`."""
+"""What may be asked of a certified run: see `carom.support.options`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from carom.declared import DeclaredOptions, option, seconds, whole
+from carom.support.options import DeclaredOptions, option, seconds, whole
 
 MOST_DIGITS = 10_000
 

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING
 
 from flint import arb
 
+from carom.model.trace import wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.exact import exactly_grazing_wall
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.meeting import Meeting, WallApproach, contacts_ahead, undecided
-from carom.trace import wall_index
 
 if TYPE_CHECKING:
     from carom.solvers.certified.legs import BallLeg

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb, ctx
 
+from carom.model.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 from carom.solvers.certified.ball_bodies import greatest_speed
 from carom.solvers.certified.floats import nearest, quotient
 from carom.solvers.certified.legs import ZERO
 from carom.solvers.certified.slowing import kept
-from carom.trace import NO_EDGE, ImpactRecord, ModeRecord, edge_array, impact_array, mode_array, spin_array
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
+    from carom.model.scene import Scene
     from carom.solvers.certified.ball_bodies import BallBodies
-    from carom.solvers.certified.gliding import BallMode
+    from carom.solvers.certified.contact_state import BallMode
     from carom.solvers.certified.impacts import BallEvent, BallImpact
 
 Spins = tuple[float, float, float, float]
@@ -99,19 +99,19 @@ class Recording:
         return len(self.rows)
 
     def array(self) -> NDArray[np.void]:
-        """Return the impacts as a read-only array of `carom.trace.IMPACT_DTYPE`."""
+        """Return the impacts as a read-only array of `carom.model.trace.IMPACT_DTYPE`."""
         return impact_array(row.values for row in self.rows)
 
     def spins(self) -> NDArray[np.void] | None:
-        """Return their spins as a read-only array of `carom.trace.SPIN_DTYPE`; None if no disc spins."""
+        """Return their spins as a read-only array of `carom.model.trace.SPIN_DTYPE`; None if no disc spins."""
         return spin_array(row.values for row in self.rows) if self._turns else None
 
     def edges(self) -> NDArray[np.void] | None:
-        """Return the edges that they were on, as an array of `carom.trace.EDGE_DTYPE`; None without finite walls."""
+        """Return the edges that they were on, as an array of `trace.EDGE_DTYPE`; None without finite walls."""
         return edge_array(row.values for row in self.rows) if self._has_edges else None
 
     def modes(self) -> NDArray[np.void] | None:
-        """Return the changes of how discs move, as an array of `carom.trace.MODE_DTYPE`; None without contact."""
+        """Return the changes of how discs move, as an array of `carom.model.trace.MODE_DTYPE`; None without contact."""
         return mode_array(row.values for row in self.mode_rows) if self.mode_rows else None
 
     def last_s(self) -> float:

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
-from carom.display import Drawn
-from carom.equality import ByValue
-from carom.trace import body_name
+from carom.model.trace import body_name
+from carom.support.display import Drawn
+from carom.support.equality import ByValue
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from carom.trace import Trace
+    from carom.model.trace import Trace
 
 
 class Ending(Enum):
@@ -54,7 +54,7 @@ class Degeneracy:
 
     Attributes:
         kind: What it is.
-        bodies: The bodies that take part, in ascending order; walls as `carom.trace.wall_body`.
+        bodies: The bodies that take part, in ascending order; walls as `carom.model.trace.wall_body`.
         earliest_s: It is certainly not before this, seconds.
         latest_s: It is certainly not after this, seconds; infinity where a graze may not be a contact at all. Of a
             collapse, the last of the impacts that were counted.

@@ -14,19 +14,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from flint import arb
 
-from carom.physics.wall_features import Exact, exact
+from carom.core.wall_features import Exact, exact
+from carom.model.trace import EdgeKind, wall_body, wall_index
 from carom.solvers.certified.floats import float_above
 from carom.solvers.certified.legs import ball
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, dot, less
 from carom.solvers.certified.result import Degeneracy, Degenerate
-from carom.trace import EdgeKind, wall_body, wall_index
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from carom.model.trace import ImpactRecord
     from carom.solvers.certified.ball_bodies import BallBodies
     from carom.solvers.certified.recording import Recording
-    from carom.trace import ImpactRecord
 
 #: Impacts of a disc, to and fro between what closes on it, after which it is called crushed.
 CRUSH = 256

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from flint import arb, ctx
 
-from carom.extension import find_extension_notes
+from carom.core.extension import find_extension_notes
+from carom.model.trace import Outcome, Trace, impact_array, mode_array, spin_array
+from carom.solvers.certified.accumulation import without_end
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.contacts import BallContacts
-from carom.solvers.certified.endless import without_end
 from carom.solvers.certified.exact import contact_at_start
 from carom.solvers.certified.finite_walls import finite_contact_at_start
 from carom.solvers.certified.floats import float_above, nearest
@@ -29,12 +30,11 @@ from carom.solvers.certified.result import CertifiedTrace, Degeneracy, Degenerat
 from carom.solvers.certified.selection import OutOfTime, Selection
 from carom.solvers.certified.slowing import kept, slow, undamped
 from carom.solvers.options import require_goal
-from carom.trace import Outcome, Trace, impact_array, mode_array, spin_array
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.scene import Scene
+    from carom.model.scene import Scene
     from carom.solvers.run import Progress
 
 #: Impacts between two looks at accuracy and progress.

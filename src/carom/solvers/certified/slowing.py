@@ -1,7 +1,7 @@
 """What slows discs down in certified runs: damping, and a table.
 
-With damping the undamped run is seen in the time of clocks, as `carom.damping` says. On a table each disc is slowed
-down by one deceleration, against its motion, until it stops.
+With damping the undamped run is seen in the time of clocks, as `carom.model.damping` says. On a table each disc is
+slowed down by one deceleration, against its motion, until it stops.
 """
 
 from __future__ import annotations

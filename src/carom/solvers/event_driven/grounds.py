@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from carom.outline import Outline
-from carom.physics.features import Arc, Face
+from carom.core.features import Arc, Face
+from carom.model.chain_geometry import Outline
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.disc_arrays import DiscArrays
-    from carom.physics.features import Point
-    from carom.physics.wall_features import WallFeature
+    from carom.core.features import Point
+    from carom.core.wall_features import WallFeature
+    from carom.model.disc_arrays import DiscArrays
 
 #: Where a wall goes on smoothly behind the end of a face: `NO_OBSTACLE` of state.h.
 NO_OBSTACLE = -1

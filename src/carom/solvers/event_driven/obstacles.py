@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.outline import Outline
-from carom.physics.numbered import FEATURE_NUMBERS, numbers_of
-from carom.physics.wall_features import WallFeature, are_decidable, features_of
-from carom.solvers.event_driven.driven import driven_rows
+from carom.core.driven import driven_rows
+from carom.core.numbered import FEATURE_NUMBERS, numbers_of
+from carom.core.wall_features import WallFeature, are_decidable, features_of
+from carom.model.chain_geometry import Outline
+from carom.model.trace import EDGE_DTYPE, NO_EDGE
 from carom.solvers.event_driven.grounds import Grounds, grounds_of
-from carom.trace import EDGE_DTYPE, NO_EDGE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from carom.disc_arrays import DiscArrays
+    from carom.model.disc_arrays import DiscArrays
 
 #: `MOST_OBSTACLES` of state.h.
 MOST_OBSTACLES = 67_108_863
@@ -27,7 +27,7 @@ class Obstacles:
     """The obstacles of a start whose walls are not all half-planes with the scene's own coefficients, or are driven.
 
     Attributes:
-        rows: Their numbers, one row each, as `carom.physics.numbered.numbers_of` returns them.
+        rows: Their numbers, one row each, as `carom.core.numbered.numbers_of` returns them.
         driven: Driven bodies, and walls whose surface moves, one row each: see `driven_rows`.
         legs: The legs of their paths, likewise.
     """
@@ -69,7 +69,7 @@ class Obstacles:
         return are_decidable(first.feature, second.feature, elastic=elastic)
 
     def edges(self, contacts: NDArray[np.void]) -> NDArray[np.void]:
-        """Return the edges that impacts were on, of `carom.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""
+        """Return the edges that impacts were on, of `carom.model.trace.EDGE_DTYPE`, from rows of `CONTACT_DTYPE`."""
         return np.array([self._edge(*contact) for contact in contacts.tolist()], dtype=EDGE_DTYPE)
 
     def _edge(self, x: float, y: float, obstacle: int) -> tuple[int, int]:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from carom.arguments import shown
-from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
+from carom.model.disc_arrays import DiscArrays
+from carom.model.trace import Outcome, body_name
 from carom.solvers.endings import crushing_note, gliding_note, standstill_impacts, too_far_out
 from carom.solvers.event_driven.obstacles import MOST_OBSTACLES, Obstacles
 from carom.solvers.options import ALWAYS, NO_LIMIT, RunOptions, require_goal
 from carom.solvers.rows import RecordedImpacts
-from carom.trace import Outcome, body_name
+from carom.support.checks import shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -75,7 +75,7 @@ class EventDrivenRun:
     """A PIC run that can be advanced in as many pieces as one likes; the pieces do not change the result.
 
     Of `carom.solvers.run.Run`, for any number of discs: a million as `DiscArrays`. Under gravity discs slide, roll and
-    rest on straight walls. Any other contact that lasts ends the run, see `carom.trace.Outcome` and `notes`.
+    rest on straight walls. Any other contact that lasts ends the run, see `carom.model.trace.Outcome` and `notes`.
 
     Args:
         start: A scene, or discs and walls as arrays.

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.damping import UNDAMPED, Damping
-from carom.scene import Scene, as_scene
+from carom.model.damping import UNDAMPED, Damping
+from carom.model.scene import Scene, as_scene
+from carom.model.trace import EDGE_DTYPE, NO_EDGE, Outcome, Trace
 from carom.solvers.options import NO_LIMIT, require_goal
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
 from carom.solvers.rows import RecordedImpacts
 from carom.solvers.run import trace_of
 from carom.solvers.units import run_in_ordinary_units
-from carom.trace import EDGE_DTYPE, NO_EDGE, Outcome, Trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -155,7 +155,7 @@ def _pit_run(start: Start, clock: FrameClock, damping: Damping, skipping: bool) 
 
 
 def edges_of_contacts(contacts: NDArray[np.void]) -> NDArray[np.void]:
-    """Return the edges, of `carom.trace.EDGE_DTYPE`, of recorded contacts: `recorded_edge` of core/pit_separation.h."""
+    """Return the edges, of `trace.EDGE_DTYPE`, of recorded contacts: `recorded_edge` of core/pit_separation.h."""
     edges = np.full(len(contacts), np.array(NO_EDGE, EDGE_DTYPE))
     number, kind = np.divmod(contacts["feature"], _EDGE_KINDS)
     is_edge = contacts["feature"] >= 0

@@ -16,14 +16,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.scene import Scene, as_scene
+from carom.model.scene import Scene, as_scene
+from carom.model.trace import ImpactRecord, wall_body
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.request import frames_of
-from carom.trace import ImpactRecord, wall_body
 
 if TYPE_CHECKING:
-    from carom.disc_arrays import HalfPlane
-    from carom.trace import Vector
+    from carom.model.disc_arrays import HalfPlane
+    from carom.model.trace import Vector
 
 
 @dataclass

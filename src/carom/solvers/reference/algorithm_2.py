@@ -7,11 +7,11 @@ of a disc is that at its last impact, so frames add no rounding: all bits are th
 
 from __future__ import annotations
 
-from carom.scene import Scene, as_scene
+from carom.model.scene import Scene, as_scene
+from carom.model.trace import Outcome, Trace
 from carom.solvers.pic import pic_run
 from carom.solvers.request import frames_of
 from carom.solvers.run import trace_of
-from carom.trace import Outcome, Trace
 
 
 def solve_pic_framewise(scene: Scene | str, *, frame_rate_hz: float | None = None) -> Trace:

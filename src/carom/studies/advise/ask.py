@@ -8,12 +8,12 @@ from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from carom.pages.inline import axes_of, with_picture
-from carom.pages.render.terminal import plain_text
-from carom.registry import engine_named
-from carom.runs.job import Progress, unheard
-from carom.runs.pool import Pool
-from carom.scene import Scene, as_scene
+from carom.engines.registry import engine_named
+from carom.execution.job import Progress, unheard
+from carom.execution.pool import Pool
+from carom.model.scene import Scene, as_scene
+from carom.report.inline import axes_of, with_picture
+from carom.report.render.terminal import plain_text
 from carom.studies.advise.document import advice_document
 from carom.studies.advise.figure import draw_advice, title_of
 from carom.studies.advise.options import AdviceOptions

@@ -8,9 +8,11 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from carom.folders import write_files
-from carom.pages import wording
-from carom.pages.document import (
+from carom.engines.registry import asked_as
+from carom.execution.job import Method
+from carom.model.trace import body_name
+from carom.report import formatting
+from carom.report.document import (
     EVERYWHERE,
     IN_FULL,
     PAGE,
@@ -26,15 +28,13 @@ from carom.pages.document import (
     Table,
     Text,
 )
-from carom.pages.files import require_report_extra
-from carom.pages.provenance import making
-from carom.pages.render.html import html
-from carom.registry import asked_as
-from carom.runs.job import Method
+from carom.report.files import require_report_extra
+from carom.report.provenance import making
+from carom.report.render.html import html
 from carom.studies.advise.figure import advice_svg
 from carom.studies.advise.run import Advice, Advised, Cause, HardImpact, SearchEnding, StepRange, StepTrial
 from carom.studies.advise.step_search import CONFIRM, in_a_frame
-from carom.trace import body_name
+from carom.support.folders import write_files
 
 #: What a folder of advice is for.
 PURPOSE = "advise"
@@ -52,7 +52,7 @@ def advice_document(advice: Advice, asked: str = "") -> Document:
             then have for the commands to be of use.
     """
     rows = sorted(advice.answers, key=lambda one: (_cut(advice, one), _order(one.demand), _order(one.never_misses)))
-    frame = f"{wording.number(advice.scene.frame_rate_hz, 4)} Hz"
+    frame = f"{formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
     table = Table(
         (
             Column("", lambda answer: _named(advice, answer.method)),
@@ -121,15 +121,15 @@ def _answers(advice: Advice) -> Iterator[str]:
         yield f"{advice.scene.name}: no engine was searched."
     if told := _yardstick(advice):
         yield f"Checking once per step (PIT) takes {told}."
-    reasons = wording.together((unable.reason, _name(unable.method)) for unable in advice.unable)
+    reasons = formatting.together((unable.reason, _name(unable.method)) for unable in advice.unable)
     for reason, names in reasons.items():
-        yield f"Not run: {wording.listed(names)} ({reason})."
+        yield f"Not run: {formatting.listed(names)} ({reason})."
 
 
 def _wholly(advice: Advice) -> str:
     demanded = f"To keep directions right to {_angle(advice)}"
     if advice.demand.miss_probability > 0:
-        return f"{demanded}, and miss at {wording.percent(advice.demand.miss_probability)} of starts or fewer"
+        return f"{demanded}, and miss at {formatting.percent(advice.demand.miss_probability)} of starts or fewer"
     return f"{demanded}, too"
 
 
@@ -149,7 +149,7 @@ def _fewest(advice: Advice, question: Callable[[Advised], StepRange]) -> str:
     longest = max(found.passes.dt_s for found, _ in passing if found.passes)
     best = [(found, answer) for found, answer in passing if found.passes and found.passes.dt_s == longest]
     names = [_name(answer.method) for _, answer in best]
-    who = names[0] if len(names) == 1 else f"{wording.listed(names)} tie"
+    who = names[0] if len(names) == 1 else f"{formatting.listed(names)} tie"
     any_step = all(_any(answer, found) for found, answer in best)
     steps = "any step tried will do, from {} a second on" if any_step else "{} steps a second"
     return f"{steps.format(_rate(longest))}{_substeps(advice, best[0][0])}: {who}"
@@ -164,7 +164,7 @@ def _substeps(advice: Advice, found: StepRange) -> str:
     """Return how often a frame takes the step, or the next finer one tried of which a whole number fills a frame."""
     if (times := _times(advice, found)) is None:
         return ""
-    told = f"{wording.count(times, 'step')} a frame of {wording.number(advice.scene.frame_rate_hz, 4)} Hz"
+    told = f"{formatting.count(times, 'step')} a frame of {formatting.number(advice.scene.frame_rate_hz, 4)} Hz"
     if found.in_frame is found.passes:
         return f" ({told})"
     return f" ({told} {'is' if times == 1 else 'are'} enough)"
@@ -192,11 +192,11 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         of = ", in its own code:" if code else "."
         fewer = _times(advice, answer.never_misses)
         alone = f" ({fewer} to miss no impact alone)" if fewer is not None and fewer < times else ""
-        yield Text(f"{_name(method)}, {kept}: {wording.count(times, 'step')} a frame{alone}{of}", shown)
+        yield Text(f"{_name(method)}, {kept}: {formatting.count(times, 'step')} a frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
         words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
-        at = ("--dt", wording.step_option(trial.dt_s), "--scene", asked)
+        at = ("--dt", formatting.step_option(trial.dt_s), "--scene", asked)
         yield Text(f"With all its settings: {shlex.join((*words, *at))}", shown)
         shown = IN_FULL
 
@@ -220,7 +220,7 @@ def _at_a_frame(advice: Advice, answer: Advised) -> str:
     rate_hz = advice.scene.frame_rate_hz
     trial = next((one for one in answer.trials if in_a_frame(one.dt_s, rate_hz) == 1), None)
     if trial is None:
-        return "refused" if answer.refused_s is not None and answer.refused_s <= 1.0 / rate_hz else wording.ABSENT
+        return "refused" if answer.refused_s is not None and answer.refused_s <= 1.0 / rate_hz else formatting.ABSENT
     if trial.reason:
         return "broke off"
     if trial.lost:
@@ -252,19 +252,20 @@ def _limits(advice: Advice) -> Iterator[str]:
     stopped = [_name(answer.method) for answer in advice.answers if answer.ending is SearchEnding.BUDGET]
     if stopped:
         budget = f"the budget of {advice.budget_steps} engine steps each (--budget)"
-        yield f"Not searched to the end, for {budget}: {wording.listed(stopped)}."
+        yield f"Not searched to the end, for {budget}: {formatting.listed(stopped)}."
     for answer in advice.answers:
         if answer.ending is SearchEnding.BROKE:
             last = answer.trials[-1]
             yield f"{_name(answer.method)} broke off at {_rate(last.dt_s)} steps a second: {last.reason}."
     if advice.cut is not None:
-        yield f"Asked up to {wording.seconds(advice.scene.duration_s)}: from the next impact on {advice.cut.value}."
+        yield f"Asked up to {formatting.seconds(advice.scene.duration_s)}: from the next impact on {advice.cut.value}."
     yield _hardest(advice.hardest[0], advice.impacts, advice.scene.frame_rate_hz, rough=advice.scene.arrays.rubs_discs)
 
 
 def _how(advice: Advice) -> str:
     return (
-        f"Each step was tried at {wording.count(advice.phases, 'start')} spread evenly over it and at those that look "
+        f"Each step was tried at {formatting.count(advice.phases, 'start')} spread evenly over it and at those that "
+        "look "
         f"just before the hardest impacts; the first of each range at {max(CONFIRM, advice.phases)}."
     )
 
@@ -272,7 +273,7 @@ def _how(advice: Advice) -> str:
 def _curve(answer: Advised) -> Table:
     columns = (
         Column("steps/s", lambda trial: _rate(trial.dt_s), number=True),
-        Column("step, s", lambda trial: wording.number(trial.dt_s, 4), number=True),
+        Column("step, s", lambda trial: formatting.number(trial.dt_s, 4), number=True),
         Column("missed or spurious", lambda trial: f"{trial.lost} of {trial.starts}", number=True),
         Column("direction wrong by", lambda trial: _degrees(trial.direction_error_rad), number=True),
         Column("", lambda trial: trial.reason),
@@ -290,20 +291,20 @@ def _name(method: Method) -> str:
 
 
 def _rate(dt_s: float) -> str:
-    return wording.number(1.0 / dt_s, 4)
+    return formatting.number(1.0 / dt_s, 4)
 
 
 def _rates(trials: Iterable[StepTrial]) -> str:
     """Return rates as a list, or, of many, the first and the last with their number."""
     rates = [_rate(trial.dt_s) for trial in trials]
-    return wording.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tried)"
+    return formatting.listed(rates) if len(rates) < _MANY else f"{rates[0]} to {rates[-1]} ({len(rates)} steps tried)"
 
 
 def _range(found: StepRange) -> str:
     if found.passes is not None:
         return f"{_rate(found.passes.dt_s)}-{_rate(found.down_to_s)}"
     if math.isnan(found.down_to_s):
-        return wording.ABSENT
+        return formatting.ABSENT
     failed = found.fails is not None and found.fails.dt_s == found.down_to_s
     return "none" if failed else "unfinished"
 
@@ -312,14 +313,14 @@ def _fails(answer: Advised, found: StepRange) -> str:
     if found.fails is not None:
         return _rate(found.fails.dt_s)
     if not answer.trials:
-        return wording.ABSENT
+        return formatting.ABSENT
     return "none" if answer.refused_s is None else "refused"
 
 
 def _endings(rows: Sequence[Advised]) -> Iterator[str]:
     """Yield why searches tried no finer step."""
-    for ending, names in wording.together((one.ending, _name(one.method)) for one in rows).items():
-        yield f"No finer step was tried, as {ending.value}: {wording.listed(names)}."
+    for ending, names in formatting.together((one.ending, _name(one.method)) for one in rows).items():
+        yield f"No finer step was tried, as {ending.value}: {formatting.listed(names)}."
 
 
 def _refusals(rows: Sequence[Advised]) -> Iterator[str]:
@@ -333,24 +334,24 @@ def _direction(answer: Advised) -> str:
     """Return the error at the step that is the answer, or at the finest tried."""
     trial = answer.demand.passes or (answer.trials[-1] if answer.trials else None)
     if trial is None:
-        return wording.ABSENT
+        return formatting.ABSENT
     any_step = trial.dt_s <= (answer.flat_from_s or 0.0)
     return _degrees(trial.direction_error_rad) + (" at any" if any_step else "")
 
 
 def _degrees(angle_rad: float) -> str:
-    return wording.ABSENT if math.isnan(angle_rad) else f"{wording.number(math.degrees(angle_rad), 3)}°"
+    return formatting.ABSENT if math.isnan(angle_rad) else f"{formatting.number(math.degrees(angle_rad), 3)}°"
 
 
 def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -> str:
-    where = f"{body_name(impact.first)} and {body_name(impact.second)} at {wording.number(impact.time_s, 4)} s"
+    where = f"{body_name(impact.first)} and {body_name(impact.second)} at {formatting.number(impact.time_s, 4)} s"
     which = "Why: its one impact" if impacts == 1 else f"Why: the hardest of its {impacts} impacts"
     window = impact.limit.window
     if window is None:
         return f"{which}, of {where}: {impact.cause.value}."
-    size = f"{wording.number(window.speed_m_s)} m/s and {wording.number(window.reach_m)} m from centre to centre"
+    size = f"{formatting.number(window.speed_m_s)} m/s and {formatting.number(window.reach_m)} m from centre to centre"
     why = {
-        Cause.GRAZE: f"a graze, at {wording.number(window.share, 4)} of the contact distance off centre",
+        Cause.GRAZE: f"a graze, at {formatting.number(window.share, 4)} of the contact distance off centre",
         Cause.FAST: f"fast for their size, {size}",
         Cause.TURN: f"their line of centres turns fast, at {size}",
     }[impact.cause]
@@ -358,11 +359,11 @@ def _hardest(impact: HardImpact, impacts: int, rate_hz: float, *, rough: bool) -
     direction = (
         "however late they are found, the directions stay right to what was asked"
         if math.isinf(late)
-        else f"found more than {wording.seconds(late)} late, a direction is wrong by more than asked"
+        else f"found more than {formatting.seconds(late)} late, a direction is wrong by more than asked"
     )
     if rough:  # how friction turns with the line of centres has no closed form
         direction += ", were there no friction"
     return (
-        f"{which}, of {where}: {why}. They overlap and approach for {wording.seconds(window.length_s)}, and "
-        f"a frame of {wording.number(rate_hz, 4)} Hz is {wording.seconds(1.0 / rate_hz)}; {direction}."
+        f"{which}, of {where}: {why}. They overlap and approach for {formatting.seconds(window.length_s)}, and "
+        f"a frame of {formatting.number(rate_hz, 4)} Hz is {formatting.seconds(1.0 / rate_hz)}; {direction}."
     )

@@ -6,8 +6,8 @@ import math
 from functools import partial
 from typing import TYPE_CHECKING
 
-from carom.pages.inline import picture
-from carom.pages.svg import line_style, plain_number
+from carom.report.inline import picture
+from carom.report.svg import line_style, plain_number
 from carom.studies.advise.run import Advice
 
 if TYPE_CHECKING:

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
-from carom.scene import Scene, Wall
+from carom.model.scene import Scene, Wall
+from carom.model.trace import Trace, wall_index
 from carom.studies.advise.sampling_limit import ContactWindow, PairLimit, pair_limit
-from carom.trace import Trace, wall_index
 
 #: The chord of a graze is less than half of what it would be head-on, at an impact parameter above cos 30 degrees.
 GRAZE = math.cos(math.pi / 6)

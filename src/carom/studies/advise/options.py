@@ -1,4 +1,4 @@
-"""What may be asked of the adviser: see `carom.declared`."""
+"""What may be asked of the adviser: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.declared import ValueKind, measure, option, whole
-from carom.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
-from carom.runs.options import Limited, engine_names, profile_names
+from carom.execution.options import Limited, engine_names, profile_names
+from carom.support.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
+from carom.support.options import ValueKind, measure, option, whole
 
 
 def _angle(text: str) -> float:

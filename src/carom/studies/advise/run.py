@@ -16,20 +16,20 @@ from enum import Enum
 from functools import partial
 
 from carom.comparator.horizon import estimate_horizon
+from carom.engines.registry import EngineInfo
 from carom.errors import InputError
-from carom.registry import EngineInfo
-from carom.runs.code import step_code_of
-from carom.runs.engines import described, methods_of, to_run
-from carom.runs.environment import Environment, environment
-from carom.runs.job import PIT_METHOD, Job, Method, Progress, unheard
-from carom.runs.pool import Pool
-from carom.runs.reference import reference_trace
-from carom.scene import Scene
+from carom.execution.engines import described, methods_of, to_run
+from carom.execution.environment import Environment, environment
+from carom.execution.job import PIT_METHOD, Job, Method, Progress, unheard
+from carom.execution.pool import Pool
+from carom.execution.reference import reference_trace
+from carom.execution.settings_code import step_code_of
+from carom.model.scene import Scene
+from carom.model.trace import Trace
 from carom.studies.advise.hardest import Cause, Demand, HardImpact, hardest_impacts
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.step_search import Advised, SearchEnding, StepRange, StepSearch
 from carom.studies.advise.step_trial import StepTrial, starts_of, try_starts
-from carom.trace import Trace
 
 __all__ = [
     "Advice",

@@ -7,8 +7,8 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
-from carom.runs.job import Method
-from carom.scene import Scene
+from carom.execution.job import Method
+from carom.model.scene import Scene
 from carom.studies.advise.hardest import Demand
 from carom.studies.advise.step_trial import StepTrial, most_steps
 

@@ -12,17 +12,17 @@ from carom.comparator.horizon import reach_of
 from carom.comparator.measure import measure
 from carom.comparator.scales import scales_of
 from carom.comparator.shift import even_phases
-from carom.runs.desk import Ask, answers
-from carom.runs.job import Answer, Job, JobTask, Method, Status
-from carom.runs.journal import Notes
-from carom.runs.keys import JobKey, job_key
-from carom.runs.observe import able_adapter, observe_run
-from carom.runs.pool import Pool
-from carom.runs.reference import begun_scene, reference_trace, require_reference
-from carom.runs.scoring import by_start, steps_of
-from carom.scene import Scene
+from carom.execution.cache_key import JobKey, job_key
+from carom.execution.engine_run import able_adapter, observe_run
+from carom.execution.job import Answer, Job, JobTask, Method, Status
+from carom.execution.journal import Notes
+from carom.execution.pool import Pool
+from carom.execution.reference import begun_scene, reference_trace, require_reference
+from carom.execution.scheduler import Ask, answers
+from carom.execution.scoring import by_start, steps_of
+from carom.model.scene import Scene
+from carom.model.trace import Outcome
 from carom.studies.advise.hardest import Demand
-from carom.trace import Outcome
 
 #: An aimed start looks this fraction of a step before the impact: late by all but this fraction.
 JUST_BEFORE = 1e-3

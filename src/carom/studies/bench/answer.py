@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from carom.pages import wording
+from carom.report import formatting
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.result import Bench, Curve, Point, SceneBench, run_s
 from carom.studies.bench.tables import error_text, losses, milliseconds
@@ -21,18 +21,18 @@ def answers(bench: Bench) -> Iterator[str]:
         yield scene_answer(bench.scenes[0], target, kind)
         return
     exact = sum(scene.exact is not None for scene in bench.scenes)
-    scenes = wording.count(len(bench.scenes), "scene")
+    scenes = formatting.count(len(bench.scenes), "scene")
     found = [scene.cheapest_engine(target) for scene in bench.scenes]
     tally = Counter(_method(point) for point in found if point is not None)
     parts = [f"PIC is exact on {exact} of {scenes}"] * bool(exact)
     wanted = f"{error_text(target, kind)} error"
     if tally:
-        best = wording.listed([f"{name} on {count}" for name, count in tally.most_common()])
+        best = formatting.listed([f"{name} on {count}" for name, count in tally.most_common()])
         best = best.removesuffix(f" on {len(found)}")
         parts.append(f"cheapest engine for {wanted}: {best}")
     if unreached := found.count(None):
         parts.append(f"no engine reaches {wanted} on {unreached if tally else 'any'}")
-    yield wording.capitalised(f"{'; '.join(parts)}.")
+    yield formatting.capitalised(f"{'; '.join(parts)}.")
     if len(bench.scenes) <= SCENES_TOLD:
         yield from (scene_answer(scene, target, kind, next_best=False) for scene in bench.scenes)
 
@@ -53,7 +53,7 @@ def scene_answer(scene: SceneBench, target: float, kind: ErrorKind, *, next_best
         if best.lost:
             parts.append(
                 f"every engine misses or invents impacts at every step; the fewest are {_method(best)}'s, which "
-                f"{losses(best)}{_in(best)} at {wording.step(best.dt_s)}"
+                f"{losses(best)}{_in(best)} at {formatting.step(best.dt_s)}"
             )
         else:
             parts.append("the scene has no error to measure")
@@ -75,13 +75,13 @@ def _engines(scene: SceneBench, sound: list[tuple[Curve, Point]], target: float,
     elif cheap.at == best.at:
         yield f"the most accurate engine, and the cheapest for {wanted}, is {_told(best, kind)}{_times(scene, best)}"
     else:
-        cost = f"{milliseconds(cheap.timing.advance_s)} ms at {wording.step(cheap.dt_s)}" if cheap.timing else ""
+        cost = f"{milliseconds(cheap.timing.advance_s)} ms at {formatting.step(cheap.dt_s)}" if cheap.timing else ""
         yield f"the cheapest engine for {wanted} is {_method(cheap)}: {cost}{_times(scene, cheap)}"
         yield f"the most accurate is {_told(best, kind)}"
 
 
 def _told(point: Point, kind: ErrorKind) -> str:
-    return f"{_method(point)}: {error_text(point.error, kind)}{_in(point)} at {wording.step(point.dt_s)}"
+    return f"{_method(point)}: {error_text(point.error, kind)}{_in(point)} at {formatting.step(point.dt_s)}"
 
 
 def _method(point: Point) -> str:
@@ -96,4 +96,4 @@ def _times(scene: SceneBench, point: Point) -> str:
     exact = scene.exact
     if exact is None or exact.timing is None or point.timing is None:
         return ""
-    return f", {wording.ratio(run_s(point) / run_s(exact))} PIC's run time"
+    return f", {formatting.ratio(run_s(point) / run_s(exact))} PIC's run time"

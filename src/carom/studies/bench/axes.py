@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from carom.runs.scoring import Measures
+    from carom.execution.scoring import Measures
 
 
 #: Errors whose cost is told, where an engine reaches them.

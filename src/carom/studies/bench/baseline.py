@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from carom.errors import InputError
-from carom.pages import wording
-from carom.pages.document import IN_FULL, Cell, Column, Section, Table
-from carom.pages.files import FORMATS
-from carom.runs.environment import Environment
+from carom.execution.environment import Environment
+from carom.report import formatting
+from carom.report.document import IN_FULL, Cell, Column, Section, Table
+from carom.report.files import FORMATS
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import CONFIDENCE, student_quantile
 from carom.studies.bench.result import Bench, Point
@@ -166,7 +166,7 @@ def baseline_answer(found: Sequence[Compared]) -> Iterator[str]:
         return
     times = [one.time for one in found]
     counts = [f"{times.count(change)} {change.value}" for change in BaselineChange]
-    said = f"Run time against the baseline, of {wording.count(len(found), 'point')}: {', '.join(counts)}"
+    said = f"Run time against the baseline, of {formatting.count(len(found), 'point')}: {', '.join(counts)}"
     worst = max((one for one in found if one.time is BaselineChange.REGRESSED), key=lambda one: one.low, default=None)
     yield f"{said}; worst: {_name(worst)}, {_interval(worst)}." if worst else f"{said}."
     changed = [one for one in found if one.accuracy is not BaselineChange.SAME]
@@ -202,8 +202,8 @@ def _name(one: Compared) -> str:
 
 def _interval(one: Compared) -> str:
     if math.isnan(one.ratio):
-        return wording.ABSENT
-    return f"{wording.ratio(one.ratio)} ({wording.number(one.low)} to {wording.number(one.high)})"
+        return formatting.ABSENT
+    return f"{formatting.ratio(one.ratio)} ({formatting.number(one.low)} to {formatting.number(one.high)})"
 
 
 def _error(error: float, lost: int, kind: ErrorKind) -> str:

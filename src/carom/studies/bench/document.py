@@ -7,9 +7,8 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from carom.folders import file_name, write_files
-from carom.pages import wording
-from carom.pages.document import (
+from carom.report import formatting
+from carom.report.document import (
     IN_FULL,
     ON_PAPER,
     TERMINAL,
@@ -22,10 +21,10 @@ from carom.pages.document import (
     Section,
     Text,
 )
-from carom.pages.files import as_json, fields_of, require_report_extra
-from carom.pages.provenance import making, stamp_lines
-from carom.pages.render.html import html
-from carom.pages.svg import alone
+from carom.report.files import as_json, fields_of, require_report_extra
+from carom.report.provenance import making, stamp_lines
+from carom.report.render.html import html
+from carom.report.svg import alone
 from carom.studies.bench.answer import answers, scene_answer
 from carom.studies.bench.axes import Diagram
 from carom.studies.bench.baseline import Compared, baseline_answer, baseline_section
@@ -33,6 +32,7 @@ from carom.studies.bench.figure import diagram_png, diagram_svg
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.result import Bench, SceneBench
 from carom.studies.bench.tables import TABLE_NOTE, TABLE_SHORT, method_table, point_table, reached, suite_table
+from carom.support.folders import file_name, write_files
 
 DIAGRAM_NOTE = (
     "Full marks find every impact, crosses miss or invent some. Point at a mark, or step through them by keyboard, for "
@@ -121,7 +121,7 @@ def _scene(bench: Bench, scene: SceneBench, axes: Sequence[Diagram], targets: Se
     yield Section("Left out, and why", (Lines(left_out, IN_FULL),) if left_out else (), level=3)
     if scene.noise is not None:
         how = (
-            f"Timed {scene.timed_at} in {wording.count(scene.rounds, 'round')} of random order (seed "
+            f"Timed {scene.timed_at} in {formatting.count(scene.rounds, 'round')} of random order (seed "
             f"{bench.plan.seed}), nothing observed and nothing else of this bench running. Noise: "
             f"{_quiet(scene.noise)}."
         )
@@ -136,7 +136,7 @@ def _scope(bench: Bench) -> Iterator[str]:
         left = [f"{len(unrun)} not scored"] * bool(unrun) + [f"{len(untimed)} not timed"] * bool(untimed)
         reasons = {*unrun, *untimed}
         why = f": {reasons.pop()}" if len(reasons) == 1 else "; the page says why"
-        yield f"Of {len(points)} points {wording.listed(left)}{why}."
+        yield f"Of {len(points)} points {formatting.listed(left)}{why}."
 
 
 def _unrun(bench: SceneBench) -> Iterator[str]:
@@ -147,15 +147,18 @@ def _unrun(bench: SceneBench) -> Iterator[str]:
             for what, reason in (("not scored", point.reason), ("not timed", point.untimed)):
                 if reason:
                     own = steps.setdefault((what, reason), {})
-                    own.setdefault(f"{curve.engine} {curve.profile}", []).append(wording.step(point.dt_s))
+                    own.setdefault(f"{curve.engine} {curve.profile}", []).append(formatting.step(point.dt_s))
     for (what, reason), by_curve in steps.items():
-        for at_steps, whose in wording.together((wording.listed(at), who) for who, at in by_curve.items()).items():
-            who = "everything" if len(whose) == len(bench.curves) else wording.listed(whose)
+        for at_steps, whose in formatting.together(
+            (formatting.listed(at), who) for who, at in by_curve.items()
+        ).items():
+            who = "everything" if len(whose) == len(bench.curves) else formatting.listed(whose)
             yield f"{who}, {what} at {at_steps}: {reason}"
 
 
 def _quiet(noise: Noise) -> str:
     return (
-        f"the same {wording.number(noise.work_s * 1e3)} ms of fixed work, {noise.probes} times between the visits: "
-        f"the middle half within {wording.percent(noise.interquartile)}, the slowest {wording.ratio(noise.worst)} that"
+        f"the same {formatting.number(noise.work_s * 1e3)} ms of fixed work, {noise.probes} times between the visits: "
+        f"the middle half within {formatting.percent(noise.interquartile)}, the slowest "
+        f"{formatting.ratio(noise.worst)} that"
     )

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.pages import wording
-from carom.pages.svg import (
+from carom.report import formatting
+from carom.report.svg import (
     INK,
     MUTED,
     LineEnd,
@@ -144,7 +144,7 @@ class _Drawing:
         else:
             steps = sorted({point.dt_s for point in points}, reverse=True)
             axes.set_xlim(max(steps) * 1.2, min(steps) / 1.2)  # from coarse to fine in the direction of reading
-            axes.set_xticks(steps, [wording.step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
+            axes.set_xticks(steps, [formatting.step(dt_s).removesuffix(" s") for dt_s in steps], fontsize=7.5)
             axes.set_xlabel("step, s")
             axes.minorticks_off()
 
@@ -153,7 +153,7 @@ class _Drawing:
         axes.set_ylabel(self.error.label)
         ticks = [10.0**k for k in range(round(math.log10(self.floor * _FOOT)), 2) if 10.0**k < most]
         marked = [tick for tick in ticks if self.error.in_percent and any(math.isclose(tick, m) for m in _MARKED)]
-        words = [wording.percent(t) if t in marked else wording.number(self.unit * t) for t in ticks]
+        words = [formatting.percent(t) if t in marked else formatting.number(self.unit * t) for t in ticks]
         axes.set_yticks([self.unit * one for one in (self.floor, *ticks)], [EXACT, *words])
         axes.set_ylim(self.unit * self.floor / 10.0**0.25, self.unit * most)
         for one in marked:

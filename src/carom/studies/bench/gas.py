@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
+from carom.model.disc_arrays import DiscArrays
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.model.scene import Scene
 
 
 def hard_disc_gas(discs: int, packing: float, seed: int = 1) -> DiscArrays:
@@ -57,7 +57,7 @@ def gas_scene(
         touching: Whether the outer discs touch the walls at the start, as the lattice has them; else no bodies touch.
         gravity: Whether the discs fall.
     """
-    from carom.scene import Disc, Scene, Wall
+    from carom.model.scene import Disc, Scene, Wall
 
     shrink = 1.0 if touching else 1 - 2.0**-10
     gas = hard_disc_gas(discs, packing / shrink**2)

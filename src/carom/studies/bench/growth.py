@@ -8,16 +8,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from carom.adapter import unsupported_reason
-from carom.registry import load_adapter
-from carom.runs.desk import Ask, answers
-from carom.runs.engines import described, to_run
-from carom.runs.environment import Environment, environment, resident_bytes
-from carom.runs.job import Answer, Method, Progress, Status, UnsupportedError, unheard
-from carom.runs.journal import Entry, Journal, Notes
-from carom.runs.keys import versions_of
-from carom.runs.observe import capabilities_of
-from carom.runs.timing import Timing, time_run
+from carom.engines.api import unsupported_reason
+from carom.engines.registry import load_adapter
+from carom.execution.cache_key import versions_of
+from carom.execution.engine_run import capabilities_of
+from carom.execution.engines import described, to_run
+from carom.execution.environment import Environment, environment, resident_bytes
+from carom.execution.job import Answer, Method, Progress, Status, UnsupportedError, unheard
+from carom.execution.journal import Entry, Journal, Notes
+from carom.execution.scheduler import Ask, answers
+from carom.execution.timing import Timing, time_run
 from carom.studies.bench.convergence import fit_power
 from carom.studies.bench.gas import gas_scene
 from carom.studies.bench.options import GrowthOptions
@@ -107,7 +107,7 @@ class GrowthKey:
         discs: How many.
         method: Engine and profile.
         versions: Name and version of all that its cost depends on.
-        machine: See `carom.runs.environment.Environment.machine`.
+        machine: See `carom.execution.environment.Environment.machine`.
         gravity: Whether the discs fall.
         steps: How many steps; 30 in a journal of an earlier Carom.
     """

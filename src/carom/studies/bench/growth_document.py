@@ -9,13 +9,24 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from carom.folders import write_files
-from carom.pages import wording
-from carom.pages.document import IN_FULL, PAGE, Cell, Column, Document, Figure, Figures, Headline, Lines, Section, Table
-from carom.pages.files import as_json, require_report_extra
-from carom.pages.provenance import making, stamp_lines
-from carom.pages.render.html import html
-from carom.pages.svg import (
+from carom.report import formatting
+from carom.report.document import (
+    IN_FULL,
+    PAGE,
+    Cell,
+    Column,
+    Document,
+    Figure,
+    Figures,
+    Headline,
+    Lines,
+    Section,
+    Table,
+)
+from carom.report.files import as_json, require_report_extra
+from carom.report.provenance import making, stamp_lines
+from carom.report.render.html import html
+from carom.report.svg import (
     LineEnd,
     aim,
     alone,
@@ -30,6 +41,7 @@ from carom.pages.svg import (
 )
 from carom.studies.bench.growth import DT_S, PACKING, STEPS, Growth, GrowthCurve, GrowthPoint
 from carom.studies.bench.tables import METHOD
+from carom.support.folders import write_files
 
 if TYPE_CHECKING:
     from matplotlib import figure as drawn
@@ -81,7 +93,7 @@ def _answer(growth: Growth) -> Iterator[str]:
         best = f"the fastest engine, {best.strip()}, " if len(engines) > 1 else best
         costs.append(f"{best}{_cost(ran[id(fastest)])}{_grows(fastest)}")
         gas = f"A simulated second of {discs} {'falling ' if gravity else ''}discs"
-        yield f"{gas} takes {wording.listed(costs)}."
+        yield f"{gas} takes {formatting.listed(costs)}."
 
 
 #: What a sentence and a diagram call Carom's own methods.
@@ -93,7 +105,7 @@ def _method(curve: GrowthCurve) -> str:
 
 
 def _cost(point: GrowthPoint) -> str:
-    return wording.seconds(point.advance_s / _SIMULATED_S)
+    return formatting.seconds(point.advance_s / _SIMULATED_S)
 
 
 def _grows(curve: GrowthCurve) -> str:
@@ -122,8 +134,10 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
                 Column("a second", _most(_cost), "there", number=True),
                 Column("falling", falling(_most(_cost)), "there", number=True),
                 Column("memory", lambda curve: _power(curve.memory_exponent), "grows as", only=IN_FULL),
-                Column("prepare", _most(lambda p: wording.seconds(p.prepare_s)), "there", number=True, only=IN_FULL),
-                Column("peak", _most(lambda p: f"{wording.number(p.peak_bytes / _MIB, 3)} MiB"), "there", number=True),
+                Column("prepare", _most(lambda p: formatting.seconds(p.prepare_s)), "there", number=True, only=IN_FULL),
+                Column(
+                    "peak", _most(lambda p: f"{formatting.number(p.peak_bytes / _MIB, 3)} MiB"), "there", number=True
+                ),
             ),
             plain,
             title="Growth with the number of discs n, from 100 discs on",
@@ -133,16 +147,17 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
         Table(
             (
                 Column("point", lambda at: Cell(_name(*at), anchor=_anchor(*at))),
-                Column("a step, ms", lambda at: wording.number(1e3 * at[1].advance_s / STEPS, 3), number=True),
-                Column("over PIT's", lambda at: wording.ratio(at[1].ratio), number=True),
-                Column("prepare, s", lambda at: wording.number(at[1].prepare_s, 3), number=True),
-                Column("memory, MiB", lambda at: wording.number(at[1].memory_bytes / _MIB, 3), number=True),
-                Column("peak, MiB", lambda at: wording.number(at[1].peak_bytes / _MIB, 3), number=True),
+                Column("a step, ms", lambda at: formatting.number(1e3 * at[1].advance_s / STEPS, 3), number=True),
+                Column("over PIT's", lambda at: formatting.ratio(at[1].ratio), number=True),
+                Column("prepare, s", lambda at: formatting.number(at[1].prepare_s, 3), number=True),
+                Column("memory, MiB", lambda at: formatting.number(at[1].memory_bytes / _MIB, 3), number=True),
+                Column("peak, MiB", lambda at: formatting.number(at[1].peak_bytes / _MIB, 3), number=True),
                 Column("command", lambda at: _command(*at), only=PAGE),
             ),
             [(curve, point) for curve in growth.curves for point in _ran(curve)],
             title="Every run",
-            note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {wording.step(DT_S)}; each run in a "
+            note=f"A gas at packing {PACKING:g} in a square box, {STEPS} steps of {formatting.step(DT_S)}; each run "
+            "in a "
             "process of its own, one at a time. Preparation is not in a step. Over PIT's: with as many discs, both in "
             "one sitting; only these may be compared with another machine's. Memory: what the process held at most, "
             "less what it held with the scene and the engine loaded and no world yet.",
@@ -152,7 +167,7 @@ def _tables(growth: Growth) -> tuple[Table, ...]:
 
 
 def _name(curve: GrowthCurve, point: GrowthPoint) -> str:
-    return f"{_method(curve)}{_gas(curve)}, {wording.count(point.discs, 'disc')}"
+    return f"{_method(curve)}{_gas(curve)}, {formatting.count(point.discs, 'disc')}"
 
 
 def _anchor(curve: GrowthCurve, point: GrowthPoint) -> str:
@@ -171,7 +186,7 @@ def _ran(curve: GrowthCurve) -> list[GrowthPoint]:
 
 def _most(say: Callable[[GrowthPoint], str]) -> Callable[[GrowthCurve], str]:
     """Return what a column says of the most discs that were run."""
-    return lambda curve: say(ran[-1]) if (ran := _ran(curve)) else wording.ABSENT
+    return lambda curve: say(ran[-1]) if (ran := _ran(curve)) else formatting.ABSENT
 
 
 def _power(exponent: tuple[float, float, float]) -> Cell:

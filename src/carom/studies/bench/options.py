@@ -1,4 +1,4 @@
-"""What may be asked of a bench, and of one over numbers of discs: see `carom.declared`."""
+"""What may be asked of a bench, and of one over numbers of discs: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carom.declared import flag, fraction, measure, name, one_of, option, seconds, step, whole
-from carom.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
-from carom.runs.options import MOST_SEED, Limited, engine_names, profile_names
+from carom.execution.options import MOST_SEED, Limited, engine_names, profile_names
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.series import STEPS, geometric_steps
+from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
+from carom.support.options import flag, fraction, measure, name, one_of, option, seconds, step, whole
 
 #: Fewer rounds than this have no spread worth a name.
 LEAST_ROUNDS = 3

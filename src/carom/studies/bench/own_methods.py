@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from carom.registry import EngineInfo
-from carom.runs.engines import described
-from carom.runs.job import PIT_METHOD, Method
-from carom.runs.pool import Pool
+from carom.engines.registry import EngineInfo
+from carom.execution.engines import described
+from carom.execution.job import PIT_METHOD, Method
+from carom.execution.pool import Pool
 
 #: Its error does not depend on the step, and its run time is what exact costs.
 EXACT_METHOD = Method("pic", "tuned")

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.runs.environment import Environment
-from carom.runs.job import Method
-from carom.scene import Scene
+from carom.execution.environment import Environment
+from carom.execution.job import Method
+from carom.model.scene import Scene
 from carom.studies.bench.convergence import ConvergenceOrder
 from carom.studies.bench.noise import Noise
 from carom.studies.bench.options import BenchPlan

@@ -9,17 +9,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from carom.comparator.shift import even_phases
-from carom.registry import EngineInfo
-from carom.runs.desk import Ask, answers
-from carom.runs.engines import Methods, described, methods_of, to_run
-from carom.runs.environment import environment
-from carom.runs.job import Answer, Job, Progress, unheard
-from carom.runs.journal import Notes
-from carom.runs.keys import JobKey, job_key
-from carom.runs.plan import profiles_to_plan, sorted_out
-from carom.runs.pool import Pool
-from carom.runs.scoring import Measures
-from carom.scene import Scene
+from carom.engines.registry import EngineInfo
+from carom.execution.cache_key import JobKey, job_key
+from carom.execution.engines import Methods, described, methods_of, to_run
+from carom.execution.environment import environment
+from carom.execution.job import Answer, Job, Progress, unheard
+from carom.execution.journal import Notes
+from carom.execution.plan import profiles_to_plan, sorted_out
+from carom.execution.pool import Pool
+from carom.execution.scheduler import Ask, answers
+from carom.execution.scoring import Measures
+from carom.model.scene import Scene
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.convergence import fit_order
 from carom.studies.bench.options import BenchPlan

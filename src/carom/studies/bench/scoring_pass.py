@@ -7,13 +7,13 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from carom.pages import wording
-from carom.runs.engines import Methods
-from carom.runs.job import Answer, Job, Method, Progress
-from carom.runs.journal import Notes
-from carom.runs.keys import JobKey, job_key
-from carom.runs.pool import Pool
-from carom.runs.scoring import Measures, steps_of, sweep
+from carom.execution.cache_key import JobKey, job_key
+from carom.execution.engines import Methods
+from carom.execution.job import Answer, Job, Method, Progress
+from carom.execution.journal import Notes
+from carom.execution.pool import Pool
+from carom.execution.scoring import Measures, steps_of, sweep
+from carom.report import formatting
 from carom.studies.bench.timing_pass import At
 
 
@@ -69,7 +69,7 @@ class ScoringPass:
                 steps += more
                 chosen += own
             began = time.perf_counter()
-            step = wording.step(min(job.dt_s for own in at_level.values() for job in own))
+            step = formatting.step(min(job.dt_s for own in at_level.values() for job in own))
             shown = self._shown(len(results), left_s, step)
             results.update(sweep(chosen, self.pool, self.notes, shown, refusal=self.methods.refusal))
             if steps:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from carom.errors import InputError
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.model.scene import Scene
 
 #: Steps of a scene's series where none are asked for: from its own frame to one as much finer as 1/10000 s is than
 #: 1/60 s, in as many steps as a fitted order needs to have a confidence interval worth reading.

@@ -12,9 +12,9 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.pages import wording
-from carom.pages.document import EVERYWHERE, IN_FULL, ON_PAPER, PAGE, Cell, Column, Media, Table
-from carom.registry import asked_as
+from carom.engines.registry import asked_as
+from carom.report import formatting
+from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, PAGE, Cell, Column, Media, Table
 from carom.studies.bench.axes import TARGETS, ErrorKind
 from carom.studies.bench.convergence import Convergence, ConvergenceOrder
 from carom.studies.bench.noise import Spread
@@ -47,8 +47,8 @@ def error_text(error: float, kind: ErrorKind) -> str:
     if error <= THRESHOLDS.rounding:
         return EXACT
     if not kind.in_percent:
-        return f"{wording.number(error)} rad"
-    return wording.percent(error) if error >= LEAST_PERCENT else wording.number(error)
+        return f"{formatting.number(error)} rad"
+    return formatting.percent(error) if error >= LEAST_PERCENT else formatting.number(error)
 
 
 def reached(bench: Bench) -> list[float]:
@@ -94,7 +94,7 @@ def _shown_where(targets: Sequence[float]) -> list[Media]:
 def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     """Return a row a method over several scenes: on how many it finds every impact, and reaches each target."""
     curves = [(scene, curve) for scene in bench.scenes for curve in scene.curves]
-    by_method = wording.together(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
+    by_method = formatting.together(((curve.engine, curve.profile), (scene, curve)) for scene, curve in curves)
     kind = bench.plan.error
     columns = [
         METHOD,
@@ -109,7 +109,7 @@ def suite_table(bench: Bench, targets: Sequence[float]) -> Table:
     return Table(
         columns,
         sorted(methods, key=lambda method: [-len(method.reaching(target)) for target in reversed(targets)]),
-        title=f"Every method on {wording.count(len(bench.scenes), 'scene')}",
+        title=f"Every method on {formatting.count(len(bench.scenes), 'scene')}",
         note="n ×: run time over PIC's on the same scene, the median; order: of error in the step.",  # noqa: RUF001
     )
 
@@ -147,7 +147,7 @@ def _reach(target: float, method: _Method) -> Cell:
         run_s(cheapest(curve.points, target)) / run_s(scene.exact) for scene, curve in method.curves if scene in scenes
     ]
     known = [cost for cost in costs if 0 < cost < math.inf]  # what was not timed has no cost
-    cost = f", {wording.ratio(statistics.median(known))}" if known else ""
+    cost = f", {formatting.ratio(statistics.median(known))}" if known else ""
     return Cell(f"{_share(method, len(scenes))}{cost}", short=f"{len(scenes)}{cost}") if scenes else Cell("")
 
 
@@ -156,9 +156,9 @@ def _order(order: ConvergenceOrder) -> Cell:
         return Cell(order.verdict.value, short=EXACT if order.verdict is Convergence.EXACT else "")
     short = f"{order.exponent:.2f}"
     if math.isnan(order.low):
-        return Cell(f"{wording.number(order.exponent)} from two", order.verdict.value, short=short)
-    interval = f"{wording.number(order.low, 3)} to {wording.number(order.high, 3)}"
-    return Cell(f"{wording.number(order.exponent, 3)} ({interval})", order.verdict.value, short=short)
+        return Cell(f"{formatting.number(order.exponent)} from two", order.verdict.value, short=short)
+    interval = f"{formatting.number(order.low, 3)} to {formatting.number(order.high, 3)}"
+    return Cell(f"{formatting.number(order.exponent, 3)} ({interval})", order.verdict.value, short=short)
 
 
 def _sound(curve: Curve) -> str:
@@ -172,19 +172,23 @@ def _least(kind: ErrorKind, curve: Curve) -> Cell:
         return Cell("not run", "; ".join(reasons), short=reasons[0].partition(":")[0] if reasons else "")
     if best.sound:
         return Cell(error_text(best.error, kind))
-    return Cell(losses(best), short=wording.lost(best.missed, best.spurious) or wording.ABSENT)
+    return Cell(losses(best), short=formatting.lost(best.missed, best.spurious) or formatting.ABSENT)
 
 
 def losses(point: Point) -> str:
     """Return how many impacts a point misses and invents, of how many, over all its starts."""
     lost = [f"misses {point.missed}"] * bool(point.missed) + [f"invents {point.spurious}"] * bool(point.spurious)
-    return f"{wording.listed(lost)} of {wording.count(point.expected, 'impact')}" if lost else "has no error to measure"
+    return (
+        f"{formatting.listed(lost)} of {formatting.count(point.expected, 'impact')}"
+        if lost
+        else "has no error to measure"
+    )
 
 
 def _step(curve: Curve, point: Point | None) -> str:
     if point is None:
         return ""
-    return "any" if curve.exact else wording.step(point.dt_s).removesuffix(" s")
+    return "any" if curve.exact else formatting.step(point.dt_s).removesuffix(" s")
 
 
 def _cost(scene: SceneBench, target: float, curve: Curve) -> Cell:
@@ -195,17 +199,17 @@ def _cost(scene: SceneBench, target: float, curve: Curve) -> Cell:
         why = f"not timed: {(met and met.untimed) or 'no timing pass'}"
         return Cell("") if met is None else Cell("reached", title=why, short="yes")
     spent = milliseconds(point.timing.advance_s)
-    notes = [f"at {wording.step(point.dt_s)}", f"{milliseconds(point.timing.whole_s)} ms with preparation"]
+    notes = [f"at {formatting.step(point.dt_s)}", f"{milliseconds(point.timing.whole_s)} ms with preparation"]
     if scene.exact is not None and not curve.exact:
-        notes.append(f"{wording.ratio(run_s(point) / run_s(scene.exact))} PIC's")
+        notes.append(f"{formatting.ratio(run_s(point) / run_s(scene.exact))} PIC's")
     return Cell(spent, title="; ".join(notes))
 
 
 def _error(point: Point) -> str:
     if point.reason:
-        return wording.ABSENT
-    lost = wording.lost(point.missed, point.spurious)
-    error = EXACT if point.error <= THRESHOLDS.rounding else wording.number(point.error)
+        return formatting.ABSENT
+    lost = formatting.lost(point.missed, point.spurious)
+    error = EXACT if point.error <= THRESHOLDS.rounding else formatting.number(point.error)
     return f"{error} ({lost})" if lost else error
 
 
@@ -217,7 +221,7 @@ def _clock(say: Callable[[CellTiming], str]) -> Callable[[Point], str]:
 #: Two clocks, with what is paid without any collision in columns of its own.
 _POINT_COLUMNS = (
     Column("error", _error, number=True),
-    Column("luckiest start", lambda point: wording.number(point.error_least), number=True, only=ON_PAPER),
+    Column("luckiest start", lambda point: formatting.number(point.error_least), number=True, only=ON_PAPER),
     Column("all steps, ms", _clock(lambda timing: milliseconds(timing.advance_s)), number=True),
     Column("spread", _clock(lambda timing: _spread(timing.advance_s)), number=True),
     Column("prepare, ms", _clock(lambda timing: milliseconds(timing.prepare_s)), number=True),
@@ -244,7 +248,8 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
         ),
         [point for curve in bench.curves for point in curve.points if not point.reason],
         title=f"{name}: every point",
-        note=f"{wording.capitalised(plan.error.meaning)}; the largest of {wording.count(plan.phases, 'start')} spread "
+        note=f"{formatting.capitalised(plan.error.meaning)}; the largest of {formatting.count(plan.phases, 'start')} "
+        "spread "
         "evenly over a step. -1 +2: impacts missed and invented, over all starts; an error with them is that of the "
         "rest. Medians over rounds; spread is the distance between the quartiles over the median. Empty world: a step "
         "of one disc at rest. Call: Python's call into the world, shared by all steps that one call takes. Net: what "
@@ -258,7 +263,7 @@ def point_table(bench: SceneBench, plan: BenchPlan) -> Table:
 
 def point_name(point: Point) -> str:
     """Return what a point of the diagrams is called."""
-    return f"{point.engine} {point.profile} at {wording.step(point.dt_s)}"
+    return f"{point.engine} {point.profile} at {formatting.step(point.dt_s)}"
 
 
 def point_anchor(scene: str, point: Point) -> str:
@@ -277,22 +282,22 @@ def _command(scene: str, plan: BenchPlan, point: Point) -> str:
 
 
 def _microseconds(value: float) -> str:
-    return wording.number(value * 1e6, 3)
+    return formatting.number(value * 1e6, 3)
 
 
 def milliseconds(found: Spread) -> str:
     """Return the median of a run time, without its unit."""
-    return wording.number(found.median * 1e3, 3)
+    return formatting.number(found.median * 1e3, 3)
 
 
 def _spread(found: Spread) -> str:
-    return wording.percent((found.high - found.low) / found.median)
+    return formatting.percent((found.high - found.low) / found.median)
 
 
 def _median(found: Spread | None) -> str:
-    return wording.ABSENT if found is None else wording.ratio(found.median)
+    return formatting.ABSENT if found is None else formatting.ratio(found.median)
 
 
 def quartiles(found: Spread | None) -> str:
     """Return the quartiles of a ratio."""
-    return wording.ABSENT if found is None else f"{wording.number(found.low)} to {wording.number(found.high)}"
+    return formatting.ABSENT if found is None else f"{formatting.number(found.low)} to {formatting.number(found.high)}"

@@ -15,18 +15,18 @@ from functools import partial
 
 import numpy as np
 
-from carom.number_text import seconds
-from carom.registry import load_adapter
-from carom.runs.desk import Talk
-from carom.runs.environment import environment
-from carom.runs.job import PIT_METHOD, Answer, Method, Progress, Status, unheard
-from carom.runs.journal import Entry, Journal
-from carom.runs.keys import scene_hash, versions_of
-from carom.runs.pool import Asker
-from carom.runs.timing import time_run
-from carom.scene import Disc, Scene
+from carom.engines.registry import load_adapter
+from carom.execution.cache_key import scene_hash, versions_of
+from carom.execution.environment import environment
+from carom.execution.job import PIT_METHOD, Answer, Method, Progress, Status, unheard
+from carom.execution.journal import Entry, Journal
+from carom.execution.pool import Asker
+from carom.execution.scheduler import Talk
+from carom.execution.timing import time_run
+from carom.model.scene import Disc, Scene
 from carom.studies.bench.noise import Noise, NoiseProbe, Spread, spread
 from carom.studies.bench.options import LEAST_ROUNDS
+from carom.support.formatting import seconds
 
 #: A visit repeats a short run until it has taken so long, seconds: then what the clock and the caches do is small.
 VISIT_S = 5e-3
@@ -143,7 +143,7 @@ class TimingKey:
         scene_sha256: Hash of the scene.
         asked: What was timed, in order.
         versions: Of each engine, all that its numbers depend on.
-        machine: See `carom.runs.environment.Environment.machine`.
+        machine: See `carom.execution.environment.Environment.machine`.
         seed: Of the order of visits.
     """
 

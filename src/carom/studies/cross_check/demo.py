@@ -6,17 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from carom.catalogue import all_scenes
 from carom.errors import AdapterError, CaromError, InputError
-from carom.folders import temporary, write_file
-from carom.live.installed import DEFAULT_ENGINES, page_engines
-from carom.live.opened import open_page
-from carom.live.page import page_html, with_gallery
-from carom.pages import wording
-from carom.runs.engines import engines
-from carom.runs.job import PIT_METHOD
-from carom.scenes import all_scenes
+from carom.execution.engines import engines
+from carom.execution.job import PIT_METHOD
+from carom.report import formatting
 from carom.solvers.pic import solve_pic
-from carom.studies.cross_check.playback import Replay, replay
+from carom.studies.cross_check.replay import Replay, replay
+from carom.support.folders import temporary, write_file
+from carom.web.installed import DEFAULT_ENGINES, page_engines
+from carom.web.opened import open_page
+from carom.web.page import page_html, with_gallery
 
 _SCENE, _PROFILE = "paper/missed", "default"
 
@@ -42,9 +42,9 @@ class Demo:
         observed, missed = self.replay.observed, self.replay.score.missed
         method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} as shipped"
         rate = f"{1 / observed.dt_s:g} steps a second"
-        due = wording.count(self.replay.score.expected, "impact")
+        due = formatting.count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])
-        told = f"{method} misses {len(missed)} of {due} at {rate}; the first is at {wording.number(when, 4)} s."
+        told = f"{method} misses {len(missed)} of {due} at {rate}; the first is at {formatting.number(when, 4)} s."
         return f"{told}\nThrow the discs yourself: {self.page}"
 
     def _repr_html_(self) -> str | None:

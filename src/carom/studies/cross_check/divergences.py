@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
 
-from carom.limits import MOST_DISCS_DRAWN
-from carom.pages import wording
-from carom.pages.document import ON_PAPER, Pair, Pairs, Section, Text
-from carom.pages.grid import Grid, GridCell, Mark
-from carom.pages.picture import draw_pair
-from carom.runs.results import Results
+from carom.execution.results import Results
+from carom.model.trace import Trace
+from carom.report import formatting
+from carom.report.document import ON_PAPER, Pair, Pairs, Section, Text
+from carom.report.grid import Grid, GridCell, Mark
+from carom.report.picture import draw_pair
 from carom.studies.cross_check.tables import mark_cell
-from carom.trace import Trace
+from carom.support.limits import MOST_DISCS_DRAWN
 
 #: The source paper's four cases are always shown, under the method that the paper shows them of.
 PAPER_GROUP = "paper"
@@ -50,15 +50,15 @@ def _pair(entry: Divergence) -> Pair:
     """Return a picture, with who ran it, at which step, and every verdict with its numbers."""
     cell, reference, observed = entry
     scene, name, row = reference.scene, cell.column.name, cell.row
-    said = f"{name} at {wording.step(row.job.dt_s) if row else ''}: {'; '.join(cell.reasons)}."
+    said = f"{name} at {formatting.step(row.job.dt_s) if row else ''}: {'; '.join(cell.reasons)}."
     missed = row.score.missed if row and row.score else ()
     labels = (f"Exact: {scene.name}, by PIC", f"{scene.name}: {said}")
     return Pair(
         scene.name,
         mark_cell(cell.mark),
         (
-            f"PIC: {wording.count(len(reference.impacts), 'impact')}",
-            f"{name}: {wording.count(len(observed.impacts), 'impact')}",
+            f"PIC: {formatting.count(len(reference.impacts), 'impact')}",
+            f"{name}: {formatting.count(len(observed.impacts), 'impact')}",
         ),
         partial(draw_pair, reference, observed, missed, labels),
         tuple(filter(None, (scene.description, said))),

@@ -10,28 +10,28 @@ from pathlib import Path
 from carom.comparator import Grade, Horizon
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import CaromError
-from carom.folders import write_files
-from carom.pages import wording
-from carom.pages.document import Document, Headline
-from carom.pages.files import packed
-from carom.pages.grid import Grid, Mark, build_grid
-from carom.pages.provenance import making
-from carom.pages.replay import replay_data
-from carom.runs.job import Status
-from carom.runs.options import default_dts
-from carom.runs.raised import raised
-from carom.runs.results import Results, Row
+from carom.execution.exception_text import raised
+from carom.execution.job import Status
+from carom.execution.options import default_dts
+from carom.execution.results import Results, Row
+from carom.report import formatting
+from carom.report.document import Document, Headline
+from carom.report.files import packed
+from carom.report.grid import Grid, Mark, build_grid
+from carom.report.provenance import making
+from carom.report.replay import replay_data
 from carom.studies.cross_check import tables
 from carom.studies.cross_check.divergences import pictures
-from carom.studies.cross_check.finding import finding
+from carom.studies.cross_check.headline import finding
 from carom.studies.cross_check.overview import first_replay, overview
-from carom.studies.cross_check.price import price_section, prices
+from carom.studies.cross_check.play_page import THROWN, thrown_page
 from carom.studies.cross_check.reference import known_section, reference_section
+from carom.studies.cross_check.sampling_cost import price_section, prices
 from carom.studies.cross_check.sentences import Sentence
 from carom.studies.cross_check.skipping import skipping_section
-from carom.studies.cross_check.steps import steps_section
-from carom.studies.cross_check.thrown import THROWN, thrown_page
+from carom.studies.cross_check.stepwise import steps_section
 from carom.studies.cross_check.trend import trend_sections
+from carom.support.folders import write_files
 
 ABOUT = (
     "Discs touch at an instant between two frames. A method that looks for overlap once a step, as PIT does (periodic "
@@ -115,9 +115,9 @@ def report_of(results: Results, fail_on: Grade | None = Grade.INACCURATE) -> Rep
 
 
 def _report(results: Results, fail_on: Grade | None) -> Report:
-    from carom.pages.records import junit, records
-    from carom.pages.render.html import html
-    from carom.pages.render.markdown import markdown
+    from carom.report.records import junit, records
+    from carom.report.render.html import html
+    from carom.report.render.markdown import markdown
 
     document = cross_check_document(results)
     files = {
@@ -133,7 +133,7 @@ def _report(results: Results, fail_on: Grade | None) -> Report:
 
 def _reportable(results: Results) -> Results:
     """Return results in which a row that can't be written down and played is a failure, with the reason."""
-    from carom.pages.records import record
+    from carom.report.records import record
 
     def sound(row: Row) -> Row:
         try:
@@ -153,15 +153,15 @@ def _reference(results: Results) -> str:
         proven = [n for n, how in results.certified.items() if isinstance(how, Horizon) and how.covers_the_scene]
         if not proven:
             return Sentence.UNPROVEN()
-        which = f"{len(proven)} of {wording.count(len(results.references), 'scene')}"
+        which = f"{len(proven)} of {formatting.count(len(results.references), 'scene')}"
         return Sentence.CERTIFIED(which=which)
     deviations = {name: deviation for name, (_, deviation) in results.known.items()}
     off = [name for name, deviation in deviations.items() if not deviation <= THRESHOLDS.rounding]
     if off:
-        right = f"{len(deviations) - len(off)} of {wording.count(len(deviations), 'known answer')}"
-        return Sentence.DEVIATES(which=right, scenes=wording.listed(off))
+        right = f"{len(deviations) - len(off)} of {formatting.count(len(deviations), 'known answer')}"
+        return Sentence.DEVIATES(which=right, scenes=formatting.listed(off))
     which = f"all {len(deviations)} known answers" if len(deviations) > 1 else "the one known answer"
-    return Sentence.REPRODUCES(which=which, deviation=wording.number(max(deviations.values())))
+    return Sentence.REPRODUCES(which=which, deviation=formatting.number(max(deviations.values())))
 
 
 def _counts(grid: Grid) -> str:
@@ -178,7 +178,7 @@ def _counts(grid: Grid) -> str:
     others = [f"{tally[mark]} {mark.word}" for mark in Mark if not mark.ran and mark is not Mark.ABSENT and tally[mark]]
     sentence = Sentence.NO_RUN(what=what, steps=grid.step_phrase)
     if ran:
-        sentence = Sentence.RUNS(runs=wording.count(ran, what), steps=grid.step_phrase, grades="; ".join(scored))
+        sentence = Sentence.RUNS(runs=formatting.count(ran, what), steps=grid.step_phrase, grades="; ".join(scored))
     return f"{sentence} {Sentence.NOT_SCORED(others='; '.join(others))}" if others else sentence
 
 
@@ -206,7 +206,7 @@ def _python_call(results: Results, grid: Grid) -> str:
     profiles = list(dict.fromkeys(method.profile for method in grid.columns))
     tried = next((dict(method.tried) for method in grid.columns if method.tried), {})
     settings = f", settings={tried!r}" if tried else ""
-    steps = wording.together((row.job.scene.name, row.job.dt_s) for row in results.rows)
+    steps = formatting.together((row.job.scene.name, row.job.dt_s) for row in results.rows)
     own = all(set(steps[row.scene.name]) <= set(default_dts(row.scene)) for row in grid.rows)
     dts = "" if own else f", dts={sorted(set().union(*steps.values()), reverse=True)!r}"
     return f"carom.cross_check(scenes, {engines!r}, profiles={profiles!r}{settings}{dts})"

@@ -8,19 +8,19 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from carom.comparator.shift import shifted_references
-from carom.limits import MOST_DISCS_DRAWN
-from carom.number_text import instant, number
-from carom.registry import EngineInfo
-from carom.runs.engines import to_run
-from carom.runs.job import Job
-from carom.runs.phases import phase_values
-from carom.runs.plan import Plan
-from carom.runs.reference import reference_trace
-from carom.runs.skipped import SkippedTime, in_closed_form, pic_saved, pit_saved, tests_a_frame
-from carom.scene import Scene
+from carom.engines.registry import EngineInfo
+from carom.execution.engines import to_run
+from carom.execution.job import Job
+from carom.execution.phases import phase_values
+from carom.execution.plan import Plan
+from carom.execution.reference import reference_trace
+from carom.execution.skipped import SkippedTime, in_closed_form, pic_saved, pit_saved, tests_a_frame
+from carom.model.scene import Scene
+from carom.model.trace import Trace
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
-from carom.trace import Trace
+from carom.support.formatting import instant, number
+from carom.support.limits import MOST_DISCS_DRAWN
 
 #: PIT is run to say what it skips; of a longer run the sentence is not worth the wait.
 MOST_FRAMES = 1_000_000

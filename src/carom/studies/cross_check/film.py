@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.driving import Drive
-from carom.number_text import number
-from carom.pages.paths import exact_paths, extent_of, observed_paths
-from carom.pages.picture import Limits, draw_walls, limits_of
-from carom.pages.replay import first_fault, held_at_s, impact_rows, meetings
-from carom.pages.svg import SERIES, SURFACE, WALL
-from carom.pages.tracks import Track, observed_tracks, reference_tracks
-from carom.scene import Scene
-from carom.trace import Trace
+from carom.model.prescribed_motion import Drive
+from carom.model.scene import Scene
+from carom.model.trace import Trace
+from carom.report.paths import exact_paths, extent_of, observed_paths
+from carom.report.picture import Limits, draw_walls, limits_of
+from carom.report.replay import first_fault, held_at_s, impact_rows, meetings
+from carom.report.svg import SERIES, SURFACE, WALL
+from carom.report.tracks import Track, observed_tracks, reference_tracks
+from carom.support.formatting import number
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 from functools import partial
 
-from carom.runs.journal import Entry, Journal
-from carom.runs.keys import JobKey
-from carom.runs.wire import CarriedTrace
-from carom.trace import Trace
+from carom.execution.cache_key import JobKey
+from carom.execution.codec import CarriedTrace
+from carom.execution.journal import Entry, Journal
+from carom.model.trace import Trace
 
-#: The form of a job whose states are kept for drawing; see `carom.runs.keys.JobKey`.
+#: The form of a job whose states are kept for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
 #: Opens the journal of a cross-check; its stamp is that of its options.

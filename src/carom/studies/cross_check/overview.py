@@ -9,8 +9,9 @@ from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
-from carom.pages import wording
-from carom.pages.document import (
+from carom.execution.results import Results
+from carom.report import formatting
+from carom.report.document import (
     DETAIL,
     IN_FULL,
     ON_PAPER,
@@ -28,15 +29,14 @@ from carom.pages.document import (
     Table,
     Text,
 )
-from carom.pages.grid import GRADED, Grid, GridCell, GridColumn, GridRow, Mark
-from carom.pages.replay import impact_rows, replay_link
-from carom.runs.results import Results
-from carom.studies.cross_check.finding import misses
-from carom.studies.cross_check.in_short import counts_table, run_tables, verdict_lines
-from carom.studies.cross_check.price import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
+from carom.report.grid import GRADED, Grid, GridCell, GridColumn, GridRow, Mark
+from carom.report.replay import impact_rows, replay_link
+from carom.studies.cross_check.headline import misses
 from carom.studies.cross_check.ranking import RANKING_NOTE, RIGHT, ranked
-from carom.studies.cross_check.steps import steps_section
+from carom.studies.cross_check.sampling_cost import PRICE_CAPTION, PRICE_TITLE, EnginePrice, price_chart
+from carom.studies.cross_check.stepwise import steps_section
 from carom.studies.cross_check.tables import legend, mark_cell
+from carom.studies.cross_check.terminal_summary import counts_table, run_tables, verdict_lines
 
 #: From best to worst.
 _GRADED = tuple(mark for mark in Mark if mark in GRADED and mark is not Mark.UNGRADED)
@@ -149,7 +149,7 @@ def _method_table(grid: Grid, methods: list[GridColumn], impacts: Sequence[_Impa
         Column("error", partial(_paid, grid), "/ PIT's", number=True),
         *(Column(impact.bodies, partial(_became, impact=impact), f"{impact.when} s") for impact in impacts),
         *(
-            Column(name, partial(_group_cell, rows), wording.count(len(rows), "scene"), only=PAGE)
+            Column(name, partial(_group_cell, rows), formatting.count(len(rows), "scene"), only=PAGE)
             for name, rows in groups.items()
         ),
         *(() if alone else (Column("worst scene", partial(_worst_scene, grid)),)),
@@ -170,13 +170,13 @@ def _bar(grid: Grid, method: GridColumn) -> Cell:
 def _counted(grid: Grid, method: GridColumn) -> str:
     """Say how many impacts a method missed and invented; nothing where it did neither."""
     scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
-    return wording.lost(sum(len(s.missed) for s in scores), sum(len(s.spurious) for s in scores))
+    return formatting.lost(sum(len(s.missed) for s in scores), sum(len(s.spurious) for s in scores))
 
 
 def _paid(grid: Grid, method: GridColumn) -> str:
     scores = [cell.row.score for cell in grid.cells(method) if cell.row and cell.row.score]
     known = [score.price_paid for score in scores if not math.isnan(score.price_paid)]
-    return wording.number(statistics.median(known)) if known else wording.ABSENT
+    return formatting.number(statistics.median(known)) if known else formatting.ABSENT
 
 
 def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
@@ -189,7 +189,7 @@ def _worst_scene(grid: Grid, method: GridColumn) -> Cell:
 def _groups(grid: Grid) -> dict[str, list[GridRow]]:
     """Return the scenes of each group, in order of their first scenes; scenes without a group are together."""
     named = ((row.scene.name.partition("/"), row) for row in grid.rows)
-    return wording.together((first if slash else "others", row) for (first, slash, _), row in named)
+    return formatting.together((first if slash else "others", row) for (first, slash, _), row in named)
 
 
 def _group_cell(rows: list[GridRow], method: GridColumn) -> Cell:
@@ -203,7 +203,7 @@ def _group_cell(rows: list[GridRow], method: GridColumn) -> Cell:
     says = f"worst: {_scene_of(worst)}, {worst.mark.word}: {'; '.join(worst.reasons)}"
     return Cell(
         f"{sum(cell.mark in RIGHT for cell in graded)} of {len(graded)}",
-        title=f"an impact is missed in {wording.count(missed, 'scene')}; {says}" if missed else says,
+        title=f"an impact is missed in {formatting.count(missed, 'scene')}; {says}" if missed else says,
         css="share",
         link=replay_link(worst),
         shares=_shares(cells),
@@ -221,7 +221,7 @@ class _Impact(NamedTuple):
     @property
     def when(self) -> str:
         """The time in seconds; empty where it is not known."""
-        return "" if self.time_s is None else wording.number(self.time_s, 6)
+        return "" if self.time_s is None else formatting.number(self.time_s, 6)
 
 
 def _held(row: GridRow) -> list[GridCell]:

@@ -6,8 +6,8 @@ import math
 import statistics
 from collections.abc import Iterable, Sequence
 
-from carom.pages.grid import BROKEN, GRADED, Grid, GridColumn, Mark, mark_of
-from carom.runs.results import Row
+from carom.execution.results import Row
+from carom.report.grid import BROKEN, GRADED, Grid, GridColumn, Mark, mark_of
 
 #: Grades that leave nothing to pay for checking once per step.
 RIGHT = frozenset({Mark.EXACT, Mark.EXACT_32, Mark.CLOSE})

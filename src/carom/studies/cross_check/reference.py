@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from carom.catalogue import KnownAnswer
 from carom.comparator.thresholds import THRESHOLDS
-from carom.pages import wording
-from carom.pages.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Section, Table, Text
-from carom.runs.results import Results
-from carom.scenes import KnownAnswer
+from carom.execution.results import Results
+from carom.report import formatting
+from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, Block, Cell, Column, Lines, Section, Table, Text
 
 #: How far the references of more scenes are believed is evidence, and of few a part of the answer.
 MOST_TOLD = 3
@@ -41,15 +41,15 @@ def reference_section(results: Results) -> Section:
             times = reference.impacts["time_s"]
             believed = int((times <= until_s).sum())
             if believed < len(times):
-                said.append(f"believed for {believed} of {len(times)} impacts, to {wording.seconds(until_s)}")
+                said.append(f"believed for {believed} of {len(times)} impacts, to {formatting.seconds(until_s)}")
         if said:
             lines.append(f"{name}: {'; '.join(said)}.")
     media = EVERYWHERE if len(lines) <= MOST_TOLD else IN_FULL
-    told = Lines(tuple(lines), media, folded="" if media is EVERYWHERE else wording.count(len(lines), "scene"))
+    told = Lines(tuple(lines), media, folded="" if media is EVERYWHERE else formatting.count(len(lines), "scene"))
     blocks: tuple[Block, ...] = (Text(REFERENCE_NOTE, ON_PAPER), told) if lines else ()
     if rests := tuple(_rests(results)):
         alone = len(results.references) == 1
-        folded = "" if len(rests) <= MOST_TOLD else wording.count(len(rests), "scene")
+        folded = "" if len(rests) <= MOST_TOLD else formatting.count(len(rests), "scene")
         blocks += (Text(REST_NOTE, ON_PAPER), Lines(rests, EVERYWHERE if alone else IN_FULL, folded=folded))
     return Section("How far the reference is believed", blocks, level=3)
 
@@ -58,7 +58,7 @@ def _rests(results: Results) -> Iterator[str]:
     """Say of each scene that comes to rest up to where runs are compared."""
     for name, reference in results.references.items():
         if reference.contact_s < math.inf:
-            ended, asked = wording.seconds(reference.contact_s), wording.seconds(reference.scene.duration_s)
+            ended, asked = formatting.seconds(reference.contact_s), formatting.seconds(reference.scene.duration_s)
             yield f"{name}: runs are compared up to {ended} of {asked}, where a disc {reference.contact_of_disc}."
 
 
@@ -73,7 +73,7 @@ class _Known(NamedTuple):
 def _known_deviation(known: _Known) -> str:
     sign = "✓" if known.deviation <= THRESHOLDS.rounding else "✗"
     far = math.isinf(known.deviation)
-    return f"{sign} {'an impact is missing or wrong' if far else wording.number(known.deviation)}"
+    return f"{sign} {'an impact is missing or wrong' if far else formatting.number(known.deviation)}"
 
 
 def _known_source(known: _Known) -> Cell:

@@ -10,34 +10,34 @@ from itertools import islice
 from types import MappingProxyType
 from typing import Any, TypeVar
 
+from carom.catalogue import CatalogueScene, deviation
 from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
-from carom.declared import step, taken
+from carom.engines.registry import engine_named, require_named
 from carom.errors import AdapterError
-from carom.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
-from carom.registry import engine_named, require_named
-from carom.runs.desk import Ask, answers
-from carom.runs.engines import described
-from carom.runs.environment import environment
-from carom.runs.job import PIT_METHOD, Answer, Job, Method, Progress, Status, unheard
-from carom.runs.journal import Notes
-from carom.runs.keys import JobKey, job_key
-from carom.runs.observe import Observe
-from carom.runs.options import Limited, Options
-from carom.runs.phases import phase_values, spread_of
-from carom.runs.plan import Plan, of_its_scene, plan_of, trace_of
-from carom.runs.pool import Pool
-from carom.runs.raised import raised
-from carom.runs.reference import Reference, reference_of, reference_trace, will_certify
-from carom.runs.results import Results, Row
-from carom.runs.scoring import steps_of
-from carom.runs.settings_override import tried_by
-from carom.runs.skipped import scene_skips
-from carom.runs.timing import Measure, Timing
-from carom.scene import Scene, as_scene
-from carom.scenes import CatalogueScene, deviation
+from carom.execution.cache_key import JobKey, job_key
+from carom.execution.engine_run import Observe
+from carom.execution.engines import described
+from carom.execution.environment import environment
+from carom.execution.exception_text import raised
+from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, unheard
+from carom.execution.journal import Notes
+from carom.execution.options import Limited, Options
+from carom.execution.phases import phase_values, spread_of
+from carom.execution.plan import Plan, of_its_scene, plan_of, trace_of
+from carom.execution.pool import Pool
+from carom.execution.reference import Reference, reference_of, reference_trace, will_certify
+from carom.execution.results import Results, Row
+from carom.execution.scheduler import Ask, answers
+from carom.execution.scoring import steps_of
+from carom.execution.settings_override import tried_by
+from carom.execution.skipped import scene_skips
+from carom.execution.timing import Measure, Timing
+from carom.model.scene import Scene, as_scene
+from carom.model.trace import Setting, Trace
 from carom.studies.cross_check.observed import DRAWN
-from carom.trace import Setting, Trace
+from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_DISCS_DRAWN
+from carom.support.options import step, taken
 
 T = TypeVar("T")
 
@@ -100,7 +100,8 @@ def cross_check(
         progress: Called with (done, all, what) as jobs finish.
         command: The command line to print in the report.
         pool: Where jobs are run; it stays open. By default processes of this machine, which are ended.
-        options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of `carom.runs.options.Options`.
+        options: ``dts``, ``profiles``, ``settings``, ``phases`` and the other fields of
+            `carom.execution.options.Options`.
 
     Raises:
         InputError: No scenes, two scenes of one name, or a number that is out of range.

@@ -6,14 +6,14 @@ import statistics
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from carom.number_text import number
-from carom.pages import wording
-from carom.pages.document import ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
-from carom.pages.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
-from carom.runs.results import Results
-from carom.runs.skipped import SceneSkips, SkippedTime
+from carom.execution.results import Results
+from carom.execution.skipped import SceneSkips, SkippedTime
+from carom.model.trace import Trace
+from carom.report import formatting
+from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Section, Table, Text
+from carom.report.svg import SURFACE, drawing, finish, line_style, new_figure, plain_number, render
 from carom.studies.cross_check.explain import pic_in_words, pit_in_words
-from carom.trace import Trace
+from carom.support.formatting import number
 
 NOTE = (
     "Skipping changes no result. PIC without it predicts all pairs after each impact, and runs event by event where "
@@ -37,8 +37,8 @@ def skipping_section(results: Results) -> Section:
     pit = [one.skips.pit.ratio for one in found if one.skips.pit]
     pic = [one.skips.pic.ratio for one in found if one.skips.pic]
     said = [
-        f"Without skipping {name} takes {wording.ratio(statistics.median(ratios))} the run time (median of "
-        f"{wording.count(len(ratios), 'scene')}, up to {wording.ratio(max(ratios))})."
+        f"Without skipping {name} takes {formatting.ratio(statistics.median(ratios))} the run time (median of "
+        f"{formatting.count(len(ratios), 'scene')}, up to {formatting.ratio(max(ratios))})."
         for name, ratios in (("PIC", pic), ("PIT", pit))
         if ratios
     ]
@@ -51,18 +51,18 @@ def skipping_section(results: Results) -> Section:
         Column("PIT, ms", lambda one: _with(one.skips.pit), number=True),
         Column("without", lambda one: _without(one.skips.pit), number=True),
     )
-    folded = f"What each of {wording.count(len(found), 'scene')} does not need"
+    folded = f"What each of {formatting.count(len(found), 'scene')} does not need"
     figure = Figure(lambda: _diagram(found), "Run time with skipping (full) and without (ring).")
     table = Table(columns, found, note=NOTE, folded=folded, css="cells", only=ON_PAPER)
     return Section("Skipped work", (Text(" ".join(said), ON_PAPER), Figures((figure,)), table))
 
 
 def _with(saved: SkippedTime | None) -> str:
-    return wording.ABSENT if saved is None else number(1e3 * saved.with_s, 3)
+    return formatting.ABSENT if saved is None else number(1e3 * saved.with_s, 3)
 
 
 def _without(saved: SkippedTime | None) -> str:
-    return wording.ABSENT if saved is None else wording.ratio(saved.ratio)
+    return formatting.ABSENT if saved is None else formatting.ratio(saved.ratio)
 
 
 def _diagram(found: Sequence[_Scene]) -> str:

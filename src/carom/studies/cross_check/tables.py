@@ -12,8 +12,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.comparator import Errors, Horizon, ImpactError, Score
-from carom.pages import wording
-from carom.pages.document import (
+from carom.execution.phases import PhaseSpread
+from carom.execution.plan import missing_profile_reason
+from carom.execution.results import Results, Row
+from carom.model.trace import Setting, Trace, pair_name
+from carom.report import formatting
+from carom.report.document import (
     DETAIL,
     IN_FULL,
     ON_PAPER,
@@ -30,13 +34,9 @@ from carom.pages.document import (
     Table,
     Text,
 )
-from carom.pages.grid import Grid, GridCell, GridColumn, GridRow, Mark, Unrun, mark_of, reasons_of
-from carom.pages.replay import replay_link, scene_replays
-from carom.runs.phases import PhaseSpread
-from carom.runs.plan import missing_profile_reason
-from carom.runs.results import Results, Row
-from carom.studies.cross_check.thrown import drag_link
-from carom.trace import Setting, Trace, pair_name
+from carom.report.grid import Grid, GridCell, GridColumn, GridRow, Mark, Unrun, mark_of, reasons_of
+from carom.report.replay import replay_link, scene_replays
+from carom.studies.cross_check.play_page import drag_link
 
 #: Impact by impact is for somebody who looks at one scene on an engine or two: more than this is for the report.
 MOST_TABLES = 4
@@ -99,7 +99,7 @@ def grid_sections(results: Results, grid: Grid) -> Iterator[Section]:
     # What can be mended, and what leaves a method with nothing, is part of the answer.
     telling = (entry for entry in grid.unrun if entry.everywhere or entry.mark in _TO_MEND)
     lines = (
-        Lines(tuple(map(_unrun, grid.unrun)), IN_FULL, folded=wording.count(len(grid.unrun), "reason")),
+        Lines(tuple(map(_unrun, grid.unrun)), IN_FULL, folded=formatting.count(len(grid.unrun), "reason")),
         Lines(tuple(map(_unrun, telling)), TERMINAL),
         Lines(tuple(_not_installed(results, grid, in_full=True)), IN_FULL),
         Lines(tuple(_not_installed(results, grid, in_full=False)), TERMINAL),
@@ -151,8 +151,8 @@ def _grid_cell(k: int, row: GridRow) -> Cell:
 
 
 def _unrun(entry: Unrun) -> str:
-    where = "every scene" if entry.everywhere else wording.listed(entry.scenes)
-    return f"{wording.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
+    where = "every scene" if entry.everywhere else formatting.listed(entry.scenes)
+    return f"{formatting.listed(entry.columns)}, {entry.mark.word} on {where}: {entry.reason}"
 
 
 def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[str]:
@@ -163,7 +163,10 @@ def _not_installed(results: Results, grid: Grid, *, in_full: bool) -> Iterator[s
         here = f"{Path.cwd()}{os.sep}"  # reports go to others: below the working folder, paths begin there
         yield from (f"{info.name} is not run: {info.unavailable.replace(here, '')}" for info in missing)
     elif missing:
-        yield f"Not installed: {wording.listed([info.name for info in missing])}; 'carom engines' says how to get them."
+        yield (
+            f"Not installed: {formatting.listed([info.name for info in missing])}; 'carom engines' says how to get "
+            "them."
+        )
 
 
 def _missing_profiles(results: Results, grid: Grid) -> Iterator[str]:
@@ -186,16 +189,16 @@ def spread_section(results: Results, grid: Grid) -> Section:
     columns = (
         Column("scene", lambda row: row.job.scene.name),
         Column("engine", lambda row: grid.columns[row.job.method].name),
-        Column("step", lambda row: wording.step(row.job.dt_s)),
+        Column("step", lambda row: formatting.step(row.job.dt_s)),
         Column("phases", _spread(lambda spread, _: str(spread.phases))),
-        Column("velocity error, median", _spread(lambda spread, _: wording.number(spread.velocity_median))),
-        Column("velocity error, worst", _spread(lambda spread, _: wording.number(spread.velocity_worst))),
-        Column("time error, median", _spread(lambda spread, dt_s: wording.steps(spread.time_median_s, dt_s))),
-        Column("time error, worst", _spread(lambda spread, dt_s: wording.steps(spread.time_worst_s, dt_s))),
-        Column("missed", _spread(lambda spread, _: wording.percent(spread.miss_probability))),
-        Column("PIT must miss", _spread(lambda spread, _: wording.share(spread.pit_miss_probability))),
+        Column("velocity error, median", _spread(lambda spread, _: formatting.number(spread.velocity_median))),
+        Column("velocity error, worst", _spread(lambda spread, _: formatting.number(spread.velocity_worst))),
+        Column("time error, median", _spread(lambda spread, dt_s: formatting.steps(spread.time_median_s, dt_s))),
+        Column("time error, worst", _spread(lambda spread, dt_s: formatting.steps(spread.time_worst_s, dt_s))),
+        Column("missed", _spread(lambda spread, _: formatting.percent(spread.miss_probability))),
+        Column("PIT must miss", _spread(lambda spread, _: formatting.share(spread.pit_miss_probability))),
     )
-    folded = wording.count(len(rows), "cell")
+    folded = formatting.count(len(rows), "cell")
     table = Table(columns, rows, folded=folded, css="cells", only=ON_PAPER)
     return Section("Spread over phases", _with_note(SPREAD_NOTE, table))
 
@@ -233,10 +236,10 @@ def run_time_section(grid: Grid) -> Section:
     slowest = max((times.median for times in found), default=1.0)
     columns = (
         Column("engine", lambda times: times.column.name),
-        Column("median", lambda times: Cell(wording.ratio(times.median), part=times.median / slowest), number=True),
+        Column("median", lambda times: Cell(formatting.ratio(times.median), part=times.median / slowest), number=True),
         Column(
             "least to greatest",
-            lambda times: f"{wording.ratio(min(times.ratios))} to {wording.ratio(max(times.ratios))}",
+            lambda times: f"{formatting.ratio(min(times.ratios))} to {formatting.ratio(max(times.ratios))}",
         ),
         Column("scenes", lambda times: str(len(times.ratios)), number=True),
         Column("the same bits again", lambda times: times.repeats, number=True),
@@ -271,14 +274,14 @@ def _stands_for(column: GridColumn, profiles: Mapping[str, Mapping[str, str]]) -
     own = profiles.get(method.engine, {}).get(method.profile, "")
     if not method.tried:
         return own
-    values = ", ".join(f"{name} = {wording.setting(value)}" for name, value in method.tried)
+    values = ", ".join(f"{name} = {formatting.setting(value)}" for name, value in method.tried)
     return f"Tried, and no profile's own: {values}. Instead of these, {method.profile}: {own}"
 
 
 def _values(first: Row, runs: list[Row]) -> Iterator[str]:
     for name, value in _settings(first).items():
         varies = _variation(name, first, runs)
-        yield f"{name} = {wording.setting(value)}" + (f" ({varies})" if varies else "")
+        yield f"{name} = {formatting.setting(value)}" + (f" ({varies})" if varies else "")
 
 
 def _settings(row: Row) -> Mapping[str, Setting]:
@@ -293,24 +296,24 @@ def _variation(name: str, first: Row, runs: list[Row]) -> str:
     at_same_step = [row for row in runs if row.job.dt_s == first.job.dt_s and row.job.scene.name != scene]
     with_scene = any(_settings(row).get(name) != here for row in at_same_step)
     on = [what for what, varies in (("step", with_step), ("scene", with_scene)) if varies]
-    return f"varies with the {wording.listed(on, 'and the')}" if on else ""
+    return f"varies with the {formatting.listed(on, 'and the')}" if on else ""
 
 
 def _scored(say: Callable[[Score], str]) -> Callable[[Row], str]:
     """Return what a column says of a row that was scored; others are absent."""
-    return lambda row: wording.ABSENT if row.score is None else say(row.score)
+    return lambda row: formatting.ABSENT if row.score is None else say(row.score)
 
 
 def _metric(name: str, row: Row) -> str:
     """Return what the column of a metric says of a row; the metric's name tells its unit."""
     if row.score is None:
-        return wording.ABSENT
+        return formatting.ABSENT
     error: float = getattr(row.score.total, name)
     if name.endswith("_s") and not math.isnan(error):
-        return f"{wording.seconds(error)} ({wording.steps(error, row.job.dt_s)})"
+        return f"{formatting.seconds(error)} ({formatting.steps(error, row.job.dt_s)})"
     if name.endswith("_rad") and not math.isnan(error):
-        return f"{wording.number(math.degrees(error), 3)}°"
-    return wording.number(error, 3)
+        return f"{formatting.number(math.degrees(error), 3)}°"
+    return formatting.number(error, 3)
 
 
 def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
@@ -319,17 +322,17 @@ def cell_sections(results: Results, grid: Grid) -> Iterator[Section]:
         Column("scene", lambda row: row.job.scene.name),
         Column("engine", lambda row: grid.columns[row.job.method].label),
         Column("profile", lambda row: row.job.method.profile_shown),
-        Column("step", lambda row: wording.step(row.job.dt_s)),
+        Column("step", lambda row: formatting.step(row.job.dt_s)),
         Column("grade", lambda row: mark_cell(mark_of(row))),
         Column(
             "expected / missed / invented",
             _scored(lambda score: f"{score.expected} / {len(score.missed)} / {len(score.spurious)}"),
         ),
-        Column("error / PIT's", _scored(lambda score: wording.number(score.price_paid, 3))),
+        Column("error / PIT's", _scored(lambda score: formatting.number(score.price_paid, 3))),
         *(Column(metric.metadata["name"], partial(_metric, metric.name)) for metric in dataclasses.fields(Errors)),
         Column("verdicts", lambda row: Cell("; ".join(reasons_of(row)), css="prose")),
     )
-    cells = wording.count(len(results.rows), "cell")
+    cells = formatting.count(len(results.rows), "cell")
     table = Table(columns, results.rows, folded=cells, css="cells", only=PAGE, packed=True)
     yield Section("Every cell, at every step", (table,))
     yield Section("Impact by impact", tuple(_impact_tables(results)), only=DETAIL)
@@ -345,7 +348,7 @@ class _Found(NamedTuple):
 
     @property
     def true_time(self) -> str:
-        return "does not happen" if self.time_s is None else wording.number(self.time_s, 9)
+        return "does not happen" if self.time_s is None else formatting.number(self.time_s, 9)
 
 
 def _found(say: Callable[[float, ImpactError], str]) -> Callable[[_Found], str]:
@@ -358,12 +361,14 @@ _IMPACT_COLUMNS = (
     Column("PIC, s", lambda impact: impact.true_time, number=True),
     Column(
         "reported, s",
-        lambda impact: impact.otherwise or _found(lambda time, e: wording.number(time + e.reported_time_s, 9))(impact),
+        lambda impact: (
+            impact.otherwise or _found(lambda time, e: formatting.number(time + e.reported_time_s, 9))(impact)
+        ),
         number=True,
     ),
     Column("path turned, s", _found(lambda time, e: _unless_nan(time + e.effective_time_s, 9)), number=True),
-    Column("velocity error", _found(lambda _, e: wording.number(e.velocity, 3)), number=True),
-    Column("direction, degrees", _found(lambda _, e: wording.number(math.degrees(e.direction_rad), 3)), number=True),
+    Column("velocity error", _found(lambda _, e: formatting.number(e.velocity, 3)), number=True),
+    Column("direction, degrees", _found(lambda _, e: formatting.number(math.degrees(e.direction_rad), 3)), number=True),
     Column("restitution", _found(lambda _, e: _unless_nan(e.restitution, 6)), number=True),
 )
 #: After these where discs turn.
@@ -380,7 +385,8 @@ def _impact_tables(results: Results) -> Iterator[Table]:
         yield Table(
             _IMPACT_COLUMNS if trace.spins is None else (*_IMPACT_COLUMNS, _SPIN_COLUMN),
             tuple(_impacts(score, trace, reference)),
-            title=f"{job.scene.name} on {job.engine} ({job.method.profile_shown}), dt = {wording.instant(job.dt_s)}: "
+            title=f"{job.scene.name} on {job.engine} ({job.method.profile_shown}), dt = "
+            f"{formatting.instant(job.dt_s)}: "
             f"{mark_of(row).sentence}",
             note="\n".join((*reasons_of(row), *more)),
             only=DETAIL,
@@ -393,7 +399,7 @@ def _impacts(score: Score, trace: Trace, reference: Trace) -> Iterator[_Found]:
         otherwise = "" if k in found else _not_found(k, score)
         yield _Found(pair_name(impact), float(impact["time_s"]), found.get(k), otherwise)
     for k in score.spurious:
-        yield _Found(pair_name(trace.impacts[k]), None, None, wording.number(float(trace.impacts[k]["time_s"]), 9))
+        yield _Found(pair_name(trace.impacts[k]), None, None, formatting.number(float(trace.impacts[k]["time_s"]), 9))
 
 
 def _not_found(k: int, score: Score) -> str:

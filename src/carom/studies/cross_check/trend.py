@@ -10,11 +10,11 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.pages import wording
-from carom.pages.document import ON_PAPER, Cell, Column, Figure, Figures, Lines, Section, Table, Text
-from carom.pages.grid import Grid, GridColumn, Mark, mark_of
-from carom.pages.svg import INK, MUTED, drawing, finish, framed, line_style, render
-from carom.runs.results import Results, Row
+from carom.execution.results import Results, Row
+from carom.report import formatting
+from carom.report.document import ON_PAPER, Cell, Column, Figure, Figures, Lines, Section, Table, Text
+from carom.report.grid import Grid, GridColumn, Mark, mark_of
+from carom.report.svg import INK, MUTED, drawing, finish, framed, line_style, render
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,8 +83,8 @@ def build_trend(results: Results, grid: Grid) -> Trend:
     A median is of use only over the same scenes at every step, so the scenes are chosen once: those in which PIT, at
     every step that was run, finds an impact and gets its velocity wrong by more than rounding.
     """
-    by_scene = wording.together((row.job.scene.name, row) for row in results.rows)
-    by_place = wording.together(((grid.columns[row.job.method], row.job.refinement), row) for row in results.rows)
+    by_scene = formatting.together((row.job.scene.name, row) for row in results.rows)
+    by_place = formatting.together(((grid.columns[row.job.method], row.job.refinement), row) for row in results.rows)
     refinements = sorted({refinement for _, refinement in by_place})
     coarsest = {row.job.scene.name: row.job.dt_s for row in results.rows if row.job.refinement == 0}
     parts: dict[int, list[float]] = {k: [] for k in refinements}
@@ -134,7 +134,7 @@ _EXACT, _MISSED, _WITHOUT, _OTHER = _LEFT_OUT = (
 
 
 def _choose(by_scene: Mapping[str, Sequence[Row]]) -> tuple[list[str], tuple[tuple[str, tuple[str, ...]], ...]]:
-    found = wording.together((_left_out(rows), name) for name, rows in by_scene.items())
+    found = formatting.together((_left_out(rows), name) for name, rows in by_scene.items())
     return found.get("", []), tuple((why, tuple(found[why])) for why in _LEFT_OUT if why in found)
 
 
@@ -182,7 +182,7 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
             ),
         )
     )
-    steps = [(k, f"step {wording.part(part)}") for k, part in enumerate(trend.parts)]
+    steps = [(k, f"step {formatting.part(part)}") for k, part in enumerate(trend.parts)]
     columns = [Column("engine", lambda series: series.name)]
     columns += [Column("velocity error", _at(k, _error), step) for k, step in steps]
     columns += [
@@ -197,7 +197,8 @@ def trend_sections(results: Results, grid: Grid) -> Iterator[Section]:
     )
     wrong = "Scenes that are wrong are counted among all graded ones."
     said = (
-        f"Velocity errors are medians over the same {wording.count(len(trend.scenes), 'scene')} at every step, or over "
+        f"Velocity errors are medians over the same {formatting.count(len(trend.scenes), 'scene')} at every step, or "
+        "over "
         f"as many of these as a method found an impact in. {wrong}"
         if trend.scenes
         else f"In no scene does PIT have a velocity error at every step, so there are no medians. {wrong}"
@@ -213,20 +214,21 @@ def _at(k: int, say: Callable[[TrendPoint], Cell | str]) -> Callable[[Series], C
 
 def _error(point: TrendPoint) -> Cell | str:
     if point.median is None:
-        return wording.ABSENT
+        return formatting.ABSENT
     return Cell(
-        wording.number(point.median), f"({wording.number(point.low)} to {wording.number(point.high)}; {point.scenes})"
+        formatting.number(point.median),
+        f"({formatting.number(point.low)} to {formatting.number(point.high)}; {point.scenes})",
     )
 
 
 def _trend_scenes(trend: Trend) -> Iterator[str]:
     """Say which scenes the velocity errors are medians of, why the others are not, and where one is missing."""
     if trend.scenes:
-        yield f"Velocity errors are of {wording.listed(trend.scenes)}."
+        yield f"Velocity errors are of {formatting.listed(trend.scenes)}."
     for why, names in trend.left_out:
-        yield f"Left out, {why}: {wording.listed(names)}."
+        yield f"Left out, {why}: {formatting.listed(names)}."
     few = [
-        f"{series.name} has {point.scenes} of the {len(trend.scenes)} at step {wording.part(part)}"
+        f"{series.name} has {point.scenes} of the {len(trend.scenes)} at step {formatting.part(part)}"
         for series in trend.series
         for point, part in zip(series.points, trend.parts, strict=True)
         if point.scenes < len(trend.scenes)
@@ -260,7 +262,9 @@ def _velocity_chart(trend: Trend, label: str) -> str:
                 high = [min(max(p.high, floor), top) for p in series.points]
                 axes.fill_between(trend.parts, low, high, color=INK, alpha=0.08, linewidth=0)
         ticks = [10.0**k for k in range(round(math.log10(bottom)), round(math.log10(top)) + 1)]
-        axes.set_yticks([floor, *ticks], [f"≤ {wording.number(THRESHOLDS.rounding)}", *map(wording.number, ticks)])
+        axes.set_yticks(
+            [floor, *ticks], [f"≤ {formatting.number(THRESHOLDS.rounding)}", *map(formatting.number, ticks)]
+        )
         axes.set_ylabel("velocity error, median over scenes", labelpad=2)
         _x_axis(axes, trend)
         return render(figure, label)
@@ -285,9 +289,9 @@ def _x_axis(axes: Axes, trend: Trend) -> None:
     axes.set_xscale("log")
     # From coarse to fine in the direction of reading.
     axes.set_xlim(max(trend.parts) * 1.25, min(trend.parts) / 1.25)
-    axes.set_xticks(trend.parts, [wording.part(part) for part in trend.parts])
+    axes.set_xticks(trend.parts, [formatting.part(part) for part in trend.parts])
     axes.minorticks_off()
-    low, high = (wording.step(dt_s) for dt_s in trend.coarsest_s)
+    low, high = (formatting.step(dt_s) for dt_s in trend.coarsest_s)
     between = high if low == high else f"{high} to {low}"
     axes.set_xlabel(f"step, in parts of the scene's coarsest ({between})")
     finish(axes)

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-from carom.pages import wording
-from carom.pages.document import (
+from carom.report import formatting
+from carom.report.document import (
     DETAIL,
     EVERYWHERE,
     PAGE,
@@ -31,7 +31,7 @@ MOST_ALONE, MOST_OF_SEVERAL = (4, 2, 1), (3, 1, 1)
 MOST_SETTINGS, MOST_LETTERS = 4, 40
 
 _COLUMNS = (
-    Column("cell", lambda change: Cell(change.scene, f"{change.method}, {wording.step(change.dt_s)}")),
+    Column("cell", lambda change: Cell(change.scene, f"{change.method}, {formatting.step(change.dt_s)}")),
     Column("change", lambda change: Cell(_kind(change), _marks(change), css=change.new.css)),
     Column("before → after", lambda change: Cell("; ".join(map(str, change.measures)), css="prose")),
     Column("cause", lambda change: Cell("; ".join(change.causes), css="prose")),
@@ -96,7 +96,7 @@ def _groups(changes: Sequence[Change]) -> list[_Group]:
         counts = any(measure.counts for measure in change.measures)
         return (change.kind, change.old, change.new, counts, tuple(name for name, _ in change.changed))
 
-    return list(wording.together((shared(change), change) for change in changes).values())
+    return list(formatting.together((shared(change), change) for change in changes).values())
 
 
 def _lead(found: Diff) -> list[str]:
@@ -104,14 +104,14 @@ def _lead(found: Diff) -> list[str]:
     counted = [f"{tally[kind]} {kind.value}" for kind in Kind if tally[kind]]
     apart = sum(not change.graded for change in found.changes)
     counted += [f"{apart} not graded"] if apart else []
-    same = wording.count(found.unchanged, "cell")
-    lead = [f"{wording.capitalised(wording.listed(counted))}; {same} without a change." if counted else ""]
+    same = formatting.count(found.unchanged, "cell")
+    lead = [f"{formatting.capitalised(formatting.listed(counted))}; {same} without a change." if counted else ""]
     if not counted:
         lead = [f"No change: {same} compared, all as before to rounding."]
     if tally[Kind.WORSE] or tally[Kind.MIXED]:
         worst = found.changes[0]
         number = f" ({worst.telling})" if worst.telling else ""
-        where = f"{worst.scene} on {worst.method} at {wording.step(worst.dt_s)}"
+        where = f"{worst.scene} on {worst.method} at {formatting.step(worst.dt_s)}"
         lead.append(f"Worst: {where}, {_marks(worst)}{number}.")
     return lead
 
@@ -133,7 +133,7 @@ def _settings(changes: Sequence[Change]) -> Iterator[str]:
         where = "" if cells[name] == len(changes) else f" (in {cells[name]})"
         told.append(f"{name.partition(': ')[2]} {value}{where}")
     more = f" and {len(values) - MOST_SETTINGS} more" if len(values) > MOST_SETTINGS else ""
-    yield f"Also changed in {wording.count(len(changes), 'cell')}: {', '.join(told)}{more}."
+    yield f"Also changed in {formatting.count(len(changes), 'cell')}: {', '.join(told)}{more}."
 
 
 def _kind(change: Change) -> str:
@@ -144,7 +144,7 @@ def _example(group: _Group, *, several: bool) -> Cell:
     change = group[0]
     number = str(change.telling) if change.telling else next(iter(change.verdicts), "").partition(" (")[0]
     method = f"{change.method}: " if several else ""
-    return Cell(f"{method}{change.scene}, {wording.step(change.dt_s)}", number)
+    return Cell(f"{method}{change.scene}, {formatting.step(change.dt_s)}", number)
 
 
 def _marks(change: Change) -> str:

@@ -1,4 +1,4 @@
-"""What may be asked of a comparison of two cross-checks: see `carom.declared`."""
+"""What may be asked of a comparison of two cross-checks: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carom.declared import DeclaredOptions, ValueKind, one_of, option
-from carom.runs.options import FailOn
+from carom.execution.options import FailOn
+from carom.support.options import DeclaredOptions, ValueKind, one_of, option
 
 
 def _two_names(value: Any) -> tuple[str, str]:

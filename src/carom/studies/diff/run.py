@@ -14,12 +14,12 @@ from carom.comparator import Errors, Grade, Verdict
 from carom.comparator.scales import Scales
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import InputError
-from carom.pages import wording
-from carom.pages.grid import BROKEN, GRADED, Mark, mark_read
-from carom.pages.records import read_records
-from carom.pages.records_line import RowLine, SceneLine, Summary
-from carom.runs.environment import Environment
-from carom.runs.job import Method
+from carom.execution.environment import Environment
+from carom.execution.job import Method
+from carom.report import formatting
+from carom.report.grid import BROKEN, GRADED, Mark, mark_read
+from carom.report.record import RowLine, SceneLine, Summary
+from carom.report.records import read_records
 from carom.studies.diff.options import DiffOptions
 
 #: What no error tells the size of: it is there or not.
@@ -92,7 +92,7 @@ class BeforeAfter:
 
 
 def _number(value: float | None, digits: int) -> str:
-    return "not measured" if value is None else wording.number(value, digits)
+    return "not measured" if value is None else formatting.number(value, digits)
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ class Change:
     def causes(self) -> tuple[str, ...]:
         """All that may have led to it, each as a phrase."""
         named = ((name.partition(": "), values) for name, values in self.changed)
-        kinds = wording.together((kind, f"{what} {values}") for (kind, _, what), values in named)
+        kinds = formatting.together((kind, f"{what} {values}") for (kind, _, what), values in named)
         return (*self.verdicts, *(f"{kind}: {', '.join(them)}" for kind, them in kinds.items()))
 
     @property
@@ -328,7 +328,7 @@ def _of_method(cells: Sequence[_Cell], name: str, path: Path) -> list[_Cell]:
         if name in (cell.method.engine, f"{cell.method.engine}/{cell.method.profile}", cell.method.name)
     ]
     if not found:
-        known = wording.listed(sorted({cell.method.name for cell in cells}))
+        known = formatting.listed(sorted({cell.method.name for cell in cells}))
         raise InputError(f"--engine: {path} has no {name!r}", hints=[f"it has {known or 'no rows'}"])
     return found
 

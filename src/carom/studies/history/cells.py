@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from carom.comparator import Grade, Verdict, compare
 from carom.comparator.thresholds import THRESHOLDS
-from carom.number_text import number
-from carom.runs.job import Answer, JobTask
-from carom.runs.journal import Entry, Journal
-from carom.runs.keys import JobKey
-from carom.runs.observe import able_adapter, observe_run, sampling_of
-from carom.runs.reference import begun_scene, reference_of, reference_trace, require_reference
+from carom.execution.cache_key import JobKey
+from carom.execution.engine_run import able_adapter, observe_run, sampling_of
+from carom.execution.job import Answer, JobTask
+from carom.execution.journal import Entry, Journal
+from carom.execution.reference import begun_scene, reference_of, reference_trace, require_reference
+from carom.model.trace import Outcome, Trace, free_flights
 from carom.studies.history.options import FEWEST_PHASES
-from carom.trace import Outcome, Trace, free_flights
+from carom.support.formatting import number
 
 #: References, and runs of PIT, that a worker keeps.
 _KEPT = 64

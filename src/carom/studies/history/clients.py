@@ -20,8 +20,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from carom.errors import CaromError
-from carom.text import last_words, shown
-from carom.versions import require_version
+from carom.support.escaping import last_words, shown
+from carom.support.versions import require_version
 
 #: A list, or a plan of what is to be installed, comes in seconds; the largest release tried, 300 MB, in half a minute.
 LISTING_S, INSTALLING_S = 60.0, 600.0

@@ -14,11 +14,11 @@ from pathlib import Path, PurePosixPath
 
 import tomli_w
 
-from carom.program.adapter import ProgramAdapter
-from carom.program.manifest import MANIFEST
-from carom.program.serve import served_manifest
-from carom.registry import MANIFESTS, adapter_points, distribution_of, engine_named, load_adapter, version_of
-from carom.runs.job import AdapterTask
+from carom.engines.protocol.adapter import ProgramAdapter
+from carom.engines.protocol.manifest import MANIFEST
+from carom.engines.protocol.serve import served_manifest
+from carom.engines.registry import MANIFESTS, adapter_points, distribution_of, engine_named, load_adapter, version_of
+from carom.execution.job import AdapterTask
 
 
 @dataclass(frozen=True)

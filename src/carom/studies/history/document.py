@@ -11,17 +11,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from carom.comparator import Grade
-from carom.folders import write_files
-from carom.pages import wording
-from carom.pages.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
-from carom.pages.grid import mark_of_grade
-from carom.pages.provenance import making
-from carom.pages.render.markdown import markdown
-from carom.pages.svg import alone, drawing, finish, framed, line_style, render
+from carom.report import formatting
+from carom.report.document import ON_PAPER, Column, Document, Headline, Lines, Section, Table, Text
+from carom.report.grid import mark_of_grade
+from carom.report.provenance import making
+from carom.report.render.markdown import markdown
+from carom.report.svg import alone, drawing, finish, framed, line_style, render
 from carom.studies.history.cells import CellChange, Moved
 from carom.studies.history.columns import Origin
 from carom.studies.history.run import PURPOSE, Bisection, History, Release, RunCell, Transition
-from carom.text import is_older, release_numbers
+from carom.support.escaping import is_older, release_numbers
+from carom.support.folders import write_files
 
 _WIDTH_IN, _HEIGHT_IN = 8.6, 4.2
 
@@ -117,7 +117,7 @@ def bisection_lines(found: Bisection | None) -> Iterator[str]:
     oldest = found.asked[0]
     before = f"{oldest}, the oldest" if found.last == oldest else f"{found.last}, which does as {oldest}, the oldest"
     why = f"{found.change.moved.value}: {found.change.why}"
-    cell = f"{found.cell.scene} with {found.cell.profile} at {wording.step(found.cell.dt_s)}"
+    cell = f"{found.cell.scene} with {found.cell.profile} at {formatting.step(found.cell.dt_s)}"
     yield f"{cell}: {found.first} does otherwise than {before} ({why})."
     yield f"Releases run: {', '.join(dict.fromkeys(found.asked))}."
 
@@ -132,9 +132,9 @@ def _lead(found: History) -> Iterator[str]:
     for step in reversed(moved):
         counts = Counter(change.moved for change in step.real.values())
         said = [f"{counts[kind]} {kind.value}" for kind in (Moved.WORSE, Moved.BETTER, Moved.OTHERWISE) if counts[kind]]
-        yield f"{engine} {step.old.version} → {step.new.version}: {wording.listed(said)}."
-    cells = wording.count(max((len(one.seen) for one in ran), default=0), "cell")
-    releases = wording.count(len(ran), "release")
+        yield f"{engine} {step.old.version} → {step.new.version}: {formatting.listed(said)}."
+    cells = formatting.count(max((len(one.seen) for one in ran), default=0), "cell")
+    releases = formatting.count(len(ran), "release")
     yield f"{releases} of {engine} ran, of {len(found.releases)} asked for, on {cells} each."
 
 
@@ -200,7 +200,7 @@ _CHANGED = (
     Column("to", lambda item: item.step.new.version),
     Column("scene", lambda item: item.cell.scene),
     Column("profile", lambda item: item.cell.profile),
-    Column("step", lambda item: wording.step(item.cell.dt_s)),
+    Column("step", lambda item: formatting.step(item.cell.dt_s)),
     Column("is", lambda item: item.change.moved.value),
     Column("numbers over phases", lambda item: item.change.why),
 )

@@ -1,4 +1,4 @@
-"""What may be asked of a history: see `carom.declared`."""
+"""What may be asked of a history: see `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.declared import flag, megabytes, name, option, whole
-from carom.limits import MOST_PHASES
-from carom.runs.options import Limited, phase_seed, profile_names, step_lengths
+from carom.execution.options import Limited, phase_seed, profile_names, step_lengths
+from carom.support.limits import MOST_PHASES
+from carom.support.options import flag, megabytes, name, option, whole
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.model.scene import Scene
 
 #: Ranges over fewer phases say nothing of a change: one phase makes a step look lucky or unlucky.
 FEWEST_PHASES = 8

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Sequence
 
 from carom.errors import UnknownNameError
-from carom.text import named_hints, release_numbers
-from carom.versions import require_version, version_condition
+from carom.support.escaping import named_hints, release_numbers
+from carom.support.versions import require_version, version_condition
 
 #: Without a tag that marks it as not final, an alpha, a nightly; `post` mends the packaging of a final one.
 _FINAL = re.compile(r"([0-9]+!)?[0-9]+(\.[0-9]+)*(\.post[0-9]+)?")

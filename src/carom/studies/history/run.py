@@ -11,25 +11,25 @@ from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
+from carom.engines.registry import require_profile
 from carom.errors import AdapterError, CaromError, InputError
-from carom.registry import require_profile
-from carom.runs.desk import Ask, answers
-from carom.runs.engines import described, methods_of
-from carom.runs.environment import Environment, environment
-from carom.runs.job import Answer, Job, Method, Progress, UnavailableError, unheard
-from carom.runs.journal import Notes
-from carom.runs.keys import JobKey, job_key
-from carom.runs.phases import phase_values
-from carom.runs.pool import Pool
-from carom.runs.scoring import by_start, steps_of
-from carom.scene import Scene
+from carom.execution.cache_key import JobKey, job_key
+from carom.execution.engines import described, methods_of
+from carom.execution.environment import Environment, environment
+from carom.execution.job import Answer, Job, Method, Progress, UnavailableError, unheard
+from carom.execution.journal import Notes
+from carom.execution.phases import phase_values
+from carom.execution.pool import Pool
+from carom.execution.scheduler import Ask, answers
+from carom.execution.scoring import by_start, steps_of
+from carom.model.scene import Scene
 from carom.studies.history.cells import CellChange, HistoryTask, Moved, Ran, SeenCell, change_of, differs
 from carom.studies.history.clients import CLIENTS, Client, ClientError
 from carom.studies.history.columns import AskOrigin, AskServed, Origin, column_name, known_columns, laid
 from carom.studies.history.options import HistoryOptions
 from carom.studies.history.overlay import Kept
 from carom.studies.history.releases import in_order, selected
-from carom.text import is_older
+from carom.support.escaping import is_older
 
 #: What a folder of a history is for, and its journal there.
 PURPOSE, JOURNAL = "history", "journal.jsonl"

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from carom.number_text import number
-from carom.runs.job import Status
-from carom.scene import Scene
-from carom.scenes.entry import deepest_overlap
+from carom.catalogue.entry import deepest_overlap
+from carom.execution.job import Status
+from carom.model.scene import Scene
+from carom.model.trace import Outcome, Trace, Vector, kinetic_energy
 from carom.studies.stress.truth import TrueMotion
-from carom.trace import Outcome, Trace, Vector, kinetic_energy
+from carom.support.formatting import number
 
 #: What counts as giving way: a tenth. A method that is wrong by a tenth of what the impacts do is wrong for any
 #: purpose, and every engine's everyday error at a sensible step lies below it, so that what is found is where a method

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from carom.errors import InputError
-from carom.folders import file_name
-from carom.runs.job import Answer, Job, Method, Status
-from carom.runs.plan import trace_of
-from carom.runs.pool import Asker
-from carom.scene import Scene, save_scene
+from carom.execution.job import Answer, Job, Method, Status
+from carom.execution.plan import trace_of
+from carom.execution.pool import Asker
+from carom.model.scene import Scene, save_scene
 from carom.studies.stress.attack import Attack, Judgement, Trial
-from carom.studies.stress.spots import Spot, SpotEnding
+from carom.studies.stress.failure_points import Spot, SpotEnding
+from carom.support.folders import file_name
 
 #: The breaking point is bisected until the value that stands and the one that does not are this near, as a ratio.
 RESOLUTION, QUICK_RESOLUTION = 1.1, 3.2

@@ -7,11 +7,10 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from carom.number_text import metres, number
-from carom.scene import Disc, Scene, Wall
-from carom.scenes.closed_forms import disc
-from carom.scenes.many_discs import boxed_gas
-from carom.scenes.walled import box_walls
+from carom.catalogue.closed_forms import disc
+from carom.catalogue.many_discs import boxed_gas
+from carom.catalogue.walled import box_walls
+from carom.model.scene import Disc, Scene, Wall
 from carom.studies.stress.attack import (
     Attack,
     Judge,
@@ -24,6 +23,7 @@ from carom.studies.stress.attack import (
 )
 from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
 from carom.studies.stress.truth import TrueMotion, UndecidedError, true_motion
+from carom.support.formatting import metres, number
 
 #: Three equal discs in line collide without end below this: S. McNamara and W. R. Young, Phys. Fluids A 4, 496 (1992).
 CRITICAL_RESTITUTION = 7.0 - 4.0 * math.sqrt(3.0)

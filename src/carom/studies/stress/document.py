@@ -9,9 +9,10 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
-from carom.folders import write_files
-from carom.pages import wording
-from carom.pages.document import (
+from carom.engines.registry import asked_as
+from carom.execution.job import Method, Status
+from carom.report import formatting
+from carom.report.document import (
     DETAIL,
     EVERYWHERE,
     IN_FULL,
@@ -29,13 +30,12 @@ from carom.pages.document import (
     Table,
     Text,
 )
-from carom.pages.files import as_json
-from carom.pages.provenance import making
-from carom.pages.render.html import html
-from carom.pages.render.markdown import markdown
-from carom.registry import asked_as
-from carom.runs.job import Method, Status
-from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
+from carom.report.files import as_json
+from carom.report.provenance import making
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
+from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
+from carom.support.folders import write_files
 
 #: What a reader calls a line of each kind; files and the command line keep the kinds' own names.
 WORDS = {"attack": "stress test", "relation": "invariance", "complaint": "reported bug"}
@@ -133,7 +133,7 @@ def _methods(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
 
     attacks = kinds["attack"]
     columns = [Column("method", lambda method: f"{method.engine} {method.profile}")]
-    for group, own in wording.together((line.group, line) for line in attacks).items():
+    for group, own in formatting.together((line.group, line) for line in attacks).items():
         columns.append(Column(group or WORDS["attack"], partial(_heat, results, own), f"of {len(own)}"))
     columns += counted("attack", "passed", SpotEnding.STANDS)
     columns += counted("relation", "hold", SpotEnding.HOLDS)
@@ -172,7 +172,7 @@ def _sentence(results: StressResults, lines: list[Line], method: Method) -> str:
     ran = len(endings) - endings.count(SpotEnding.NOT_RUN)
     name = f"{method.engine} ({method.profile})"
     if not ran:
-        return f"{name}: none of {wording.count(len(lines), WORDS['attack'])} could be run."
+        return f"{name}: none of {formatting.count(len(lines), WORDS['attack'])} could be run."
     unrun = f" ({len(lines) - ran} could not be run)" if ran < len(lines) else ""
     passes = f"{name}: passes {endings.count(SpotEnding.STANDS)} of {ran}{unrun}"
     first = _weakest(results, lines, method).text
@@ -211,7 +211,7 @@ def _group(results: StressResults, kind: str, lines: list[Line]) -> Iterator[Sec
 
 def _why(results: StressResults, line: Line) -> Iterator[str]:
     """Say why cells of a line are as they are: each reason with the methods that it holds for."""
-    found = wording.together((spot.reason, method.name) for method, spot in _spots(results, line))
+    found = formatting.together((spot.reason, method.name) for method, spot in _spots(results, line))
     return (f"{line.name}, {', '.join(names)}: {reason}" for reason, names in found.items() if reason)
 
 
@@ -232,7 +232,7 @@ def _evidence(results: StressResults, line: Line) -> Table:
         columns,
         _spots(results, line),
         title=f"{line.name}: {line.axis}",
-        note=f"{wording.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
+        note=f"{formatting.capitalised(line.gives_way).rstrip('.')}. Truth: {line.truth}.{thread}",
         folded=f"{line.name}: {line.axis}",
         css="cells",
         only=ON_PAPER,
@@ -245,7 +245,7 @@ def _anchor(line: Line, method: Method) -> str:
 
 
 def _number(value: float | None) -> str:
-    return "" if value is None else wording.number(value, 4)
+    return "" if value is None else formatting.number(value, 4)
 
 
 def _command(method: Method, spot: Spot) -> str:
@@ -260,7 +260,7 @@ def _spots(results: StressResults, line: Line) -> list[tuple[Method, Spot]]:
 
 def _said(spot: Spot) -> str:
     """Return what a cell says in a word or a number."""
-    value = "" if spot.value is None else wording.number(spot.value)
+    value = "" if spot.value is None else formatting.number(spot.value)
     match spot.ending:
         case SpotEnding.STANDS:
             return f"to {value}"
@@ -281,7 +281,7 @@ def _cell(results: StressResults, method: Method, line: Line) -> Cell:
     symbol, css = _SHOWN[spot.ending]
     return Cell(
         _said(spot),
-        "" if spot.error is None else wording.number(spot.error),
+        "" if spot.error is None else formatting.number(spot.error),
         title=spot.reason,
         css=css,
         symbol=symbol,
@@ -291,7 +291,7 @@ def _cell(results: StressResults, method: Method, line: Line) -> Cell:
 
 
 def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterator[str]:
-    asked = [wording.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
+    asked = [formatting.count(len(lines), WORDS[kind]) for kind, lines in kinds.items() if lines]
     told = kinds["attack"] if len(results.methods) <= SENTENCES else ()
     yield from (_sentence(results, kinds["attack"], method) for method in results.methods if told)
     for kind, good, does in (("attack", SpotEnding.STANDS, "passed"), ("relation", SpotEnding.HOLDS, "kept")):
@@ -312,18 +312,20 @@ def _summary(results: StressResults, kinds: Mapping[str, list[Line]]) -> Iterato
             best, worst = f"most, {most}", f", and {_named(passed[fewest])} fewest, {fewest}"
             if most == fewest:
                 best, worst = f"{most}{' each' if len(passed[most]) > 1 else ''}", ""
-            yield f"Of {wording.count(len(kinds[kind]), WORDS[kind])} {_named(passed[most])} {does} {best}{worst}."
+            yield f"Of {formatting.count(len(kinds[kind]), WORDS[kind])} {_named(passed[most])} {does} {best}{worst}."
         if partly:
-            said = f": {wording.listed(partly)}" if len(partly) <= FEW else ""
-            yield f"Not ranked, as not every {WORDS[kind]} could be run: {wording.count(len(partly), 'method')}{said}."
+            said = f": {formatting.listed(partly)}" if len(partly) <= FEW else ""
+            yield (
+                f"Not ranked, as not every {WORDS[kind]} could be run: {formatting.count(len(partly), 'method')}{said}."
+            )
     if kinds["complaint"]:
         yield _complaints(results, kinds["complaint"])
-    methods, form = wording.count(len(results.methods), "method"), "quick" if results.quick else "full"
-    yield f"{methods}, {wording.listed(asked)}: the {form} form, {wording.seconds(results.elapsed_s)}."
+    methods, form = formatting.count(len(results.methods), "method"), "quick" if results.quick else "full"
+    yield f"{methods}, {formatting.listed(asked)}: the {form} form, {formatting.seconds(results.elapsed_s)}."
 
 
 def _named(methods: list[str]) -> str:
-    return wording.listed(methods) if len(methods) <= FEW else f"{len(methods)} methods"
+    return formatting.listed(methods) if len(methods) <= FEW else f"{len(methods)} methods"
 
 
 def _complaints(results: StressResults, complaints: list[Line]) -> str:
@@ -334,8 +336,8 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
         own = [spot.ending for method, spot in _spots(results, line) if method.engine == line.about]
         if any(ending is not SpotEnding.NOT_RUN for ending in own):
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
-    here, seen = len(still) + len(not_any_more), f": {wording.listed(still)}" if 0 < len(still) <= FEW else ""
-    of = f"Of {wording.count(len(complaints), WORDS['complaint'])}, {here} are of an engine that is driven here"
+    here, seen = len(still) + len(not_any_more), f": {formatting.listed(still)}" if 0 < len(still) <= FEW else ""
+    of = f"Of {formatting.count(len(complaints), WORDS['complaint'])}, {here} are of an engine that is driven here"
     return f"{of}; {len(still)} of these are still seen on it{seen}."
 
 

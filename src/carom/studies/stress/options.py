@@ -1,13 +1,13 @@
-"""What may be asked of a campaign: see `carom.declared`."""
+"""What may be asked of a campaign: see `carom.support.options`."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
-from carom.declared import flag, option, seconds
-from carom.limits import DEFAULT_TIME_LIMIT_S
-from carom.runs.options import Limited, engine_names, profile_names
+from carom.execution.options import Limited, engine_names, profile_names
+from carom.support.limits import DEFAULT_TIME_LIMIT_S
+from carom.support.options import flag, option, seconds
 
 #: An engine that gives no answer for so long has given way. In the quick form no scene takes a second.
 QUICK_TIME_LIMIT_S = 10.0

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from carom.number_text import number
-from carom.scene import Disc, Scene
-from carom.scenes.closed_forms import disc
+from carom.catalogue.closed_forms import disc
+from carom.model.scene import Disc, Scene
 from carom.studies.stress.attack import Attack, Trial, velocity_judge
 from carom.studies.stress.truth import true_motion
+from carom.support.formatting import number
 
 RATE_HZ = 240.0
 

@@ -17,14 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.errors import InputError
-from carom.number_text import number
-from carom.runs.job import Job, Method, Status
-from carom.runs.plan import trace_of
-from carom.runs.pool import Asker
-from carom.scene import Disc, Scene
+from carom.execution.job import Job, Method, Status
+from carom.execution.plan import trace_of
+from carom.execution.pool import Asker
+from carom.model.scene import Disc, Scene
+from carom.model.trace import Outcome, Trace
 from carom.studies.stress.breaking import NotRunError, save_as
-from carom.studies.stress.spots import Spot, SpotEnding
-from carom.trace import Outcome, Trace
+from carom.studies.stress.failure_points import Spot, SpotEnding
+from carom.support.formatting import number
 
 #: A relation holds where the deviation is below this. Three impacts multiply rounding by some hundreds, and sums of a
 #: few hundred steps add as much again; an absolute slop that matters is larger by orders of magnitude.

@@ -10,28 +10,28 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+from carom.catalogue import Complaint, all_scenes
 from carom.errors import UnknownNameError
-from carom.folders import claimed
-from carom.runs.desk import Ask, Talk, answers
-from carom.runs.engines import described, methods_of, to_run
-from carom.runs.environment import environment
-from carom.runs.job import Answer, Method, Progress, Status, unheard
-from carom.runs.journal import Entry, Journal
-from carom.runs.plan import profiles_to_plan
-from carom.runs.pool import Asker
-from carom.scenes import Complaint, all_scenes
+from carom.execution.engines import described, methods_of, to_run
+from carom.execution.environment import environment
+from carom.execution.job import Answer, Method, Progress, Status, unheard
+from carom.execution.journal import Entry, Journal
+from carom.execution.plan import profiles_to_plan
+from carom.execution.pool import Asker
+from carom.execution.scheduler import Ask, Talk, answers
 from carom.studies.stress.attack import Attack
 from carom.studies.stress.breaking import breaking_point
-from carom.studies.stress.complaints import complaint_spot
+from carom.studies.stress.bug_reports import complaint_spot
+from carom.studies.stress.contact import contact_attacks
 from carom.studies.stress.crowds import crowd_attacks
+from carom.studies.stress.failure_points import Line, Spot, SpotEnding, StressResults
 from carom.studies.stress.finite_walls import wall_attacks
-from carom.studies.stress.in_contact import contact_attacks
+from carom.studies.stress.friction import rough_attacks
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.pairs import RATE_HZ, pair_attacks
 from carom.studies.stress.relations import HOLDS, relation_spot, relations
-from carom.studies.stress.rough import rough_attacks
-from carom.studies.stress.spots import Line, Spot, SpotEnding, StressResults
-from carom.text import named_hints
+from carom.support.escaping import named_hints
+from carom.support.folders import claimed
 
 #: What a folder of a campaign is for.
 PURPOSE = "stress"

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from carom.errors import InputError
-from carom.scene import Need, Scene
-from carom.trace import Vector, wall_body, wall_index
+from carom.model.scene import Need, Scene
+from carom.model.trace import Vector, wall_body, wall_index
 
 #: Decimal digits of the first pass. The least relative distance that a sweep asks for, a graze of 1e-15, costs 30 of
 #: them in the discriminant; a chain of impacts loses at most about a digit an impact.

@@ -8,16 +8,16 @@ from dataclasses import dataclass, fields
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from carom.catalogue import find_scenes
 from carom.comparator.thresholds import THRESHOLDS
-from carom.pages.inline import axes_of, with_picture
-from carom.pages.render.terminal import plain_text
-from carom.pages.svg import plain_number
-from carom.registry import engine_named
-from carom.runs.job import Progress, unheard
-from carom.scene import Scene, as_scene
-from carom.scenes import find_scenes
+from carom.engines.registry import engine_named
+from carom.execution.job import Progress, unheard
+from carom.model.scene import Scene, as_scene
+from carom.report.inline import axes_of, with_picture
+from carom.report.render.terminal import plain_text
+from carom.report.svg import plain_number
 from carom.studies.tune.document import FOUND, tune_document
-from carom.studies.tune.merit import Judged
+from carom.studies.tune.objective import Judged
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import SCENES, Tuning
 from carom.studies.tune.run import tune as found_by

@@ -12,18 +12,18 @@ from typing import NamedTuple
 import tomli_w
 
 from carom.comparator import Grade
-from carom.folders import write_files
-from carom.pages import wording
-from carom.pages.document import IN_FULL, Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
-from carom.pages.grid import mark_of_grade
-from carom.pages.provenance import making
-from carom.pages.render.markdown import markdown
-from carom.registry import asked_as
-from carom.runs.job import Method
-from carom.studies.tune.merit import Judged
+from carom.engines.registry import asked_as
+from carom.execution.job import Method
+from carom.model.trace import setting_text
+from carom.report import formatting
+from carom.report.document import IN_FULL, Cell, Code, Column, Document, Headline, Lines, Section, Table, Text
+from carom.report.grid import mark_of_grade
+from carom.report.provenance import making
+from carom.report.render.markdown import markdown
+from carom.studies.tune.objective import Judged
 from carom.studies.tune.run import PURPOSE, Tuning
 from carom.studies.tune.search import Found
-from carom.trace import setting_text
+from carom.support.folders import write_files
 
 ERROR_NOTE = (
     "Error: the largest velocity or spin error over PIT's at worst over the phases of the same step: 1 is what "
@@ -91,21 +91,21 @@ def set_words(found: Found) -> str:
 
 
 def _lead(found: Tuning) -> Iterator[str]:
-    scenes = wording.count(len(found.scenes), "scene")
+    scenes = formatting.count(len(found.scenes), "scene")
     early = f", {found.given_up} of them given up early" if found.given_up else ""
-    tried = f"{wording.count(found.trials, 'setting', 'different settings')} tried{early}"
+    tried = f"{formatting.count(found.trials, 'setting', 'different settings')} tried{early}"
     if found.best is found.first:
         yield f"Nothing better than {found.options.profile} was found on {scenes}: {tried}."
         yield f"With {found.options.profile}: {_tally(found.first)}."
         yield from _ties(found)
         return
     own, grades = found.options.profile, f"{_tally(found.best)}; {found.options.profile} has {_tally(found.first)}"
-    changed = wording.count(len(found.best.tried), "setting")
+    changed = formatting.count(len(found.best.tried), "setting")
     yield f"{found.engine}: {changed} instead of {own}'s, found in trial {found.best.trial}: {grades}."
     yield from _ties(found)
     yield f"Of {scenes}, each at {_steps(found)}; {tried}."
     if not math.isnan(found.time_ratio):
-        cost = wording.number(found.time_ratio)
+        cost = formatting.number(found.time_ratio)
         yield f"Its steps take {cost} times as long as those of {found.options.profile}, the median over scenes."
     yield "Found on these scenes, at these steps: of others it says nothing."
 
@@ -117,9 +117,9 @@ def _ties(found: Tuning) -> Iterator[str]:
     alike = [name for name, merit in others.items() if merit.respects == found.best.merit.respects]
     better = [name for name, merit in others.items() if merit.respects < found.best.merit.respects]
     if alike:
-        yield f"{wording.listed([own, *alike])} tie."
+        yield f"{formatting.listed([own, *alike])} tie."
     if better:
-        yield f"Better, written by hand: {wording.listed(better)}."
+        yield f"Better, written by hand: {formatting.listed(better)}."
 
 
 def _tally(found: Found) -> str:
@@ -129,7 +129,7 @@ def _tally(found: Found) -> str:
 
 def _steps(found: Tuning) -> str:
     dt_s = found.options.dt_s
-    return "its own frame rate" if dt_s is None else wording.step(dt_s)
+    return "its own frame rate" if dt_s is None else formatting.step(dt_s)
 
 
 def _word(judged: Judged) -> str:
@@ -139,11 +139,11 @@ def _word(judged: Judged) -> str:
 def _graded(judged: Judged) -> Cell:
     if judged.grade is None:
         return Cell(_word(judged), judged.reason)
-    return Cell(f"{_word(judged)} {wording.lost(judged.missed, judged.spurious)}".rstrip())
+    return Cell(f"{_word(judged)} {formatting.lost(judged.missed, judged.spurious)}".rstrip())
 
 
 def _error(judged: Judged) -> str:
-    return wording.ABSENT if math.isnan(judged.price) else wording.number(judged.price)
+    return formatting.ABSENT if math.isnan(judged.price) else formatting.number(judged.price)
 
 
 class _Row(NamedTuple):
@@ -169,12 +169,12 @@ def _profiles(found: Tuning) -> Section:
         Column("not run", lambda row: _count(one.grade is None for one in row.found.judged), number=True),
         Column("error, 0 to 100", lambda row: str(row.found.merit.error), number=True),
     )
-    refused = wording.together(
+    refused = formatting.together(
         (reason, name)
         for name, other in found.others.items()
         for reason in dict.fromkeys(one.reason for one in other.judged if one.grade is None)
     )
-    lines = tuple(f"Not run: {wording.listed(names)} ({reason})." for reason, names in refused.items())
+    lines = tuple(f"Not run: {formatting.listed(names)} ({reason})." for reason, names in refused.items())
     return Section(
         "Next to the profiles written by hand", (Table(columns, _rows(found), note=MERIT_NOTE), Lines(lines))
     )
@@ -205,7 +205,7 @@ def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
         yield Section("To paste, in the engine's own code", (Text(said), Code(found.code)))
     yield Section("To run it", (Code(f"{shlex.join(words)} {set_words(found.best)}"),))
     method = Method(found.engine, found.options.profile, found.best.tried)
-    said = f"Found by carom tune on {wording.count(len(found.scenes), 'scene')}: {_tally(found.best)}."
+    said = f"Found by carom tune on {formatting.count(len(found.scenes), 'scene')}: {_tally(found.best)}."
     constant = {name: value for name, value in found.settings.items() if name not in found.varying}
     varying = [f"# {name} varies with the step: as in {method.profile}" for name in sorted(found.varying)]
     python = "\n".join(

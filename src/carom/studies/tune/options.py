@@ -1,15 +1,15 @@
-"""What may be asked of a search for settings: see `carom.declared`."""
+"""What may be asked of a search for settings: see `carom.support.options`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.declared import flag, name, option, step, whole
-from carom.runs.options import MOST_SEED, Limited
+from carom.execution.options import MOST_SEED, Limited
+from carom.support.options import flag, name, option, step, whole
 
 if TYPE_CHECKING:
-    from carom.scene import Scene
+    from carom.model.scene import Scene
 
 
 @dataclass(frozen=True)

@@ -8,25 +8,25 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from carom.adapter import unsupported_reason
+from carom.engines.api import unsupported_reason
+from carom.engines.registry import EngineInfo, require_profile
 from carom.errors import AdapterError, InputError
-from carom.registry import EngineInfo, require_profile
-from carom.runs.code import tried_code_of
-from carom.runs.engines import SettingsAt, described
-from carom.runs.environment import Environment, environment
-from carom.runs.job import Job, Method, Progress, Tried, UnavailableError, unheard
-from carom.runs.journal import Notes
-from carom.runs.keys import JobKey
-from carom.runs.pool import Pool
-from carom.runs.reference import reference_of, reference_trace
-from carom.runs.timing import Measure
-from carom.scene import Scene
-from carom.studies.tune.judge import Jury
-from carom.studies.tune.merit import Judged, merit_of
+from carom.execution.cache_key import JobKey
+from carom.execution.engines import SettingsAt, described
+from carom.execution.environment import Environment, environment
+from carom.execution.job import Job, Method, Progress, Tried, UnavailableError, unheard
+from carom.execution.journal import Notes
+from carom.execution.pool import Pool
+from carom.execution.reference import reference_of, reference_trace
+from carom.execution.settings_code import tried_code_of
+from carom.execution.timing import Measure
+from carom.model.scene import Scene
+from carom.model.trace import Setting, Trace
+from carom.studies.tune.evaluate import Jury
+from carom.studies.tune.objective import Judged, merit_of
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.search import Found, KnobSearch
-from carom.studies.tune.space import Space, values_of
-from carom.trace import Setting, Trace
+from carom.studies.tune.search_space import Space, values_of
 
 #: What a folder of a search is for, and its journal there.
 PURPOSE, JOURNAL = "tune", "journal.jsonl"

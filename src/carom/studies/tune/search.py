@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from carom.comparator import Grade
 from carom.errors import InputError, MissingExtraError
-from carom.runs.job import Method, Progress, Tried, unheard
-from carom.scene import Scene
-from carom.studies.tune.judge import Jury
-from carom.studies.tune.merit import Judged, Merit, merit_of
-from carom.studies.tune.space import Point, Space
+from carom.execution.job import Method, Progress, Tried, unheard
+from carom.model.scene import Scene
+from carom.studies.tune.evaluate import Jury
+from carom.studies.tune.objective import Judged, Merit, merit_of
+from carom.studies.tune.search_space import Point, Space
 
 if TYPE_CHECKING:
     from optuna import Study

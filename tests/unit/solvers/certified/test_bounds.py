@@ -12,14 +12,14 @@ from tests.unit.solvers.certified.attacked import KINDS, attack, is_after_impact
 from tests.unit.solvers.certified.start_bounds import StartBounds
 
 from carom import Disc, Scene, certify
-from carom.scenes import catalogue
+from carom.catalogue import catalogue
+from carom.model.trace import wall_body, wall_index
 from carom.solvers.certified.ball_bodies import BallBodies
 from carom.solvers.certified.bounds import LowerBounds
 from carom.solvers.certified.impacts import carry_out
 from carom.solvers.certified.meetings import meet
 from carom.solvers.certified.result import CertifiedTrace
 from carom.studies.bench.gas import gas_scene
-from carom.trace import wall_body, wall_index
 
 bounds = pytest.importorskip("carom.solvers.certified.bounds", reason="the compiled extension is not built")
 

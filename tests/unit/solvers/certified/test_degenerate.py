@@ -11,10 +11,10 @@ from tests.lengths import each
 from tests.stage import sure
 
 from carom import Disc, Outcome, Scene, Wall, certify
-from carom.solvers.certified.endless import _collapse
+from carom.model.trace import ImpactRecord
+from carom.solvers.certified.accumulation import _collapse
 from carom.solvers.certified.recording import RecordedImpact, Recording
 from carom.solvers.certified.result import Degeneracy, Degenerate, Ending
-from carom.trace import ImpactRecord
 
 AXIS_BOX = [Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)), Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))]
 

@@ -9,10 +9,10 @@ from tests.stage import sure
 from tests.validation.table_runs import scene_of
 
 from carom import Chain, Disc, Ring, Scene, Wall
-from carom.outline import Outline
-from carom.physics.wall_features import features_of
+from carom.core.wall_features import features_of
+from carom.model.chain_geometry import Outline
+from carom.model.trace import EdgeKind, wall_index
 from carom.solvers.certified.obstacles import Obstacle, Plane, Round, obstacles_of
-from carom.trace import EdgeKind, wall_index
 
 STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=(0.0, 1.0, 0.0, 1.0), closed=True)
 CLOCKWISE = Chain(points_m=[(-2, 2), (2, 2), (2, -2), (-2, -2)], bulges=(0.0, -1.0, 0.0, -1.0), closed=True)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.rebuilt import in_units
 
 from carom import Scene, certify
-from carom.scenes import catalogue
+from carom.catalogue import catalogue
 from carom.solvers.certified import bounds
 from carom.solvers.certified.result import CertifiedTrace
 from carom.studies.bench.gas import gas_scene
@@ -62,7 +62,8 @@ SCENES = [
 POWERS = st.one_of(st.sampled_from([-500, -300, -256, 256, 300, 500]), st.integers(-500, 500))
 
 
-#: How much more lengths are scaled than speeds: times are scaled by that, and scenes beyond `carom.limits` are refused.
+#: How much more lengths are scaled than speeds: times are scaled by that, and scenes beyond `carom.support.limits` are
+#: refused.
 DRIFTS = st.integers(-250, 250)
 
 

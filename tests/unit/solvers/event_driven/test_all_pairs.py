@@ -12,8 +12,8 @@ from tests.unit.solvers.kinds import all_pairs
 
 from carom import Disc, Scene
 from carom.errors import InputError
+from carom.model.trace import Outcome
 from carom.solvers.pic import pic_run
-from carom.trace import Outcome
 
 
 @each("friction, ambiguous", [(0.0, ()), (0.25, (1,))])

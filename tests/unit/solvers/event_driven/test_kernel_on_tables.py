@@ -13,9 +13,9 @@ from tests.lengths import long_after
 from tests.unit.solvers.kinds import all_pairs, assert_same
 
 from carom import Chain, Disc, Outcome, Scene
-from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
-from carom.outline import Outline
+from carom.model.chain_geometry import Outline
+from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven import run as event_driven
 from carom.solvers.event_driven.run import EventDrivenRun
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.stage import sure
 
+from carom.model.trace import IMPACT_DTYPE, SPIN_DTYPE
 from carom.solvers.rows import CONTACT_DTYPE
-from carom.trace import IMPACT_DTYPE, SPIN_DTYPE
 
 probe = pytest.importorskip("tests.probe")
 

@@ -15,8 +15,8 @@ from tests.stage import sure
 from tests.unit.solvers.kinds import all_pairs
 
 from carom import Disc, Outcome, Scene, solve_pic
-from carom.disc_arrays import DiscArrays
 from carom.errors import InputError
+from carom.model.disc_arrays import DiscArrays
 from carom.solvers.event_driven.run import EventDrivenRun
 from carom.studies.bench.gas import hard_disc_gas
 

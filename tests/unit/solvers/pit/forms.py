@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from carom.damping import Damping
-from carom.scene import Scene
+from carom.model.damping import Damping
+from carom.model.scene import Scene
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import MOST_WASTE, FrameRun, edges_of_contacts
 

@@ -12,8 +12,8 @@ from tests.lengths import long_after
 from tests.unit.solvers.pit.forms import assert_identical, bits, compiled_forms, finished
 
 from carom import Chain, Disc, Scene, Wall
+from carom.model.walls import Leg
 from carom.solvers.pit.clock import FrameClock
-from carom.walls import Leg
 
 FALL = (0.4, -9.81)
 

@@ -15,10 +15,10 @@ from tests.stage import disc_at, line, staged
 from tests.unit.solvers.pit.forms import Form, bits, compiled_forms, finished, plain
 
 from carom.errors import InputError
-from carom.scene import Scene, Wall
+from carom.model.scene import Scene, Wall
+from carom.model.trace import Outcome
 from carom.solvers.pit.clock import FrameClock
 from carom.studies.bench.gas import gas_scene
-from carom.trace import Outcome
 
 CLOCK = FrameClock(rate_hz=24.0)
 

@@ -10,8 +10,8 @@ from tests.stage import disc_at, staged, wall_at
 from tests.unit.solvers.pit.forms import assert_identical
 
 from carom import Chain, Disc, Scene, Wall
+from carom.model.walls import Leg
 from carom.solvers.pit.clock import FrameClock
-from carom.walls import Leg
 
 CLOCK = FrameClock(rate_hz=60.0)
 

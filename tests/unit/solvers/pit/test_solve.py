@@ -10,11 +10,11 @@ from tests.unit.solvers.pit.forms import compiled_forms, finished, plain
 
 from carom import Wall
 from carom.errors import InputError
-from carom.scene import Scene
+from carom.model.scene import Scene
+from carom.model.trace import Outcome
 from carom.solvers.pit.clock import FrameClock
 from carom.solvers.pit.solve import pit_run, solve_pit
 from carom.solvers.rows import RecordedImpacts
-from carom.trace import Outcome
 
 CLOCK = FrameClock(rate_hz=60.0)
 

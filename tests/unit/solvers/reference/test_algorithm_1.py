@@ -10,8 +10,8 @@ from tests.stage import disc_at, line, staged
 
 from carom import Chain, solve_pit
 from carom.errors import InputError
+from carom.model.trace import impact_array
 from carom.solvers.reference.algorithm_1 import run_algorithm_1
-from carom.trace import impact_array
 
 #: Tests of pairs at all frames that a scene may need.
 MOST_TESTS = 1e6

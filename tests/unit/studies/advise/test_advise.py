@@ -11,14 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from tests.lengths import long_after
 from tests.stage import disc_at, staged, sure, wall_at, with_discs
-from tests.unit.pages.test_terminal import printed
+from tests.unit.report.test_terminal import printed
 
 import carom
 from carom import Scene, resolve_impact, solve_pic, solve_pit
 from carom.comparator.shift import begun_earlier
 from carom.errors import InputError
-from carom.runs.job import PIT_METHOD, Job, Method
-from carom.runs.pool import InProcess
+from carom.execution.job import PIT_METHOD, Job, Method
+from carom.execution.pool import InProcess
+from carom.model.walls import Leg
 from carom.studies.advise import run as adviser
 from carom.studies.advise.ask import ShownAdvice
 from carom.studies.advise.document import advice_document
@@ -27,7 +28,6 @@ from carom.studies.advise.run import Cause, Demand, ReferenceCut, SearchEnding, 
 from carom.studies.advise.sampling_limit import ContactWindow, largest_step, pair_limit
 from carom.studies.advise.step_search import CONFIRM
 from carom.studies.advise.step_trial import StartTask
-from carom.walls import Leg
 
 DEGREE = math.radians(1)
 angles = st.floats(0, math.tau)

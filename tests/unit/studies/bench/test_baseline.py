@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.unit.pages.test_terminal import printed
+from tests.unit.report.test_terminal import printed
 from tests.unit.studies.examples import HERE, bench
 
 from carom.errors import InputError

@@ -13,10 +13,10 @@ import pytest
 from tests.clocks import Clock
 from tests.command import carom_command, told
 
-from carom.adapter import Capabilities, Profile
-from carom.runs.job import Answer, Method, Status, Task, UnsupportedError
-from carom.runs.journal import Entry
-from carom.runs.pool import InProcess
+from carom.engines.api import Capabilities, Profile
+from carom.execution.job import Answer, Method, Status, Task, UnsupportedError
+from carom.execution.journal import Entry
+from carom.execution.pool import InProcess
 from carom.studies.bench import growth
 from carom.studies.bench.options import GrowthOptions
 
@@ -50,8 +50,8 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
             ran.extend((task.engine, task.discs) for task in grown if isinstance(task, growth.GrowthTask))
             return super().ask_each(tasks)
 
-    monkeypatch.setattr("carom.runs.pool.LocalPool", Pool)
-    for module in ("carom.runs.timing", "carom.studies.bench.growth"):
+    monkeypatch.setattr("carom.execution.pool.LocalPool", Pool)
+    for module in ("carom.execution.timing", "carom.studies.bench.growth"):
         monkeypatch.setattr(f"{module}.time", Clock(1.0))
     return ran
 

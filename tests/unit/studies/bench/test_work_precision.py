@@ -23,10 +23,9 @@ from tests.stage import disc_at, staged, sure
 
 from carom import Scene
 from carom.errors import InputError, UnknownNameError
-from carom.limits import MOST_DISCS
-from carom.runs.job import Answer, Method, Status
-from carom.runs.pool import InProcess, Lane
-from carom.runs.scoring import Measures, score_journal
+from carom.execution.job import Answer, Method, Status
+from carom.execution.pool import InProcess, Lane
+from carom.execution.scoring import Measures, score_journal
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.convergence import Convergence
 from carom.studies.bench.growth import GrowthPoint, growth, same_method
@@ -36,6 +35,7 @@ from carom.studies.bench.result import Bench, Point, cheapest, pareto_front
 from carom.studies.bench.run import work_precision
 from carom.studies.bench.series import geometric_steps
 from carom.studies.bench.timing_pass import CellTiming, TimeScene, timing_journal
+from carom.support.limits import MOST_DISCS
 
 SCENE = tomli_w.dumps(
     staged("mine & yours", disc_at(0, 0, 1, 0), disc_at(1.4, 0.3, -1, 0), duration_s=0.5).model_dump()
@@ -115,7 +115,9 @@ def test_errors_and_times_come_together(scene: Scene, tmp_path: Path) -> None:
 
 def test_what_does_not_fit_into_the_budget_says_so(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """A budget that is too short leaves points out with a reason that names it, and fails nothing."""
-    monkeypatch.setattr("carom.runs.timing.time", Clock(1.0))  # preparing takes a second, and so do all steps of a run
+    monkeypatch.setattr(
+        "carom.execution.timing.time", Clock(1.0)
+    )  # preparing takes a second, and so do all steps of a run
     monkeypatch.setattr("carom.studies.bench.timing_pass.time", Clock())
     coarse, fine = (Method("pit", "tuned"), 0.1), (Method("pit", "tuned"), 0.01)
     # Three rounds of ten times the coarse run's 2 s are more than the quarter of a budget that one method may take.

@@ -15,19 +15,19 @@ from tests.stage import cross_checked, disc_at, staged, sure, wall_at
 
 import carom
 from carom import Disc, Scene, Wall
+from carom.catalogue import catalogue
 from carom.comparator import Grade, Verdict
 from carom.errors import AdapterError, InputError, UnknownNameError
-from carom.runs import reference
-from carom.runs.job import Answer, Job, Method, Status, Task
-from carom.runs.observe import Observe
-from carom.runs.options import Options, default_dts
-from carom.runs.plan import plan_of
-from carom.runs.pool import InProcess
-from carom.runs.timing import TIMING_RUNS, Measure
-from carom.scenes import catalogue
+from carom.execution import reference
+from carom.execution.engine_run import Observe
+from carom.execution.job import Answer, Job, Method, Status, Task
+from carom.execution.options import Options, default_dts
+from carom.execution.plan import plan_of
+from carom.execution.pool import InProcess
+from carom.execution.timing import TIMING_RUNS, Measure
+from carom.model.trace import Outcome, Trace
 from carom.studies.cross_check import run as execute
 from carom.studies.cross_check.observed import observed_journal
-from carom.trace import Outcome, Trace
 
 pytestmark = pytest.mark.usefixtures("hostile")
 
@@ -221,7 +221,7 @@ def test_profiles_of_the_same_settings_are_run_once(scene: Scene) -> None:
 def test_timing_is_a_ratio_to_pit_of_the_same_round(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every timed row has two clocks and its ratio to PIT on the same scene and step, PIT's own being 1."""
     # Each interval is twice the one before, so no two runs agree and every job is timed TIMING_RUNS times.
-    monkeypatch.setattr("carom.runs.timing.time", Clock(1.0, factor=2.0))
+    monkeypatch.setattr("carom.execution.timing.time", Clock(1.0, factor=2.0))
     calls: list[tuple[int, int, str]] = []
     results = carom.cross_check(
         [scene],

@@ -10,16 +10,16 @@ from typing import Any
 import pytest
 from tests.lengths import each, long_after
 
+from carom.catalogue import catalogue
 from carom.errors import UnknownNameError
-from carom.pages.document import Figures, Medium, Table
-from carom.runs import reference
-from carom.runs.job import Answer, Job, Status, Task
-from carom.runs.observe import Observe
-from carom.runs.options import Options
-from carom.runs.plan import plan_of
-from carom.runs.pool import InProcess
-from carom.runs.skipped import pic_saved, pit_saved
-from carom.scenes import catalogue
+from carom.execution import reference
+from carom.execution.engine_run import Observe
+from carom.execution.job import Answer, Job, Status, Task
+from carom.execution.options import Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import InProcess
+from carom.execution.skipped import pic_saved, pit_saved
+from carom.report.document import Figures, Medium, Table
 from carom.solvers.pic import solve_pic
 from carom.studies.cross_check.explain import explain
 from carom.studies.cross_check.run import cross_check, execute

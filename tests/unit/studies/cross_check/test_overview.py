@@ -7,15 +7,15 @@ from dataclasses import replace
 import pytest
 from tests.stage import cross_checked
 
+from carom.catalogue import find_scenes
 from carom.comparator import Grade
-from carom.pages.document import Cell, Medium, Table
-from carom.pages.grid import Mark, build_grid
-from carom.runs.job import Status
-from carom.runs.results import Results
-from carom.scenes import find_scenes
+from carom.execution.job import Status
+from carom.execution.results import Results
+from carom.report.document import Cell, Medium, Table
+from carom.report.grid import Mark, build_grid
 from carom.studies.cross_check.overview import overview
-from carom.studies.cross_check.price import prices
 from carom.studies.cross_check.ranking import standing
+from carom.studies.cross_check.sampling_cost import prices
 from carom.studies.cross_check.tables import grid_sections
 
 

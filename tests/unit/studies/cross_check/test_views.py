@@ -14,30 +14,30 @@ from rich.console import Console
 from tests.lengths import each
 from tests.stage import cross_checked, disc_at, staged, sure
 
-from carom.adapter import Capabilities
 from carom.comparator import Grade, Score, Verdict, compare
-from carom.pages import wording
-from carom.pages.document import Cell, Lines, Medium, Section, Table
-from carom.pages.grid import GridCell, Mark, build_grid, reasons_of
-from carom.pages.paths import exact_paths, observed_paths
-from carom.pages.records import junit
-from carom.pages.render.html import html
-from carom.pages.render.markdown import markdown
-from carom.pages.render.terminal import terminal
-from carom.pages.replay import impact_rows
-from carom.registry import EngineInfo
-from carom.runs.environment import Environment
-from carom.runs.job import Job, Method, Status
-from carom.runs.results import Results, Row
-from carom.scene import Scene
+from carom.engines.api import Capabilities
+from carom.engines.registry import EngineInfo
+from carom.execution.environment import Environment
+from carom.execution.job import Job, Method, Status
+from carom.execution.results import Results, Row
+from carom.model.scene import Scene
+from carom.model.trace import Outcome, Trace
+from carom.report import formatting
+from carom.report.document import Cell, Lines, Medium, Section, Table
+from carom.report.grid import GridCell, Mark, build_grid, reasons_of
+from carom.report.paths import exact_paths, observed_paths
+from carom.report.records import junit
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
+from carom.report.render.terminal import terminal
+from carom.report.replay import impact_rows
 from carom.solvers.pic import solve_pic
 from carom.solvers.pit.solve import solve_pit
 from carom.studies.cross_check.divergences import divergences
 from carom.studies.cross_check.document import cross_check_document
-from carom.studies.cross_check.price import prices
+from carom.studies.cross_check.sampling_cost import prices
 from carom.studies.cross_check.tables import run_time_section, settings_section
 from carom.studies.cross_check.trend import build_trend
-from carom.trace import Outcome, Trace
 
 
 def said(results: Results) -> str:
@@ -310,9 +310,9 @@ def test_settings_and_run_times_are_those_of_the_traces(results: Results) -> Non
     assert by_engine["PIT"] == "dt_s = 0.0416667 (varies with the step)"
     medians = {row[0].text: row[1].text for row in rows_of(run_time_section(grid))}
     assert medians == {
-        "PIC tuned": wording.ratio(1.0),
-        "PIT tuned": wording.ratio(1.0),
-        "toy tuned": wording.ratio(0.5),
+        "PIC tuned": formatting.ratio(1.0),
+        "PIT tuned": formatting.ratio(1.0),
+        "toy tuned": formatting.ratio(0.5),
     }
 
 
@@ -378,10 +378,10 @@ def test_scenes_too_full_to_draw_are_left_out(results: Results) -> None:
 )
 def test_numbers_are_short_and_right(value: float, shown: str) -> None:
     """A number is shown to two digits, without padding, and never as 0 when it is not."""
-    assert wording.number(value) == shown
+    assert formatting.number(value) == shown
 
 
 @pytest.mark.parametrize(("dt_s", "shown"), [(1 / 24, "1/24 s"), (1 / 960, "1/960 s"), (0.03, "0.03 s"), (2.0, "2 s")])
 def test_steps_are_fractions_where_they_are(dt_s: float, shown: str) -> None:
     """A step is shown as the fraction of a second that it is meant to be."""
-    assert wording.step(dt_s) == shown
+    assert formatting.step(dt_s) == shown

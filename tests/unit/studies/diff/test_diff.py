@@ -16,24 +16,24 @@ from tests.command import carom_command, told
 from tests.lengths import long_after
 from tests.planted.faults import DT, ROW, SPEED, replayed
 from tests.stage import sure
-from tests.unit.pages.test_terminal import printed
+from tests.unit.report.test_terminal import printed
 
 from carom import solve_pic, solve_pit
+from carom.catalogue import find_scenes
 from carom.comparator import Grade, compare
 from carom.comparator.compare import Score
 from carom.errors import InputError
-from carom.pages.grid import Mark
-from carom.pages.records import records
-from carom.pages.records_line import records_schema
-from carom.pages.render.html import html
-from carom.pages.render.markdown import markdown
-from carom.runs.environment import Environment
-from carom.runs.job import Job, Method, Status
-from carom.runs.results import Results, Row
-from carom.scenes import find_scenes
+from carom.execution.environment import Environment
+from carom.execution.job import Job, Method, Status
+from carom.execution.results import Results, Row
+from carom.model.trace import Trace
+from carom.report.grid import Mark
+from carom.report.record import records_schema
+from carom.report.records import records
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
 from carom.studies.diff.document import MOST_ROWS, diff_document
 from carom.studies.diff.run import Diff, Kind, diff
-from carom.trace import Trace
 
 Engines = dict[str, Trace | Status]
 Write = Callable[..., Path]

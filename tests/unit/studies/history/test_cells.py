@@ -10,7 +10,7 @@ import pytest
 from tests.lengths import each
 
 from carom.errors import CaromError
-from carom.runs.job import Answer, Status
+from carom.execution.job import Answer, Status
 from carom.studies.history.cells import PLACES, Moved, Ran, SeenCell, change_of
 from carom.studies.history.releases import in_order, selected
 

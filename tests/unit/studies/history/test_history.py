@@ -12,10 +12,10 @@ from tests.distribution import forget
 from tests.stage import disc_at, staged, sure
 from tests.unit.studies.history.toy import Toys, toys
 
+from carom.engines.registry import adapter_points
 from carom.errors import InputError, UnknownNameError
-from carom.pages.render.markdown import markdown
-from carom.registry import adapter_points
-from carom.runs.job import UnavailableError
+from carom.execution.job import UnavailableError
+from carom.report.render.markdown import markdown
 from carom.studies.history.cells import Moved, history_journal
 from carom.studies.history.document import history_document
 from carom.studies.history.options import HistoryOptions

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from tests.distribution import forget, lay
 
-from carom.runs import engines
+from carom.execution import engines
 from carom.studies.history.clients import CLIENTS, ClientError
 
 #: Discs that overlap and approach at the end of a step exchange what the release keeps of their velocities.
@@ -16,7 +16,7 @@ ADAPTER = """
 import json, sys
 from importlib import metadata
 import numpy as np
-from carom.adapter import Capabilities, Contact, Engine, Observation, Profile
+from carom.engines.api import Capabilities, Contact, Engine, Observation, Profile
 
 class World:
     def __init__(self, scene, settings):

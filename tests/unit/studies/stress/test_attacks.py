@@ -16,13 +16,13 @@ from tests.stage import sure
 from tests.validation import contact_runs
 
 from carom import load_scene, save_scene, solve_pic, solve_pit
-from carom.scene import Chain, Scene
+from carom.model.scene import Chain, Scene
+from carom.model.trace import Mode
 from carom.studies.stress.attack import Attack, Trial
+from carom.studies.stress.contact import contact_attacks
 from carom.studies.stress.finite_walls import wall_attacks
-from carom.studies.stress.in_contact import contact_attacks
-from carom.studies.stress.rough import rough_attacks
+from carom.studies.stress.friction import rough_attacks
 from carom.studies.stress.run import attacks
-from carom.trace import Mode
 
 ATTACKS = [attack for _, attack in attacks()]
 each_attack = pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name)

@@ -12,17 +12,17 @@ import pytest
 from tests.stage import sure
 
 from carom import Trace, load_scene, solve_pic, solve_pit
-from carom.runs.job import Answer, Method, Status, Task
-from carom.runs.observe import Observe
-from carom.runs.pool import InProcess
-from carom.scene import Need
-from carom.scenes import Complaint, Symptom, all_scenes
+from carom.catalogue import Complaint, Symptom, all_scenes
+from carom.execution.engine_run import Observe
+from carom.execution.job import Answer, Method, Status, Task
+from carom.execution.pool import InProcess
+from carom.model.scene import Need
+from carom.model.trace import Outcome
 from carom.studies.stress.attack import Attack
 from carom.studies.stress.breaking import RESOLUTION, breaking_point
-from carom.studies.stress.complaints import shows
+from carom.studies.stress.bug_reports import shows
+from carom.studies.stress.failure_points import SpotEnding
 from carom.studies.stress.run import attacks
-from carom.studies.stress.spots import SpotEnding
-from carom.trace import Outcome
 
 METHOD = Method("pic", "tuned")
 

@@ -9,13 +9,13 @@ import pytest
 
 from carom import load_scene, run
 from carom.errors import InputError
-from carom.pages.render.terminal import terminal
-from carom.runs.pool import InProcess
+from carom.execution.pool import InProcess
+from carom.report.render.terminal import terminal
 from carom.studies.stress import run as campaign
 from carom.studies.stress.document import stress_document, write_stress
+from carom.studies.stress.failure_points import SpotEnding, StressResults
 from carom.studies.stress.options import StressOptions
 from carom.studies.stress.run import JOURNAL, listing, stress
-from carom.studies.stress.spots import SpotEnding, StressResults
 
 #: What is asked of Carom's own two methods.
 BOTH = StressOptions(["pic", "pit"], quick=True)
@@ -31,7 +31,7 @@ def results(folder: Path) -> StressResults:
     """A small campaign: one line of each kind, on our own two methods."""
     names = ["tunnelling", "reversal", "mujoco-441", "rapier-97"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("carom.runs.pool.LocalPool", lambda *_: InProcess())
+        patch.setattr("carom.execution.pool.LocalPool", lambda *_: InProcess())
         return stress(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
 
 

@@ -12,9 +12,9 @@ from tests.lengths import each
 from tests.stage import disc_at, staged
 
 from carom import Scene, Trace, solve_pic
+from carom.catalogue import CatalogueScene, Tag, catalogue
 from carom.comparator import Errors
-from carom.runs.scoring import Measures
-from carom.scenes import CatalogueScene, Tag, catalogue
+from carom.execution.scoring import Measures
 from carom.studies.bench.axes import ErrorKind, error_of
 from carom.studies.bench.result import Point
 from carom.studies.stress.relations import base_scene, relations, rough_scene

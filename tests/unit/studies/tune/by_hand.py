@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from carom.runs.job import Method
-from carom.runs.pool import LocalPool
-from carom.runs.reference import reference_of, reference_trace
-from carom.scenes import find_scenes
-from carom.studies.tune.judge import Jury
-from carom.studies.tune.merit import Merit, merit_of
+from carom.catalogue import find_scenes
+from carom.execution.job import Method
+from carom.execution.pool import LocalPool
+from carom.execution.reference import reference_of, reference_trace
+from carom.model.trace import Trace
+from carom.studies.tune.evaluate import Jury
+from carom.studies.tune.objective import Merit, merit_of
 from carom.studies.tune.options import TuneOptions
 from carom.studies.tune.run import tune
-from carom.trace import Trace
 
 
 def merits(engine: str, profiles: Sequence[str], trials: int) -> tuple[Merit, list[Merit]]:

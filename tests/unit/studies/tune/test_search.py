@@ -11,17 +11,17 @@ from typing import cast
 import pytest
 
 from carom import Disc, Scene
-from carom.adapter import Knob
+from carom.catalogue import find_scenes
 from carom.comparator import Grade
+from carom.engines.api import Knob
 from carom.errors import InputError
-from carom.runs.job import Method
-from carom.runs.pool import InProcess
-from carom.scenes import find_scenes
-from carom.studies.tune.judge import Jury, tune_journal
-from carom.studies.tune.merit import Judged
+from carom.execution.job import Method
+from carom.execution.pool import InProcess
+from carom.model.trace import Setting
+from carom.studies.tune.evaluate import Jury, tune_journal
+from carom.studies.tune.objective import Judged
 from carom.studies.tune.search import Found, KnobSearch
-from carom.studies.tune.space import Space, values_of
-from carom.trace import Setting
+from carom.studies.tune.search_space import Space, values_of
 
 KNOBS = {
     "threshold": Knob(0.0, 1.0),

@@ -9,7 +9,7 @@ import pytest
 from tests.unit.studies.tune.by_hand import assert_as_good, merits
 
 import carom
-from carom.studies.tune.merit import Merit
+from carom.studies.tune.objective import Merit
 
 pytest.importorskip("optuna", reason="optuna, extra tune, is not installed")
 pytest.importorskip("pymunk", reason="pymunk is not installed")

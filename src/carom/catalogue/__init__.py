@@ -1,0 +1,20 @@
+"""The catalogue: scenes with known answers that no code of Carom's made."""
+
+from carom.catalogue.bug_report import Complaint, Symptom
+from carom.catalogue.catalogue import all_scenes, catalogue, find_scenes, scene_named
+from carom.catalogue.entry import CatalogueScene, KnownAnswer, KnownImpact, Staged, Tag, deviation
+
+__all__ = [
+    "CatalogueScene",
+    "Complaint",
+    "KnownAnswer",
+    "KnownImpact",
+    "Staged",
+    "Symptom",
+    "Tag",
+    "all_scenes",
+    "catalogue",
+    "deviation",
+    "find_scenes",
+    "scene_named",
+]

@@ -1,0 +1,117 @@
+"""All scenes of the catalogue, by name."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from fnmatch import fnmatchcase
+from functools import cache
+from types import MappingProxyType, ModuleType
+
+from carom.catalogue import (
+    bug_reports_driven,
+    bug_reports_falling,
+    bug_reports_pairs,
+    bug_reports_rolling,
+    bug_reports_seams,
+    bug_reports_thin,
+    bug_reports_walled,
+    collinear,
+    contact,
+    driven,
+    engines,
+    gravity,
+    many_discs,
+    paper,
+    spin,
+    tables,
+    two_discs,
+    walled,
+)
+from carom.catalogue.entry import CatalogueScene, Tag
+from carom.errors import UnknownNameError
+from carom.model.scene import Scene
+
+_TAG_PREFIX = "tag:"
+
+#: What runs by default, and what is asked for by name, in the order in which reports list them.
+_SUITE = (paper, two_discs, walled, collinear, many_discs, gravity)
+_ON_REQUEST = (
+    *(
+        bug_reports_pairs,
+        bug_reports_walled,
+        bug_reports_falling,
+        bug_reports_rolling,
+        bug_reports_seams,
+        bug_reports_thin,
+        bug_reports_driven,
+    ),
+    *(spin, tables, driven, contact, engines),
+)
+
+
+@cache
+def catalogue() -> Mapping[str, CatalogueScene]:
+    """Return the catalogue's own suite by full name, in the order in which reports list it: what runs by default."""
+    return MappingProxyType({entry.name: entry for module in _SUITE for entry in _entries(module)})
+
+
+@cache
+def all_scenes() -> Mapping[str, CatalogueScene]:
+    """Return every scene that has a name: the suite, and the groups that run only when they are asked for by name."""
+    asked_for = {entry.name: entry for module in _ON_REQUEST for entry in _entries(module)}
+    return MappingProxyType({**catalogue(), **asked_for})
+
+
+def _entries(module: ModuleType) -> Iterator[CatalogueScene]:
+    """Yield the scenes of a module, in the order in which they stand there and reports list them."""
+    return (entry for entry in vars(module).values() if isinstance(entry, CatalogueScene))
+
+
+def find_scenes(patterns: Iterable[str]) -> list[CatalogueScene]:
+    """Return the scenes that match any of the patterns, each once, in the order of the patterns.
+
+    Args:
+        patterns: Full names, groups, shell patterns such as ``paper/*``, or tags such as ``tag:walls``.
+
+    Raises:
+        UnknownNameError: A pattern matches no scene; the message names the nearest one.
+    """
+    everything = all_scenes()
+    found: dict[str, CatalogueScene] = {}
+    for pattern in patterns:
+        matches = [entry for entry in everything.values() if _matches(entry, pattern)]
+        if not matches:
+            raise UnknownNameError(f"no scene is named {pattern!r}", hints=[_hint(pattern)])
+        found.update((entry.name, entry) for entry in matches)
+    return list(found.values())
+
+
+def scene_named(name: str) -> Scene:
+    """Return the scene of a full name.
+
+    Raises:
+        UnknownNameError: There is none; the message names the nearest one, or what a group or pattern stands for.
+    """
+    if (entry := all_scenes().get(name)) is not None:
+        return entry.scene
+    several = ", ".join(found.name for found in find_scenes([name]))
+    raise UnknownNameError(f"{name!r} is no one scene", hints=[f"it stands for: {several}"])
+
+
+def _matches(entry: CatalogueScene, pattern: str) -> bool:
+    if entry.name not in catalogue() and not pattern.startswith(entry.group):
+        return False  # a tag, or a pattern for anything, means the suite
+    if pattern.startswith(_TAG_PREFIX):
+        return pattern.removeprefix(_TAG_PREFIX) in entry.tags
+    return fnmatchcase(entry.name, pattern) or entry.group == pattern
+
+
+def _hint(pattern: str) -> str:
+    entries = all_scenes().values()
+    # A bare name, without its group, is near to its own full name whatever the lengths of the groups.
+    named = {candidate: entry.name for entry in entries for candidate in (entry.name, entry.name.partition("/")[2])}
+    named |= {group: group for group in {entry.group for entry in entries}}
+    named |= {f"{_TAG_PREFIX}{tag}": f"{_TAG_PREFIX}{tag}" for tag in Tag}
+    near = difflib.get_close_matches(pattern, named, n=1, cutoff=0.5)
+    return f"did you mean {named[near[0]]!r}?" if near else "`carom scenes` lists them"

@@ -1,0 +1,212 @@
+"""The closed forms from which known answers are computed.
+
+Vectors of the plane are complex numbers here: ``a * b`` turns, ``abs(a)`` is a length. Nothing in this module, or in
+those that use it, comes from Carom's physics or solvers: an answer computed by the code under test would prove nothing.
+Most scenes are written backwards from their impacts (the normal and the instant are chosen, the start follows by going
+back along straight lines), so that no equation has to be solved for the time of impact at all.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged
+from carom.model.scene import Disc, Scene
+from carom.model.trace import Vector
+
+
+def vector(z: complex) -> Vector:
+    """Return a complex number as (x, y)."""
+    return (z.real, z.imag)
+
+
+def dot(a: complex, b: complex) -> float:
+    """Return the scalar product of two vectors."""
+    return a.real * b.real + a.imag * b.imag
+
+
+def unit(a: complex) -> complex:
+    """Return the direction of a vector."""
+    return a / abs(a)
+
+
+def disc(position: complex, velocity: complex, radius_m: float, mass_kg: float = 1.0, **fields: Any) -> Disc:
+    """Return a disc; metres, metres a second, kilograms."""
+    place, speed = vector(position), vector(velocity)
+    return Disc(position_m=place, velocity_m_s=speed, radius_m=radius_m, mass_kg=mass_kg, **fields)
+
+
+def scene_of(discs: list[Disc], **fields: Any) -> Scene:
+    """Return a scene, to which the catalogue will give its name."""
+    return Scene(name="unnamed", discs=discs, **fields)
+
+
+def impact(
+    time_s: float,
+    first: int,
+    second: int,
+    first_after: complex,
+    second_after: complex | None = None,
+    *spins_after: float,
+) -> KnownImpact:
+    """Return a known impact; a wall has no velocity after it."""
+    velocity_second = None if second_after is None else vector(second_after)
+    return KnownImpact(time_s, first, second, vector(first_after), velocity_second, *spins_after)
+
+
+def normal_of_offset(approach: complex, offset: float) -> complex:
+    """Return the normal, from first to second, of an impact at a given offset.
+
+    Args:
+        approach: Velocity of the first relative to the second.
+        offset: Impact parameter in contact distances, -1 to 1: the sine of the angle from the approach to the normal;
+            above 0 the second lies to the left.
+    """
+    return unit(approach) * complex(math.sqrt(1.0 - offset * offset), offset)
+
+
+def after_impact(
+    m1: float, v1: complex, m2: float, v2: complex, normal: complex, restitution: float = 1.0
+) -> tuple[complex, complex]:
+    """Return both velocities after an impact.
+
+    In the frame of the centre of mass the normal part of each velocity turns into -e times itself.
+
+    Args:
+        m1: Mass of the first, kilograms.
+        v1: Its velocity before.
+        m2: Mass of the second; infinity is immovable.
+        v2: Its velocity before.
+        normal: Unit vector from first to second.
+        restitution: Coefficient of restitution e.
+    """
+    n1, n2 = dot(v1, normal), dot(v2, normal)
+    centre = n2 if math.isinf(m2) else (m1 * n1 + m2 * n2) / (m1 + m2)
+    back = 1.0 + restitution
+    return v1 + back * (centre - n1) * normal, v2 + back * (centre - n2) * normal
+
+
+def after_wall(velocity: complex, normal: complex, restitution: float = 1.0) -> complex:
+    """Return the velocity after a wall: the part along the wall stays, that along the normal turns to -e times it."""
+    along = 1j * normal
+    return dot(velocity, along) * along - restitution * dot(velocity, normal) * normal
+
+
+def meeting(
+    velocity: tuple[complex, complex],
+    radius_m: tuple[float, float],
+    *,
+    mass_kg: tuple[float, float] = (1.0, 1.0),
+    offset: float = 0.0,
+    time_s: float,
+    source: str = "Written backwards from the impact; velocities from conservation of momentum and Newton's law of "
+    "restitution, in the frame of the centre of mass",
+    **fields: float,
+) -> Staged:
+    """Stage two discs that touch at the origin, the second centre `offset` contact distances left of the approach."""
+    (v0, v1), (r0, r1), (m0, m1) = velocity, radius_m, mass_kg
+    normal = normal_of_offset(v0 - v1, offset)
+    discs = [disc(-r0 * normal - v0 * time_s, v0, r0, m0), disc(r1 * normal - v1 * time_s, v1, r1, m1)]
+    after = after_impact(m0, v0, m1, v1, normal, fields.get("restitution", 1.0))
+    return answered(scene_of(discs, **fields), [impact(time_s, 0, 1, *after)], source)
+
+
+class WedgeImpact(NamedTuple):
+    """One impact of a point with a side of a wedge.
+
+    Attributes:
+        time_s: Seconds from the start.
+        upper: Whether the side is the upper one, at the wedge's angle, or the lower one, at angle 0.
+        velocity: Velocity of the point after it.
+    """
+
+    time_s: float
+    upper: bool
+    velocity: complex
+
+
+def wedge_impacts(start: complex, velocity: complex, angle: float) -> list[WedgeImpact]:
+    """Return every impact of a point that moves in a wedge and is reflected by its two sides, by unfolding.
+
+    Reflect the wedge over and over about its sides instead of reflecting the path: the path becomes a straight line,
+    and it crosses the rays at 1, 2, 3, ... times the wedge's angle. The n-th crossing is at the time at which
+    ``(start + t velocity) exp(-i n angle)`` is real. Folded back, the velocity has been turned by ``-n angle`` for
+    even n, and mirrored into ``conj(velocity) exp(i (n + 1) angle)`` for odd n.
+
+    Args:
+        start: Start, of an argument between 0 and `angle`; the apex is 0.
+        velocity: Velocity; it passes the apex anticlockwise, so that the upper side is hit first.
+        angle: Angle of the wedge, below pi.
+    """
+    impacts = []
+    n = 1
+    # The straight line ends up in the direction of the velocity, so it crosses the rays of smaller argument only.
+    while n * angle < cmath.phase(velocity) % math.tau:
+        turn = cmath.exp(-1j * n * angle)
+        time = -(start * turn).imag / (velocity * turn).imag
+        folded = velocity * turn if n % 2 == 0 else velocity.conjugate() * cmath.exp(1j * (n + 1) * angle)
+        impacts.append(WedgeImpact(time, n % 2 == 1, folded))
+        n += 1
+    return impacts
+
+
+def struck_row(
+    gaps_m: Sequence[float],
+    convention: str = "",
+    *,
+    radius_m: float,
+    speed: float,
+    duration_s: float,
+    frame_rate_hz: float = 60.0,
+) -> Staged:
+    """Stage a striker and as many equal discs at rest as there are gaps; `gaps_m` begins with the striker's."""
+    position, time = 0.0, 0.0
+    discs = [disc(0j, complex(speed, 0), radius_m)]
+    impacts = []
+    for k, gap in enumerate(gaps_m):
+        position += 2 * radius_m + gap
+        time += gap / speed
+        discs.append(disc(complex(position, 0), 0j, radius_m))
+        impacts.append(impact(time, k, k + 1, 0j, complex(speed, 0)))
+    scene = scene_of(discs=discs, duration_s=duration_s, frame_rate_hz=frame_rate_hz)
+    source = "Equal masses exchange velocities: the velocity runs along the row, a gap after a gap"
+    return answered(scene, impacts, source, convention)
+
+
+def answered(
+    scene: Scene,
+    impacts: Sequence[KnownImpact],
+    source: str,
+    convention: str = "",
+    final: Sequence[tuple[complex, complex]] | None = None,
+    spins: tuple[float, ...] | None = None,
+) -> Staged:
+    """Return a scene with its answer where every impact is known.
+
+    Args:
+        scene: The scene.
+        impacts: All its impacts.
+        source: Where the answer comes from.
+        convention: Why it is not unique, if it is not.
+        final: Position and velocity of each disc at the end; None where all motion between impacts is in straight
+            lines, and follows.
+        spins: Spin of each disc at the end, where known.
+    """
+    ends = zip(*(_in_straight_lines(scene, impacts) if final is None else final), strict=True)
+    position, velocity = (tuple(map(vector, values)) for values in ends)
+    return Staged(scene, KnownAnswer(source, tuple(impacts), len(impacts), velocity, position, None, convention, spins))
+
+
+def _in_straight_lines(scene: Scene, impacts: Sequence[KnownImpact]) -> list[tuple[complex, complex]]:
+    position = [complex(*body.position_m) for body in scene.discs]
+    velocity = [complex(*body.velocity_m_s) for body in scene.discs]
+    since = [0.0] * len(position)
+    for known in impacts:
+        for body, after in ((known.first, known.velocity_first_after), (known.second, known.velocity_second_after)):
+            if body >= 0 and after is not None:
+                position[body] += velocity[body] * (known.time_s - since[body])
+                velocity[body], since[body] = complex(*after), known.time_s
+    return [(p + v * (scene.duration_s - t), v) for p, v, t in zip(position, velocity, since, strict=True)]

@@ -1,0 +1,163 @@
+"""Classics on one line: what happens there follows from unfolding, or from exchanging velocities."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from itertools import combinations
+
+from carom.catalogue.closed_forms import answered, disc, impact, scene_of, struck_row, wedge_impacts
+from carom.catalogue.entry import Staged, Tag, listed
+from carom.model.scene import Wall
+
+
+@listed("classics")
+def _sorting() -> Staged:
+    """Five equal discs on a line, each faster than the next: ten impacts sort their velocities."""
+    # Equal masses exchange velocities, as if each velocity were a ghost that walks on through the discs. Ghosts live on
+    # the line from which the diameters have been taken out.
+    radius = 0.1
+    ghost = [0.0, 0.45, 1.5, 1.85, 3.1]
+    velocity = [2.5, 1.6, 0.5, -0.8, -1.9]
+    n = len(ghost)
+    scene = scene_of(
+        discs=[
+            disc(complex(g + 2 * radius * k, 0), complex(v, 0), radius)
+            for k, (g, v) in enumerate(zip(ghost, velocity, strict=True))
+        ],
+        duration_s=1.75,
+    )
+    crossings = sorted(
+        ((ghost[b] - ghost[a]) / (velocity[a] - velocity[b]), a, b)
+        for a, b in combinations(range(n), 2)
+        if velocity[a] > velocity[b]
+    )
+    impacts = []
+    for time, a, b in crossings:
+        here = ghost[a] + velocity[a] * time
+        # As many ghosts are further left as discs are, so that number names the left disc of the two that meet.
+        left = sum(ghost[k] + velocity[k] * time < here for k in range(n) if k not in (a, b))
+        impacts.append(impact(time, left, left + 1, complex(velocity[b], 0), complex(velocity[a], 0)))
+    source = (
+        "Equal masses on a line exchange velocities: one impact for each inversion of the velocities, at the crossings "
+        "of straight lines (D. W. Jepsen, J. Math. Phys. 6, 405, 1965)"
+    )
+    return answered(scene, impacts, source)
+
+
+@listed("classics", Tag.UNSTABLE)
+def _galperin_100() -> Staged:
+    """A mass of 100 drives a mass of 1 against a wall: 31 impacts."""
+    light, heavy, speed = 1.0, 100.0, 1.5
+    radius_light, radius_heavy = 0.1, 0.3
+    # Gaps to the wall, with every radius and diameter between taken out.
+    gap_light, gap_heavy = 0.5, 1.2
+    scene = scene_of(
+        discs=[
+            disc(complex(gap_light + radius_light, 0), 0j, radius_light, light),
+            disc(complex(gap_heavy + 2 * radius_light + radius_heavy, 0), complex(-speed, 0), radius_heavy, heavy),
+        ],
+        walls=[Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+        duration_s=2.0,
+    )
+    # In coordinates scaled by the root of the mass the pair is one point between the wall's line, at angle 0, and the
+    # line on which the discs touch.
+    root_light, root_heavy = math.sqrt(light), math.sqrt(heavy)
+    bounces = wedge_impacts(
+        complex(root_heavy * gap_heavy, root_light * gap_light),
+        complex(-root_heavy * speed, 0),
+        math.atan2(root_light, root_heavy),
+    )
+    impacts = [
+        impact(b.time_s, 0, 1, complex(b.velocity.imag / root_light, 0), complex(b.velocity.real / root_heavy, 0))
+        if b.upper
+        else impact(b.time_s, 0, -1, complex(b.velocity.imag / root_light, 0))
+        for b in bounces
+    ]
+    source = (
+        "Unfolding of a wedge of angle atan(1/10): 31 impacts, the first two digits of pi (G. Galperin, Playing pool "
+        "with pi, Regular and Chaotic Dynamics 8(4), 375-394, 2003)"
+    )
+    return answered(scene, impacts, source)
+
+
+@listed("classics")
+def _three_in_line() -> Staged:
+    """Three unequal masses on a line collide six times, the most that their masses allow."""
+    m0, m1, m2 = 3.0, 0.5, 2.0
+    r0, r1, r2 = 0.3, 0.15, 0.25
+    pair, everything = m0 + m1, m0 + m1 + m2
+    angle = math.acos(math.sqrt(m0 * m2 / ((m0 + m1) * (m1 + m2))))
+    most = math.ceil(math.pi / angle)
+    # The path must cross the ray at `most` angles, so it must end up in a direction beyond it; and it must end less
+    # than a half turn after the start, which lies within the first wedge. Both take the middle of what is left.
+    direction = (most * angle + math.pi + angle) / 2
+    start_argument = (direction - math.pi + angle) / 2
+    start, velocity = cmath.rect(1.2, start_argument), cmath.rect(1.5, direction)
+    # Jacobi coordinates: the imaginary part is the gap of the first two, the real part that of the third from their
+    # centre of mass, each times the root of its reduced mass.
+    root_pair, root_third = math.sqrt(m0 * m1 / pair), math.sqrt(pair * m2 / everything)
+
+    def on_the_line(z: complex) -> tuple[complex, complex, complex]:
+        gap, third = z.imag / root_pair, z.real / root_third
+        centre = -m2 * third / everything
+        return (complex(centre - m1 * gap / pair, 0), complex(centre + m0 * gap / pair, 0), complex(centre + third, 0))
+
+    x0, x1, x2 = on_the_line(start)
+    v0, v1, v2 = on_the_line(velocity)
+    scene = scene_of(
+        discs=[disc(x0 - (r0 + r1), v0, r0, m0), disc(x1, v1, r1, m1), disc(x2 + (r1 + r2), v2, r2, m2)],
+        duration_s=2.0,
+    )
+    impacts = []
+    for bounce in wedge_impacts(start, velocity, angle):
+        after = on_the_line(bounce.velocity)
+        first = 1 if bounce.upper else 0
+        impacts.append(impact(bounce.time_s, first, first + 1, after[first], after[first + 1]))
+    source = (
+        "Three masses on a line are a point in a wedge of angle a = acos sqrt(m1 m3 / ((m1 + m2)(m2 + m3))), which a "
+        "straight line can cross ceil(pi / a) times: 6 here (unfolding; S. Tabachnikov, Geometry and Billiards, 2005)"
+    )
+    return answered(scene, impacts, source)
+
+
+@listed("classics", Tag.UNSTABLE)
+def _between_fixed() -> Staged:
+    """A disc bounces to and fro between two immovable ones, on their axis: an unstable periodic orbit."""
+    radius, fixed, half_distance, speed = 0.2, 0.3, 1.2, 3.7
+    reach = half_distance - radius - fixed
+    scene = scene_of(
+        discs=[
+            disc(complex(-half_distance, 0), 0j, fixed, math.inf),
+            disc(0j, complex(speed, 0), radius),
+            disc(complex(half_distance, 0), 0j, fixed, math.inf),
+        ],
+        duration_s=2.25,
+    )
+    impacts = []
+    for n in range(int((scene.duration_s * speed + reach) / (2 * reach))):
+        time = (2 * n + 1) * reach / speed
+        impacts.append(
+            impact(time, 1, 2, complex(-speed, 0), 0j) if n % 2 == 0 else impact(time, 0, 1, 0j, complex(speed, 0))
+        )
+    source = (
+        "On the axis every impact turns the velocity round: impacts at equal intervals (an unstable periodic orbit)"
+    )
+    return answered(scene, impacts, source)
+
+
+@listed("classics")
+def _cradle_gaps() -> Staged:
+    """Newton's cradle with gaps: the velocity runs from disc to disc."""
+    return struck_row([0.83, 0.17, 0.31, 0.23], radius_m=0.125, speed=2.0, duration_s=1.5)
+
+
+@listed("classics")
+def _cradle_touching() -> Staged:
+    """Newton's cradle with touching discs: four impacts at one instant."""
+    # Powers of two: the row touches exactly, and all four impacts share one instant to the bit.
+    convention = (
+        "Four impacts share one instant, and momentum and energy alone allow more outcomes than one; impacts are taken "
+        "one pair at a time, which is the limit of vanishing gaps: only the last disc leaves"
+    )
+    return struck_row([0.84375, 0.0, 0.0, 0.0], convention, radius_m=0.125, speed=2.0, duration_s=1.25)

@@ -1,0 +1,420 @@
+"""The group `contact`: discs that slide, roll and rest, or are slowed down, each with its answer in closed form.
+
+Of a disc with the velocity v the law ``v' = -c v`` leaves ``v exp(-c t)`` after the way ``v s``, where s is
+``(1 - exp(-c t)) / c``: each answer is worked out with constant velocities in s, and ``t = -ln(1 - c s) / c``.
+`docs/theory/damping.md` derives it. What slides, rolls and rests does so by Coulomb's law, which
+`docs/theory/contact.md` derives. The group runs when it is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from carom.catalogue.closed_forms import answered, disc, impact, scene_of
+from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.catalogue.walled import FLOOR, edges
+from carom.model.scene import Disc, Wall
+from carom.model.trace import Vector, wall_body
+
+#: Of one axis: from when on, from where, and how fast.
+_Leg = tuple[float, float, float]
+
+_LAW = "Linear damping: a velocity falls as exp(-c t), after the way v (1 - exp(-c t))/c"
+
+
+def _clock_s(undamped_s: float, damping_per_s: float) -> float:
+    return -math.log(1.0 - damping_per_s * undamped_s) / damping_per_s
+
+
+def _undamped_s(clock_s: float, damping_per_s: float) -> float:
+    return (1.0 - math.exp(-damping_per_s * clock_s)) / damping_per_s
+
+
+@listed("contact")
+def _damped_box() -> Staged:
+    """A damped disc goes round in a box with walls that lose a fifth of its speed."""
+    radius, side, restitution, damping, duration = 0.5, 5.0, 0.8, 0.4, 3.0
+    place, velocity = (1.0, 2.0), (6.0, -4.0)
+    faces = (((0.0, 0.0), (1.0, 0.0)), ((side, 0.0), (-1.0, 0.0)), ((0.0, 0.0), (0.0, 1.0)), ((0.0, side), (0.0, -1.0)))
+    end = _undamped_s(duration, damping)
+    # The two axes know nothing of each other; without damping:
+    legs: tuple[list[_Leg], list[_Leg]] = ([(0.0, place[0], velocity[0])], [(0.0, place[1], velocity[1])])
+    hits = []
+    for axis, own in enumerate(legs):
+        since, start, speed = own[0]
+        while True:
+            wall, target = (1, side - radius) if speed > 0.0 else (0, radius)
+            since, start, speed = since + (target - start) / speed, target, -restitution * speed
+            if since > end:
+                break
+            own.append((since, start, speed))
+            hits.append((since, wall_body(2 * axis + wall)))
+
+    def moving(when: float) -> tuple[complex, complex]:
+        """Return place and velocity just after an undamped time, the velocity as the damped disc has it."""
+        now = [max(leg for leg in own if leg[0] <= when) for own in legs]
+        kept = 1.0 - damping * when
+        (x, u), (y, v) = ((start + speed * (when - since), speed * kept) for since, start, speed in now)
+        return complex(x, y), complex(u, v)
+
+    impacts = [impact(_clock_s(when, damping), 0, wall, moving(when)[1]) for when, wall in sorted(hits)]
+    scene = scene_of(
+        [Disc(position_m=place, velocity_m_s=velocity, radius_m=radius)],
+        walls=[Wall(point_m=point, normal=normal) for point, normal in faces],
+        wall_restitution=restitution,
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    return answered(scene, impacts, _LAW, final=[moving(end)])
+
+
+@listed("contact")
+def _damped_stop() -> Staged:
+    """A wall stands exactly as far away as a damped disc gets in all time, so that it is never met."""
+    speed, damping, duration, radius = 1.0, 0.5, 20.0, 0.25
+    scene = scene_of(
+        [disc(0j, complex(speed), radius)],
+        walls=[Wall(point_m=(speed / damping + radius, 0.0), normal=(-1.0, 0.0))],
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    way, kept = speed * _undamped_s(duration, damping), math.exp(-damping * duration)
+    return answered(scene, [], f"{_LAW}: v/c in all", final=[(complex(way), complex(speed * kept))])
+
+
+@listed("contact")
+def _damped_pair() -> Staged:
+    """A damped disc catches up with a heavier one, which its impact drives on."""
+    fast, slow, mass, restitution, damping, duration = 4.0, 1.0, 3.0, 0.5, 0.8, 1.5
+    gap, radius = 1.5, 0.5
+    when, end = gap / (fast - slow), _undamped_s(duration, damping)
+    centre = (fast + mass * slow) / (1.0 + mass)
+    after = [
+        centre - restitution * (fast - slow) * mass / (1.0 + mass),
+        centre + restitution * (fast - slow) / (1.0 + mass),
+    ]
+    starts = (0.0, 2.0 * radius + gap)
+    kept, left = 1.0 - damping * when, math.exp(-damping * duration)
+    final = [
+        (complex(start + before * when + speed * (end - when)), complex(speed * left))
+        for start, before, speed in zip(starts, (fast, slow), after, strict=True)
+    ]
+    scene = scene_of(
+        [disc(complex(starts[0]), complex(fast), radius), disc(complex(starts[1]), complex(slow), radius, mass)],
+        restitution=restitution,
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    hit = impact(_clock_s(when, damping), 0, 1, complex(after[0] * kept), complex(after[1] * kept))
+    return answered(scene, [hit], f"{_LAW}; Newton's law of restitution", final=final)
+
+
+@listed("contact")
+def _damped_slide() -> Staged:
+    """A damped disc that spins slides through its impact on a floor; its spin falls as its velocity does."""
+    (u, v), spin, friction, restitution, damping, duration = (3.0, -2.0), 4.0, 0.1, 0.5, 0.5, 1.2
+    height = 1.6  # of a disc of radius 1 and inertia factor 1/2
+    when, end = (height - 1.0) / -v, _undamped_s(duration, damping)
+    pushed = (1.0 + restitution) * -v
+    # The floor's friction on a rim that moves to the right: to the left on the centre, and against the spin.
+    u_after, v_after, spin_after = u - friction * pushed, -restitution * v, spin - 2.0 * friction * pushed
+    kept, left = 1.0 - damping * when, math.exp(-damping * duration)
+    scene = scene_of(
+        [disc(complex(0.0, height), complex(u, v), 1.0, spin_rad_s=spin)],
+        walls=[FLOOR],
+        wall_restitution=restitution,
+        wall_friction=friction,
+        damping_per_s=damping,
+        duration_s=duration,
+    )
+    hit = impact(_clock_s(when, damping), 0, -1, complex(u_after * kept, v_after * kept), None, spin_after * kept)
+    source = f"{_LAW}; Cross, Am. J. Phys. 70 (2002) 1093: sliding takes f (1 + e) w_n of v"
+    place = complex(u * when + u_after * (end - when), 1.0 + v_after * (end - when))
+    final = [(place, complex(u_after * left, v_after * left))]
+    return answered(scene, [hit], source, final=final, spins=(spin_after * left,))
+
+
+# On a wall that gravity presses a disc to -----------------------------------------------------------------------------
+
+_RADIUS_M, _G = 0.5, 10.0
+_ROLLING = (
+    "Rolling resistance, up to c P R against the spin: u' = -c g/(1 + k); Ai et al., Powder Technol. 206 (2011) 269, A"
+)
+_COULOMB = "Coulomb's law: while it slips, friction is f P; a disc rolls if f P (1 + 1/k) is enough to hold its slip"
+
+
+def _on_a_wall(
+    source: str,
+    answer: tuple[float, float, float],
+    duration_s: float,
+    *,
+    fall: float = 0.0,
+    along: float = 0.0,
+    rim: float = 0.0,
+    into: float = 0.0,
+    up: float = 0.0,
+    count: int | None = 0,
+    inertia: float = 0.5,
+    **laws: Any,
+) -> Staged:
+    """Stage a disc on a wall through the origin that falls off to the right.
+
+    Args:
+        source: Where the answer comes from.
+        answer: How far it is along the wall at the end, how fast, and how fast its rim is: metres, metres a second.
+        duration_s: How long the scene is.
+        fall: Tangent of the angle of the wall: one of a right triangle with sides in whole numbers.
+        along: How fast it is along the wall at the start.
+        rim: How fast its rim is, counterclockwise.
+        into: How fast it comes into the wall.
+        up: How high it starts, metres.
+        count: Its impacts.
+        inertia: Its inertia factor.
+        laws: Restitution and friction of the wall; it gives nothing back unless that is told.
+    """
+    nx, ny = fall / math.hypot(1.0, fall), 1.0 / math.hypot(1.0, fall)
+
+    def at(way: float, off: float) -> Vector:
+        return (way * ny + off * nx, off * ny - way * nx)
+
+    body = Disc(
+        position_m=at(0.0, _RADIUS_M + up),
+        velocity_m_s=at(along, -into),
+        radius_m=_RADIUS_M,
+        spin_rad_s=rim / _RADIUS_M,
+        inertia_factor=inertia,
+    )
+    wall = Wall(point_m=(0.0, 0.0), normal=(nx, ny))
+    laws = {"wall_restitution": 0.0, **laws}
+    scene = scene_of([body], walls=[wall], gravity_m_s2=(0.0, -_G), duration_s=duration_s, **laws)
+    spins = (answer[2] / _RADIUS_M,) if scene.arrays.turns else None
+    place, velocity = (at(answer[0], _RADIUS_M),), (at(answer[1], 0.0),)
+    return Staged(scene, KnownAnswer(source, (), count, velocity, place, final_spin_rad_s=spins))
+
+
+@listed("contact")
+def _drop() -> Staged:
+    """A ball that is dropped and thrown bounces without end until 3/sqrt(5) s, and slides on from there."""
+    source = "Geometric series: of a fall that takes t, bounces by e end after t (1 + e)/(1 - e)"
+    return _on_a_wall(source, (4.0, 1.0, 0.0), 4.0, along=1.0, up=1.0, count=None, wall_restitution=0.5)
+
+
+@listed("contact")
+def _bounce_to_roll() -> Staged:
+    """A disc bounces without end, is gripped at its fourth bounce, and rolls from 1/5 s on."""
+    source = "Geometric series of the hops, sliding ones and held ones: docs/theory/contact.md"
+    answer = (1157 / 3840 + 4 / 3, 4 / 3, -4 / 3)
+    return _on_a_wall(source, answer, 1.2, along=2.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.25)
+
+
+@listed("contact")
+def _lands_sliding() -> Staged:
+    """A disc lands after infinitely many sliding bounces with slip left, slides, and rolls from 19/10 s on."""
+    source = "Geometric series of the hops, all of them sliding: docs/theory/contact.md"
+    slides = 57 / 10 * 17 / 10 - 17 / 10 * 17 / 10 / 2
+    answer = (29 / 25 + slides + 4.0, 4.0, -4.0)
+    return _on_a_wall(source, answer, 2.9, along=6.0, into=1.0, count=None, wall_restitution=0.5, wall_friction=0.1)
+
+
+@listed("contact")
+def _between_thresholds() -> Staged:
+    """On a slope that holds a rolling disc, but no bouncing one: it lands sliding, and rolls from 3/8 s on."""
+    source = "Bounces hold a slip on slopes up to f (1 + 1/k)(1 + e)/2 = .675, contact up to f (1 + 1/k) = .9"
+    rolled, lasts = 11 / 40 + 31 / 20 / 8 + 36 / 10 / 128, 1.0
+    answer = (rolled + 2 * lasts + 4 * lasts**2 / 2, 2.0 + 4 * lasts, -2.0 - 4 * lasts)
+    start = {"fall": 0.75, "along": 0.75, "into": 1.0}
+    return _on_a_wall(source, answer, 0.375 + lasts, **start, count=None, wall_restitution=0.5, wall_friction=0.3)
+
+
+@listed("contact")
+def _slide_to_roll() -> Staged:
+    """A disc that slides at first rolls from 1/2 s on, at two thirds of its speed."""
+    return _on_a_wall(_COULOMB, (17 / 4, 2.0, -2.0), 2.0, along=3.0, wall_friction=0.2)
+
+
+@listed("contact")
+def _sphere_slides_to_roll() -> Staged:
+    """A sphere that slides at first keeps five sevenths of its speed, as a billiard ball does."""
+    answer = (3 * 3 / 7 - 9 / 49 + 15 / 7 * (2 - 3 / 7), 15 / 7, -15 / 7)
+    return _on_a_wall(_COULOMB, answer, 2.0, along=3.0, inertia=0.4, wall_friction=0.2)
+
+
+@listed("contact")
+def _comes_back() -> Staged:
+    """A hoop's trick: with enough backspin a disc turns round after 1/4 m, and rolls back from 1 s on."""
+    return _on_a_wall(_COULOMB, (-1.0, -1.0, 1.0), 2.0, along=1.0, rim=5.0, wall_friction=0.2)
+
+
+@listed("contact")
+def _incline_rolls() -> Staged:
+    """A disc is let go on a slope and rolls: two thirds of what gravity gives along it."""
+    return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.3)
+
+
+@listed("contact")
+def _incline_slips() -> Staged:
+    """On the same slope with less friction the disc slips from the start, and ever faster."""
+    return _on_a_wall(_COULOMB, (11 / 5, 22 / 5, -16 / 5), 1.0, fall=0.75, wall_friction=0.2)
+
+
+@listed("contact")
+def _incline_edge() -> Staged:
+    """On the same slope with just as much friction as rolling takes, slipping and rolling are one."""
+    return _on_a_wall(_COULOMB, (2.0, 4.0, -4.0), 1.0, fall=0.75, wall_friction=0.25)
+
+
+@listed("contact")
+def _stops() -> Staged:
+    """A disc that does not turn slides to a stop, after v^2/(2 f g)."""
+    return _on_a_wall(_COULOMB, (1.5, 0.0, 0.0), 5.0, along=3.0, inertia=math.inf, wall_friction=0.3)
+
+
+@listed("contact")
+def _holds() -> Staged:
+    """On a slope below its angle of friction a disc that does not turn stays where it is."""
+    return _on_a_wall(_COULOMB, (0.0, 0.0, 0.0), 5.0, fall=0.75, inertia=math.inf, wall_friction=0.8)
+
+
+@listed("contact")
+def _rolling_resistance() -> Staged:
+    """A disc that rolls on a floor with rolling resistance stops after 5/2 s and 5/4 m."""
+    laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 3 / 50}
+    return _on_a_wall(_ROLLING, (5 / 4, 0.0, 0.0), 5.0, along=1.0, rim=-1.0, **laws)
+
+
+@listed("contact")
+def _rolling_resistance_holds() -> Staged:
+    """On a slope whose tangent is below the coefficient of rolling resistance a disc does not begin to roll."""
+    return _on_a_wall(_ROLLING, (0.0, 0.0, 0.0), 5.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.76)
+
+
+@listed("contact")
+def _rolling_resistance_on_a_slope() -> Staged:
+    """On a slope that rolling resistance does not hold a disc rolls more slowly: by c P less, over 1 + k."""
+    source = f"{_ROLLING}: u' = (g sin - c g cos)/(1 + k)"
+    return _on_a_wall(source, (1.2, 2.4, -2.4), 1.0, fall=0.75, wall_friction=0.8, wall_rolling_resistance=0.3)
+
+
+@listed("contact")
+def _block() -> Staged:
+    """With more rolling resistance than friction a disc slides without turning, and stops as a block does."""
+    laws: dict[str, Any] = {"wall_friction": 0.3, "wall_rolling_resistance": 0.4}
+    return _on_a_wall(_ROLLING, (1.5, 0.0, 0.0), 5.0, along=3.0, **laws)
+
+
+@listed("contact")
+def _lands_rolling() -> Staged:
+    """A disc that comes down rolling loses c times what it is pressed by, over 1 + k: so it lands, and so it stops."""
+    e, w, c, k = 0.5, 1.0, 0.06, 0.5
+    begun, taken = 2.0, c * (1 + e) * w / (1 - e) / (1 + k)
+    ways = [2.0 / _G * w * e**n * (begun - taken * (1 - e**n)) for n in range(1, 70)]
+    landed = begun - taken
+    way = math.fsum(ways) + landed * landed * (1 + k) / (2 * c * _G)
+    source = "Geometric series of the hops; from there on v^2 (1 + k)/(2 c g): docs/theory/contact.md"
+    laws: dict[str, Any] = {"wall_restitution": e, "wall_friction": 0.3, "wall_rolling_resistance": c}
+    return _on_a_wall(source, (way, 0.0, 0.0), 6.0, along=begun, rim=-begun, into=w, count=None, **laws)
+
+
+@listed("contact")
+def _struck() -> Staged:
+    """A disc that rolls strikes an equal one at rest: it stops and follows, as a billiard ball does."""
+    discs = [disc(0.5j, 3 + 0j, 0.5, spin_rad_s=-6.0), disc(2 + 0.5j, 0j, 0.5)]
+    scene = scene_of(
+        discs, walls=[FLOOR], gravity_m_s2=(0.0, -_G), wall_friction=0.2, wall_restitution=0.0, duration_s=3.0
+    )
+    source = f"{_COULOMB}; the impact swaps the velocities and keeps the spins"
+    final = [(41 / 12 + 0.5j, 1 + 0j), (91 / 12 + 0.5j, 2 + 0j)]
+    return answered(scene, [impact(1 / 3, 0, 1, 0j, 3 + 0j, -6.0, 0.0)], source, final=final, spins=(-2.0, -4.0))
+
+
+@listed("contact")
+def _edge() -> Staged:
+    """A disc rolls over the end of an edge at 3 m/s, and flies off at once: its weight bends its path too little."""
+    speed, end, duration = 3.0, 1.0, 1.0
+    flown = duration - end / speed
+    scene = scene_of(
+        discs=[disc(complex(0.0, _RADIUS_M), complex(speed), _RADIUS_M, spin_rad_s=-6.0)],
+        walls=[edges(-5, end)],
+        gravity_m_s2=(0.0, -_G),
+        wall_friction=0.5,
+        wall_restitution=0.0,
+        duration_s=duration,
+    )
+    source = "Galileo's parabola from the end on, as u^2 = 9 is above g R = 5: no circle about the end is so wide"
+    end_state = complex(speed * duration, _RADIUS_M - _G * flown * flown / 2), complex(speed, -_G * flown)
+    return answered(scene, [], source, final=[end_state], spins=(-6.0,))
+
+
+@listed("contact")
+def _pressed() -> Staged:
+    """A disc falls onto one that lies on the floor: whether it leaves depends on the order of impacts."""
+    scene = scene_of(
+        discs=[disc(0.5j, 0j, 0.5), disc(1.7j, 0j, 0.5)],
+        walls=[FLOOR],
+        gravity_m_s2=(0.0, -_G),
+        restitution=0.5,
+        wall_restitution=0.0,
+        duration_s=1.0,
+    )
+    known = KnownAnswer(
+        "Newton's law of restitution, one impact after the other",
+        (KnownImpact(0.2, 0, 1, (0.0, -1.5), (0.0, -0.5)), KnownImpact(0.2, 0, wall_body(0), (0.0, 0.0))),
+        convention=(
+            "One after the other each round leaves a quarter of 2 m/s, and both end at rest; all at once, as engines "
+            "solve them, the upper disc leaves at 1 m/s. Impacts are taken one after the other"
+        ),
+    )
+    return Staged(scene, known)
+
+
+def _in_a_corner(
+    spin: float, source: str, place_m: float, speed: float, after: float | None, duration: float
+) -> Staged:
+    scene = scene_of(
+        discs=[disc(0.5 + 0.5j, 0j, 0.5, spin_rad_s=spin)],
+        walls=[FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))],
+        gravity_m_s2=(0.0, -_G),
+        wall_friction=0.25,
+        wall_restitution=0.0,
+        duration_s=duration,
+    )
+    spins = None if after is None else (after,)
+    return answered(scene, [], source, final=[(complex(place_m, 0.5), complex(speed))], spins=spins)
+
+
+@listed("contact")
+def _corner() -> Staged:
+    """A disc that spins between floor and wall, driven into the corner, stays there: which contact is not solved."""
+    source = (
+        "Irodov, Problems in General Physics: f (1 + f)/(1 + f^2) g/(k R) slows the spin down, to 0 after 17/10 s and "
+        "17 rad, while the centre stays"
+    )
+    return _in_a_corner(20.0, source, 0.5, 0.0, None, 3.0)
+
+
+@listed("contact")
+def _out_of_a_corner() -> Staged:
+    """Turning the other way it drives itself out of the corner, and rolls from 4/3 s on."""
+    slides, speed = 4 / 3, 10 / 3
+    way = 0.5 + 2.5 * slides * slides / 2 + speed * (3.0 - slides)
+    return _in_a_corner(-20.0, _COULOMB, way, speed, -2.0 * speed, 3.0)
+
+
+# On a table -----------------------------------------------------------------------------------------------------------
+
+
+@listed("contact")
+def _table_stop() -> Staged:
+    """A disc on a table that slows it down by 4/10 m/s2 stops after 5/2 s, and 5/4 m along its way."""
+    scene = scene_of([disc(0j, 0.8 + 0.6j, 0.25)], table_deceleration_m_s2=0.4, duration_s=4.0)
+    return answered(scene, [], "Galileo: v^2/(2 a)", final=[(1 + 0.75j, 0j)])
+
+
+@listed("contact")
+def _table_pair() -> Staged:
+    """A disc slides 3/2 m to an equal one at rest, hands over what it has left, and that one stops 1/2 m further on."""
+    discs = [disc(0j, 2 + 0j, 0.25), disc(2 + 0j, 0j, 0.25)]
+    scene = scene_of(discs, table_deceleration_m_s2=1.0, duration_s=3.0)
+    source = "Galileo: of v^2 each way s takes 2 a s; equal elastic discs swap velocities"
+    return answered(scene, [impact(1.0, 0, 1, 0j, 1 + 0j)], source, final=[(1.5 + 0j, 0j), (2.5 + 0j, 0j)])

@@ -1,0 +1,230 @@
+"""The group `driven`: paddles, pistons, mallets and moving boxes, each scene with its answer in closed form.
+
+Seen from a driven body an impact is one on a body that stands, so that every answer is that of a wall, or of an
+immovable disc, in the frame that moves with it. `docs/theory/walls.md` derives it. The group runs when it is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+
+from carom.catalogue.closed_forms import after_impact, after_wall, answered, disc, impact, scene_of, vector
+from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.catalogue.walled import edges, in_a_room
+from carom.model.scene import Wall
+
+_LAW = "Newton's law in the frame of the driven body: v' = V - e (v - V) along the normal"
+
+
+def _after(velocity: complex, drive: complex, normal: complex, restitution: float = 1.0) -> complex:
+    return drive + after_wall(velocity - drive, normal, restitution)
+
+
+@listed("driven")
+def _paddle() -> Staged:
+    """A disc comes at 2 m/s to a wall that comes at 1 m/s, and goes back at 4 m/s."""
+    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), velocity_m_s=(1.0, 0.0))
+    scene = scene_of([disc(3.5625 + 0j, -2 + 0j, 0.5)], walls=[wall], duration_s=2.0)
+    return answered(scene, [impact(3.0625 / 3, 0, -1, 4 + 0j)], f"{_LAW}: 2 V - v")
+
+
+@listed("driven")
+def _racket() -> Staged:
+    """A tilted racket without thickness strikes a disc that comes, and loses a fifth of what they close at."""
+    drive, velocity, radius, restitution, time = 3 + 1j, -4 + 0.5j, 0.125, 0.8, 0.51
+    normal = 0.8 + 0.6j  # so that the racket lies along (-0.6, 0.8)
+    foot = 0.25j  # of the disc on the racket, when they meet
+    start = foot + radius * normal - velocity * time
+    ends = [foot + way * 1j * normal - drive * time for way in (-0.75, 0.5)]
+    racket = edges(*ends, velocity_m_s=vector(drive))
+    scene = scene_of([disc(start, velocity, radius)], walls=[racket], wall_restitution=restitution, duration_s=1.25)
+    return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal, restitution))], _LAW)
+
+
+@listed("driven")
+def _swatter() -> Staged:
+    """A swatter without thickness meets a disc at rest at 50 m/s: it must not pass through."""
+    radius, speed = 0.125, 50.0
+    swatter = edges(-10 - 1j, -10 + 1j, velocity_m_s=(speed, 0.0))
+    scene = scene_of([disc(0.25j, 0j, radius)], walls=[swatter], duration_s=0.5)
+    time = (10.0 - radius) / speed
+    return answered(scene, [impact(time, 0, -1, complex(2.0 * speed))], f"{_LAW}: 2 V")
+
+
+@listed("driven")
+def _tip_of_a_racket() -> Staged:
+    """A disc that comes sideways meets the tip of a racket that is on its way up."""
+    drive, velocity, radius, time = 2j, -3 + 0j, 0.25, 0.51
+    normal = complex(0.8, 0.6)  # from the tip to the disc's centre
+    tip = -drive * time  # at the origin when they meet
+    racket = edges(tip, tip - 1j, velocity_m_s=vector(drive))
+    start = radius * normal - velocity * time
+    scene = scene_of([disc(start, velocity, radius)], walls=[racket], duration_s=1.25)
+    return answered(scene, [impact(time, 0, -1, _after(velocity, drive, normal))], f"{_LAW}, from the tip to the disc")
+
+
+@listed("driven")
+def _mallet() -> Staged:
+    """A mallet meets a puck off centre, and goes on as if nothing had been there."""
+    drive, velocity, radius, time = -1 + 1j, 0.5 - 1j, 0.5, 0.8125
+    normal = complex(0.6, -0.8)  # from puck to mallet
+    puck = -velocity * time
+    mallet = 2.0 * radius * normal - drive * time
+    discs = [disc(puck, velocity, radius), disc(mallet, drive, radius, math.inf, driven=True)]
+    scene = scene_of(discs, duration_s=2.0)
+    after, _ = after_impact(1.0, velocity, math.inf, drive, normal)
+    return answered(scene, [impact(time, 0, 1, after, drive)], f"{_LAW}; of a disc it is the line of centres")
+
+
+def before_a_paddle(
+    speed: Fraction, length: Fraction, legs: Sequence[tuple[Fraction, Fraction]], duration: Fraction, source: str
+) -> Staged:
+    """Stage a disc that begins a metre from a wall, and bounces between it and a paddle, all in rational numbers.
+
+    Args:
+        speed: Its velocity along the line, away from the wall.
+        length: How far from the wall the paddle begins.
+        legs: From when on the paddle moves, and how fast, away from the wall.
+        duration: Until when.
+        source: Where the answer comes from.
+    """
+    start, radius, place, paddle, time = speed, Fraction(1, 4), Fraction(1), length, Fraction(0)
+    impacts: list[KnownImpact] = []
+    for (_, drive), end in zip(legs, [*(begin for begin, _ in legs[1:]), duration], strict=True):
+        body = -1
+        while body:
+            waits = [(end - time, 0)]
+            waits += [((place - radius) / -speed, -1)] if speed < 0 else []
+            waits += [((paddle - radius - place) / (speed - drive), -2)] if speed > drive else []
+            wait, body = min(waits)
+            place, paddle, time = place + speed * wait, paddle + drive * wait, time + wait
+            if body:
+                speed = -speed if body == -1 else 2 * drive - speed
+                impacts.append(impact(float(time), 0, body, complex(float(speed))))
+    path = [{"from_s": float(begin), "velocity_m_s": (float(drive), 0.0)} for begin, drive in legs]
+    moves = {"legs": path} if len(path) > 1 else {"velocity_m_s": path[0]["velocity_m_s"]}
+    walls = [
+        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        Wall(point_m=(float(length), 0.0), normal=(-1.0, 0.0), **moves),
+    ]
+    scene = scene_of([disc(1 + 0j, complex(float(start)), 0.25)], walls=walls, duration_s=float(duration))
+    return answered(scene, impacts, source, final=[(complex(float(place)), complex(float(speed)))])
+
+
+def _in_a_cylinder(drive: Fraction, duration: Fraction) -> Staged:
+    """Stage a disc between a wall and a piston, from the middle on, at 1 m/s towards the wall."""
+    source = "Each impact on the piston adds 2 U to the speed (Ulam, 1961); the times by rational recurrence"
+    return before_a_paddle(Fraction(-1), Fraction(2), [(Fraction(0), drive)], duration, source)
+
+
+@listed("driven")
+def _piston() -> Staged:
+    """A piston presses a disc together with a wall: it gets faster with each of a dozen impacts on it."""
+    return _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
+
+
+@listed("driven")
+def _crush() -> Staged:
+    """A piston and a wall leave a disc no room from 3 s on: infinitely many impacts, ever faster, come before that."""
+    pressed = _in_a_cylinder(Fraction(-1, 2), Fraction(93, 32))
+    source = (
+        "Each impact on the piston adds 2 U to the speed (Ulam, 1961), so that (v - U) times the room stays the same; "
+        "1.5 m of room are used up at 0.5 m/s after 3 s"
+    )
+    scene = pressed.scene.model_copy(update={"duration_s": 4.0})
+    return Staged(scene, KnownAnswer(source, pressed.known.impacts))
+
+
+@listed("driven")
+def _piston_that_recedes() -> Staged:
+    """A piston goes back: each impact on it takes speed, and after the last one the disc does not catch up."""
+    return _in_a_cylinder(Fraction(1, 8), Fraction(64))
+
+
+@listed("driven")
+def _moving_box() -> Staged:
+    """A disc in a box of four edges that moves: seen from the box it is a disc in a box."""
+    source = "Galileo: as in the box at rest, whose path is unfolded to a straight line"
+    start, velocity = 1.109375 + 0.765625j, 1.71875 + 0.6328125j
+    return in_a_room(start, velocity, 0.25, 4.0, 3.0, 20.0, drive=3 - 2j, source=source)
+
+
+@listed("driven")
+def _lift() -> Staged:
+    """A ball bounces on a floor that comes up at a constant speed: seen from there, on a floor at rest."""
+    return on_a_lift(1.5)
+
+
+def on_a_lift(rise: float) -> Staged:
+    """Stage a ball that falls from rest on a floor with this upward velocity, and bounces three times."""
+    pull, speed, radius, restitution = 8.0, 5.0, 0.5, 0.5
+    height = 0.5 * speed**2 / pull  # seen from the floor the ball begins with a speed of -rise, at this height
+    lands = math.sqrt(rise**2 + 2.0 * pull * height)
+    impacts, time, leaving = [], (lands - rise) / pull, restitution * lands
+    count = 3
+    for _ in range(count):
+        impacts.append(impact(time, 0, -1, complex(0.0, rise + leaving)))
+        hop, leaving = 2.0 * leaving / pull, restitution * leaving
+        time += hop
+    duration = time - hop / 2.0  # at the top of the last hop
+    top = 0.5 * (leaving / restitution) ** 2 / pull
+    end = complex(0.0, radius + rise * duration + top), complex(0.0, rise)
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), velocity_m_s=(0.0, rise))
+    scene = scene_of(
+        [disc(complex(0.0, radius + height), 0j, radius)],
+        walls=[floor],
+        wall_restitution=restitution,
+        gravity_m_s2=(0.0, -pull),
+        duration_s=duration,
+    )
+    return answered(scene, impacts, "Galileo: free fall and Newton's law, seen from the floor", final=[end])
+
+
+@listed("driven")
+def _start_at_a_touch() -> Staged:
+    """A wall that stands at a disc, and touches it, starts: it strikes the disc at that very instant."""
+    legs = ({"from_s": 0.0, "velocity_m_s": (0.0, 0.0)}, {"from_s": 0.75, "velocity_m_s": (1.5, 0.0)})
+    wall = Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0), legs=legs)
+    scene = scene_of([disc(0.25 + 0j, 0j, 0.25)], walls=[wall], duration_s=2.0)
+    return answered(scene, [impact(0.75, 0, -1, 3 + 0j)], f"{_LAW}: 2 V, when the wall starts")
+
+
+@listed("driven")
+def _paddle_to_and_fro() -> Staged:
+    """A paddle comes, stands and goes back while a disc bounces between it and a wall: three speeds are handed over."""
+    legs = [(Fraction(0), Fraction(-1, 2)), (Fraction(2), Fraction(0)), (Fraction(7, 2), Fraction(3, 4))]
+    source = f"{_LAW}, leg by leg; the times by rational recurrence"
+    return before_a_paddle(Fraction(-3), Fraction(4), legs, Fraction(6), source)
+
+
+@listed("driven")
+def _fast_cup() -> Staged:
+    """A cup flies past at 20 m/s with a ball at rest in it: it drives the ball before it, and never lets it out."""
+    radius, width, drive, place = 0.25, 2.0, 20.0, 1.0
+    cup = edges(2j, 0 - 1j, width - 1j, width + 2j, velocity_m_s=(drive, 0.0))
+    scene = scene_of([disc(complex(place, 0.0), 0j, radius)], walls=[cup], duration_s=0.4)
+    time, impacts, speed = (place - radius) / drive, list[KnownImpact](), 2.0 * drive
+    while time < scene.duration_s:
+        impacts.append(impact(time, 0, -1, complex(speed)))
+        time, speed = time + (width - 2.0 * radius) / drive, 2.0 * drive - speed
+    return answered(scene, impacts, "Galileo: as in a cup at rest, in which the ball comes at -V")
+
+
+@listed("driven")
+def _conveyor() -> Staged:
+    """A ball that is dropped on a belt leaves against its way, turning: friction takes all of the slip."""
+    radius, down, belt, time, k = 0.25, 2.0, 1.5, 0.5, 0.5
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0), surface_speed_m_s=belt)
+    scene = scene_of(
+        [disc(complex(0.0, radius + down * time), complex(0.0, -down), radius)],
+        walls=[floor],
+        wall_friction=1.0,
+        duration_s=2 * time,
+    )
+    change = belt / (1.0 + 1.0 / k)  # of the slip, that of the belt
+    after, spin = complex(-change, down), -change / k / radius
+    source = "Coulomb: the slip, which is the belt's speed, ends; of it 1/(1 + 1/k) goes into the velocity"
+    end = complex(0.0, radius) + after * time, after
+    return answered(scene, [impact(time, 0, -1, after, None, spin)], source, final=[end], spins=(spin,))

@@ -1,0 +1,265 @@
+"""Known answers: what must happen in a scene, from mathematics or a cited source, and how far a trace is from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from carom.model.scene import Need, Scene, Wall
+from carom.model.trace import Trace, Vector, kinetic_energy
+from carom.model.walls import moved_by
+
+
+class Tag(StrEnum):
+    """A word to choose scenes by: ``tag:walls`` is a pattern of `find_scenes`."""
+
+    WALLS = "walls"
+    IMMOVABLE = "immovable"
+    INELASTIC = "inelastic"
+    TWO_BODIES = "two-bodies"  # one pair of bodies in all, so that one closed form says everything
+    IN_LINE = "in-line"  # the motion is along one line
+    CHAIN = "chain"  # more than one impact, so that an error in one is carried into the next
+    UNSTABLE = "unstable"  # a small error across the line grows many times over from impact to impact
+    GRAZING = "grazing"
+    FAST = "fast"  # a disc that passes more than its own diameter between two frames
+    MASS_RATIO = "mass-ratio"  # of 100 or more
+    NO_IMPACT = "no-impact"
+    GRAVITY = "gravity"
+    CONVENTION = "convention"  # simultaneous contact: physics gives no unique answer
+    CONSERVED = "conserved"  # only conserved quantities are known, not each impact
+
+
+@dataclass(frozen=True)
+class KnownImpact:
+    """One impact whose answer is known; a part that is not known is None.
+
+    Attributes:
+        time_s: Seconds from the start.
+        first: The disc, the lower number of two.
+        second: The other disc, or the wall, ``wall_body(k)``.
+        velocity_first_after: Metres a second.
+        velocity_second_after: Metres a second; None for a wall, which has none.
+        spin_first_after: Radians a second; None where it is not known, or nothing turns.
+        spin_second_after: The same.
+    """
+
+    time_s: float
+    first: int
+    second: int
+    velocity_first_after: Vector | None = None
+    velocity_second_after: Vector | None = None
+    spin_first_after: float | None = None
+    spin_second_after: float | None = None
+
+
+@dataclass(frozen=True)
+class KnownAnswer:
+    """What mathematics or a cited source says of a scene. It is never computed by the code that it is to test.
+
+    In addition to what is listed here, one thing is known of every scene: at its end no two bodies overlap.
+
+    Attributes:
+        source: Where the answer comes from: the theorem, the closed form or the citation, in one sentence.
+        impacts: The first impacts of the scene, in order; all of them where `count` equals their number.
+        count: How many impacts the scene has in its duration, where that is known.
+        final_velocity_m_s: Final velocity of each disc, where known.
+        final_position_m: Final position of each disc, where known.
+        final_kinetic_energy_j: Final kinetic energy of all movable discs, where known.
+        final_spin_rad_s: Final spin of each disc, where known.
+        convention: Why the scene has no unique answer, and by which rule the answer given here was chosen; empty where
+            it has one.
+    """
+
+    source: str
+    impacts: tuple[KnownImpact, ...] = ()
+    count: int | None = None
+    final_velocity_m_s: tuple[Vector, ...] | None = None
+    final_position_m: tuple[Vector, ...] | None = None
+    final_kinetic_energy_j: float | None = None
+    convention: str = ""
+    final_spin_rad_s: tuple[float, ...] | None = None
+
+
+class Staged(NamedTuple):
+    """A scene with its known answer: both come from the same few numbers, so one function makes both."""
+
+    scene: Scene
+    known: KnownAnswer
+
+
+#: Makes a scene, still without its name, and its known answer. The name of the function is the scene's, without its
+#: group; its docstring says in one sentence what the scene shows.
+Builder = Callable[[], Staged]
+
+
+@dataclass(frozen=True)
+class CatalogueScene:
+    """A scene of the catalogue. Listing it costs nothing: scene, answer and tags are made when first asked for.
+
+    Attributes:
+        name: Full name, ``group/name``; the scene's own name.
+        shows: What it shows, in one sentence; the scene's own description.
+        build: Makes the scene, except for its name, and its answer.
+        marks: Tags that can't be told from the scene and its answer.
+    """
+
+    name: str
+    shows: str
+    build: Builder
+    marks: tuple[Tag, ...] = ()
+
+    @cached_property
+    def _staged(self) -> Staged:
+        scene, known = self.build()
+        return Staged(scene.model_copy(update={"name": self.name, "description": self.shows}), known)
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, validated."""
+        return self._staged.scene
+
+    @property
+    def known(self) -> KnownAnswer:
+        """Its known answer."""
+        return self._staged.known
+
+    @property
+    def group(self) -> str:
+        """The part before the stroke."""
+        return self.name.partition("/")[0]
+
+    @cached_property
+    def tags(self) -> frozenset[Tag]:
+        """Words to choose scenes by."""
+        scene, known = self._staged
+        masses = [disc.mass_kg for disc in scene.discs if not disc.immovable]
+        frame_s = 1.0 / scene.frame_rate_hz
+        off_line = any(y for disc in scene.discs for y in (disc.position_m[1], disc.velocity_m_s[1]))
+        told = {
+            Tag.WALLS: Need.WALLS in scene.needs,
+            Tag.IMMOVABLE: Need.IMMOVABLE in scene.needs,
+            Tag.INELASTIC: Need.RESTITUTION in scene.needs,
+            Tag.GRAVITY: Need.GRAVITY in scene.needs,
+            Tag.TWO_BODIES: len(scene.discs) + len(scene.walls) == 2,
+            Tag.IN_LINE: not off_line and not scene.needs & {Need.FRICTION, Need.GRAVITY},  # which lead off it
+            Tag.CHAIN: known.count is None or known.count > 1,
+            Tag.FAST: any(math.hypot(*disc.velocity_m_s) * frame_s > 2 * disc.radius_m for disc in scene.discs),
+            Tag.MASS_RATIO: max(masses) >= 100 * min(masses),
+            Tag.NO_IMPACT: known.count == 0,
+            Tag.CONVENTION: bool(known.convention),
+            Tag.CONSERVED: known.final_kinetic_energy_j is not None and known.count is None,
+        }
+        return frozenset(tag for tag, is_so in told.items() if is_so).union(self.marks)
+
+
+def listed(
+    group: str, *marks: Tag, kind: type[CatalogueScene] = CatalogueScene, **more: Any
+) -> Callable[[Builder], CatalogueScene]:
+    """Return a decorator that makes of a builder a scene of the catalogue, under the builder's own name.
+
+    Args:
+        group: The group of the scene.
+        marks: Tags that can't be told from the scene and its answer.
+        kind: What kind of entry it is.
+        more: Fields of that kind.
+    """
+
+    def enter(build: Builder) -> CatalogueScene:
+        name = build.__name__.strip("_").replace("_", "-")
+        return kind(f"{group}/{name}", " ".join((build.__doc__ or "").split()), build, marks, **more)
+
+    return enter
+
+
+def deviation(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
+    """Return the largest deviation of a trace from the known answer; infinite where an impact is missing or wrong.
+
+    Times are divided by the scene's duration, velocities by the greatest speed at the start or in the answer, positions
+    and the deepest overlap at the end by the greatest extent of the start, energies by the known one, so that the
+    figure has no unit. A value that is not a number deviates infinitely. Where the answer rests on a convention, a
+    deviation may mean no more than that another one was followed.
+    """
+    if known.count is not None and len(trace.impacts) != known.count:
+        return math.inf
+    if len(trace.impacts) < len(known.impacts):
+        return math.inf
+    for expected, found in zip(known.impacts, trace.impacts, strict=False):
+        if (expected.first, expected.second) != (found["first"], found["second"]):
+            return math.inf
+    return max(*_deviations(trace, known, scene), deepest_overlap(trace, scene) / _extent(scene), 0.0)
+
+
+_VELOCITIES = ("velocity_first_after", "velocity_second_after")
+
+
+def _deviations(trace: Trace, known: KnownAnswer, scene: Scene) -> Iterator[float]:
+    afters = [getattr(impact, name) for impact in known.impacts for name in _VELOCITIES]
+    velocities = [*(disc.velocity_m_s for disc in scene.discs), *(after for after in afters if after is not None)]
+    speed = max(math.hypot(*velocity) for velocity in velocities) or 1.0
+    told: list[tuple[ArrayLike, ArrayLike | None, float]] = [
+        (trace.final_velocity_m_s, known.final_velocity_m_s, speed),
+        (trace.final_position_m, known.final_position_m, _extent(scene)),
+    ]
+    for expected, found in zip(known.impacts, trace.impacts, strict=False):
+        told.append((found["time_s"], expected.time_s, scene.duration_s))
+        told += [(found[name], getattr(expected, name), speed) for name in _VELOCITIES]
+    if (energy := known.final_kinetic_energy_j) is not None:
+        told.append((kinetic_energy(scene, trace.final_velocity_m_s), energy, energy))
+    told += _told_of_spin(trace, known, scene, speed)
+    return (_apart(found, expected, scale) for found, expected, scale in told if expected is not None)
+
+
+def _told_of_spin(
+    trace: Trace, known: KnownAnswer, scene: Scene, speed: float
+) -> Iterator[tuple[ArrayLike, ArrayLike, float]]:
+    """Yield spins told, known, and what they are compared with; infinity where a method does not tell what is known."""
+    for k, expected in enumerate(known.impacts):
+        for side, disc in (("first", expected.first), ("second", expected.second)):
+            spin = getattr(expected, f"spin_{side}_after")
+            if spin is not None:
+                found = math.inf if trace.spins is None else trace.spins[f"{side}_after"][k]
+                yield found, spin, speed / scene.discs[disc].radius_m
+    if known.final_spin_rad_s is not None:
+        radius = scene.arrays.radius_m
+        spins = math.inf if trace.final_spin_rad_s is None else trace.final_spin_rad_s
+        yield radius * spins, radius * known.final_spin_rad_s, speed
+
+
+def _apart(found: ArrayLike, expected: ArrayLike, scale: float) -> float:
+    difference = float(np.max(np.abs(np.asarray(found, dtype=np.float64) - np.asarray(expected)))) / scale
+    # A comparison with NaN is always false, so a NaN let through here would pass for no deviation at all.
+    return math.inf if math.isnan(difference) else difference
+
+
+def _extent(scene: Scene) -> float:
+    return max(abs(c) + disc.radius_m for disc in scene.discs for c in disc.position_m)
+
+
+def deepest_overlap(trace: Trace, scene: Scene) -> float:
+    """Return the deepest overlap of two bodies at the end, in metres; infinite with a place of NaN."""
+    position = np.asarray(trace.final_position_m, dtype=np.float64)
+    if not np.all(np.isfinite(position)):
+        return math.inf
+    radius, movable = scene.arrays.radius_m, scene.arrays.movable
+    deepest = 0.0
+    for i in range(len(radius) - 1):
+        rest = slice(i + 1, None)
+        distance = np.hypot(*(position[rest] - position[i]).T)
+        overlap = np.where(movable[i] | movable[rest], radius[i] + radius[rest] - distance, 0.0)
+        deepest = max(deepest, float(np.max(overlap)))
+    for begun in scene.walls:
+        wall = moved_by(begun, *begun.drive.moved_at(trace.end_time_s)) if begun.driven else begun
+        if isinstance(wall, Wall):
+            reach = radius - (position - wall.point_m) @ np.array(wall.normal)
+        else:
+            gap = [wall.outline.gap(x, y, r) for (x, y), r in zip(position.tolist(), radius.tolist(), strict=True)]
+            reach = -np.array(gap)
+        deepest = max(deepest, float(np.max(np.where(movable, reach, 0.0))))
+    return deepest

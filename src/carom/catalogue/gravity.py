@@ -1,0 +1,166 @@
+"""The group `gravity`: scenes with uniform gravity, each with its answer in closed form.
+
+The first has no impact at all: what a method gets wrong there is its integrator's error, free fall sampled, and no
+collision's. In the others the two come together; `docs/theory/contact.md` says how to tell them apart.
+"""
+
+from __future__ import annotations
+
+import math
+
+from carom.catalogue.closed_forms import after_impact, answered, disc, dot, impact, normal_of_offset, scene_of, vector
+from carom.catalogue.entry import Staged, listed
+from carom.catalogue.walled import FLOOR, box_walls
+from carom.model.scene import Wall
+
+#: Standard acceleration of free fall, metres a second squared (3rd CGPM, 1901), downwards.
+FALL = complex(0.0, -9.80665)
+
+
+def _fallen(position: complex, velocity: complex, time_s: float, pull: complex = FALL) -> tuple[complex, complex]:
+    """Return position and velocity after this many seconds of free fall."""
+    return position + velocity * time_s + pull * (time_s * time_s / 2), velocity + pull * time_s
+
+
+@listed("gravity")
+def _free_fall() -> Staged:
+    """A disc is thrown and meets nothing: what is wrong at the end is the integrator's error alone."""
+    start, velocity, duration = 0.3 + 1.7j, 2.1 + 4.3j, 1.25
+    scene = scene_of(discs=[disc(start, velocity, 0.15)], gravity_m_s2=vector(FALL), duration_s=duration)
+    final = [_fallen(start, velocity, duration)]
+    return answered(scene, [], "Galileo's parabola: x + v t + g t^2/2", final=final)
+
+
+def _hops(first_s: float, speed: float, pull: float, restitution: float, end_s: float) -> list[tuple[float, float]]:
+    """Return time and speed after each bounce until `end_s`, the first at `first_s` with `speed` before it.
+
+    A body that leaves at u comes back after 2 u / pull, so the n-th bounce is at first + 2 v (e + ... + e^n) / pull.
+    """
+    bounces: list[tuple[float, float]] = []
+    n = 0
+    while True:
+        powers = math.fsum(restitution**k for k in range(1, n + 1))
+        time = first_s + 2 * speed * powers / pull
+        if time > end_s:
+            return bounces
+        n += 1
+        bounces.append((time, speed * restitution**n))
+
+
+def _bouncing(height: float, restitution: float, duration_s: float) -> Staged:
+    """Stage a disc that falls from rest at a height above a level floor, drifting along."""
+    radius, drift = 0.2, 0.4
+    pull = abs(FALL)
+    first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
+    scene = scene_of(
+        discs=[disc(complex(0, height + radius), complex(drift, 0), radius)],
+        walls=[FLOOR],
+        wall_restitution=restitution,
+        gravity_m_s2=vector(FALL),
+        duration_s=duration_s,
+    )
+    bounces = _hops(first, speed, pull, restitution, duration_s)
+    last, leaving = bounces[-1]
+    final = _fallen(complex(drift * last, radius), complex(drift, leaving), duration_s - last)
+    source = "A body thrown up at u comes back after 2 u / g: first impact + 2 v (e + ... + e^n) / g"
+    return answered(scene, [impact(t, 0, -1, complex(drift, u)) for t, u in bounces], source, final=[final])
+
+
+@listed("gravity")
+def _bouncing_ball() -> Staged:
+    """An elastic ball falls on the floor and bounces to the same height, for ever."""
+    return _bouncing(0.5, 1.0, 2.75)
+
+
+@listed("gravity")
+def _ladder() -> Staged:
+    """A ball of restitution .8 bounces lower and lower: the scene ends shortly before it would come to rest."""
+    # The fall takes .267 s, and infinitely many bounces would be over at 9 times that.
+    return _bouncing(0.35, 0.8, 1.93)
+
+
+@listed("gravity")
+def _box() -> Staged:
+    """A ball is thrown in a box: floor and side walls, in an order that only right times give."""
+    radius, width, height, duration = 0.2, 2.4, 4.0, 3.0
+    start, velocity = 0.7 + 1.1j, 1.9 + 1.3j  # within the box that is left to the centre
+    pull = abs(FALL)
+    scene = scene_of(
+        discs=[disc(start + complex(radius, radius), velocity, radius)],
+        walls=box_walls(width, height),
+        gravity_m_s2=vector(FALL),
+        duration_s=duration,
+    )
+    landing = math.sqrt(velocity.imag**2 + 2 * pull * start.imag)
+    floor = _hops((velocity.imag + landing) / pull, landing, pull, 1.0, duration)
+    length = width - 2 * radius
+    sides = [
+        ((n * length - start.real) / velocity.real, n)
+        for n in range(1, math.floor((start.real + velocity.real * duration) / length) + 1)
+    ]
+    events = [(t, True, n) for t, n in sides] + [(t, False, n) for n, (t, _) in enumerate(floor)]
+    impacts, across = [], velocity.real
+    for time, is_side, n in sorted(events):
+        if is_side:
+            across = -across
+            earlier = [t for t, _ in floor if t < time]
+            up = landing - pull * (time - earlier[-1]) if earlier else velocity.imag - pull * time
+            impacts.append(impact(time, 0, -2 if n % 2 else -1, complex(across, up)))
+        else:
+            impacts.append(impact(time, 0, -3, complex(across, landing)))
+    unfolded = (start.real + velocity.real * duration) / length
+    folded = abs(unfolded - 2 * round(unfolded / 2)) * length
+    last = floor[-1][0]
+    end, speed = _fallen(complex(folded, 0), complex(across, landing), duration - last)
+    final = (complex(folded, end.imag) + complex(radius, radius), speed)
+    source = "Across, gravity is not felt and the box unfolds; up and down, each hop lasts 2 u / g"
+    return answered(scene, impacts, source, final=[final])
+
+
+@listed("gravity")
+def _falling_pair() -> Staged:
+    """Two discs collide while they fall, as they would without gravity."""
+    m1, m2, r1, r2, time, duration, e = 2.0, 3.0, 0.2, 0.3, 0.55, 1.25, 0.9
+    v1, v2 = 3 + 1j, -1 + 2.5j  # at the impact, as seen by somebody who falls with them
+    normal = normal_of_offset(v1 - v2, 0.35)
+    where = 0.4 + 2.2j
+    p1, p2 = where - r1 * normal, where + r2 * normal
+    after1, after2 = after_impact(m1, v1, m2, v2, normal, e)
+    scene = scene_of(
+        discs=[disc(p1 - v1 * time, v1, r1, m1), disc(p2 - v2 * time, v2, r2, m2)],
+        restitution=e,
+        gravity_m_s2=vector(FALL),
+        duration_s=duration,
+    )
+    gained, rest = FALL * time, duration - time
+    drop = FALL * (duration**2 / 2)
+    final = [(p + v * rest + drop, v + FALL * duration) for p, v in ((p1, after1), (p2, after2))]
+    source = "In the falling frame there is no gravity: the impact without it, plus g t and g t^2/2"
+    return answered(scene, [impact(time, 0, 1, after1 + gained, after2 + gained)], source, final=final)
+
+
+@listed("gravity")
+def _incline() -> Staged:
+    """A ball of restitution 3/4 bounces down a slope of 3 in 4."""
+    radius, height, e, duration = 0.25, 0.9, 0.75, 2.3
+    normal = complex(3, 4) / 5  # falls off to the right
+    along = -1j * normal
+    pull, slide = -dot(FALL, normal), dot(FALL, along)
+    first, speed = math.sqrt(2 * height / pull), math.sqrt(2 * height * pull)
+    scene = scene_of(
+        discs=[disc((height + radius) * normal, 0j, radius)],
+        walls=[Wall(point_m=vector(-3 * along), normal=(3.0, 4.0))],
+        wall_restitution=e,
+        gravity_m_s2=vector(FALL),
+        duration_s=duration,
+    )
+    bounces = _hops(first, speed, pull, e, duration)
+    last, leaving = bounces[-1]
+    up, falling = _fallen(complex(0, radius), complex(0, leaving), duration - last, complex(0, -pull))
+    final = (up.imag * normal + slide * duration**2 / 2 * along, falling.imag * normal + slide * duration * along)
+    source = (
+        "Across the slope a bouncing ball with g cos(slope); along it a slide with g sin(slope), which no bounce feels"
+    )
+    return answered(
+        scene, [impact(t, 0, -1, u * normal + slide * t * along) for t, u in bounces], source, final=[final]
+    )

@@ -1,0 +1,80 @@
+"""The group `paper`: the four cases of the source paper, figures 2 to 9.
+
+Each scene is written backwards from its impacts. At a film's 24 frames a second the instants are chosen within a frame
+so that periodic interference testing (PIT) shows exactly the failure that the paper draws. Impacts at ``k + phase``
+frames: the phase says how much of a frame has gone by when the discs touch.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+
+from carom.catalogue.closed_forms import after_impact, answered, disc, impact, meeting, normal_of_offset, scene_of
+from carom.catalogue.entry import Staged, listed
+
+_FILM_HZ = 24.0
+
+_BACKWARDS = (
+    "Written backwards from the impact: normal and instant are chosen, the start follows along straight lines, the "
+    "velocities from conservation of momentum and energy along the normal"
+)
+
+_seen = partial(meeting, duration_s=1.0, frame_rate_hz=_FILM_HZ, source=_BACKWARDS)
+
+
+@listed("paper")
+def _missed() -> Staged:
+    """Two discs meet and part again between two frames: PIT never sees them touch (figures 2 and 3)."""
+    # Half the chord, R sqrt(1 - .8^2) = .3 m, is passed in .6 of a frame at 12 m/s: less than the frame has left.
+    return _seen((6 + 0.75j, -6 - 0.25j), (0.25, 0.25), offset=0.8, time_s=10.2 / _FILM_HZ)
+
+
+@listed("paper")
+def _late() -> Staged:
+    """Two discs meet just after a frame: PIT sees it a frame late and follows the wrong path (figures 4 and 5)."""
+    # The deep overlap lasts several frames, so PIT cannot miss it; .9 of a frame passes before it looks.
+    return _seen((4 + 0.5j, -2 + 0j), (0.4, 0.5), offset=0.15, time_s=9.1 / _FILM_HZ)
+
+
+@listed("paper")
+def _wrong_direction() -> Staged:
+    """Green strikes blue, blue bounces off a stationary red: under PIT it leaves at a wrong angle (figures 6 and 7)."""
+    radius, heavy = 0.3, 4.0
+    green, blue = 7 + 0j, -1 + 0j
+    time_1, time_2 = 8.6 / _FILM_HZ, 16.1 / _FILM_HZ
+    normal_1 = normal_of_offset(green - blue, -0.2)
+    green_after, blue_between = after_impact(1.0, green, 1.0, blue, normal_1)
+    # The origin is where blue is struck; red stands where blue arrives.
+    normal_2 = normal_of_offset(blue_between, 0.3)
+    blue_after, red_after = after_impact(1.0, blue_between, heavy, 0j, normal_2)
+    red = blue_between * (time_2 - time_1) + 2 * radius * normal_2
+    scene = scene_of(
+        discs=[
+            disc(-2 * radius * normal_1 - green * time_1, green, radius),
+            disc(-blue * time_1, blue, radius),
+            disc(red, 0j, radius, heavy),
+        ],
+        duration_s=1.25,
+        frame_rate_hz=_FILM_HZ,
+    )
+    impacts = [impact(time_1, 0, 1, green_after, blue_between), impact(time_2, 1, 2, blue_after, red_after)]
+    return answered(scene, impacts, _BACKWARDS)
+
+
+@listed("paper")
+def _multiple() -> Staged:
+    """A heavy disc clips four light ones within a single frame: PIT sees only some of it (figures 8 and 9)."""
+    heavy, radius, small = 8.0, 0.35, 0.12
+    velocity, centre, time = 14 + 0j, 0j, 8.1 / _FILM_HZ
+    discs = [disc(-velocity * time, velocity, radius, heavy)]
+    impacts = []
+    for struck, side in enumerate((1, -1, 1, -1), start=1):
+        normal = normal_of_offset(velocity, 0.85 * side)
+        discs.append(disc(centre + (radius + small) * normal, 0j, small))
+        velocity, struck_after = after_impact(heavy, velocity, 1.0, 0j, normal)
+        impacts.append(impact(time, 0, struck, velocity, struck_after))
+        # Four impacts at .10, .38, .66 and .94 of one frame.
+        centre += velocity * (0.28 / _FILM_HZ)
+        time += 0.28 / _FILM_HZ
+    scene = scene_of(discs=discs, duration_s=0.75, frame_rate_hz=_FILM_HZ)
+    return answered(scene, impacts, _BACKWARDS)

@@ -1,0 +1,253 @@
+"""The group `spin`: friction and spin, each scene with its answer from a closed form or a cited source.
+
+Discs have radius 1, mass 1 and k = 1/2 unless a scene says otherwise, so that spins are the speeds of rims. Answers are
+fractions worked out by hand from the sources, or the linear maps of these applied to fractions.
+`docs/theory/friction.md` derives the law. The group runs when it is asked for.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+from carom.catalogue.closed_forms import scene_of
+from carom.catalogue.entry import KnownAnswer, KnownImpact, Staged, listed
+from carom.catalogue.walled import FLOOR
+from carom.model.scene import Disc, Wall
+from carom.model.trace import Vector
+
+_CROSS = "Cross, Am. J. Phys. 70 (2002) 1093: grip ends rolling, v' = v/(1 + k); sliding takes f (1 + e) w_n of v"
+_ALCIATORE = "Alciatore, billiards TP A.14: tan(throw) is the lesser of f and k/(1 + k) tan(cut)/(1 + e)"
+_GARWIN = (
+    "Garwin, Am. J. Phys. 37 (1969) 88: a superball gives its slip back, (v, w) -> (v - 2 w, -4 v - w)/3 for k 1/2"
+)
+
+#: When the first impact of most scenes is, seconds: at the end of no step that is a whole part of a frame, where
+#: rounding would decide whether it is seen at once.
+_FIRST_S = 0.42
+#: A coefficient at which no impact of these scenes slides: the most that PyBullet simulates.
+_GRIP = 10.0
+
+
+def _disc(contact: Vector, velocity: Vector, time_s: float = _FIRST_S, **fields: Any) -> Disc:
+    """Return a disc that comes to a place at a time, straight."""
+    start = (contact[0] - velocity[0] * time_s, contact[1] - velocity[1] * time_s)
+    return Disc(position_m=start, velocity_m_s=velocity, radius_m=1.0, **fields)
+
+
+def _on_floor(
+    velocity: Vector, after: Vector, spin_after: Fraction | float, source: str, inertia: float = 0.5, **fields: Any
+) -> Staged:
+    """Stage a disc that hits a level floor once."""
+    scene = scene_of(
+        discs=[_disc((0.0, 1.0), velocity, inertia_factor=inertia)], walls=[FLOOR], duration_s=1.0, **fields
+    )
+    spin = float(spin_after)
+    hit = KnownImpact(_FIRST_S, 0, -1, after, spin_first_after=spin)
+    return Staged(scene, KnownAnswer(source, (hit,), 1, (after,), final_spin_rad_s=(spin,)))
+
+
+def _two(
+    normal: Vector, velocity: Vector, spin: float, after: tuple[Vector, Vector], spins_after: Vector, **fields: Any
+) -> Staged:
+    """Stage a spinning disc that hits another, which rests."""
+    first = _disc((0.0, 0.0), velocity, spin_rad_s=spin)
+    second = Disc(position_m=(2.0 * normal[0], 2.0 * normal[1]), radius_m=1.0)
+    scene = scene_of(discs=[first, second], duration_s=1.0, **fields)
+    hit = KnownImpact(_FIRST_S, 0, 1, *after, *spins_after)
+    return Staged(scene, KnownAnswer(_ALCIATORE, (hit,), 1, after, final_spin_rad_s=spins_after))
+
+
+@listed("spin")
+def _grip() -> Staged:
+    """A disc that does not spin hits a floor so rough that it leaves rolling."""
+    return _on_floor((3.0, -4.0), (2.0, 2.0), -2.0, _CROSS, wall_friction=2.0, wall_restitution=0.5)
+
+
+@listed("spin")
+def _slide() -> Staged:
+    """A disc slides through its impact on a floor: friction takes a tenth of the push, and turns it a little."""
+    return _on_floor((3.0, -2.0), (2.7, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
+
+
+@listed("spin")
+def _edge() -> Staged:
+    """A disc hits a floor exactly between stick and slide, where both give the same."""
+    return _on_floor((0.9, -2.0), (0.6, 1.0), Fraction(-3, 5), _CROSS, wall_friction=0.1, wall_restitution=0.5)
+
+
+_LEMBCKE = "S. Lembcke, Chipmunk forum, 24 October 2016, on a striker of carom that can't turn: f (1 + e) w_n at most"
+
+
+@listed("spin")
+def _striker_stick() -> Staged:
+    """A striker that can't turn is held by the cushion's friction: its speed along it is gone."""
+    fields = {"wall_friction": 0.6, "wall_restitution": 0.9}
+    return _on_floor((10.0, -10.0), (0.0, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
+
+
+@listed("spin")
+def _striker_slide() -> Staged:
+    """A striker that can't turn slides along the cushion, and keeps 4.3 of 10 m/s."""
+    fields = {"wall_friction": 0.3, "wall_restitution": 0.9}
+    return _on_floor((10.0, -10.0), (4.3, 9.0), 0.0, _LEMBCKE, math.inf, **fields)
+
+
+@listed("spin")
+def _throw_slide() -> Staged:
+    """A cut shot with little friction: the object disc is thrown off the line of centres by 2.86 degrees."""
+    after = ((42 / 25, -56 / 25), (83 / 25, 56 / 25))
+    return _two((0.8, 0.6), (5.0, 0.0), 0.0, after, (0.4, 0.4), friction=0.05)
+
+
+@listed("spin")
+def _throw_stick() -> Staged:
+    """A cut shot with much friction: the discs grip each other, and the throw is 7.13 degrees."""
+    return _two((0.8, 0.6), (5.0, 0.0), 0.0, ((1.5, -2.0), (3.5, 2.0)), (1.0, 1.0), friction=1.0)
+
+
+@listed("spin")
+def _gearing() -> Staged:
+    """A cut shot with just the spin at which the discs roll on each other: no friction acts, however large."""
+    return _two((0.8, 0.6), (5.0, 0.0), 3.0, ((1.8, -2.4), (3.2, 2.4)), (3.0, 0.0), friction=10.0)
+
+
+@listed("spin")
+def _english_stick() -> Staged:
+    """A spinning disc hits another head-on and throws it aside: the discs grip each other."""
+    return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -1.0), (2.0, 1.0)), (4.0, -2.0), friction=10.0)
+
+
+@listed("spin")
+def _english_slide() -> Staged:
+    """A spinning disc hits another head-on and throws it aside a little: the discs slide past each other."""
+    return _two((1.0, 0.0), (2.0, 0.0), 6.0, ((0.0, -0.2), (2.0, 0.2)), (5.6, -0.4), friction=0.1)
+
+
+def _between_plates(
+    states: list[tuple[float, float]], along: float, across: float, gap: float, source: str, **fields: Any
+) -> Staged:
+    """Stage a disc between two plates, elastic across them, given speed along them and spin after each impact."""
+    flight = gap / across
+    walls = [FLOOR, Wall(point_m=(0.0, 2.0 + gap), normal=(0.0, -1.0))]
+    start = Disc(position_m=(0.0, 1.0 + gap / 2), velocity_m_s=(along, -across), radius_m=1.0)
+    first_s = gap / 2 / across
+    scene = scene_of(
+        discs=[start], walls=walls, wall_friction=_GRIP, duration_s=first_s + (len(states) - 0.5) * flight, **fields
+    )
+    impacts, x, now, speed = [], 0.0, 0.0, along
+    for n, (v, w) in enumerate(states):
+        time = first_s + n * flight
+        x, now, speed = x + speed * (time - now), time, v
+        impacts.append(KnownImpact(time, 0, -1 - n % 2, (v, (across, -across)[n % 2]), spin_first_after=w))
+    left = scene.duration_s - now
+    up = (across, -across)[(len(states) - 1) % 2]
+    y = (1.0, 1.0 + gap)[(len(states) - 1) % 2] + up * left
+    end = ((states[-1][0], up),)
+    known = KnownAnswer(source, tuple(impacts), len(states), end, ((x + speed * left, y),))
+    return Staged(scene, known)
+
+
+@listed("spin")
+def _plates() -> Staged:
+    """Between two rough plates the speed along them falls to a third at every bounce: it looks like a lost velocity."""
+    states = [(2.0 / 3.0**n, (-2.0, 2.0)[n % 2] / 3.0**n) for n in range(5)]
+    source = f"{_CROSS}; rolling on one plate meets the other at twice the slip, so v' = v (1 - k)/(1 + k)"
+    return _between_plates(states, 3.0, 2.0, 0.937, source)
+
+
+@listed("spin")
+def _bounce_to_roll() -> Staged:
+    """A disc thrown along a floor slides at three bounces, grips at the fourth, and ends rolling on the floor."""
+    pull, drop = 2.0, 0.25  # impact speed 1, after half a second; later flights are 1/2, 1/4, ... of a second
+    disc = Disc(position_m=(0.0, 1.0 + drop), velocity_m_s=(2.0, 0.0), radius_m=1.0)
+    scene = scene_of(
+        discs=[disc],
+        walls=[FLOOR],
+        wall_friction=0.25,
+        wall_restitution=0.5,
+        gravity_m_s2=(0.0, -pull),
+        duration_s=2.0,
+    )
+    along = [Fraction(13, 8), Fraction(23, 16), Fraction(43, 32), *[Fraction(4, 3)] * 5]
+    spins = [Fraction(-3, 4), Fraction(-9, 8), Fraction(-21, 16), *[Fraction(-4, 3)] * 5]
+    impacts = [
+        KnownImpact(1.5 - 0.5**n, 0, -1, (float(v), 0.5 ** (n + 1)), spin_first_after=float(w))
+        for n, (v, w) in enumerate(zip(along, spins, strict=True))
+    ]
+    source = f"{_CROSS}, at impact speeds 1, 1/2, 1/4, ...; all bounces are over after 1.5 s"
+    return Staged(scene, KnownAnswer(source, tuple(impacts), None, ((4 / 3, 0.0),), final_spin_rad_s=(-4 / 3,)))
+
+
+def _superball(states: int) -> list[tuple[float, float]]:
+    """Return (v, w) of a superball thrown at speed 1 under a table, after each of its impacts."""
+    v, w = Fraction(1), Fraction(0)
+    found = []
+    for n in range(states):
+        side = -1 if n % 2 else 1  # at the table, seen upside down, it spins the other way
+        v, w = (v - side * 2 * w) / 3, (-side * 4 * v - w) / 3
+        found.append((float(v), float(w)))
+    return found
+
+
+@listed("spin")
+def _superball_table() -> Staged:
+    """A superball thrown under a table comes back to the hand: floor, table, floor."""
+    return _between_plates(_superball(3), 1.0, 2.0, 1.0, _GARWIN, wall_tangential_restitution=1.0)
+
+
+@listed("spin")
+def _superball_hop() -> Staged:
+    """A superball with a spin of twice its speed hops to and fro between two spots for ever."""
+    pull, drop, duration = 8.0, 1.0, 2.75  # impact speed 4, after half a second; a hop takes one
+    disc = Disc(position_m=(-0.5, 1.0 + drop), velocity_m_s=(1.0, 0.0), radius_m=1.0, spin_rad_s=2.0)
+    scene = scene_of(
+        discs=[disc],
+        walls=[FLOOR],
+        wall_friction=_GRIP,
+        wall_tangential_restitution=1.0,
+        gravity_m_s2=(0.0, -pull),
+        duration_s=duration,
+    )
+    signs = (-1.0, 1.0, -1.0)
+    impacts = [KnownImpact(0.5 + n, 0, -1, (sign, 4.0), spin_first_after=2.0 * sign) for n, sign in enumerate(signs)]
+    left = duration - impacts[-1].time_s
+    # The spots are 0, where it lands first, and -1: it leaves the first to the left.
+    end = (-left, 1.0 + 4.0 * left - pull * left * left / 2)
+    velocity = (-1.0, 4.0 - pull * left)
+    return Staged(scene, KnownAnswer(_GARWIN, tuple(impacts), 3, (velocity,), (end,), final_spin_rad_s=(-2.0,)))
+
+
+@listed("spin")
+def _strip() -> Staged:
+    """A superball between two plates, 500 impacts: it never gets away along them, but turns to and fro."""
+    turn, rounds = math.acos(-7 / 9), 250
+    states = []
+    for n in range(rounds):
+        v, w = math.cos(n * turn), math.sin(n * turn) * math.sqrt(2.0)
+        turned = (math.cos((n + 1) * turn), math.sin((n + 1) * turn) * math.sqrt(2.0))
+        states += [((v - 2 * w) / 3, (-4 * v - w) / 3), turned]
+    source = (
+        "Broomhead & Gutkin, Physica D 67 (1993) 188: two plates turn (v, sqrt(k) R w) by the angle whose cosine is "
+        "((1 - k)^2 - 4 k)/(1 + k)^2 = -7/9"
+    )
+    return _between_plates(states, 1.0, 4.0, 0.02, source, wall_tangential_restitution=1.0)
+
+
+@listed("spin")
+def _corner() -> Staged:
+    """A disc meets both walls of a right-angled corner at once: with friction their order decides what follows."""
+    walls = [FLOOR, Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0))]
+    scene = scene_of(discs=[_disc((1.0, 1.0), (-3.0, -2.0))], walls=walls, wall_friction=0.25, duration_s=1.0)
+    # The side wall, whose number is the lower, first: it may take 1/4 of 6 from -2 m/s, and 2/3 are enough to roll.
+    impacts = (
+        KnownImpact(_FIRST_S, 0, -2, (3.0, -4 / 3), spin_first_after=-4 / 3),
+        KnownImpact(_FIRST_S, 0, -1, (22 / 9, 4 / 3), spin_first_after=-22 / 9),
+    )
+    convention = (
+        "both walls are hit at one instant, and friction makes their order matter: the side wall first gives "
+        "(22/9, 4/3) and -22/9 rad/s, the floor first (2, 2) and 2 rad/s; (time, first, second) puts that one first"
+    )
+    known = KnownAnswer(_CROSS, impacts, 2, ((22 / 9, 4 / 3),), final_spin_rad_s=(-22 / 9,), convention=convention)
+    return Staged(scene, known)

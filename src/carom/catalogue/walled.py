@@ -1,0 +1,183 @@
+"""Classics with walls: unfolding, mirror images and the ladder of wall restitution."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from carom.catalogue.closed_forms import (
+    after_impact,
+    after_wall,
+    answered,
+    disc,
+    impact,
+    normal_of_offset,
+    scene_of,
+    unit,
+    vector,
+)
+from carom.catalogue.entry import KnownImpact, Staged, listed
+from carom.model.scene import Chain, Wall
+from carom.model.trace import wall_body
+
+#: A level floor at height 0.
+FLOOR = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+
+
+def edges(*points: complex, **fields: Any) -> Chain:
+    """Return a wall of edges from point to point."""
+    return Chain(points_m=tuple(map(vector, points)), **fields)
+
+
+def box_walls(width_m: float, height_m: float) -> list[Wall]:
+    """Return the walls of a box with one corner at the origin: left, right, bottom, top."""
+    return [
+        Wall(point_m=(0.0, 0.0), normal=(1.0, 0.0)),
+        Wall(point_m=(width_m, 0.0), normal=(-1.0, 0.0)),
+        FLOOR,
+        Wall(point_m=(0.0, height_m), normal=(0.0, -1.0)),
+    ]
+
+
+def bounces_in_a_box(
+    start: complex, velocity: complex, width_m: float, height_m: float, duration_s: float
+) -> list[KnownImpact]:
+    """Return the impacts of a disc with the walls of `box_walls`, by unfolding: its path is one straight line.
+
+    Args:
+        start: Its centre in the box that is left to the centre, from the corner of that.
+        velocity: Its velocity, to the right and up.
+        width_m: Width of the box that is left to the centre.
+        height_m: Its height.
+        duration_s: Until when.
+    """
+    events: list[tuple[float, int, bool]] = []
+    for place, speed, length, near, is_x in (
+        (start.real, velocity.real, width_m, 0, True),
+        (start.imag, velocity.imag, height_m, 2, False),
+    ):
+        # A straight path crosses the mirror images of the far wall, the near one, the far one, ...
+        count = math.floor((place + speed * duration_s) / length)
+        events += [((n * length - place) / speed, near + n % 2, is_x) for n in range(1, count + 1)]
+    impacts = []
+    for time, wall, is_x in sorted(events):
+        velocity = complex(-velocity.real, velocity.imag) if is_x else velocity.conjugate()
+        impacts.append(impact(time, 0, wall_body(wall), velocity))
+    return impacts
+
+
+def in_a_room(
+    start: complex,
+    velocity: complex,
+    radius_m: float,
+    width_m: float,
+    height_m: float,
+    duration_s: float,
+    *,
+    half_width_m: float = 0.0,
+    drive: complex = 0j,
+    source: str = "Unfolding: the path is one straight line through a lattice of boxes",
+) -> Staged:
+    """Stage a disc in a room of four edges, one body, which may be thick, and may move.
+
+    Args:
+        start: Where the disc begins, from the corner of what is left to its centre.
+        velocity: Its velocity, as seen from the room.
+        radius_m: Its radius.
+        width_m: Width of the room.
+        height_m: Its height.
+        duration_s: Until when.
+        half_width_m: Half the thickness of the edges.
+        drive: Velocity of the room.
+        source: Where the answer comes from.
+    """
+    reach = radius_m + half_width_m
+    corners = (0j, complex(width_m), complex(width_m, height_m), complex(0.0, height_m))
+    room = edges(*corners, closed=True, half_width_m=half_width_m, velocity_m_s=vector(drive))
+    begun = disc(start + complex(reach, reach), velocity + drive, radius_m)
+    hits = bounces_in_a_box(start, velocity, width_m - 2 * reach, height_m - 2 * reach, duration_s)
+    afters = [(hit.time_s, hit.velocity_first_after) for hit in hits]
+    impacts = [impact(time_s, 0, -1, drive + complex(*after)) for time_s, after in afters if after is not None]
+    return answered(scene_of([begun], walls=[room], duration_s=duration_s), impacts, source)
+
+
+@listed("classics")
+def _box() -> Staged:
+    """One disc in a box: its many bounces are one straight line, unfolded."""
+    radius, width, height = 0.2, 2.4, 1.6
+    start, velocity = 0.5 + 0.3j, 5.3 + 3.7j  # within the box that is left to the centre
+    scene = scene_of(
+        discs=[disc(start + complex(radius, radius), velocity, radius)],
+        walls=box_walls(width, height),
+        duration_s=2.5,
+    )
+    impacts = bounces_in_a_box(start, velocity, width - 2 * radius, height - 2 * radius, scene.duration_s)
+    source = (
+        "Unfolding: reflect the box instead of the path, and the path is one straight line through a lattice of boxes"
+    )
+    return answered(scene, impacts, source)
+
+
+@listed("classics")
+def _restitution_ladder() -> Staged:
+    """A disc between two walls of restitution .8: each crossing takes 5/4 as long as the one before."""
+    radius, width, e = 0.1, 1.7, 0.8
+    start_x, velocity = 0.6, 11 + 0.3j
+    first, length = width - radius - start_x, width - 2 * radius
+    scene = scene_of(
+        discs=[disc(complex(start_x, 0), velocity, radius)],
+        walls=box_walls(width, width)[:2],
+        wall_restitution=e,
+        duration_s=3.0,
+    )
+    impacts: list[KnownImpact] = []
+    while True:
+        n = len(impacts)
+        # 1/e + 1/e^2 + ... + 1/e^n, each crossing taking 1/e times as long as the one before.
+        time = (first + length * (e**-n - 1) / (1 - e)) / velocity.real
+        if time > scene.duration_s:
+            break
+        across = (-1.0) ** (n + 1) * velocity.real * e ** (n + 1)
+        impacts.append(impact(time, 0, (-2, -1)[n % 2], complex(across, velocity.imag)))
+    source = (
+        "Each wall leaves e of the speed across, so the crossing times are a geometric series; the speed along stays"
+    )
+    return answered(scene, impacts, source)
+
+
+@listed("classics")
+def _slanted_wall() -> Staged:
+    """A disc bounces off a slanted wall of restitution 3/4."""
+    radius, normal, velocity, e, time = 0.3, unit(-3 + 4j), 3 - 2.5j, 0.75, 0.63
+    scene = scene_of(
+        discs=[disc(radius * normal - velocity * time, velocity, radius)],
+        # Any point of the wall will do; this one lies 2 m off the place of impact.
+        walls=[Wall(point_m=vector(2j * normal), normal=(-3.0, 4.0))],
+        wall_restitution=e,
+        duration_s=1.5,
+    )
+    source = (
+        "Written backwards from the impact: the velocity along the wall stays, that across it is turned round times e"
+    )
+    return answered(scene, [impact(time, 0, -1, after_wall(velocity, normal, e))], source)
+
+
+@listed("classics")
+def _bank_shot() -> Staged:
+    """A disc bounces off a wall and then strikes another disc."""
+    radius, incoming, time_1, time_2 = 0.2, 4 - 3j, 0.34, 0.87
+    outgoing = incoming.conjugate()
+    struck = complex(0, radius) + outgoing * (time_2 - time_1)
+    normal = normal_of_offset(outgoing, 0.4)
+    after, target_after = after_impact(1.0, outgoing, 1.0, 0j, normal)
+    scene = scene_of(
+        discs=[
+            disc(complex(0, radius) - incoming * time_1, incoming, radius),
+            disc(struck + 2 * radius * normal, 0j, radius),
+        ],
+        walls=[FLOOR],
+        duration_s=1.75,
+    )
+    impacts = [impact(time_1, 0, -1, outgoing), impact(time_2, 0, 1, after, target_after)]
+    source = "Written backwards from both impacts: the path to the wall is the mirror image of the path from it"
+    return answered(scene, impacts, source)

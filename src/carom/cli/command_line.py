@@ -1,0 +1,61 @@
+"""The command that makes a result again, for the result to show: read from what the command declares."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from contextvars import ContextVar
+from functools import partial
+from typing import Any
+
+from typer.core import TyperCommand
+
+#: They continue a run, or print more of it: its result is the same without.
+_NO_PART = {"resume", "retry", "verbose"}
+
+#: Types by Typer's names, in the words of `carom.support.options`.
+_WORDS = {"str": "TEXT", "path": "PATH", "float": "NUMBER", "int": "INTEGER", "int range": "INTEGER"}
+
+_ASKED: ContextVar[str] = ContextVar("asked", default="carom")
+
+
+def command_line() -> str:
+    """Return the command that is being carried out, each option under its first name; ``carom`` from Python."""
+    return _ASKED.get()
+
+
+def _plain_type(typed: Callable[..., str], argument: bool, ctx: Any) -> str:
+    """Return what `--help` calls the type of an option: a word as those of declared options, or the choices."""
+    named = typed(ctx=ctx).strip("<>").removeprefix("list[").removesuffix("]")
+    return "" if argument and "|" not in named else _WORDS.get(named, named)
+
+
+class Command(TyperCommand):
+    """A command that keeps what it was asked, and names types in `--help` by plain words."""
+
+    def __init__(self, *args: Any, **more: Any) -> None:
+        super().__init__(*args, **more)
+        for one in self.params:
+            if typed := getattr(one, "display_type", None):  # older Typers name types by plain words themselves
+                one.display_type = partial(_plain_type, typed, one.param_type_name == "argument")  # type: ignore[attr-defined] # see above
+
+    def invoke(self, ctx: Any) -> Any:
+        """Carry it out."""
+        words = ["carom", ctx.info_name or ""]
+        for one in self.params:
+            name, source = one.name or "", ctx.get_parameter_source(one.name or "")
+            if source is None or source.name != "COMMANDLINE" or name in _NO_PART:
+                continue
+            value = ctx.params[name]
+            if one.param_type_name == "argument":
+                words += map(str, value if isinstance(value, list | tuple) else [value])
+            elif isinstance(value, bool):
+                words.append((one.opts if value else one.secondary_opts)[0])
+            else:
+                for item in value if isinstance(value, list | tuple) else [value]:
+                    words += [one.opts[0], str(item)]
+        token = _ASKED.set(shlex.join(words))
+        try:
+            return super().invoke(ctx)
+        finally:
+            _ASKED.reset(token)

@@ -1,0 +1,136 @@
+"""`carom bench`: run time against error, from one command, resumable, here or on a cluster."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.cli import common
+from carom.cli.command_line import command_line
+from carom.cli.options import asking, shown_option
+from carom.errors import InputError
+from carom.studies.bench.axes import Diagram
+from carom.studies.bench.options import BenchPlan, GrowthOptions
+
+if TYPE_CHECKING:
+    from carom.execution.pool import Pool
+
+
+@asking(BenchPlan)
+def bench(
+    plan: BenchPlan,
+    scenes: Annotated[list[str] | None, common.SCENE_NAMES] = None,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", help="Folder for the page, the diagrams, bench.json and the journals.")
+    ] = Path("carom-bench"),
+    resume: common.Resume = False,
+    retry: common.Retry = False,
+    axes: Annotated[list[Diagram] | None, typer.Option("--axes", help="Diagrams, repeatable. All by default.")] = None,
+    scheduler: Annotated[
+        str, typer.Option("--scheduler", help="Score on the Dask cluster of this scheduler, tcp:// or tls://host:port.")
+    ] = "",
+    baseline: Annotated[
+        Path | None,
+        typer.Option(
+            "--baseline",
+            help="Compare with an earlier bench of this machine: its folder, or its bench.json. Exit code 1 if a "
+            "point regressed in run time or error.",
+        ),
+    ] = None,
+    verbose: common.Verbose = False,
+    grow: Annotated[
+        bool,
+        typer.Option(
+            "--grow", help="Instead: run time and memory against the number of discs, plain and falling; no scene."
+        ),
+    ] = False,
+    discs: Annotated[list[str] | None, shown_option(GrowthOptions, "sizes")] = None,
+) -> None:
+    """Measure error against run time, and say which engine is the cheapest for the accuracy that you need.
+
+    Errors come from a scoring pass; run times from a pass of their own in which nothing is observed and nothing else
+    runs. A line of a journal is written for every finished cell: a bench that was ended goes on with --resume.
+
+    Examples: `carom bench my-scene.toml`, `carom bench paper -e pymunk -e mujoco --dt 1/60..1/10000:8 --out mine`,
+    `carom bench my-scene.toml --scheduler tcp://10.0.0.1:8786 --resume`.
+    """
+    if grow:
+        _grow(plan, scenes or [], discs, out, resume=resume, retry=retry, verbose=verbose)
+        return
+    from carom.execution.environment import environment
+    from carom.execution.scoring import score_journal
+    from carom.report.files import require_report_extra
+    from carom.studies.bench.baseline import BaselineChange, compared, read_baseline
+    from carom.studies.bench.document import bench_document, write_bench
+    from carom.studies.bench.run import work_precision
+    from carom.studies.bench.timing_pass import timing_journal
+
+    if not scenes:
+        raise InputError("name the scenes to bench, a file or scenes of the catalogue: carom bench my-scene.toml")
+    asked = common.plain_scenes_named(scenes)
+    require_report_extra()
+    before = read_baseline(baseline, environment()) if baseline is not None else None  # before minutes are spent
+    scored, timed = out / "journal.jsonl", out / "timings.jsonl"
+    with (
+        common.studied(out, "bench", scored, timed) as progress,
+        score_journal(scored, resume=resume, retry=retry) as journal,
+        timing_journal(timed, resume=resume, retry=retry) as timings,
+    ):
+        result = work_precision(
+            asked,
+            plan,
+            _pool(plan, scheduler),
+            notes=journal,
+            timings=timings,
+            progress=progress,
+            command=command_line(),
+        )
+    found = compared(result, before) if before is not None else None
+    page = write_bench(result, out, tuple(axes or Diagram), found)
+    common.print_document(bench_document(result, baseline=found), full=verbose, page=page)
+    if any(BaselineChange.REGRESSED in (one.time, one.accuracy) for one in found or ()):
+        raise typer.Exit(common.EXIT_VIOLATION)
+
+
+def _grow(
+    plan: BenchPlan,
+    scenes: list[str],
+    discs: list[str] | None,
+    out: Path,
+    *,
+    resume: bool,
+    retry: bool,
+    verbose: bool,
+) -> None:
+    from carom.report.files import require_report_extra
+    from carom.studies.bench.growth import growth, growth_journal
+    from carom.studies.bench.growth_document import growth_document, write_growth
+
+    if scenes:
+        raise InputError(f"--grow runs gases of its own and takes no scene, got {scenes[0]!r}")
+    asked = {"engines": plan.engines, "sizes": discs, "budget_s": plan.budget_s, "own": plan.own}
+    limits = {"time_limit_s": plan.time_limit_s, "memory_limit_mb": plan.memory_limit_mb}
+    if plan.profiles != BenchPlan.profiles:
+        if len(plan.profiles) > 1:
+            raise InputError(f"--grow runs one profile, got {len(plan.profiles)}")
+        (asked["profile"],) = plan.profiles
+    options = GrowthOptions.said(asked | limits)
+    require_report_extra()
+    path = out / "growth.jsonl"
+    with (
+        common.studied(out, "bench", path) as progress,
+        growth_journal(path, resume=resume, retry=retry) as journal,
+    ):
+        found = growth(options, notes=journal, progress=progress, command=command_line())
+    page = write_growth(found, out)
+    common.print_document(growth_document(found), full=verbose, page=page)
+
+
+def _pool(plan: BenchPlan, scheduler: str) -> Pool:
+    if not scheduler:
+        return plan.pool()
+    from carom.execution.cluster import ClusterPool
+
+    return ClusterPool(scheduler, plan.time_limit_s, plan.memory_limit_mb)

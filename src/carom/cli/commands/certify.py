@@ -1,0 +1,78 @@
+"""`carom certify`: run scenes in ball arithmetic and print the impacts with their proven digits only."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.cli import common
+from carom.cli.options import asking
+from carom.solvers.certified.options import CertifyOptions
+from carom.support.formatting import number
+
+if TYPE_CHECKING:
+    from carom.execution.job import Progress
+    from carom.model.scene import Scene
+
+#: What a folder of certified runs is for.
+PURPOSE = "certified"
+
+
+@asking(CertifyOptions)
+def certify(
+    options: CertifyOptions,
+    scenes: Annotated[list[str], common.SCENE_NAMES],
+    show: Annotated[int, typer.Option("--show", min=0, help="Print this many impacts of each scene.")] = 40,
+    as_json: Annotated[bool, typer.Option("--json", help="Print all impacts with their radii as JSON.")] = False,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="Folder to write one JSON file a scene into.")] = None,
+) -> None:
+    """Run scenes in ball arithmetic: every digit printed is proven.
+
+    A run ends at the end of its scene, at a limit, or at an event that has no certain answer, which is named. Discs
+    that slide, roll and rest on straight walls are proven, too.
+    Needs python-flint: `pip install 'carom[certify]'`. Exit code 1: a scene was not certified to its end or limit.
+
+    Examples: `carom certify classics/gas`, `carom certify my-scene.toml --digits 30 --max-impacts 100`,
+    `carom certify my-scene.toml --time-budget 10 --json`.
+    """
+    from carom.report.small import certified_document
+    from carom.solvers.certified.certify import certify as certified
+    from carom.solvers.certified.result import Ending
+    from carom.solvers.certified.serialisation import enclosures
+    from carom.support.folders import claim, file_name, write_files
+
+    worst = 0
+    documents = []
+    found_scenes = common.plain_scenes_named(scenes)
+    if out is not None:
+        claim(out, PURPOSE, "--out")
+    for scene in found_scenes:
+        with common.progress_bar() as show_progress:
+            told = partial(_progress, show_progress, scene, options.max_impacts)
+            found = certified(scene, **vars(options), progress=told)
+        if as_json or out is not None:
+            document = enclosures(found)
+            documents.append(document)
+            if out is not None:
+                text = json.dumps(document, indent=1) + "\n"
+                write_files(out, PURPOSE, {f"{file_name(scene.name)}.json": text})
+        if not as_json:
+            common.print_document(certified_document(found, show))
+        if found.ending is Ending.INTERRUPTED:
+            worst = common.EXIT_INTERRUPTED
+            break
+        if found.ending not in (Ending.COMPLETED, Ending.MAX_IMPACTS):
+            worst = common.EXIT_VIOLATION
+    if as_json:
+        typer.echo(json.dumps(documents if len(documents) > 1 else documents[0], indent=1))
+    if worst:
+        raise typer.Exit(worst)
+
+
+def _progress(show: Progress, scene: Scene, most: int | None, impacts: int, time_s: float, bits: int) -> None:
+    done, total = (round(100 * time_s / scene.duration_s), 100) if most is None else (impacts, most)
+    show(done, total, f"{impacts} impacts to {number(time_s, 4)} s with {bits} bits")

@@ -1,0 +1,66 @@
+"""`carom diff`: what got better and worse between two cross-checks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli import common
+from carom.cli.options import asking
+from carom.errors import InputError
+from carom.execution.options import FailOn
+from carom.studies.diff.options import DiffOptions
+
+#: What every comparison has among its first bytes, as a page after what keeps scripts out of it.
+TITLE, MOST_HEAD = "Carom diff", 4096
+
+
+@asking(DiffOptions)
+def diff(
+    options: DiffOptions,
+    old: Annotated[Path | None, typer.Argument(help="A report's folder, or its results.jsonl.")] = None,
+    new: Annotated[Path | None, typer.Argument(help="Another, made after a change, say.")] = None,
+    markdown: Annotated[
+        Path | None, typer.Option("--markdown", help="Write it as Markdown, for a comment; - prints that alone.")
+    ] = None,
+    page: Annotated[Path | None, typer.Option("--page", help="Write it as one HTML file.")] = None,
+    verbose: common.Verbose = False,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of a line of results.jsonl.")] = False,
+) -> None:
+    """Say what got better and worse between two cross-checks, cell by cell, and why.
+
+    Examples: `carom diff reports/before reports/after`, `carom diff old new --markdown - --fail-on close`.
+    """
+    if schema:
+        import json
+
+        from carom.report.record import records_schema
+
+        typer.echo(json.dumps(records_schema(), indent=2, sort_keys=True, allow_nan=False))
+        return
+    if old is None or new is None:
+        raise InputError("carom diff needs two reports: carom diff OLD NEW")
+    from carom.comparator import Grade
+    from carom.studies.diff.document import diff_document
+    from carom.studies.diff.run import diff as compared
+
+    for option, path in (("--page", page), ("--markdown", markdown)):
+        if path is not None:
+            _require_own(option, path)
+    found = compared(old, new, options.match)
+    common.hand_over(diff_document(found, str(old), str(new)), page, markdown, full=verbose)
+    least = None if options.fail_on is FailOn.NEVER else Grade[options.fail_on.name]
+    if least is not None and any(change.violates(least) for change in found.changes):
+        raise typer.Exit(common.EXIT_VIOLATION)
+
+
+def _require_own(option: str, path: Path) -> None:
+    """Refuse a file that holds something else than an earlier comparison: a scene, say, or the very results."""
+    from carom.support.checks import shown
+
+    if path.is_file() and (begin := path.read_bytes()[:MOST_HEAD]) and TITLE.encode() not in begin:
+        raise InputError(
+            f"{option}: {shown(str(path))} is no earlier comparison, and is not replaced: name another file"
+        )

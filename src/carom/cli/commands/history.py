@@ -1,0 +1,131 @@
+"""`carom history`: what changed between releases of an engine."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.cli import common
+from carom.cli.command_line import command_line
+from carom.cli.options import asking
+from carom.studies.history.options import HistoryOptions
+
+if TYPE_CHECKING:
+    from carom.studies.history.overlay import Kept
+
+#: What is run unless scenes are named: short, each with a known answer, and of every kind.
+SCENES = ("paper", "classics", "engines")
+
+
+@asking(HistoryOptions)
+def history(
+    options: HistoryOptions,
+    engine: Annotated[
+        str, typer.Argument(help="Engine, or the engine.toml of one that is a program. pip or npm serves its releases.")
+    ],
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Scene files, or scenes of the catalogue by name, group or pattern. By default paper, classics and "
+            "engines."
+        ),
+    ] = None,
+    listed: Annotated[bool, typer.Option("--list", help="List the releases that the registry has, and exit.")] = False,
+    bisect: Annotated[
+        str | None,
+        typer.Option(
+            "--bisect",
+            metavar="SCENE:PROFILE:STEP",
+            help="Find the release with which one cell changed, such as classics/box:default:1/60, and exit.",
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for history.md, history.svg and the journal.")
+    ] = None,
+    resume: common.Resume = False,
+    retry: common.Retry = False,
+    verbose: common.Verbose = False,
+) -> None:
+    """Run releases of an engine, all with today's adapter and scenes, and print what changed between them.
+
+    The releases are installed into folders of their own, by pip as wheels and by npm without scripts; what is installed
+    here stays as it is. Exit code 1 where the newest release is worse than the one before.
+
+    Examples: `carom history pymunk`, `carom history rapier2d --versions '>=0.18' --out history`,
+    `carom history rapier2d --bisect classics/cradle-gaps:default:1/60`.
+    """
+    from carom.studies.history.overlay import kept_releases
+
+    (name,) = common.engines_named([engine]) or [engine]
+    with kept_releases(options.kept_mb * 1e6) as kept:
+        if listed:
+            _list(name, options, kept)
+        elif bisect is not None:
+            _bisect(name, bisect, options, kept)
+        else:
+            _run(name, scenes or list(SCENES), options, kept, out, resume=resume, retry=retry, verbose=verbose)
+
+
+def _list(engine: str, options: HistoryOptions, kept: Kept) -> None:
+    from carom.studies.history.document import listing_lines
+    from carom.studies.history.run import listing
+
+    common.say_lines(listing_lines(*listing(engine, options, kept)))
+
+
+def _bisect(engine: str, asked: str, options: HistoryOptions, kept: Kept) -> None:
+    from carom.errors import InputError
+    from carom.studies.history.document import bisection_lines
+    from carom.studies.history.run import bisected
+
+    match asked.split(":"):
+        case [scene, profile, step]:
+            (found,) = common.plain_scenes_named([scene])
+        case _:
+            raise InputError(f"--bisect must be SCENE:PROFILE:STEP, such as classics/box:default:1/60, got {asked!r}")
+    with common.progress_bar() as progress:
+        one = bisected(engine, found, profile, common.seconds(step), kept, options, progress=progress)
+    for line in bisection_lines(one):
+        common.say(line)
+
+
+def _run(
+    engine: str,
+    scenes: list[str],
+    options: HistoryOptions,
+    kept: Kept,
+    out: Path | None,
+    *,
+    resume: bool,
+    retry: bool,
+    verbose: bool,
+) -> None:
+    from carom.errors import InputError
+    from carom.report.files import require_report_extra
+    from carom.studies.history import run
+    from carom.studies.history.cells import history_journal
+    from carom.studies.history.document import history_document, write_history
+
+    named = common.plain_scenes_named(scenes)
+    if out is None and (resume or retry):
+        raise InputError("--resume continues what lies in the folder of --out: name it")
+    command, page = command_line(), None
+    if out is None:
+        with common.progress_bar() as progress:
+            found = run.history(engine, named, kept, options, progress=progress, command=command)
+    else:
+        require_report_extra()
+        path = out / run.JOURNAL
+        with (
+            common.studied(out, run.PURPOSE, path) as progress,
+            history_journal(path, resume=resume, retry=retry) as journal,
+        ):
+            found = run.history(engine, named, kept, options, notes=journal, progress=progress, command=command)
+        page = write_history(found, out)
+    common.print_document(history_document(found), full=verbose, report=page)
+    if not found.ran:
+        raise typer.Exit(common.EXIT_UNAVAILABLE)
+    if found.worse_now:
+        raise typer.Exit(common.EXIT_VIOLATION)

@@ -1,0 +1,152 @@
+"""`carom run`: run scenes through engines, score each against PIC, and print a verdict table."""
+
+from __future__ import annotations
+
+import shlex
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from carom.cli import common
+from carom.cli.command_line import command_line
+from carom.cli.options import asking
+from carom.errors import InputError
+from carom.execution.options import FailOn, Options
+
+if TYPE_CHECKING:
+    from carom.comparator import Grade
+    from carom.execution.plan import Plan
+    from carom.execution.pool import Pool
+    from carom.execution.results import Results
+
+
+@asking(Options)
+def run(
+    options: Options,
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. "
+            "All of the catalogue by default."
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
+        ),
+    ] = None,
+    report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
+    resume: common.Resume = False,
+    retry: common.Retry = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
+    ] = False,
+    verbose: common.Verbose = False,
+    fail_on: Annotated[
+        FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
+    ] = FailOn.INACCURATE,
+) -> None:
+    """Run scenes through engines, score each against PIC, and print a verdict table.
+
+    Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
+    `carom run my-scene.toml --engine mujoco --dt 1/240 --out reports/mine`,
+    `carom run classics -e pymunk -p tuned --set iterations=5`.
+    """
+    from carom.comparator import Grade
+    from carom.execution.plan import plan_of
+    from carom.report.files import require_report_extra
+    from carom.studies.cross_check.document import PURPOSE
+    from carom.support.folders import claimed
+
+    out = out or report
+    options = replace(options, samples=out is not None)
+    named = common.scenes_named(scenes or [])
+    if out is None and (resume or retry):
+        raise InputError("--resume continues what lies in the folder of --out: name it")
+    if out is None or explain:
+        folder: AbstractContextManager[None] = nullcontext()
+    else:
+        require_report_extra()
+        folder = claimed(out, PURPOSE, "--out")  # before engines are asked, which takes seconds
+    with options.pool() as pool, folder:
+        plan = plan_of(named, options, pool)
+        if explain:
+            from carom.studies.cross_check.explain import explain as explained
+
+            for line in explained(plan):
+                common.say(line)
+            return
+        least = None if fail_on is FailOn.NEVER else Grade[fail_on.name]
+        results = _carried_out(plan, pool, out, least, resume=resume, retry=retry, verbose=verbose)
+        if len(named) == 1:
+            _say_settings(results, (scenes or [named[0].name])[0])
+    code = _exit_code(results, set(options.engines or ()), least)
+    if code:
+        raise typer.Exit(code)
+
+
+def _carried_out(
+    plan: Plan, pool: Pool, report: Path | None, fail_on: Grade | None, *, resume: bool, retry: bool, verbose: bool
+) -> Results:
+    """Carry out a plan, write its report where one is asked for, and print the table."""
+    from carom.studies.cross_check.document import cross_check_document, report_of
+    from carom.studies.cross_check.observed import observed_journal
+    from carom.studies.cross_check.run import execute
+
+    if report is None:
+        with common.progress_bar() as progress:
+            results = execute(plan, pool, progress=progress, command=command_line())
+        common.print_document(cross_check_document(results), full=verbose)
+        return results
+    path = report / "journal.jsonl"
+    with (
+        common.resumable(path),
+        observed_journal(path, plan.options.stamp, resume=resume, retry=retry) as journal,
+        common.progress_bar() as progress,
+    ):
+        found = execute(plan, pool, notes=journal, progress=progress, command=command_line())
+        made = report_of(found, fail_on)
+        page = made.write(report)
+        journal.discard()  # the report holds it all
+    common.print_document(made.document, full=verbose, report=page)
+    return made.results
+
+
+def _say_settings(results: Results, scene: str) -> None:
+    """Say which command prints the settings of the best run of an engine, as code to paste; `scene` as it was asked."""
+    from carom.engines.registry import asked_as
+    from carom.report import formatting
+    from carom.report.grid import build_grid
+    from carom.studies.cross_check.ranking import ranked
+
+    grid, infos = build_grid(results), {info.name: info for info in results.engines}
+    for column in ranked(grid, grid.columns.values()):
+        method, info = column.method, infos[column.engine]
+        steps = [
+            cell.row.job.dt_s for cell in grid.cells(column) if cell.row is not None and cell.row.score is not None
+        ]
+        if column.own or method.tried or not info.code or method.profile in info.located or not steps:
+            continue
+        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
+        command = shlex.join((*words, "--dt", formatting.step_option(max(steps)), "--scene", scene))
+        common.say(f"Settings of {column.name}, as code to paste:\n{command}")
+        return
+
+
+def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> int:
+    from carom.execution.job import Status
+    from carom.execution.results import violates
+
+    if any(row.status.broken for row in results.rows):
+        return common.EXIT_CRASHED
+    if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
+        return common.EXIT_UNAVAILABLE
+    if all(row.score is None for row in results.rows):  # what was not run does not conform
+        return common.EXIT_UNAVAILABLE
+    if fail_on is not None and any(violates(row, fail_on) for row in results.rows):
+        return common.EXIT_VIOLATION
+    return 0

@@ -1,0 +1,51 @@
+"""`carom serve`: an adapter as a program of the engine protocol."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli.common import guarded
+
+
+@guarded
+def serve(
+    adapter: Annotated[str, typer.Argument(help="Name of an adapter in Python, as carom engines lists it.")],
+    path: Annotated[
+        Path | None,
+        typer.Option("--path", help="Folder of packages to look in first: another release of the engine, say."),
+    ] = None,
+    manifest: Annotated[
+        str | None,
+        typer.Option("--manifest", metavar="NAME", help="Print the engine.toml of it, under this name, and exit."),
+    ] = None,
+) -> None:
+    """Answer requests on standard input with an adapter in Python, as an engine that is a program does.
+
+    Examples: `carom serve pymunk --path old/pymunk-6.4.0 --manifest pymunk-6.4.0 > old.toml`, then
+    `carom run classics -e pymunk -e ./old.toml`.
+    """
+    # What is printed by an engine, from its import on, must not stand among the answers.
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", buffering=1)
+    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+    if path is not None:
+        sys.path.insert(0, str(path.resolve()))
+    from carom.engines.protocol import serve as program
+    from carom.engines.registry import distribution_of, load_adapter, version_of, why_unavailable
+    from carom.errors import AdapterError
+
+    found = load_adapter(adapter)
+    version = version_of(found, distribution_of(adapter))
+    if manifest is not None:
+        where = [] if path is None else ["--path", str(path.resolve())]
+        command = [sys.executable, "-m", "carom", "serve", adapter, *where]
+        answers.write(program.served_manifest(found, manifest, version, command))
+        answers.close()
+        return
+    if reason := why_unavailable(found):
+        raise AdapterError(f"{adapter}: {reason}")
+    program.serve(program.Server(found, version), sys.stdin, answers.write)

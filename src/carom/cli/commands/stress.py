@@ -1,0 +1,68 @@
+"""`carom stress`: stress methods with scenes made to break numerics, and print the size at which each fails."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from carom.cli import common
+from carom.cli.command_line import command_line
+from carom.cli.options import asking
+from carom.studies.stress.options import StressOptions
+
+
+@asking(StressOptions)
+def stress(
+    options: StressOptions,
+    attacks: Annotated[
+        list[str] | None,
+        typer.Argument(
+            help="Stress tests, invariances or reported bugs by name, or a kind: attacks, relations, complaints; "
+            "all by default; --list shows them."
+        ),
+    ] = None,
+    resume: common.Resume = False,
+    retry: common.Retry = False,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            "-o",
+            help="Folder for stress.html, stress.md, stress.json, the journal, and scenes/ with the scene of each "
+            "number.",
+        ),
+    ] = Path("stress"),
+    verbose: common.Verbose = False,
+    list_only: Annotated[bool, typer.Option("--list", help="List what there is, and exit.")] = False,
+) -> None:
+    """Stress methods with scenes made to break numerics, and print the size at which each fails.
+
+    Examples: `carom stress --quick`, `carom stress grazing tunnelling -e mujoco`,
+    `carom stress --out reports/stress --resume`.
+    """
+    from carom.studies.stress import run as campaign
+
+    if list_only:
+        for line in campaign.listing(quick=options.quick):
+            common.say(f"{line.kind:10} {line.name:24} {line.axis}")
+        return
+    from carom.report.files import require_report_extra
+    from carom.studies.stress.document import stress_document, write_stress
+
+    require_report_extra()
+    with common.studied(out, campaign.PURPOSE, out / campaign.JOURNAL) as progress:
+        results = campaign.stress(
+            attacks or [],
+            options,
+            out=out,
+            resume=resume,
+            retry=retry,
+            progress=progress,
+            command=command_line(),
+        )
+    page = write_stress(results, out)
+    common.print_document(stress_document(results), full=verbose, report=page)
+    if any(info.unavailable for name, info in results.engines.items() if name in (options.engines or ())):
+        raise typer.Exit(common.EXIT_UNAVAILABLE)

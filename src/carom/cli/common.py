@@ -1,0 +1,260 @@
+"""What the commands of `carom` share: exit codes, options, errors as sentences, and what is read and printed."""
+
+from __future__ import annotations
+
+import functools
+import io
+import os
+import signal
+import sys
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ParamSpec, TextIO
+
+import typer
+
+from carom.cli.ascii import ERRORS
+from carom.errors import AdapterError, CaromError
+from carom.support.escaping import visible
+from carom.support.options import step
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from carom.catalogue import CatalogueScene
+    from carom.execution.job import Progress
+    from carom.model.scene import Scene
+    from carom.report.document import Document
+
+EXIT_VIOLATION = 1
+EXIT_BAD_INPUT = 2
+EXIT_UNAVAILABLE = 3
+EXIT_CRASHED = 4
+EXIT_SIGNAL = 128  # and the number of the signal, which is what a shell reports for a command that one ended
+EXIT_INTERRUPTED = EXIT_SIGNAL + signal.SIGINT
+
+Parameters = ParamSpec("Parameters")
+
+SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern.")
+
+
+def engines_named(words: list[str] | None) -> list[str] | None:
+    """Return names of engines; a manifest becomes known, and is its engine's name."""
+    from carom.engines.registry import engine_named
+
+    try:
+        return words and [engine_named(word) for word in words]
+    except AdapterError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+Resume = Annotated[
+    bool,
+    typer.Option("--resume", help="Continue from the journal in the folder of results: run what is missing in it."),
+]
+
+Retry = Annotated[
+    bool, typer.Option("--retry", help="As --resume, and run again what crashed, timed out or raised an error.")
+]
+
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print the evidence: every table, not the answer alone.")
+]
+
+
+def guarded(command: Callable[Parameters, None]) -> Callable[Parameters, None]:
+    """Turn Carom's own errors and signals into a sentence and an exit code."""
+
+    @functools.wraps(command)
+    def guarded(*args: Parameters.args, **kwargs: Parameters.kwargs) -> None:
+        try:
+            command(*args, **kwargs)
+        except CaromError as error:
+            from carom.execution.job import UnavailableError
+
+            say_error(error)
+            raise typer.Exit(EXIT_UNAVAILABLE if isinstance(error, UnavailableError) else EXIT_BAD_INPUT) from None
+        except KeyboardInterrupt as error:
+            word, code = _ended(error)
+            say(f"carom: {word}; no report was written", apart=True)
+            raise typer.Exit(code) from None
+        except BrokenPipeError:  # the reader, `head` say, has seen enough
+            drop_unwritten(sys.stdout, sys.stderr)
+            raise typer.Exit from None
+        except OSError as error:  # a disk that is full, a file that may not be written
+            say(f"carom: {error.filename or 'output'}: {error.strerror or error}", apart=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
+        except MemoryError:
+            say("carom: there is not enough memory for this", apart=True)
+            raise typer.Exit(EXIT_BAD_INPUT) from None
+
+    return guarded
+
+
+def drop_unwritten(*streams: TextIO) -> None:
+    """Let what can't be written be, or the interpreter tries again when it ends, and fails."""
+    for stream in streams:
+        try:
+            stream.flush()
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def say(text: str, *, apart: bool = False) -> None:
+    """Print a line, in the signs that the output has, without control characters; `apart` from the results."""
+    plain_where_needed()
+    typer.echo(visible(text), err=apart)
+
+
+def say_error(error: CaromError) -> None:
+    """Print what is wrong, and each hint on a line of its own, apart from the results."""
+    say("\n".join((f"carom: {error.message}", *(f"hint: {hint}" for hint in error.hints))), apart=True)
+
+
+def say_lines(lines: Iterable[str]) -> None:
+    """Print lines that stay lines: on a terminal cut at its width, and whole where another program reads them."""
+    out = console()
+    for line in map(visible, lines):
+        cut = out.is_terminal and len(line) > out.width
+        typer.echo(f"{line[: out.width - 3].rstrip()}..." if cut else line)
+
+
+def _ended(error: KeyboardInterrupt) -> tuple[str, int]:
+    """Return what to say of the signal that ended a command, Ctrl-C unless it is told, and the exit code."""
+    if hasattr(signal, "setitimer"):  # heard: it need not come again
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+    number = signal.Signals(error.args[0]) if error.args else signal.SIGINT
+    return "interrupted" if number is signal.SIGINT else f"ended by {number.name}", EXIT_SIGNAL + number
+
+
+@contextmanager
+def resumable(journal: Path, *others: Path) -> Iterator[None]:
+    """Say how to go on with what a signal ended; journals that are opened within, and hold nothing yet, are removed."""
+    from carom.execution.journal import remove_unused
+
+    new = [path for path in (journal, *others) if not path.exists()]
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        for path in new:  # the signal can have come before the journal itself was there to do so
+            remove_unused(path)
+        if not journal.exists():  # nothing was finished, so nothing is left behind
+            raise
+        word, code = _ended(error)
+        say(f"carom: {word}; what is finished is in {journal}, and --resume goes on from there", apart=True)
+        raise typer.Exit(code) from None
+
+
+@contextmanager
+def studied(out: Path, purpose: str, journal: Path, *others: Path) -> Iterator[Progress]:
+    """Claim the folder that a study writes into, with journals to go on from, and show how far it has come."""
+    from carom.support.folders import claimed
+
+    with claimed(out, purpose, "--out"), resumable(journal, *others), progress_bar() as progress:
+        yield progress
+
+
+@contextmanager
+def progress_bar() -> Iterator[Progress]:
+    """Show how far a long command has come, on a terminal only, with an estimate of what is left."""
+    if not sys.stderr.isatty():
+        yield lambda _done, _total, _what: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bar
+
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn(), TextColumn("{task.description}", markup=False))
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=None)
+
+        def show(done: int, total: int, what: str) -> None:
+            bar.update(task, completed=done, total=total, description=visible(what))
+
+        yield show
+
+
+def console() -> Console:
+    """Return the console that results are printed on."""
+    from rich.console import Console
+
+    class Out(Console):
+        def on_broken_pipe(self) -> None:
+            raise  # noqa: PLE0704 - called where it is handled; by itself it would end with exit code 1
+
+    plain_where_needed()
+    # Names and an engine's own words may hold brackets and colons that are no markup. A pipe has no width of its own;
+    # what is asked for by COLUMNS is taken there, too.
+    return Out(highlight=False, markup=False, emoji=False)
+
+
+def plain_where_needed() -> None:
+    """Write ASCII instead of signs that an output's encoding does not have."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=ERRORS)
+
+
+def say_place(what: str, path: Path) -> None:
+    """Print where something was written, whole on a line that another program reads, without control characters."""
+    console().print(f"{what}: {visible(str(path))}", soft_wrap=True)
+
+
+def print_document(document: Document, *, full: bool = False, **places: Path | None) -> None:
+    """Print a document: the answer, the evidence where it is asked for in full, and where it was written."""
+    from carom.report.render.terminal import terminal
+
+    out = console()
+    for item in terminal(document, out.width, full=full):
+        out.print(item)
+    for what, path in places.items():
+        if path is not None:
+            say_place(what, path)
+
+
+def hand_over(document: Document, page: Path | None, markdown: Path | None, *, full: bool) -> None:
+    """Write a document as HTML and as Markdown where files are named, and print it; Markdown named - alone."""
+    from carom.report.render.html import html
+    from carom.report.render.markdown import markdown as markdown_of
+    from carom.support.folders import write_file
+
+    if page is not None:
+        write_file(page, html(document))
+    if markdown == Path("-"):
+        say(markdown_of(document).removesuffix("\n"))
+        return
+    if markdown is not None:
+        write_file(markdown, markdown_of(document))
+    print_document(document, full=full)
+
+
+def seconds(text: str) -> float:
+    """Read a step such as ``1/240`` or ``0.004``, as what is declared takes it."""
+    kind = step()
+    try:
+        found: float = kind.take(kind.read(text))
+    except (ValueError, OverflowError):
+        raise kind.refusal("--dt", text) from None
+    return found
+
+
+def scenes_named(names: list[str]) -> list[Scene | CatalogueScene]:
+    """Load files, and find scenes of the catalogue by name; all of the catalogue where no name is given."""
+    from carom.catalogue import catalogue, find_scenes
+    from carom.model.scene import load_scene
+
+    if not names:
+        return list(catalogue().values())
+    found: list[Scene | CatalogueScene] = []
+    for name in names:
+        is_file = Path(name).suffix in {".toml", ".json"} or Path(name).is_file()
+        found += [load_scene(name)] if is_file else find_scenes([name])
+    return found
+
+
+def plain_scenes_named(names: list[str]) -> list[Scene]:
+    """As `scenes_named`, but of the catalogue the scenes alone."""
+    from carom.model.scene import Scene
+
+    return [entry if isinstance(entry, Scene) else entry.scene for entry in scenes_named(names)]

@@ -1,0 +1,236 @@
+"""The analysis of a run, block by block of its states, so that the memory it takes does not grow with the run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.stepwise.activity import Activity, activity_of
+from carom.comparator.stepwise.block import Block
+from carom.comparator.stepwise.chains import LONGEST, Chains, StepChain
+from carom.comparator.stepwise.judge import PASSED, Comparison, judge, pairs_missed_by_pit
+from carom.comparator.stepwise.law import Law, Pair
+from carom.comparator.stepwise.rest import Rest
+from carom.comparator.thresholds import THRESHOLDS
+from carom.engines.api.checks import MANTISSA_BITS
+from carom.model.scene import Scene
+from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
+from carom.model.trace import wall_body
+
+Array = NDArray[np.float64]
+
+#: What a step rounds a number by, in units in its last place: products, sums, the instant, and a shift of the origin.
+ROUNDINGS = 16
+
+#: A 64-bit engine may compute in other units, and solve for several contacts together: its velocities are looked at
+#: more coarsely than its floats are, still far below anything that is graded.
+ROUNDING_OF_VELOCITIES = 1e-11
+
+#: Numbers of states that a block holds at most: some 40 MB with what is worked out of them.
+_NUMBERS = 2**19
+
+_ROW = [name for name in WINDOW_DTYPE.names or () if name not in {"begin_s", "end_s"}]
+
+
+def local_truth(scene: Scene, states: States, *, dt_s: float, float_bits: int = 64) -> LocalTruth:
+    """Compare each step of a run with PIC from the run's own state at its start.
+
+    Args:
+        scene: The scene.
+        states: The states at every boundary, the first of them the scene's start.
+        dt_s: The step, seconds.
+        float_bits: Width of the floats that the method declares to compute in.
+    """
+    watch = StepWatch(scene, dt_s, float_bits)
+    spins = states.spin_rad_s
+    for k in range(1, len(states)):
+        spin = None if spins is None else spins[k]
+        watch.add(float(states.time_s[k]), states.position_m[k], states.velocity_m_s[k], spin)
+    return watch.finish()
+
+
+class StepWatch:
+    """Takes the states of a run as they come, and says in the end what became of every step.
+
+    Args:
+        scene: The scene, which begins the run.
+        dt_s: The step, seconds.
+        float_bits: Width of the floats that the method declares to compute in.
+    """
+
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int = 64) -> None:
+        self._scene, self._dt_s, self._law = scene, dt_s, Law(scene)
+        place_unit = ROUNDINGS * 2.0 ** -MANTISSA_BITS[float_bits]
+        unit = max(place_unit, ROUNDING_OF_VELOCITIES)
+        # No more than counts as rounding in the score, which asks for no price where velocities agree.
+        self._units = (unit, place_unit, 10.0 * min(unit, THRESHOLDS.rounding_of(float_bits)))
+        arrays = scene.arrays
+        self._time_s: list[float] = [0.0]
+        self._place, self._velocity = [arrays.position_m], [arrays.velocity_m_s]
+        self._spin: list[Array] | None = [arrays.spins] if self._law.turns else None
+        self._most = max(_NUMBERS // (5 * len(scene.discs)), 8 * LONGEST)
+        self._chains = Chains(self._law)
+        #: Steps whose states are gone, whose pairs have been taken in, and up to which free flight has been looked at.
+        self._gone = self._taken = self._flown = 0
+        self._found_by_pit: dict[Pair, bool] = {}
+        self._windows: list[tuple[float | int | bool, ...]] = []
+        self._meetings: list[tuple[float | int | bool, ...]] = []
+        self._slips: dict[tuple[int, str], tuple[float | int, ...]] = {}
+        self._scale = np.full(len(scene.discs), self._law.fast)
+        self._ahead = 0
+        self._turned = self._moved = self._steps = self._resting = 0
+        self._rest = Rest()
+        self._polygon = False
+
+    def add(self, time_s: float, position_m: Array, velocity_m_s: Array, spin_rad_s: Array | None = None) -> None:
+        """Take in the state at the end of a step, or of a piece of one: shapes ``(n, 2)``, ``(n, 2)`` and ``(n,)``."""
+        if not time_s > self._time_s[-1]:
+            return  # a piece of no length
+        self._time_s.append(time_s)
+        self._place.append(position_m)
+        self._velocity.append(velocity_m_s)
+        if self._spin is not None:
+            self._spin.append(np.zeros(len(position_m)) if spin_rad_s is None else spin_rad_s)
+        if len(self._time_s) > self._most:
+            self._look(ends=False)
+
+    def finish(self) -> LocalTruth:
+        """Return what was found, after the last state."""
+        until_s = self._time_s[-1]
+        if len(self._time_s) > 1:
+            self._look(ends=True)
+        return LocalTruth(
+            until_s=until_s,
+            steps=self._steps,
+            windows=np.array(self._windows, WINDOW_DTYPE),
+            meetings=np.array(self._meetings, MEETING_DTYPE),
+            slips=np.array([self._slips[key] for key in sorted(self._slips)], SLIP_DTYPE),
+            ahead=self._ahead,
+            slip_counts=(self._turned, self._moved),
+            resting_steps=self._resting,
+            sunk_radii=self._rest.sunk_radii,
+            sinks_s=self._rest.sinks_s,
+            polygon=self._polygon,
+            rests=np.array(sorted(self._held()), REST_DTYPE),
+        )
+
+    def _held(self) -> Iterator[tuple[int, int, float, float]]:
+        """Yield the rows of `REST_DTYPE`."""
+        for (i, j), spans in self._rest.held_s.items():
+            yield from ((i, self._body(j), *span) for span in spans)
+
+    def _body(self, j: int) -> int:
+        """Return the number that traces give the second of a pair."""
+        return j if j < self._law.n else wall_body(j - self._law.n)
+
+    def _look(self, *, ends: bool) -> None:
+        """Judge the windows that are settled, and keep the states from which others go on."""
+        spins = None if self._spin is None else np.array(self._spin)
+        states = States(np.array(self._time_s), np.array(self._place), np.array(self._velocity), spins)
+        with np.errstate(over="ignore", under="ignore"):
+            block = Block.of(self._scene, self._law, states, self._dt_s, *self._units)
+            activity = activity_of(block, self._rest)
+            for step in sorted(step for step in activity.due if step >= self._taken - self._gone):
+                self._chains.add(self._gone + step, activity.due[step])
+            self._taken = self._gone + len(block)
+            self._chains.pass_to(self._taken)
+            finished = [chain.later(-self._gone) for chain in self._chains.take_settled(ends=ends)]
+            # A disc that is slow after a window, by cancellation, is known to the rounding of the speeds in it.
+            scale = np.tile(self._scale, (len(block), 1))
+            for chain in finished:
+                discs = list(chain.discs)
+                before = float(self._scale[discs].max()) if chain.continues else 0.0
+                known = self._known_of_pit(block, chain)
+                judged = judge(block, chain, activity, known, ends=ends, speed_before=before)
+                self._keep(block, chain, judged)
+                scale[chain.end :, discs] = self._scale[discs] = max(before, judged.speed)
+            held = [chain.later(-self._gone) for chain in self._chains.held()]
+            flown = slice(self._flown - self._gone, len(block) if ends else self._chains.settled_to - self._gone)
+            self._between(block, activity, [*finished, *held], flown, np.maximum(scale, block.own_speed))
+        self._flown = self._gone + flown.stop
+        done = min([chain.begin for chain in held], default=flown.stop)
+        done = min(done, flown.stop)
+        self._gone += done
+        del self._time_s[:done], self._place[:done], self._velocity[:done]
+        if self._spin is not None:
+            del self._spin[:done]
+
+    def _known_of_pit(self, block: Block, chain: StepChain) -> dict[Pair, bool]:
+        """Return whether PIT finds the pairs of a chain that goes on, from its first state; note it where one is cut.
+
+        That is asked once, where the chain begins: later the bodies overlap, and PIT has found them already.
+        """
+        known = {pair: self._found_by_pit[pair] for pair in chain.pairs if pair in self._found_by_pit}
+        if not chain.continues:
+            known.clear()
+        for pair in chain.pairs:
+            self._found_by_pit.pop(pair, None)
+        if chain.goes_on:
+            missed = pairs_missed_by_pit(block, chain, [pair for pair in chain.pairs if pair not in known])
+            self._found_by_pit |= {pair: known.get(pair, pair not in missed) for pair in chain.pairs}
+        return known
+
+    def _keep(self, block: Block, chain: StepChain, judged: Comparison) -> None:
+        times = block.states.time_s
+        number = len(self._windows)
+        begin_s, end_s = float(times[chain.begin]), float(times[chain.end])
+        self._windows.append((begin_s, end_s, *(getattr(judged, name) for name in _ROW)))
+        for meeting in judged.meetings:
+            i, j = meeting.pair
+            steps_s = (float(times[meeting.begin]), float(times[meeting.end]))
+            self._meetings.append(
+                (number, i, self._body(j), *steps_s, meeting.due_s, meeting.missed, meeting.pit_missed)
+            )
+
+    def _between(self, block: Block, activity: Activity, chains: list[StepChain], flown: slice, scale: Array) -> None:
+        """Look at what happened outside of windows, where discs fly free or rest; `scale` is what speeds round to."""
+        free = ~activity.resting
+        for chain in chains:
+            free[max(chain.begin, 0) : chain.end, list(chain.discs)] = False
+        free[: flown.start] = free[flown.stop :] = False
+        h = block.step_s[:, None]
+        # What bends paths: gravity, or what slows discs down.
+        bends = np.hypot(*block.pull.T) + self._law.slowing.all_bends(block.own_speed)
+        turned = block.turned & free & (np.maximum(block.turned_by, block.spun_by) > block.unit * scale)
+        rounding = block.place_rounding
+        allowed = 0.5 * bends * h * h
+        # What overlaps may be pushed apart without a change of velocity.
+        asked = free & ~turned & ~activity.overlapping
+        moved = asked & (block.moved_by - allowed > rounding)
+        self._polygon = self._polygon or bool(np.any(asked & (bends > 0.0) & (block.moved_by > rounding)))
+        self._turned += int(turned.sum())
+        self._moved += int(moved.sum())
+        self._steps += flown.stop - flown.start
+        self._resting += int(activity.resting[flown].sum())
+        relative = block.turned_by / np.maximum(block.own_speed, 1e-300)
+        spinning = block.spun_by / np.maximum(block.own_speed, 1e-300)
+        for step, disc in np.argwhere(turned & (np.maximum(relative, spinning) > PASSED)).tolist():
+            if block.answers_ahead(step, disc):
+                turned[step, disc] = False
+                self._ahead += 1
+        beyond = np.where(moved, block.moved_by - allowed, 0.0)
+        for kind, sizes in (
+            ("velocity", np.where(turned, relative, 0.0)),
+            ("spin", np.where(turned, spinning, 0.0)),
+            ("place", beyond),
+        ):
+            self._largest_slips(block, kind, sizes, beyond)
+
+    def _largest_slips(self, block: Block, kind: str, sizes: Array, moved_m: Array) -> None:
+        for disc in np.flatnonzero(sizes.any(axis=0)).tolist():
+            step = int(np.argmax(sizes[:, disc]))
+            row = (
+                float(block.states.time_s[step]),
+                disc,
+                float(block.turned_by[step, disc]),
+                float(block.spun_by[step, disc]),
+                float(moved_m[step, disc]),
+                float(block.own_speed[step, disc]),
+                float(block.place_rounding[step, disc]),
+            )
+            key = (disc, kind)
+            column = {"velocity": 2, "spin": 3, "place": 4}[kind]
+            if key not in self._slips or row[column] > self._slips[key][column]:
+                self._slips[key] = row

@@ -1,0 +1,134 @@
+"""Some steps of a run as arrays, with what rounding allows in each of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.stepwise.bodies import BodyStates
+from carom.comparator.stepwise.law import Law
+from carom.model.scene import Scene
+from carom.model.step_windows import States
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+#: An engine may answer a meeting by a margin of length, however many fine steps ahead (Box2D `default`: 1 cm before a
+#: wall, a tenth of the smallest discs of the catalogue). A turn is such an answer where the disc closes on something no
+#: further away than this part of the contact distance, and parts from it after; else it turned with nothing near.
+_AHEAD_GAP = 0.25
+
+#: The two instants of a step are right to half a unit in the last place each, and so is their difference.
+_CLOCK = 2.0**-51
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some steps of a run as arrays, with what rounding allows.
+
+    Attributes:
+        scene: The scene.
+        law: What it says of its bodies.
+        states: The states, one more than there are steps.
+        dt_s: The run's step, seconds; a piece of a located run is shorter.
+        step_s: Length of each step, shape ``(k,)``.
+        pull: Gravity's acceleration of each disc, shape ``(n, 2)``.
+        unit: What a velocity may be off by from rounding in a step, over its own size.
+        place_unit: The same of a place.
+        agreement: What two velocities may differ by that agree, over their size.
+        own_speed: Greatest speed of each disc at either end of each step, shape ``(k, n)``.
+        place_rounding: What rounding makes of each disc's place in each step, metres, shape ``(k, n)``.
+        turned: In which steps which discs' velocities or spins changed by more than rounding, shape ``(k, n)``.
+        turned_by: By how much velocities did, metres a second, shape ``(k, n)``.
+        spun_by: By how much rims did, metres a second.
+        moved_by: How far places came out from the free path, metres.
+    """
+
+    scene: Scene
+    law: Law
+    states: States
+    dt_s: float
+    step_s: Array
+    pull: Array
+    unit: float
+    place_unit: float
+    agreement: float
+    own_speed: Array
+    place_rounding: Array
+    turned: Flags
+    turned_by: Array
+    spun_by: Array
+    moved_by: Array
+
+    @classmethod
+    def of(
+        cls, scene: Scene, law: Law, states: States, dt_s: float, unit: float, place_unit: float, agreement: float
+    ) -> Block:
+        """Return a block of steps; `unit`, `place_unit` and `agreement` as above."""
+        h = np.diff(states.time_s)[:, None]
+        p, v = states.position_m, states.velocity_m_s
+        speed = np.hypot(*np.moveaxis(v, 2, 0))
+        kept, flown_s = law.slowing.all_kept(h, speed[:-1]), law.slowing.all_flown(h, speed[:-1])
+        radius = scene.arrays.radius_m
+        pull = np.where(scene.arrays.movable[:, None], np.array(law.gravity), 0.0)
+        fallen = pull * h[..., None]
+        turned_by = np.hypot(*np.moveaxis(v[1:] - v[:-1] * kept[..., None] - fallen, 2, 0))
+        flown = v[:-1] * flown_s[..., None]
+        moved_by = np.hypot(*np.moveaxis(p[1:] - p[:-1] - flown - 0.5 * fallen * h[..., None], 2, 0))
+        rims = np.zeros(p.shape[:2]) if states.spin_rad_s is None else radius * states.spin_rad_s
+        spun_by = np.abs(rims[1:] - rims[:-1] * kept)
+        # What is driven turns by itself, as it is to.
+        driven = list(scene.arrays.driven_discs)
+        turned_by[:, driven] = moved_by[:, driven] = 0.0
+        own_speed = np.maximum(speed[1:], speed[:-1]) + (np.hypot(*pull.T) + law.slowing.table_m_s2) * h
+        own_rim = np.maximum(own_speed, np.maximum(np.abs(rims[1:]), np.abs(rims[:-1])))
+        far = np.max(np.abs(p), axis=2) + radius
+        reach = np.maximum(far[1:], far[:-1]) + own_speed * h
+        clock_s = _CLOCK * states.time_s[1:, None]
+        turned = (turned_by > unit * (own_speed + law.fast)) | (spun_by > unit * own_rim)
+        return cls(
+            scene=scene,
+            law=law,
+            states=states,
+            dt_s=dt_s,
+            step_s=h[:, 0],
+            pull=pull,
+            unit=unit,
+            place_unit=place_unit,
+            agreement=agreement,
+            own_speed=own_speed,
+            place_rounding=place_unit * reach + own_speed * clock_s,
+            turned=turned,
+            turned_by=turned_by,
+            spun_by=spun_by,
+            moved_by=moved_by,
+        )
+
+    def __len__(self) -> int:
+        return len(self.step_s)
+
+    def state(self, step: int, discs: tuple[int, ...] | list[int]) -> BodyStates:
+        """Return the state of some discs at the start of a step; the last state is that of one step more."""
+        p, v, spins = self.states.position_m[step], self.states.velocity_m_s[step], self.states.spin_rad_s
+        return BodyStates(
+            self.law,
+            {i: (float(p[i, 0]), float(p[i, 1])) for i in discs},
+            {i: (float(v[i, 0]), float(v[i, 1])) for i in discs},
+            {i: 0.0 if spins is None else float(spins[step, i]) for i in discs},
+            float(self.states.time_s[step]),
+        )
+
+    def answers_ahead(self, step: int, disc: int) -> bool:
+        """Whether a disc that turns in a step closes on something near before, and parts from it after."""
+        everyone = [disc, *(other for other in range(self.law.n) if other != disc)]
+        before, after = self.state(step, everyone), self.state(step + 1, everyone)
+        for pair in self.law.pairs_of(everyone):
+            if pair[0] != disc:
+                break  # pairs of the first disc come first
+            contact = before.contact(pair)
+            near = contact.closing > 0.0 and contact.gap <= _AHEAD_GAP * self.law.reach(pair)
+            if near and after.contact(pair).closing <= 0.0:
+                return True
+        return False

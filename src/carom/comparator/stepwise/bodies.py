@@ -1,0 +1,309 @@
+"""The states of a few bodies on plain floats, set going from anywhere in a run.
+
+The solvers begin with discs that are apart. A window begins wherever the run is, in overlap too, where what overlaps
+and closes meets at once. The times of impact and the law are those of the core.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from carom.comparator.finite_walls import NO_FEATURE, FiniteWall
+from carom.comparator.stepwise.law import TOUCH, Law, Pair
+from carom.core import primitives
+from carom.core.features import Mover
+from carom.model.prescribed_motion import Drive
+
+
+class Separation(NamedTuple):
+    """How two bodies are to each other: gap, unit normal from first to second, and the speed at which they close."""
+
+    gap: float
+    normal: tuple[float, float]
+    closing: float
+
+
+class BodyStates:
+    """Position, velocity and spin of some discs, by number, at a time since the run's start."""
+
+    __slots__ = ("law", "met", "spin", "time_s", "velocity", "xy")
+
+    def __init__(
+        self,
+        law: Law,
+        xy: dict[int, tuple[float, float]],
+        velocity: dict[int, tuple[float, float]],
+        spin: dict[int, float],
+        time_s: float,
+    ) -> None:
+        self.law, self.xy, self.velocity, self.spin, self.time_s = law, xy, velocity, spin, time_s
+        #: Number of the feature of each finite wall that was found to be met next.
+        self.met: dict[Pair, int] = {}
+
+    def copy(self) -> BodyStates:
+        """Return a state of its own."""
+        return BodyStates(self.law, dict(self.xy), dict(self.velocity), dict(self.spin), self.time_s)
+
+    def take(self, other: BodyStates) -> None:
+        """Take in the discs of another."""
+        self.xy |= other.xy
+        self.velocity |= other.velocity
+        self.spin |= other.spin
+
+    def only(self, disc: int) -> BodyStates:
+        """Return the state of one of them."""
+        alone = {disc: self.xy[disc]}, {disc: self.velocity[disc]}, {disc: self.spin[disc]}
+        return BodyStates(self.law, *alone, self.time_s)
+
+    def of_body(self, body: int) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return the position and velocity of a body: of a wall how far it has moved."""
+        if body < self.law.n:
+            return self.xy[body], self.velocity[body]
+        wall, time_s = body - self.law.n, self.time_s
+        leg = self.law.wall_drives[wall].leg_at(time_s * TOUCH)
+        return leg.moved_at(time_s), leg.velocity
+
+    def _mover(self, disc: int, body: int) -> Mover:
+        """Return a disc as a wall sees it."""
+        wall = body - self.law.n
+        place = self.law.seen_from(wall, *self.xy[disc], self.time_s)
+        return Mover.at(place, self.velocity[disc], self.law.radius[disc], self.law.wall_velocity(wall, self.time_s))
+
+    def fly(self, seconds: float, resting: Pair | None = None) -> None:
+        """Move all discs along their free paths; what rests on a wall is not pulled into it."""
+        law, half = self.law, 0.5 * seconds * seconds
+        # There is no gravity where something slows discs down, so that only one of them bends a path in time.
+        for disc, (x, y) in self.xy.items():
+            if law.disc_drives and (drive := law.disc_drives.get(disc)) is not None and len(drive.legs) > 1:
+                self._drive_on(disc, drive, seconds)
+                continue
+            vx, vy = self.velocity[disc]
+            flown, kept = seconds, 1.0
+            if law.slows:
+                speed = math.hypot(vx, vy)
+                flown, kept = law.slowing.flown(seconds, speed), law.slowing.kept(seconds, speed)
+            ax, ay = law.pulls[disc]
+            if resting is not None and resting[0] == disc and resting[1] >= law.n:
+                _, nx, ny = law.side_of(resting[1] - law.n, x, y, self.time_s)
+                pull = min(ax * nx + ay * ny, 0.0)
+                ax, ay = ax - pull * nx, ay - pull * ny
+            self.xy[disc] = (x + vx * flown + ax * half, y + vy * flown + ay * half)
+            self.velocity[disc] = (vx * kept + ax * seconds, vy * kept + ay * seconds)
+            self.spin[disc] *= kept
+        self.time_s += seconds
+
+    def _drive_on(self, disc: int, drive: Drive, seconds: float) -> None:
+        begin_s, end_s = self.time_s, self.time_s + seconds
+        leg = drive.leg_at(end_s * TOUCH)
+        was, now = drive.leg_at(begin_s * TOUCH).moved_at(begin_s), leg.moved_at(end_s)
+        x, y = self.xy[disc]
+        self.xy[disc], self.velocity[disc] = (x + now[0] - was[0], y + now[1] - was[1]), leg.velocity
+
+    def contact(self, pair: Pair, feature: int = NO_FEATURE) -> Separation:
+        """Return how the two bodies of a pair are to each other; of a finite wall at a feature, if given."""
+        (i, j), law = pair, self.law
+        (x, y), (vx, vy) = self.xy[i], self.velocity[i]
+        if j >= law.n:
+            away, nx, ny = law.side_of(j - law.n, x, y, self.time_s)
+            wall = law.walls[j - law.n]
+            if feature != NO_FEATURE and isinstance(wall, FiniteWall):
+                nx, ny = wall.features.normal(feature, self._mover(i, j))
+            wx, wy = law.wall_velocity(j - law.n, self.time_s)
+            return Separation(away - law.radius[i], (-nx, -ny), -((vx - wx) * nx + (vy - wy) * ny))
+        dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
+        distance = math.hypot(dx, dy)
+        ux, uy = self.velocity[j][0] - vx, self.velocity[j][1] - vy
+        if distance == 0.0:  # of centres that coincide no line is given; from there on they part
+            distance, speed = 0.0, math.hypot(ux, uy)
+            normal = (ux / speed, uy / speed) if speed > 0.0 else (1.0, 0.0)
+        else:
+            normal = (dx / distance, dy / distance)
+        closing = -(ux * normal[0] + uy * normal[1])
+        return Separation(distance - law.radius[i] - law.radius[j], normal, closing)
+
+    def overlaps(self, pair: Pair) -> bool:
+        """Whether the bodies of a pair overlap, or touch: found at the very instant, rounding may leave a gap."""
+        (i, j), law = pair, self.law
+        x, y = self.xy[i]
+        reach = law.radius[i] * TOUCH
+        if j >= law.n:
+            wall = law.walls[j - law.n]
+            wide = 0.0 if isinstance(wall, tuple) else (TOUCH - 1.0) * wall.outline.half_width
+            return law.side_of(j - law.n, x, y, self.time_s)[0] <= reach + wide
+        ox, oy = self.xy[j]
+        reach += law.radius[j] * TOUCH
+        return (ox - x) ** 2 + (oy - y) ** 2 <= reach * reach
+
+    def wait(self, pair: Pair, last: int = NO_FEATURE) -> float:
+        """Return the seconds until the bodies of a pair meet, infinity for never; 0 where they overlap and close.
+
+        `last` is the feature of a finite wall that the disc has just met.
+        """
+        if self.law.slowing.table_m_s2:
+            return self._wait_on_table(pair, last, None)
+        wait = self.law.slowing.damping.damped(self.undamped_wait(pair, last))
+        later = self.law.later_legs(pair, self.time_s)
+        return wait if not later or self.time_s + wait < later[0].begin_s else self.wait_later(pair)
+
+    def wait_later(self, pair: Pair) -> float:
+        """Return the seconds until they meet on a leg that a driven one of them has yet to begin."""
+        for leg in self.law.later_legs(pair, self.time_s):
+            there = self.copy()
+            there.fly(leg.begin_s - self.time_s)
+            wait = there.undamped_wait(pair, NO_FEATURE)
+            if there.time_s + wait < leg.end_s:
+                self.met |= {pair: there.met[pair]} if pair in there.met else {}
+                return there.time_s + wait - self.time_s
+        return math.inf
+
+    def wait_again(self, pair: Pair) -> float:
+        """Return the seconds until two that have just met meet once more before a third turns one of them.
+
+        That may be on a leg of a driven one; and on a table, which slows each down in a direction of its own.
+        """
+        if not self.law.slowing.table_m_s2:
+            return self.wait_later(pair)
+        return self._wait_on_table(pair, NO_FEATURE, max(0.0, -self.contact(pair).closing))
+
+    def _wait_on_table(self, pair: Pair, last: int, leaving: float | None) -> float:
+        """Return what `wait` does, from one stop to the next; `leaving` is how fast two part that have just met."""
+        (i, j), law, there, passed = pair, self.law, self.of_pair(pair), 0.0
+        speeds = [math.hypot(*velocity) for velocity in there.velocity.values()]
+        # Both stop before. A hundredth is far more than either side is rounded by: whatever is nearer is solved for.
+        if 0.99 * self.contact(pair).gap > sum(speed * speed for speed in speeds) / (2.0 * law.slowing.table_m_s2):
+            return math.inf
+        while True:
+            stops = min(law.slowing.stops_s(math.hypot(*there.velocity[disc])) for disc in there.xy)
+            (x, y), (vx, vy) = there.xy[i], there.velocity[i]
+            pull = law.slowed(i, there.velocity[i])
+            if j < law.n:
+                (ox, oy), (ux, uy), other = there.xy[j], there.velocity[j], law.slowed(j, there.velocity[j])
+                one = (x - ox, y - oy, vx - ux, vy - uy, law.radius[i])
+                relative = (pull[0] - other[0], pull[1] - other[1])
+                wait = primitives.disc_fall_time(*one, 0.0, 0.0, law.radius[j], *relative, leaving)
+            elif isinstance(wall := law.walls[j - law.n], tuple):
+                wait = primitives.wall_fall_time(x, y, vx, vy, law.radius[i], wall, *pull)
+            else:
+                disc = Mover.at((x, y), (vx, vy), law.radius[i])
+                wait = self._fall_wait(pair, wall, disc, pull, last)
+            if wait <= stops:
+                return passed + wait
+            if stops == math.inf:
+                return math.inf
+            there.fly(stops)
+            passed, leaving, last = passed + stops, None, NO_FEATURE
+
+    def of_pair(self, pair: Pair) -> BodyStates:
+        """Return the state of the discs of a pair alone."""
+        alone = self.only(pair[0])
+        if pair[1] < self.law.n:
+            alone.take(self.only(pair[1]))
+        return alone
+
+    def undamped_wait(self, pair: Pair, last: int) -> float:
+        """Return what `wait` does, without damping, and as if a driven body of the pair went on as it does now."""
+        (i, j), law = pair, self.law
+        (x, y), (vx, vy), radius = self.xy[i], self.velocity[i], law.radius[i]
+        if j >= law.n:
+            wall = law.walls[j - law.n]
+            if not isinstance(wall, tuple):
+                return self._finite_wait(pair, wall, last)
+            x, y = law.seen_from(j - law.n, x, y, self.time_s)
+            wx, wy = law.wall_velocity(j - law.n, self.time_s)
+            vx, vy = vx - wx, vy - wy
+            if not law.falls(i):
+                return primitives.wall_time(x, y, vx, vy, radius, wall)
+            return primitives.wall_fall_time(x, y, vx, vy, radius, wall, *law.gravity)
+        (ox, oy), (ux, uy) = self.xy[j], self.velocity[j]
+        if law.falls(i) == law.falls(j):  # gravity moves both alike
+            return primitives.pair_time(x, y, vx, vy, radius, ox, oy, ux, uy, law.radius[j])
+        if law.falls(i):
+            return primitives.disc_fall_time(x, y, vx - ux, vy - uy, radius, ox, oy, law.radius[j], *law.gravity)
+        return primitives.disc_fall_time(ox, oy, ux - vx, uy - vy, law.radius[j], x, y, radius, *law.gravity)
+
+    def _finite_wait(self, pair: Pair, wall: FiniteWall, last: int) -> float:
+        disc = self._mover(*pair)
+        if self.law.falls(pair[0]):
+            return self._fall_wait(pair, wall, disc, self.law.gravity, last)
+        wait, feature, _ = wall.features.first_touch(disc, last)
+        if feature != NO_FEATURE:
+            self.met[pair] = feature
+        return wait
+
+    def _fall_wait(
+        self, pair: Pair, wall: FiniteWall, disc: Mover, acceleration: tuple[float, float], last: int
+    ) -> float:
+        leaving = 0.0
+        if last != NO_FEATURE:
+            nx, ny = wall.features.normal(last, disc)
+            leaving = max(0.0, disc.ux[0] * nx + disc.uy[0] * ny)
+        wait, feature = wall.features.first_fall(disc, *acceleration, last, leaving)
+        if feature != NO_FEATURE:
+            self.met[pair] = feature
+        return wait
+
+    def strike(self, pair: Pair, feature: int = NO_FEATURE) -> None:
+        """Give the bodies of a pair, where they are, their velocities after an impact; `feature` as of `contact`."""
+        (i, j), law = pair, self.law
+        (x, y), (vx, vy) = self.xy[i], self.velocity[i]
+        w_i = law.inverse_mass[i]
+        if j >= law.n:
+            _, (mx, my), _ = self.contact(pair, feature)
+            nx, ny = -mx, -my
+            contact = law.contact_of(pair)
+            wx, wy = law.wall_velocity(j - law.n, self.time_s)
+            before = (vx - wx, vy - wy)
+            along = before[0] * nx + before[1] * ny
+            if not along < 0.0:
+                return
+            pressed = -(1.0 + law.restitution(pair)) * along
+            vx, vy = vx + pressed * nx, vy + pressed * ny
+            if contact.friction > 0.0 or law.rolling_resistance > 0.0:
+                rim, y = law.radius[i] * self.spin[i], law.inverse_inertia_ratio[i]
+                slip = before[0] * ny - before[1] * nx + rim + (0.0 if law.belts is None else law.belts[j - law.n])
+                friction, rolling, _ = primitives.frictional_impulses(
+                    *contact, law.rolling_resistance, slip, rim, y, pressed
+                )
+                vx, vy = vx - friction * ny, vy + friction * nx
+                self.spin[i] -= (friction + rolling) * y / law.radius[i]
+            self.velocity[i] = (vx, vy)
+            return
+        dx, dy = self.xy[j][0] - x, self.xy[j][1] - y
+        ux, uy = self.velocity[j]
+        w_j = law.inverse_mass[j]
+        impulse = primitives.normal_impulse(dx, dy, ux - vx, uy - vy, w_i + w_j, law.disc_restitution)
+        turn = 0.0
+        if law.disc_contact.friction > 0.0 and impulse < 0.0:
+            distance = math.hypot(dx, dy)
+            surface = distance * (law.radius[i] * self.spin[i] + law.radius[j] * self.spin[j])
+            inverse_effective_mass = w_i * (1.0 + law.inverse_inertia_ratio[i]) + w_j * (
+                1.0 + law.inverse_inertia_ratio[j]
+            )
+            turn = primitives.pair_tangential_impulse(
+                *law.disc_contact, dx, dy, ux - vx, uy - vy, surface, inverse_effective_mass, impulse
+            )
+            self.spin[i] -= turn * distance * w_i * law.inverse_inertia_ratio[i] / law.radius[i]
+            self.spin[j] -= turn * distance * w_j * law.inverse_inertia_ratio[j] / law.radius[j]
+        px, py = impulse * dx + turn * dy, impulse * dy - turn * dx
+        self.velocity[i] = (vx + w_i * px, vy + w_i * py)
+        self.velocity[j] = (ux - w_j * px, uy - w_j * py)
+
+    def energy(self) -> float:
+        """Return the kinetic energy of the discs that move, that of turning with it, joules."""
+        law = self.law
+        return sum(
+            0.5 * law.mass[disc] * (vx * vx + vy * vy + self._turning(disc))
+            for disc, (vx, vy) in self.velocity.items()
+            if law.movable(disc)
+        )
+
+    def _turning(self, disc: int) -> float:
+        law = self.law
+        rim = law.radius[disc] * self.spin[disc]
+        return rim * rim / law.inverse_inertia_ratio[disc] if law.inverse_inertia_ratio[disc] > 0.0 else 0.0
+
+    def fastest(self) -> tuple[float, float]:
+        """Return the greatest speed of a disc, and the greatest of a disc or of a rim, metres a second."""
+        speed = max(math.hypot(*velocity) for velocity in self.velocity.values())
+        return speed, max(speed, *(abs(self.law.radius[disc] * spin) for disc, spin in self.spin.items()))

@@ -1,0 +1,207 @@
+"""Windows: chains of steps in which pairs meet or push, built step by step and cut where they grow long.
+
+A node is a pair that is active in a step. Nodes are joined if they share a movable disc in one step, or are one pair in
+successive steps; and chains that hold one disc at one time are one chain. So each disc is in one window at a time. What
+would be longer than `LONGEST` steps is cut where it would become so: the chains end there, and what is still active
+begins a chain of its own. So a chain is settled `LONGEST` steps later, however long a crowd stays entangled.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from carom.comparator.stepwise.law import Law, Pair
+
+#: Steps after which a chain is cut at a boundary: what comes after is judged from the run's own state there. A contact
+#: of more steps is answered later than any sampling is; in crowds soft contacts chain up without end.
+LONGEST = 8
+
+
+@dataclass(frozen=True)
+class StepChain:
+    """Steps `begin` to `end` (exclusive), its discs, and in which steps each of its pairs is active.
+
+    One that `continues` began before, and was cut where it begins; one that `goes_on` was cut where it ends.
+    """
+
+    begin: int
+    end: int
+    discs: tuple[int, ...]
+    pairs: Mapping[Pair, tuple[int, ...]]
+    continues: bool = False
+    goes_on: bool = False
+
+    def later(self, steps: int) -> StepChain:
+        """Return it this many steps later, as another numbering has it."""
+        pairs = {pair: tuple(step + steps for step in active) for pair, active in self.pairs.items()}
+        return replace(self, begin=self.begin + steps, end=self.end + steps, pairs=pairs)
+
+
+class Groups:
+    """Disjoint sets of anything that can be a key."""
+
+    def __init__(self) -> None:
+        self._parent: dict[Hashable, Hashable] = {}
+
+    def find(self, item: Hashable) -> Hashable:
+        """Return the one that stands for the set of an item."""
+        while self._parent.setdefault(item, item) != item:
+            self._parent[item] = self._parent[self._parent[item]]
+            item = self._parent[item]
+        return item
+
+    def join(self, one: Hashable, other: Hashable) -> None:
+        """Make two sets one."""
+        self._parent[self.find(one)] = self.find(other)
+
+
+@dataclass(eq=False)
+class _Growing:
+    """A chain that is not settled yet; one that `goes_on` was cut, and takes in nothing more."""
+
+    begin: int
+    end: int
+    discs: set[int] = field(default_factory=set)
+    pairs: dict[Pair, list[int]] = field(default_factory=lambda: defaultdict(list))
+    continues: bool = False
+    goes_on: bool = False
+
+    def settled(self) -> StepChain:
+        pairs = {pair: tuple(sorted(steps)) for pair, steps in sorted(self.pairs.items())}
+        return StepChain(self.begin, self.end, tuple(sorted(self.discs)), pairs, self.continues, self.goes_on)
+
+
+class Chains:
+    """Takes the active pairs of each step in order, and hands out chains that nothing can change any more.
+
+    Args:
+        law: Which bodies move.
+    """
+
+    def __init__(self, law: Law) -> None:
+        self._law = law
+        self._held: list[_Growing] = []
+        self._settled: list[_Growing] = []
+        self._next = 0
+
+    @property
+    def settled_to(self) -> int:
+        """No step before this one can come to be in another chain than it is in."""
+        return max(self._next + 1 - LONGEST, 0)
+
+    def held(self) -> list[StepChain]:
+        """Return the chains that may still grow, as they are."""
+        return [chain.settled() for chain in self._held]
+
+    def pass_to(self, step: int) -> None:
+        """Pass over the steps up to one, which is not among them: in those that were not added no pair is active."""
+        self._next = step
+
+    def add(self, step: int, active: Iterable[Pair]) -> None:
+        """Take in the active pairs of a step after those before."""
+        self.pass_to(step + 1)
+        pairs = list(active)
+        self._settled += [chain for chain in self._held if chain.end < self.settled_to]
+        self._held = [chain for chain in self._held if chain.end >= self.settled_to]
+        last = {pair: chain for chain in self._held if chain.end == step for pair in _active_in(chain, step - 1)}
+        cut = set[_Growing]()
+        while True:
+            groups = self._grouped(step, pairs, {pair: chain for pair, chain in last.items() if chain not in cut})
+            too_long = {
+                chain for group in groups if group.is_too_long(cut) for chain in group.chains if chain.end == step
+            }
+            if too_long <= cut:
+                break
+            cut |= too_long
+        for chain in cut:
+            chain.goes_on = True
+        taken = {chain for group in groups for chain in group.chains}
+        self._held = [chain for chain in self._held if chain not in taken]
+        for group in groups:
+            grown = group.joined(self._law)
+            grown.continues |= any(last.get(pair) in cut for pair in group.pairs)
+            self._held.append(grown)
+
+    def take_settled(self, *, ends: bool = False) -> list[StepChain]:
+        """Return chains in the order in which they end: those that are settled, or all of them where the run ends."""
+        done = self._settled + [chain for chain in self._held if ends or chain.end <= self.settled_to]
+        self._held, self._settled = [chain for chain in self._held if chain not in done], []
+        return sorted((chain.settled() for chain in done), key=lambda chain: (chain.end, chain.begin, chain.discs))
+
+    def _grouped(self, step: int, pairs: list[Pair], last: Mapping[Pair, _Growing]) -> list[_Group]:
+        """Return which pairs and chains become one chain in a step, if each chain in `last` goes on."""
+        movable, groups = self._law.movable, Groups()
+        for pair in pairs:
+            for body in filter(movable, pair):
+                groups.join(pair, body)
+            if (chain := last.get(pair)) is not None:
+                groups.join(pair, chain)
+        holders: dict[int, list[_Growing]] = defaultdict(list)
+        for chain in self._held:
+            for disc in filter(movable, chain.discs):
+                holders[disc].append(chain)
+        while True:
+            found: dict[Hashable, _Group] = {}
+            for pair in pairs:
+                found.setdefault(groups.find(pair), _Group(step)).pairs.append(pair)
+            for chain in self._held:
+                if (group := found.get(groups.find(chain))) is not None:
+                    group.chains.add(chain)
+            settled = True
+            # Discs of a chain are its own for as long as it lasts.
+            for group in found.values():
+                begin, discs = group.begin, group.discs(movable)
+                held: list[Hashable] = [disc for disc in discs if groups.find(disc) != groups.find(group.pairs[0])]
+                held += (
+                    chain
+                    for disc in discs
+                    for chain in holders[disc]
+                    if chain.end > begin and chain not in group.chains
+                )
+                for item in held:
+                    groups.join(group.pairs[0], item)
+                    settled = False
+            if settled:
+                return list(found.values())
+
+
+@dataclass
+class _Group:
+    """Pairs that are active in a step, and the chains that they make one."""
+
+    step: int
+    pairs: list[Pair] = field(default_factory=list)
+    chains: set[_Growing] = field(default_factory=set)
+
+    @property
+    def begin(self) -> int:
+        """First step of the chain that they make."""
+        return min((chain.begin for chain in self.chains), default=self.step)
+
+    def discs(self, movable: Callable[[int], bool]) -> set[int]:
+        """Return the movable discs of the chain that they make."""
+        discs = {body for pair in self.pairs for body in pair}.union(*(chain.discs for chain in self.chains))
+        return set(filter(movable, discs))
+
+    def is_too_long(self, cut: set[_Growing]) -> bool:
+        """Whether the chain that they make has too many steps, or would take in one that has been cut."""
+        return self.step + 1 - self.begin > LONGEST or any(chain.goes_on or chain in cut for chain in self.chains)
+
+    def joined(self, law: Law) -> _Growing:
+        """Return the one chain."""
+        grown = _Growing(self.begin, self.step + 1)
+        for chain in self.chains:
+            grown.discs |= chain.discs
+            for pair, steps in chain.pairs.items():
+                grown.pairs[pair] += steps
+            grown.continues |= chain.continues and chain.begin == self.begin
+        for pair in self.pairs:
+            grown.pairs[pair].append(self.step)
+            grown.discs.update(body for body in pair if body < law.n)
+        return grown
+
+
+def _active_in(chain: _Growing, step: int) -> Iterator[Pair]:
+    return (pair for pair, steps in chain.pairs.items() if step in steps)

@@ -1,0 +1,376 @@
+"""One window: what PIC makes of the run's own state at its start, and what checking once per step costs from there.
+
+The run, which may be late, need not have come to all of PIC's impacts. So it is compared with PIC cut off after j
+impacts and flown on, where the rest still lies ahead in the run's own state; of those the nearest counts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.slowing import nearest_s
+from carom.comparator.stepwise.activity import Activity
+from carom.comparator.stepwise.block import Block
+from carom.comparator.stepwise.bodies import BodyStates
+from carom.comparator.stepwise.chains import StepChain
+from carom.comparator.stepwise.law import Pair
+from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.comparator.stepwise.room import has_room
+from carom.comparator.stepwise.window import Difference, Window, relative
+from carom.comparator.stepwise.window_runs import sampled_run
+from carom.comparator.thresholds import THRESHOLDS
+
+Array = NDArray[np.float64]
+
+#: Two bodies passed through each other if their relative velocity changed by no more than this part of what they closed
+#: at; what turns a body by less is an error of velocity.
+PASSED = 0.01
+
+
+@dataclass(frozen=True)
+class WindowPair:
+    """One pair of a window: `MEETING_DTYPE` says what its fields mean; steps are numbers of states of the block."""
+
+    pair: Pair
+    begin: int
+    end: int
+    due_s: float
+    missed: bool
+    pit_missed: bool
+
+
+@dataclass
+class Comparison:
+    """What was found of a window: `carom.model.step_windows.WINDOW_DTYPE` says what its fields mean."""
+
+    due: int = 0
+    missed: int = 0
+    pit_missed: int = 0
+    entangled: bool = False
+    turned: bool = False
+    open: bool = False
+    late_steps: float = math.nan
+    late_known: float = 0.0
+    late_allowed: float = 1.0
+    velocity: float = 0.0
+    speed: float = 0.0
+    spin: float = 0.0
+    rim: float = 0.0
+    place_m: float = 0.0
+    place_known_m: float = 0.0
+    price_velocity: float = math.nan
+    price_spin: float = math.nan
+    restitution: float = math.nan
+    energy_j: float = 0.0
+    energy_price_j: float = 0.0
+    meetings: list[WindowPair] = field(default_factory=list)
+
+
+def judge(
+    block: Block,
+    chain: StepChain,
+    activity: Activity,
+    found_by_pit: Mapping[Pair, bool],
+    *,
+    ends: bool,
+    speed_before: float = 0.0,
+) -> Comparison:
+    """Compare a window with PIC, and with PIT, from its own state.
+
+    Args:
+        block: The steps.
+        chain: Which of them, of which bodies.
+        activity: What the pairs do in them.
+        found_by_pit: Of the pairs of a chain that was cut, whether PIT found them from the state at its very beginning.
+        ends: Whether the run ends with the block.
+        speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
+    """
+    if not has_room(block, chain.begin, block.law.pairs_of(chain.discs)):
+        return _of_no_room(chain)
+    window = Window(block, chain, activity)
+    judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
+    if not window.truth:
+        return _of_nothing_due(window, judged)
+    found = window.nearest(window.now, window.truth, window.lasts, window.resting)
+    judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
+    # Of a chain that was cut, what overlaps at the cut was due before.
+    known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
+    judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
+    judged.entangled = _is_entangled(window, found)
+    judged.energy_j = _gained(window, found, entangled=judged.entangled)
+    rounding = block.agreement
+    agrees = (
+        found.velocity <= rounding * window.speed
+        and found.spin <= rounding * window.rim
+        and found.place <= 10.0 * window.touching
+        and found.impacts == len(window.truth)
+    )
+    missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
+    is_last = ends and chain.end == len(block)
+    if is_last:
+        missed = [pair for pair in missed if not _awaits_its_look(window, pair)]
+    judged.missed = len(missed)
+    if is_last and not missed and _still_open(window):
+        judged.open = True
+    if not judged.open:
+        _time(window, judged, found, agrees=agrees)
+        judged.price_velocity = judged.price_spin = 0.0
+        if not (agrees or judged.entangled or judged.missed):  # else nobody is asked what sampling pays
+            _price(window, judged, found)
+    also = {pair for pair in missed if not found_by_pit.get(pair, True)}
+    also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
+    judged.pit_missed = len(also)
+    for pair, steps in chain.pairs.items():
+        due = [
+            float(block.states.time_s[step]) + activity.due[step][pair]
+            for step in steps
+            if activity.due[step][pair] >= 0.0
+        ]
+        first = due[0] if due else math.nan
+        judged.meetings.append(WindowPair(pair, steps[0], steps[-1] + 1, first, pair in missed, pair in also))
+    return judged
+
+
+def _of_no_room(chain: StepChain) -> Comparison:
+    """Return what is said of a window whose first state no motion can follow: nothing is due, and nothing missed."""
+    pairs = [WindowPair(pair, steps[0], steps[-1] + 1, math.nan, False, False) for pair, steps in chain.pairs.items()]
+    return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0, meetings=pairs)
+
+
+def _of_nothing_due(window: Window, judged: Comparison) -> Comparison:
+    """Judge a window in which PIC has no impact: bodies were turned for nothing, or one that rests was held."""
+    velocity, spin, place = window.difference(window.now, window.free)
+    law, chain = window.law, window.chain
+    # What rests, or begins to, is held by what it falls in the window's steps.
+    steps = chain.end - chain.begin + 0.5
+    held = law.pull > 0.0 and velocity <= max(RESTING_STEPS, steps) * law.pull * window.block.dt_s
+    if chain.continues:
+        # A contact that lasts, and was cut: what it gives back was taken before the cut, so only the energy counts.
+        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
+        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
+        kept = law.pull == 0.0 and not law.driven and not law.slowing.table_m_s2
+        judged.energy_j = window.now.energy() - window.free.energy() if kept else 0.0
+    elif not held and window.meets_at_rest:
+        judged.entangled, judged.price_velocity, judged.price_spin = True, 0.0, 0.0
+    elif not held:
+        judged.turned = True
+        judged.velocity, judged.spin, judged.place_m = velocity, spin, place
+    for pair, active in chain.pairs.items():
+        judged.meetings.append(WindowPair(pair, active[0], active[-1] + 1, math.nan, missed=False, pit_missed=False))
+    return judged
+
+
+def _is_entangled(window: Window, found: Difference) -> bool:
+    if len(window.chain.pairs) > 1 or (len(window.truth) > 1 and found.impacts > 1) or window.meets_at_rest:
+        return True
+    # What begins in overlap was found late already, or was pushed into it by a third.
+    starts = [window.start.contact(pair) for pair in window.chain.pairs]
+    return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
+
+
+def _gained(window: Window, found: Difference, *, entangled: bool) -> float:
+    """Return the energy gained against PIC; of an entangled window against free flight, lost too where none may be."""
+    if window.law.pull > 0.0:
+        return 0.0
+    now = window.now.energy()
+    if not entangled:
+        return now - found.truth.energy()
+    if window.law.driven or window.law.slowing.table_m_s2:  # a table takes other energy along another path
+        return 0.0
+    gained = now - window.free.energy()
+    law = window.law
+    lossless = all(law.restitution(pair) == 1.0 and law.contact_of(pair).friction == 0.0 for pair in window.chain.pairs)
+    return gained if lossless else max(gained, 0.0)
+
+
+def _is_missed(window: Window, pair: Pair, speed_before: float) -> bool:
+    """Whether the bodies of a pair passed through each other: due in a step of their own, and going on as before."""
+    block, law, activity = window.block, window.law, window.activity
+    steps = window.chain.pairs[pair]
+    own = [step for step in steps if activity.due[step][pair] >= 0.0 and (step, pair) not in activity.follows]
+    if not own:
+        return False
+    last = own[-1]
+    while last + 1 in steps:  # pushed still, while they part: answered late, and not missed
+        last += 1
+    i, j = pair
+    discs = (i, j) if j < law.n else (i,)
+    one, other = block.state(own[0], discs), block.state(last + 1, discs)
+    before, after = one.contact(pair), other.contact(pair)
+    times = block.states.time_s
+    fallen = one.copy()
+    fallen.fly(float(times[last + 1] - times[own[0]]))
+    was, now = relative(fallen, pair), relative(other, pair)
+    size = math.hypot(*was)
+    if size <= (RESTING_STEPS + 0.5) * law.pull * block.dt_s + window.still:
+        return False  # that slow it may as well rest
+    if before.closing <= PASSED * speed_before:
+        return False  # what an answer leaves is an error of velocity
+    closed = before.closing * law.slowing.damping.kept(float(times[last + 1] - times[own[0]]))
+    unchanged = math.dist(was, now) <= PASSED * max(closed, 1e-3 * size)
+    past = after.gap > window.touching or after.closing <= 0.0
+    repelled = (now[0] - was[0]) * before.normal[0] + (now[1] - was[1]) * before.normal[1] > PASSED * closed
+    if not unchanged and not repelled and past and window.chain.end - window.chain.begin <= 2:
+        unchanged = _is_idle(window, pair, size)
+    # What a soft contact still turns is no further through a wall than its push lets it.
+    pushed = bool(block.turned[last, i])
+    deep = j >= law.n and not pushed and after.gap < -min(law.radius[i], 1.5 * before.closing * block.dt_s)
+    through = before.normal[0] * after.normal[0] + before.normal[1] * after.normal[1] < 0.0
+    return unchanged and (past or deep or through)
+
+
+def _is_idle(window: Window, pair: Pair, size: float) -> bool:
+    """Whether one of a pair that PIC has meet was not turned at all in the window, though PIC turns it."""
+    block, chain, law = window.block, window.chain, window.law
+    idle = [body for body in pair if law.movable(body) and not block.turned[chain.begin : chain.end, body].any()]
+    meets = any(
+        met.pair == pair and met.contact.closing > 1e-3 * size and met.time_s < window.lasts for met in window.truth
+    )
+    if not idle or not meets:
+        return False
+    end = window.truth[-1].after.copy()
+    end.fly(max(window.lasts - window.truth[-1].time_s, 0.0))
+    return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
+
+
+def _awaits_its_look(window: Window, pair: Pair) -> bool:
+    """Whether a pair was due in the run's last step, after the last look, and would be found by one more."""
+    own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
+    return own == [window.chain.end - 1] and _closes(window, pair)
+
+
+def _still_open(window: Window) -> bool:
+    """Whether the run ended in the middle of a contact."""
+    if window.chain.end - window.chain.begin > 3:
+        return False
+    return any(_closes(window, met.pair) for met in window.truth)
+
+
+def _closes(window: Window, pair: Pair) -> bool:
+    """Whether the bodies of a pair overlap at the window's end, and close still."""
+    contact = window.now.contact(pair)
+    return contact.gap <= 0.0 and contact.closing > window.still
+
+
+def _time(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
+    """Find by how many steps the paths turned late, and the restitution, where one impact was answered."""
+    first, law, dt_s = window.truth[0], window.law, window.block.dt_s
+    closing = max(first.contact.closing, 1e-300)
+    judged.late_known = window.touching / closing / dt_s
+    # A step looks at its end; a path that is a polygon gets there later by half of what a step bends it by.
+    bends = law.pull + law.slowing.bends(window.speed)
+    judged.late_allowed = 1.0 + judged.late_known + 0.5 * bends * dt_s / closing
+    if agrees:
+        judged.late_steps = 0.0
+    elif not judged.entangled and found.impacts <= 1 and judged.missed == 0:
+        judged.late_steps = (_turn_s(window, first.pair) - first.time_s) / dt_s
+    if judged.entangled or judged.missed or len(window.truth) != 1 or law.pull > 0.0:
+        return
+    contact = law.contact_of(first.pair)
+    was, now = relative(window.free, first.pair), relative(window.now, first.pair)
+    if law.slowing.table_m_s2:  # which leaves no part of all velocities: they are those at the turn
+        turned_s = first.time_s + judged.late_steps * dt_s
+        before, after = window.start.copy(), window.now.copy()
+        before.fly(turned_s)
+        after.fly(turned_s - window.lasts)
+        was, now = relative(before, first.pair), relative(after, first.pair)
+    change = (now[0] - was[0], now[1] - was[1])
+    size = math.hypot(*change)
+    if contact.friction == 0.0 and size > window.still:
+        normal = (change[0] / size, change[1] / size)  # the run's own
+        closed = was[0] * normal[0] + was[1] * normal[1]
+        if closed != 0.0:  # as it is of a disc that turned for nothing, before a driven wall came to it
+            judged.restitution = -(now[0] * normal[0] + now[1] * normal[1]) / closed - law.restitution(first.pair)
+
+
+def _turn_s(window: Window, pair: Pair) -> float:
+    """Seconds from the window's start to where the free paths before and after come nearest, by least squares."""
+    lasts = window.lasts
+
+    def apart(state: BodyStates) -> tuple[float, float]:
+        (x, y), (ox, oy) = (state.of_body(body)[0] for body in pair)
+        return (ox - x, oy - y)
+
+    fallen = window.start.copy()
+    fallen.fly(lasts)
+    was, now = relative(fallen, pair), relative(window.now, pair)
+    if window.law.slowing.table_m_s2:
+        return _turn_on_table_s(window, pair)
+    slope = (was[0] - now[0], was[1] - now[1])
+    squared = slope[0] ** 2 + slope[1] ** 2
+    if squared == 0.0:
+        return math.nan
+    # Counted from the end: there the two paths are apart by what the run is off, and part at the slope. With damping
+    # both are straight in undamped time.
+    there, here = apart(fallen), apart(window.now)
+    ago_s = ((there[0] - here[0]) * slope[0] + (there[1] - here[1]) * slope[1]) / squared
+    return lasts + window.law.slowing.damping.damped(-ago_s)
+
+
+def _turn_on_table_s(window: Window, pair: Pair) -> float:
+    """Return what `_turn_s` does on a table, where both paths bend."""
+
+    def apart(time_s: float) -> tuple[Array, Array]:
+        before, after = window.start.of_pair(pair), window.now.of_pair(pair)
+        before.fly(time_s)
+        after.fly(time_s - window.lasts)
+        (p, u), (q, v) = ((_between(state, pair)) for state in (before, after))
+        return p - q, u - v
+
+    return nearest_s(apart, window.lasts)
+
+
+def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
+    """Return place and velocity of the second body as seen from the first."""
+    (p, u), (q, v) = (state.of_body(body) for body in pair)
+    return np.subtract(q, p), np.subtract(v, u)
+
+
+def _price(window: Window, judged: Comparison, found: Difference) -> None:
+    """Find what PIT pays from the same state, at worst over the phases of the step and at the run's own lateness."""
+    dt_s, truth = window.block.dt_s, window.truth
+    need = max(found.impacts, 1)
+    looks = [dt_s * phase / THRESHOLDS.phases for phase in range(1, THRESHOLDS.phases + 1)]
+    if 0.0 < judged.late_steps <= judged.late_allowed:
+        looks.append(truth[0].time_s + judged.late_steps * dt_s)
+    until_s = truth[need - 1].time_s + 2.0 * dt_s
+    until_there = [met for met in truth if met.time_s <= until_s]
+    # As the run's own errors are told, at the window's end: damping leaves the same part of all, a table does not.
+    slowing, told_s = window.law.slowing, until_s
+    kept = slowing.damping.kept(window.lasts - until_s)
+    if slowing.table_m_s2:
+        told_s = window.lasts
+    flown: dict[int, BodyStates] = {}
+    costs: list[tuple[float, float, float]] = []
+    finds: list[bool] = []
+    for first_s in looks:
+        met = sampled_run(window.start, window.pairs, until_s, dt_s, first_s)
+        end = (met[-1].after if met else window.start).copy()
+        end.fly(told_s - (met[-1].time_s if met else 0.0))
+        off = window.nearest(end, until_there, told_s, None, flown)
+        costs.append((off.velocity * kept, off.spin * kept, abs(end.energy() - off.truth.energy()) * kept**2))
+        finds.append(len(met) >= min(need, len(until_there)))
+    paid = [cost for cost, found_it in zip(costs, finds, strict=True) if found_it] or costs
+    judged.price_velocity, judged.price_spin, judged.energy_price_j = (
+        max(column) for column in zip(*paid, strict=True)
+    )
+
+
+def pairs_missed_by_pit(block: Block, chain: StepChain, pairs: Sequence[Pair]) -> set[Pair]:
+    """Return which of some pairs PIT misses from the state at a window's start, at the run's own boundaries."""
+    if not pairs:
+        return set()
+    dt_s, begin_s = block.dt_s, float(block.states.time_s[chain.begin])
+    steps = round(begin_s / dt_s)
+    # At a boundary it looks at once; within a step, where pieces of located runs begin, at the end of that step.
+    at_boundary = abs(begin_s - steps * dt_s) <= 2.0**-50 * begin_s
+    first_s = 0.0 if at_boundary else (math.floor(begin_s / dt_s) + 1.0) * dt_s - begin_s
+    seconds = float(block.states.time_s[chain.end]) - begin_s + 2.0 * dt_s
+    start = block.state(chain.begin, chain.discs)
+    met = sampled_run(start, block.law.pairs_of(chain.discs), seconds, dt_s, first_s)
+    return set(pairs) - {one.pair for one in met}

@@ -1,0 +1,141 @@
+"""What a scene says of its bodies, as plain floats: masses, walls, drives, and how they meet."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from carom.comparator.finite_walls import FiniteWall
+from carom.comparator.slowing import Slowing
+from carom.core.rough_impact import ContactFriction
+from carom.model.disc_arrays import HalfPlane
+from carom.model.prescribed_motion import Course
+from carom.model.scene import Scene
+
+#: Two bodies: numbers of discs, and ``n + k`` for wall k, so that the first is always a disc.
+Pair = tuple[int, int]
+
+#: A contact found at its very instant is one, though its gap has the rounding of the places.
+TOUCH = 1.0 + 2.0**-40
+
+
+class Law:
+    """What a scene says of its bodies, as plain floats."""
+
+    def __init__(self, scene: Scene) -> None:
+        arrays = scene.arrays
+        self.n = len(scene.discs)
+        self.radius: list[float] = arrays.radius_m.tolist()
+        self.mass: list[float] = arrays.mass_kg.tolist()
+        self.inverse_mass: list[float] = (1.0 / arrays.mass_kg).tolist()
+        self.inverse_inertia_ratio: list[float] = (1.0 / arrays.inertia).tolist()
+        self.walls: list[HalfPlane | FiniteWall] = [
+            tuple(map(float, wall)) if isinstance(wall, tuple) else FiniteWall(wall)  # type: ignore[misc] # four floats
+            for wall in arrays.walls
+        ]
+        self.wall_drives = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
+        self.disc_drives = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
+        self.belts = arrays.belts_m_s
+        self.fastest_wall = max((drive.fastest for drive in self.wall_drives), default=0.0)
+        #: Whether something gives discs energy: then no gain of it is wrong by itself.
+        self.driven = arrays.driven
+        self.gravity: tuple[float, float] = scene.gravity_m_s2
+        self.pull = math.hypot(*scene.gravity_m_s2)
+        self.slowing = Slowing.of(scene)
+        # What is asked of every body in every step of every window, and is the same in all of them.
+        self._moves: list[bool] = [inverse > 0.0 for inverse in self.inverse_mass] + [False] * len(self.walls)
+        self._stand = [drive.stands for drive in self.wall_drives]
+        self._has_legs = any(len(drive.legs) > 1 for drive in (*self.wall_drives, *self.disc_drives.values()))
+        self.slows = bool(self.slowing)
+        self.pulls = [scene.gravity_m_s2 if self.falls(disc) else (0.0, 0.0) for disc in range(self.n)]
+        #: What speeds on a table round to besides their own, metres a second: what is slow there was fast before.
+        self.fast = float(np.hypot(*arrays.velocity_m_s.T).max()) if self.slowing.table_m_s2 else 0.0
+        self.rolling_resistance = scene.wall_rolling_resistance
+        self.disc_restitution = scene.restitution
+        self.wall_restitutions = [material.restitution for material in arrays.materials]
+        self.disc_contact = ContactFriction(scene.friction, scene.tangential_restitution)
+        self.wall_contacts = [
+            ContactFriction(material.friction, scene.wall_tangential_restitution) for material in arrays.materials
+        ]
+        self.turns = bool(arrays.turns)
+
+    def movable(self, body: int) -> bool:
+        """Whether a body is a disc that an impact moves."""
+        return self._moves[body]
+
+    def is_driven(self, body: int) -> bool:
+        """Whether a body moves as the scene says, whatever meets it."""
+        return body in self.disc_drives if body < self.n else not self._stand[body - self.n]
+
+    def falls(self, body: int) -> bool:
+        """Whether gravity acts on a body."""
+        return self.pull > 0.0 and self.movable(body)
+
+    def slowed(self, body: int, velocity: tuple[float, float]) -> tuple[float, float]:
+        """Return the acceleration of a disc of some velocity on a table; that of one at rest is 0."""
+        speed = math.hypot(*velocity)
+        if not (speed and self.movable(body)):
+            return 0.0, 0.0
+        a = -self.slowing.table_m_s2
+        return a * (velocity[0] / speed), a * (velocity[1] / speed)
+
+    def restitution(self, pair: Pair) -> float:
+        """Return the coefficient of restitution of two bodies."""
+        return self.wall_restitutions[pair[1] - self.n] if pair[1] >= self.n else self.disc_restitution
+
+    def contact_of(self, pair: Pair) -> ContactFriction:
+        """Return the friction between two bodies."""
+        return self.wall_contacts[pair[1] - self.n] if pair[1] >= self.n else self.disc_contact
+
+    def side_of(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float, float]:
+        """Return how far a point is from a wall, by its number among walls, and the unit normal from there to it.
+
+        Of a point on the line of a finite wall there is no normal: (0, 0) is returned, along which nothing closes, as
+        PIT has it. A driven wall is where it is at a time since the run's start.
+        """
+        shape = self.walls[wall]
+        x, y = self.seen_from(wall, x, y, time_s)
+        if isinstance(shape, tuple):
+            qx, qy, nx, ny = shape
+            return (x - qx) * nx + (y - qy) * ny, nx, ny
+        foot = shape.outline.nearest(x, y)
+        dx, dy = x - foot.x, y - foot.y
+        distance = math.sqrt(dx * dx + dy * dy)
+        nx, ny = (dx / distance, dy / distance) if distance > 0.0 else (0.0, 0.0)
+        return distance - shape.outline.half_width, nx, ny
+
+    def seen_from(self, wall: int, x: float, y: float, time_s: float) -> tuple[float, float]:
+        """Return a point as seen from a wall, which stands where it began."""
+        if self._stand[wall]:
+            return x, y
+        wx, wy = self.wall_drives[wall].leg_at(time_s * TOUCH).moved_at(time_s)
+        return x - wx, y - wy
+
+    def wall_velocity(self, wall: int, time_s: float) -> tuple[float, float]:
+        """Return the velocity of a wall at a time since the run's start; one that comes to rounding has come."""
+        return self.wall_drives[wall].velocity_at(time_s * TOUCH)
+
+    def later_legs(self, pair: Pair, time_s: float) -> tuple[Course, ...]:
+        """Return the legs that a driven body of a pair has yet to begin, where its velocity changes."""
+        if not self._has_legs:
+            return ()
+        drives = [self.disc_drives.get(body) for body in pair if body < self.n]
+        drives += [self.wall_drives[body - self.n] for body in pair if body >= self.n]
+        drive = next((drive for drive in drives if drive is not None and len(drive.legs) > 1), None)
+        return () if drive is None else drive.legs_from(time_s * TOUCH)[1:]
+
+    def reach(self, pair: Pair) -> float:
+        """Return the distance of contact: of a wall from the centre, of a disc from the other centre."""
+        return self.radius[pair[0]] + (self.radius[pair[1]] if pair[1] < self.n else 0.0)
+
+    def pairs_of(self, bodies: Sequence[int]) -> list[Pair]:
+        """Return all pairs of some discs, and of these and the walls, of which one moves."""
+        walls = range(self.n, self.n + len(self.walls))
+        return [
+            (i, j)
+            for k, i in enumerate(bodies)
+            for j in (*bodies[k + 1 :], *walls)
+            if self.movable(i) or self.movable(j)
+        ]

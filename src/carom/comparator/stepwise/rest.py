@@ -1,0 +1,81 @@
+"""Pairs that gravity presses together: which rest in which steps, and how deep they sink over a run."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.stepwise.block import Block
+from carom.comparator.stepwise.law import Pair
+from carom.comparator.stepwise.pairs import RESTING_GAP, NearPairs
+
+Flags = NDArray[np.bool_]
+
+#: A pair that gravity presses together rests while it closes or parts by no more than what it falls in this many steps:
+#: an engine that holds velocities shows one step's fall or none, one that holds places two and a half at most
+#: (Box2D and MuJoCo `default`, 8 starts each).
+RESTING_STEPS = 2.5
+
+
+class _Rested(NamedTuple):
+    """How a pair rests: the gap at first, or 0, until when, and how much deeper it is than by falling."""
+
+    top_m: float
+    until_s: float
+    faster_m: float
+
+
+@dataclass
+class Rest:
+    """How deep pairs that rest have sunk so far, and when pushes hold them.
+
+    Attributes:
+        sunk_radii: The deepest, over the contact distance; 0 where none sank.
+        sinks_s: When one had first sunk deeper than by falling for each step anew; NaN where none has.
+        held_s: Of each pair, from when until when it rests and one of it is turned: steps in a row.
+    """
+
+    sunk_radii: float = 0.0
+    sinks_s: float = math.nan
+    held_s: dict[Pair, list[tuple[float, float]]] = field(default_factory=dict)
+    _rested: dict[Pair, _Rested] = field(default_factory=dict)
+
+    def add(self, block: Block, relative: NearPairs, resting: Flags) -> None:
+        """Take in some steps, in order of time; of those that were taken in before nothing more is known."""
+        times = block.states.time_s
+        allowed = 0.5 * block.law.pull * block.dt_s**2
+        # Where it hops, it may be found as deep as it falls in a step at the speed that counts as rest.
+        hop_m = RESTING_STEPS * 2.0 * allowed
+        for row, column in np.argwhere(resting).tolist():
+            pair, step = relative.pairs[column], relative.begin + row
+            begin_s, end_s = float(times[step]), float(times[step + 1])
+            gap_m, before_m = float(relative.gap[row + 1, column]), float(relative.gap[row, column])
+            known = self._rested.get(pair)
+            if known is not None and known.until_s > begin_s:
+                continue
+            if any(block.turned[step, body] for body in pair if body < block.law.n):
+                held = self.held_s.setdefault(pair, [])
+                joined_s = held.pop()[0] if held and held[-1][1] == begin_s else begin_s
+                held.append((joined_s, end_s))
+            if known is None or known.until_s < begin_s:
+                known = _Rested(min(before_m, 0.0), begin_s, 0.0)
+            # What sinks beyond falling for each step anew adds up; what is held, or comes up, takes off from it.
+            faster_m = max(known.faster_m + min(before_m, 0.0) - min(gap_m, 0.0) - allowed, 0.0)
+            self._rested[pair] = _Rested(known.top_m, end_s, faster_m)
+            self.sunk_radii = max(self.sunk_radii, (known.top_m - gap_m) / block.law.reach(pair))
+            if faster_m > hop_m + relative.touching[row, column]:
+                self.sinks_s = float(np.fmin(self.sinks_s, begin_s))
+
+
+def rests(block: Block, relative: NearPairs) -> Flags:
+    """Return in which steps which pairs rest, shape ``(steps, pairs)``."""
+    gap, closing = relative.gap, np.abs(relative.closing)
+    contact = np.array([block.law.reach(pair) for pair in relative.pairs])
+    slow = RESTING_STEPS * relative.pulled * block.dt_s + relative.still
+    near = (relative.pulled > 0.0) & (gap[:-1] <= RESTING_GAP * contact)
+    resting: Flags = near & (closing[:-1] <= slow) & (closing[1:] <= slow)
+    return resting

@@ -1,0 +1,114 @@
+"""A window of a run before it is judged: its states, what PIC makes of the first, and how other states differ."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from carom.comparator.stepwise.activity import Activity
+from carom.comparator.stepwise.block import Block
+from carom.comparator.stepwise.bodies import BodyStates
+from carom.comparator.stepwise.chains import StepChain
+from carom.comparator.stepwise.law import Law, Pair
+from carom.comparator.stepwise.pairs import MARGIN_STEPS
+from carom.comparator.stepwise.window_runs import Met, exact_run
+
+#: PIC ends a window's run where a disc comes to rest: where it closes by what it falls in this part of a step.
+_RESTING = 1e-3
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How a state differs from PIC's after some of its impacts: velocities, rims, places, and PIC's state there."""
+
+    velocity: float
+    spin: float
+    place: float
+    impacts: int
+    truth: BodyStates
+
+
+class Window:
+    """A window and what is known of it before it is judged."""
+
+    def __init__(self, block: Block, chain: StepChain, activity: Activity) -> None:
+        self.block, self.chain, self.law, self.activity = block, chain, block.law, activity
+        self.start, self.now = block.state(chain.begin, chain.discs), block.state(chain.end, chain.discs)
+        times = block.states.time_s
+        self.lasts = float(times[chain.end] - times[chain.begin])
+        discs, steps = list(chain.discs), slice(chain.begin, chain.end)
+        #: What rounding makes of places, of two discs together.
+        self.touching = 2.0 * float(block.place_rounding[steps][:, discs].max())
+        fastest = max(float(block.own_speed[steps][:, discs].max()), 1e-300)
+        self.pairs = _within_reach(self.law, self.start, discs, fastest, self.lasts + (2.0 + MARGIN_STEPS) * block.dt_s)
+        is_due = any(activity.due[step][pair] >= 0.0 for pair, pair_steps in chain.pairs.items() for step in pair_steps)
+        # A root at the window's end may be found a rounding later than the run found it.
+        beyond = self.touching / fastest if is_due else MARGIN_STEPS * block.dt_s
+        self.truth, self.resting = exact_run(
+            self.start, self.pairs, self.lasts + beyond, _RESTING * self.law.pull * block.dt_s
+        )
+        self.free = self.start.copy()
+        self.free.fly(self.lasts)
+        states = [self.start, self.now, *(met.after for met in self.truth)]
+        speeds = [state.fastest() for state in states]
+        self.speed, self.rim = max(speed for speed, _ in speeds), max(rim for _, rim in speeds)
+        self.still = block.unit * self.speed
+
+    def difference(self, state: BodyStates, truth: BodyStates) -> tuple[float, float, float]:
+        """Return the largest differences of velocities, of rims and of places of two states."""
+        return (
+            max(math.dist(state.velocity[disc], truth.velocity[disc]) for disc in state.xy),
+            max(abs(state.spin[disc] - truth.spin[disc]) * self.law.radius[disc] for disc in state.xy),
+            max(math.dist(state.xy[disc], truth.xy[disc]) for disc in state.xy),
+        )
+
+    def nearest(
+        self,
+        state: BodyStates,
+        truth: Sequence[Met],
+        seconds: float,
+        resting: Pair | None,
+        flown: dict[int, BodyStates] | None = None,
+    ) -> Difference:
+        """Return how a state differs from PIC's after as many impacts as it has come to.
+
+        `flown` holds PIC's states after so many impacts, for who asks of several states with all else the same.
+        """
+        best: Difference | None = None
+        flown = {} if flown is None else flown
+        for count in range(len(truth), -1, -1):
+            if count < len(truth) and not self.lies_ahead(state, truth[count]):
+                break  # and so it does not with fewer
+            if count not in flown:
+                flown[count] = (truth[count - 1].after if count else self.start).copy()
+                since_s = truth[count - 1].time_s if count else 0.0
+                flown[count].fly(seconds - since_s, resting if count == len(truth) else None)
+            velocity, spin, place = self.difference(state, flown[count])
+            if best is None or velocity + spin < best.velocity + best.spin - self.still:
+                best = Difference(velocity, spin, place, count, flown[count])
+        assert best is not None  # noqa: S101 - all of PIC's impacts are always admitted
+        return best
+
+    @property
+    def meets_at_rest(self) -> bool:
+        """Whether one rests on something and meets another: PIC's run from a single state ends where one rests."""
+        return self.resting is not None and any(pair != self.resting for pair in self.chain.pairs)
+
+    def lies_ahead(self, state: BodyStates, met: Met) -> bool:
+        """Whether a pair has yet to meet in a state: apart and closing, on the side on which PIC has them meet."""
+        contact = state.contact(met.pair)
+        along = contact.normal[0] * met.contact.normal[0] + contact.normal[1] * met.contact.normal[1]
+        return contact.gap >= -self.touching and contact.closing > 0.0 and along > 0.0
+
+
+def _within_reach(law: Law, start: BodyStates, discs: list[int], fastest: float, seconds: float) -> list[Pair]:
+    """Return the pairs that can meet at all: an impact may double a speed, and a chain of them is short."""
+    reach = 4.0 * (fastest + law.fastest_wall) * seconds + law.pull * seconds**2
+    return [pair for pair in law.pairs_of(discs) if start.contact(pair).gap <= reach]
+
+
+def relative(state: BodyStates, pair: Pair) -> tuple[float, float]:
+    """Return the velocity of the second body relative to the first."""
+    (ux, uy), (vx, vy) = (state.of_body(body)[1] for body in pair)
+    return (vx - ux, vy - uy)

@@ -1,0 +1,74 @@
+"""PIC and PIT from any state of a few bodies, within a window of a run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from carom.comparator.finite_walls import NO_FEATURE
+from carom.comparator.stepwise.bodies import BodyStates, Separation
+from carom.comparator.stepwise.law import TOUCH, Pair
+
+#: Impacts without end within a window, which an inelastic collapse is, are followed so far.
+MOST_IMPACTS = 2000
+
+
+@dataclass(frozen=True, slots=True)
+class Met:
+    """One impact of a run within a window: seconds since its start, the pair, how they met, the state just after."""
+
+    time_s: float
+    pair: Pair
+    contact: Separation
+    after: BodyStates
+
+
+def exact_run(
+    start: BodyStates, pairs: Sequence[Pair], seconds: float, resting_speed: float
+) -> tuple[list[Met], Pair | None]:
+    """Return PIC's impacts from a state, and the pair that came to rest (None where none did).
+
+    Two that have just met do not meet again before a third turns one of them, unless gravity brings one back to what
+    can't move, or the wall bends round. What closes on what can't move no faster than `resting_speed`, metres a second,
+    where gravity brings it back, rests there, which ends the run.
+    """
+    state, now_s, met = start.copy(), 0.0, list[Met]()
+    waits = {pair: state.wait(pair) for pair in pairs}
+    while waits and len(met) < MOST_IMPACTS:
+        pair = min(waits, key=waits.__getitem__)
+        at_s = waits[pair]
+        if not at_s <= seconds:
+            break
+        state.fly(max(at_s - now_s, 0.0))
+        now_s = max(at_s, now_s)
+        feature, law = state.met.get(pair, NO_FEATURE), state.law
+        contact = state.contact(pair, feature)
+        falls_back = law.falls(pair[0]) != law.falls(pair[1])
+        if falls_back and contact.closing <= resting_speed:
+            return met, pair
+        state.strike(pair, feature)
+        met.append(Met(now_s, pair, contact, state.copy()))
+        struck = {body for body in pair if law.movable(body)}
+        bends = pair[1] >= law.n and not isinstance(law.walls[pair[1] - law.n], tuple)
+        for other in waits:
+            if other == pair and bends:
+                waits[other] = now_s + state.wait(other, state.met[pair])
+            elif struck.intersection(other):
+                again = other == pair and not falls_back
+                waits[other] = now_s + (state.wait_again(other) if again else state.wait(other))
+    return met, None
+
+
+def sampled_run(start: BodyStates, pairs: Sequence[Pair], seconds: float, dt_s: float, first_s: float) -> list[Met]:
+    """Return PIT's impacts from a state, with looks `first_s` after it and every step from there."""
+    state, now_s, met = start.copy(), 0.0, list[Met]()
+    looks = math.floor((seconds - first_s) / dt_s * TOUCH) + 1 if first_s <= seconds else 0
+    for look in range(looks):
+        state.fly(first_s + look * dt_s - now_s)
+        now_s = first_s + look * dt_s
+        for pair in pairs:
+            if state.overlaps(pair) and (contact := state.contact(pair)).closing > 0.0:
+                state.strike(pair)
+                met.append(Met(now_s, pair, contact, state.copy()))
+    return met

@@ -1,0 +1,207 @@
+"""The adapter under test: what it declares, and a worker process in which its engine is called."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from functools import cache, cached_property
+from types import MappingProxyType
+from typing import TypeVar
+
+import numpy as np
+
+from carom.catalogue import all_scenes
+from carom.comparator import Score, compare
+from carom.comparator.thresholds import THRESHOLDS
+from carom.conformance.contact_margin import thickened_trace
+from carom.conformance.probes import Make, Raised, Watch, Watched
+from carom.conformance.suite_scenes import known_trace
+from carom.conformance.violation import Setup, Violation
+from carom.engines.api import Adapter, Capabilities, Observation, unsupported_reason
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import Observe, capabilities_of, observe_run, profile_settings
+from carom.execution.job import Job, Method, Status, Task
+from carom.execution.journal import Notes
+from carom.execution.options import Limited
+from carom.execution.pool import Closing, LocalPool
+from carom.execution.scheduler import Ask, answers
+from carom.model.scene import Scene
+from carom.model.trace import Setting, Trace
+
+T = TypeVar("T")
+
+
+class Subject(Closing):
+    """One adapter, by its name; used as a context manager, it ends its worker process.
+
+    Whatever runs the engine raises `Violation` where its process crashes or hangs, or the adapter raises an error that
+    is not handed back.
+
+    Attributes:
+        name: Name of the adapter.
+        adapter: The adapter, loaded; its engine is not imported in this process.
+    """
+
+    def __init__(self, name: str, limits: Limited) -> None:
+        self.name = name
+        self.adapter: Adapter = load_adapter(name)
+        self._limits = limits
+        self._scores: dict[tuple[str, str], tuple[Setup, Trace, Score, Score]] = {}
+        self._seen: dict[tuple[str, str, float], Watched] = {}
+
+    def close(self) -> None:
+        """End the worker process."""
+        self._pool.close()
+
+    @cached_property
+    def _pool(self) -> LocalPool:
+        return self._limits.pool(1)
+
+    def another(self) -> Subject:
+        """Return the same adapter with a worker process of its own, in which nothing has been run yet."""
+        return Subject(self.name, self._limits)
+
+    @property
+    def rounding(self) -> float:
+        """Relative rounding that a run may add up at the declared width of numbers: the comparator's."""
+        return THRESHOLDS.rounding_of(self.adapter.capabilities.float_bits)
+
+    def capabilities(self, profile: str = "tuned") -> Capabilities:
+        """Return what is declared for a profile: its own word, or else the adapter's."""
+        return capabilities_of(self.adapter, profile)
+
+    def unsupported(self, setup: Setup) -> str:
+        """Return the declared capability that excludes a run; empty where none does."""
+        located = self.adapter.profiles[setup.profile].located
+        return unsupported_reason(setup.scene, self.capabilities(setup.profile), setup.dt_s, located=located)
+
+    def settings(self, profile: str, dt_s: float) -> Mapping[str, Setting]:
+        """Return the settings of a profile."""
+        return profile_settings(self.adapter, profile, dt_s)
+
+    def watch(self, setup: Setup, *, looks: int = 1) -> Watched:
+        """Run a scene and return every observation."""
+        answer = self.try_to_watch(setup, looks=looks)
+        if isinstance(answer, Raised):
+            raise Violation(
+                f"{answer.where}() raises an error on a scene that the adapter declares to support",
+                expected="a run to the end of the scene",
+                found=f"{answer.kind}: {answer.message}",
+                setup=setup,
+            )
+        return answer
+
+    def seen(self, setup: Setup) -> Watched:
+        """Return what `watch` did when first asked for this run: for checks of what was seen, not of running again."""
+        key = (setup.scene.name, setup.profile, setup.dt_s)
+        if key not in self._seen:
+            self._seen[key] = self.watch(setup)
+        return self._seen[key]
+
+    def try_to_watch(
+        self,
+        setup: Setup,
+        more: Mapping[str, Setting] = MappingProxyType({}),
+        *,
+        looks: int = 1,
+        cut: bool = False,
+        disturbed: bool = False,
+    ) -> Watched | Raised:
+        """Run a scene and return every observation, or the error that the adapter raised.
+
+        Args:
+            setup: The run.
+            more: Settings in addition to those of the profile.
+            looks: How often to observe after each step; 0 takes all steps in one call and looks at the end alone.
+            cut: Whether to cut the steps, and, `disturbed`, to take others back.
+            disturbed: See `cut`.
+        """
+        settings = {**self.settings(setup.profile, setup.dt_s), **more}
+        steps = setup.scene.step_count(setup.dt_s)
+        cut_s = setup.dt_s if cut else None
+        return self._ask(Watch(self.name, setup.scene, settings, steps, looks, cut_s, disturbed), setup)
+
+    def growth_bytes(self, setup: Setup, worlds: int, *, step: bool = True) -> int | None:
+        """Make worlds one after another and return by how much the process has grown; None where nobody tells."""
+        settings = self.settings(setup.profile, setup.dt_s)
+        answer = self._ask(Make(self.name, setup.scene, settings, worlds, step), setup)
+        if isinstance(answer, Raised):
+            raise Violation(
+                f"a world can't be made and closed {worlds} times", expected="no error", found=answer, setup=setup
+            )
+        return answer.bytes
+
+    def score(self, profile: str, name: str) -> tuple[Setup, Trace, Score, Score]:
+        """Return a run of a catalogue scene, its score against the known answer, and PIT's at the same step."""
+        if (profile, name) not in self._scores:
+            setup = catalogue_setup(name, profile)
+            trace = self._ask(Observe(Job(setup.scene, Method(self.name, profile), setup.dt_s)), setup)
+            reference, pit, pit_score = _sampling(name)
+            self._scores[profile, name] = (setup, trace, compare(reference, trace, sampling=pit), pit_score)
+        return self._scores[profile, name]
+
+    def margin(self, profile: str, name: str) -> Score | None:
+        """Return the score of a catalogue scene with bodies thicker by the promised margin; None where there is none.
+
+        What it has of errors is what the margin allows.
+        """
+        margin_m = self.adapter.profiles[profile].accuracy.margin_m
+        return _margin(name, margin_m) if margin_m else None
+
+    def printed(self) -> str:
+        """Return what the worker process has printed so far."""
+        return self._pool.worker(self.name).printed()
+
+    def files(self) -> list[str]:
+        """Return the files that the engine has left in its working folder."""
+        return self._pool.worker(self.name).files()
+
+    def _ask(self, task: Task[T], setup: Setup) -> T:
+        ((_, answer),) = answers([Ask(None, None, task)], self._pool, Notes[None, T](), alone=True)
+        if answer.value is None:
+            what = _FAILURES.get(answer.status, "the run fails")
+            raise Violation(what, expected="a run to the end of the scene", found=answer.reason, setup=setup)
+        return answer.value
+
+
+_FAILURES = {Status.CRASHED: "the engine ends its process", Status.TIMED_OUT: "the engine hangs"}
+
+#: A quarter of each catalogue scene's own frame: the middle of the three steps that `carom run` takes.
+STEPS_A_FRAME = 4
+
+
+@cache
+def _sampling(name: str) -> tuple[Trace, Trace, Score]:
+    """Return the known answer of a catalogue scene, PIT at the suite's step, and PIT's score."""
+    setup = catalogue_setup(name, "tuned")
+    reference = known_trace(setup.scene, all_scenes()[name].known)
+    pit = observe_run(load_adapter("pit"), setup.scene, setup.profile, setup.dt_s)
+    return reference, pit, compare(reference, pit, sampling=pit)
+
+
+@cache
+def _margin(name: str, margin_m: float) -> Score:
+    scene = all_scenes()[name].scene
+    return compare(known_trace(scene, all_scenes()[name].known), thickened_trace(scene, margin_m))
+
+
+def catalogue_setup(name: str, profile: str) -> Setup:
+    """Return the run of a catalogue scene that the suite makes."""
+    scene = all_scenes()[name].scene
+    return Setup(scene, profile, 1.0 / (scene.frame_rate_hz * STEPS_A_FRAME), catalogued=True)
+
+
+def greatest_speed(scene: Scene) -> float:
+    """Return the greatest speed at the start, metres a second; 1 where nothing moves."""
+    return max(math.hypot(*disc.velocity_m_s) for disc in scene.discs) or 1.0
+
+
+def masses(scene: Scene) -> list[float]:
+    """Return the masses, 0 for an immovable disc: it has no momentum of its own."""
+    return [0.0 if disc.immovable else disc.mass_kg for disc in scene.discs]
+
+
+def momentum(scene: Scene, seen: Observation) -> tuple[float, float]:
+    """Return the momentum of the movable discs, kg m/s."""
+    x, y = np.array(masses(scene)) @ seen.velocity_m_s
+    return float(x), float(y)

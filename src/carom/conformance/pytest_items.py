@@ -1,0 +1,199 @@
+"""The suite as pytest nodes: one collector an adapter, one item a case, and the summary at the end."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Generator, Iterator, Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from carom.conformance.cases import Case
+from carom.conformance.known_failures import here
+from carom.conformance.known_failures_file import write_known_failures
+from carom.conformance.suite import EnginePlan, Suite
+from carom.conformance.violation import NotApplicable, Setup, Violation, step_text
+from carom.engines.registry import asked_as
+from carom.errors import CaromError
+from carom.model.scene import save_scene
+
+if TYPE_CHECKING:
+    from _pytest._code.code import TerminalRepr
+
+PREFIX = "carom"
+
+
+class EngineCollector(pytest.Collector):
+    """All cases of one adapter, found nowhere but in its plan."""
+
+    engine: EnginePlan
+    known: Mapping[str, str]
+
+    def collect(self) -> Iterator[pytest.Item]:
+        """Yield an item a case; one that is skipped says why an engine is unavailable."""
+        info = self.engine.info
+        missing = Case("available", lambda _: None, "The engine is installed.", info.unavailable)
+        for case in self.engine.cases or (missing,):
+            item = CaseItem.from_parent(self, name=case.name)
+            item.case, item.engine = case, self.engine
+            item.add_marker("carom_conformance")
+            reason = self.known.get(f"{info.name}::{case.name}")
+            if reason is not None:
+                item.add_marker(pytest.mark.xfail(reason=reason, strict=True))
+            yield item
+
+
+class CaseItem(pytest.Item):
+    """One case of one adapter."""
+
+    case: Case
+    engine: EnginePlan
+
+    def runtest(self) -> None:
+        """Run the check."""
+        if self.case.skip:
+            pytest.skip(self.case.skip)
+        assert self.engine.subject is not None  # noqa: S101 - an unavailable engine has no other case
+        try:
+            self.case.run(self.engine.subject)
+        except NotApplicable as reason:
+            pytest.skip(str(reason))
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None) -> str | TerminalRepr:  # noqa: ARG002 - pytest's signature
+        """Say value, expected, scene and how to see it again; no traceback, for the fault is not in the suite."""
+        error = excinfo.value
+        if not isinstance(error, CaromError):
+            return super().repr_failure(excinfo)
+        lines = [error.what if isinstance(error, Violation) else str(error), f"  must hold  {self.case.meaning}"]
+        if isinstance(error, Violation):
+            lines += [f"  expected   {error.expected}", f"  got        {error.found}"]
+            if error.setup is not None:
+                lines += [f"  scene      {error.setup}", f"  reproduce  {self._command(error.setup)}"]
+        again = ["pytest", "--carom-engine", asked_as(self.engine.info.name), "-k", self.case.name]
+        lines.append(f"  again      {shlex.join(again)}")
+        return "\n".join(lines)
+
+    def reportinfo(self) -> tuple[Path, int | None, str]:
+        """Return what stands over a failure."""
+        return self.path, 0, f"{self.engine.info.name}::{self.case.name}"
+
+    def _command(self, setup: Setup) -> str:
+        scene = setup.scene.name
+        if not setup.catalogued:
+            cache = getattr(self.config, "cache", None)  # there is none with -p no:cacheprovider
+            if cache is None:
+                return f"the scene {scene!r} of carom.conformance.suite_scenes"
+            path = cache.mkdir("carom") / f"{scene}.toml"
+            save_scene(setup.scene, path)
+            scene = str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else str(path)
+        on = ["-e", asked_as(self.engine.info.name), "-p", setup.profile, "--dt", step_text(setup.dt_s)]
+        return shlex.join(["carom", "run", scene, *on])
+
+
+def _what(error: CaromError) -> str:
+    """Return what failed in a line."""
+    return (error.what if isinstance(error, Violation) else str(error)).partition("\n")[0]
+
+
+class ConformanceRun:
+    """The hooks of a run that was asked for."""
+
+    def __init__(self, plan: Suite, write_to: Path | None = None) -> None:
+        """Run a plan.
+
+        Args:
+            plan: What is to be run.
+            write_to: The file of known failures that is to be brought up to date; None where it is let be.
+        """
+        self._plan, self._write_to = plan, write_to
+        self._failed: dict[str, str] = {}
+        self._passed: set[str] = set()
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_collection_modifyitems(self, session: pytest.Session, items: list[pytest.Item]) -> None:
+        """Add the suite to what was collected, before -k, -m and --deselect choose among it."""
+        for engine in self._plan.engines:
+            name = engine.info.name
+            collector = EngineCollector.from_parent(session, name=name, nodeid=f"{PREFIX}::{name}")
+            collector.engine, collector.known = engine, self._plan.known
+            items.extend(session.genitems(collector))  # as a test file is collected, with every report of it
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(
+        self, item: pytest.Item, call: pytest.CallInfo[None]
+    ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+        """Fail what is listed as a known failure and is none: it passes, or does not even apply."""
+        report = yield
+        if not isinstance(item, CaseItem) or report.when != "call":
+            return report
+        name = f"{item.engine.info.name}::{item.case.name}"
+        reason = self._plan.known.get(name)
+        # As an attribute it comes to pytest-xdist's controller, which alone writes the file.
+        if reason is None and report.failed and call.excinfo and isinstance(call.excinfo.value, CaromError):
+            vars(report)["carom_failed"] = [name, _what(call.excinfo.value)]
+        elif reason is not None and not hasattr(report, "wasxfail"):
+            vars(report)["carom_passed"] = name
+        if reason is not None and not hasattr(report, "wasxfail") and not item.config.option.runxfail:
+            how = "passes" if report.failed else "does not apply"
+            report.outcome = "failed"
+            report.longrepr = (
+                f"XPASS(strict): {name} {how}, but {self._plan.known_file} lists it ({reason}): take it out"
+            )
+        return report
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Keep what the file of known failures is to be told."""
+        if told := getattr(report, "carom_failed", None):
+            name, what = told
+            self._failed[name] = what
+        elif name := getattr(report, "carom_passed", ""):
+            self._passed.add(name)
+
+    def pytest_report_header(self) -> list[str]:
+        """Say what the suite runs on."""
+        lines = [f"carom {version('carom')}: conformance of {', '.join(p.info.name for p in self._plan.engines)}"]
+        if self._plan.known_file is not None:
+            lines.append(f"known failures: {self._plan.known_file} ({len(self._plan.known)})")
+        return lines
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        """Say of each engine how many cases passed, failed, were skipped, or are known to fail."""
+        if terminalreporter.config.option.collectonly:
+            return
+        write = terminalreporter.write_line
+        terminalreporter.section("carom conformance")
+        for plan in self._plan.engines:
+            info = plan.info
+            prefix = f"{PREFIX}::{info.name}::"
+
+            def count(*outcomes: str, prefix: str = prefix) -> int:
+                reports = [r for outcome in outcomes for r in terminalreporter.stats.get(outcome, [])]
+                return sum(getattr(report, "nodeid", "").startswith(prefix) for report in reports)
+
+            counts = (
+                f"{count('passed')} passed, {count('failed', 'error')} failed, {count('skipped')} skipped, "
+                f"{count('xfailed')} known failures"
+            )
+            brought = f" ({info.distribution})" if info.distribution else ""  # a manifest has none
+            write(f"{info.name}: {info.engine} {info.version}{brought}: {counts}")
+        if self._write_to is not None:
+            write(self._written(self._write_to))
+
+    def _written(self, path: Path) -> str:
+        """Bring the file of known failures up to date, and say what became of it."""
+        try:
+            done = write_known_failures(
+                path, self._plan.entries, self._failed, self._passed, self._plan.versions, here()
+            )
+        except CaromError as error:
+            return f"known failures were not written: {error}"
+        told = f"{path}: {len(done.added)} known failures added, {len(done.dropped)} dropped"
+        return f"{told}; {len(done.without_reason)} have a reason to be written" if done.without_reason else told
+
+    def pytest_sessionfinish(self) -> None:
+        """End the engines' processes."""
+        for plan in self._plan.engines:
+            if plan.subject is not None:
+                plan.subject.close()

@@ -1,0 +1,95 @@
+"""State of the compiled extension: that it is installed, and that it was built from the sources next to it.
+
+Every .pyx file of the package is a module of the extension. They are built together, so `carom.core.built` represents
+all of them and contains a digest of the sources.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import os
+import warnings
+from pathlib import Path
+
+
+class StaleExtensionWarning(UserWarning):
+    """The compiled extension was built from other sources than those next to it."""
+
+
+def require_extension() -> None:
+    """Check that the compiled extension is installed.
+
+    Raises:
+        ImportError: It is not, or cannot be loaded. The message says what to do.
+    """
+    try:
+        importlib.import_module("carom.core.built")
+    except ImportError as error:
+        package = Path(__file__).parents[1]
+        remedy = (
+            "install Carom again, with pip's --force-reinstall --no-deps --no-cache-dir"
+            if _is_installed(package)
+            else "build it with python setup.py build_ext --inplace, or install the source tree with pip"
+        )
+        raise ImportError(f"Carom's compiled extension in {package} cannot be loaded ({error}); {remedy}") from None
+
+
+def find_extension_notes() -> tuple[str, ...]:
+    """Return what a result must report about the extension: that it is stale. Warn once in a process of the same."""
+    stale = _find_staleness()
+    if not stale:
+        return ()
+    _warn()
+    return (stale,)
+
+
+def compute_sources_digest() -> str:
+    """Return a digest of all sources of the extension, with their names: .pyx, .pxd, .h and .c files.
+
+    The build calls this function too, so it must not import Carom.
+    """
+    import hashlib
+
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in _sources(package):
+        source = path.read_bytes().replace(b"\r\n", b"\n")  # as git may check it out on Windows
+        digest.update(f"{path.relative_to(package).as_posix()} {len(source)}\n".encode() + source)
+    return digest.hexdigest()
+
+
+def _sources(package: Path) -> list[Path]:
+    """Return all sources of the extension."""
+    kinds = (".pyx", ".pxd", ".h", ".c")  # in one walk, because each process that runs a scene calls this
+    found = [Path(folder, name) for folder, _, names in os.walk(package) for name in names if name.endswith(kinds)]
+    return sorted(path for path in found if not path.is_relative_to(package / "core/wasm"))  # the page's: core.wasm
+
+
+def _is_installed(package: Path) -> bool:
+    """Return whether a package is an installed copy, which nobody edits, and no source tree."""
+    return bool({"site-packages", "dist-packages"} & set(package.parts))
+
+
+@functools.cache
+def _find_staleness() -> str:
+    """Return in what the extension differs from the sources next to it, and the remedy; empty if in nothing.
+
+    The digest of the sources is computed only if one of them is newer than the extension.
+    """
+    package = Path(__file__).parents[1]
+    if _is_installed(package):
+        return ""
+    built = importlib.import_module("carom.core.built")
+    built_s = os.stat(str(built.__file__)).st_mtime
+    if all(path.stat().st_mtime <= built_s for path in _sources(package)) or compute_sources_digest() == built.DIGEST:
+        return ""
+    return (
+        f"the compiled extension was built from other sources than those in {package}, one of which has changed since: "
+        "build it again with python setup.py build_ext --inplace --force"
+    )
+
+
+@functools.cache
+def _warn() -> None:
+    warnings.warn(_find_staleness(), StaleExtensionWarning, stacklevel=3)

@@ -1,0 +1,197 @@
+"""The features of a wall's outline: its faces, arcs and vertices, merged exactly.
+
+Neighbouring edges that go on in one line, or on one circle, are one feature, and a joint at which tangents agree has no
+vertex: so a wall that is cut into pieces, at points that are exactly on it, has the same features, and no impact on it
+differs by a bit. All of this is decided by rational numbers, to which no rounding is done.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from fractions import Fraction
+from typing import NamedTuple
+
+from carom.core.features import Arc, Face, Feature
+from carom.model.chain_geometry import Edge, ExactCircle, Outline, circle_of
+from carom.model.trace import EdgeKind
+
+Exact = tuple[Fraction, Fraction]
+
+#: Sine of the angle that an arc may lack of half a circle and still let a disc of its width, to rounding, by its ends.
+_NEARLY_HALF = Fraction(1, 2**20)
+
+
+class WallFeature(NamedTuple):
+    """A feature of a wall, and which edges of the file it is made of.
+
+    Attributes:
+        feature: The feature.
+        edges: Numbers of its edges; of a vertex that of the lower edge.
+        kind: Whether it is a face, a vertex or an arc.
+    """
+
+    feature: Feature
+    edges: tuple[int, ...]
+    kind: EdgeKind
+
+
+class JoinedEdges(NamedTuple):
+    """Edges that are one: straight, or on one circle and in one direction.
+
+    Attributes:
+        edge: From the first point to the last, with the bulge of the first.
+        circle: What an arc is on; None of a straight one.
+        numbers: Of the edges of the file.
+    """
+
+    edge: Edge
+    circle: ExactCircle | None
+    numbers: tuple[int, ...]
+
+    @property
+    def turn(self) -> int:
+        """1 for an arc that runs counterclockwise, -1 for one that runs clockwise, 0 for a straight edge."""
+        return (self.edge.bulge > 0.0) - (self.edge.bulge < 0.0)
+
+    def tangent(self, point: tuple[float, float]) -> Exact:
+        """Return the direction of the way at one of its ends."""
+        if self.circle is None:
+            a, b = exact(self.edge.a), exact(self.edge.b)
+            return b[0] - a[0], b[1] - a[1]
+        x, y = exact(point)
+        return self.turn * (self.circle.y - y), self.turn * (x - self.circle.x)
+
+    def goes_on_as(self, other: JoinedEdges) -> bool:
+        """Whether another, which begins where this ends, is of the same line or circle, and goes on in its way."""
+        return self.circle == other.circle and self.turn == other.turn and goes_smoothly(self, other)
+
+    def with_next(self, other: JoinedEdges) -> JoinedEdges:
+        """Return this and one that it goes on as, as one."""
+        edge = Edge(self.edge.a, other.edge.b, self.edge.bulge)
+        return JoinedEdges(edge, self.circle, (*self.numbers, *other.numbers))
+
+
+def features_of(outline: Outline, widest_m: float = math.inf) -> tuple[WallFeature, ...]:
+    """Return the features of a wall, both sides of each edge, in the order in which they are met at one instant.
+
+    Faces and arcs come in the order of the edges, vertices after them: where a face ends, it is met no later than the
+    vertex there, and its normal is the one to be taken. At the end are the stops of arcs in which a disc of the radius
+    `widest_m` does not fit: see `stops_of`.
+    """
+    if outline.radius == 0.0:
+        return (WallFeature(Arc.vertex(outline.points[0], outline.half_width), (0,), EdgeKind.VERTEX),)
+    runs, sides, stops = runs_of(outline), list[WallFeature](), list[WallFeature]()
+    for k, run in enumerate(runs):
+        sides += _sides(run, outline.half_width)
+        inner = sides[-2]
+        if run.circle is not None and isinstance(inner.feature, Arc) and inner.feature.fits_below <= widest_m:
+            ways = stops_of(runs, k, closed=outline.closed)
+            stops += (inner._replace(feature=inner.feature.stop(run.circle, way)) for way in ways)
+    return (*sides, *_vertices(runs, outline), *stops)
+
+
+def are_decidable(one: Feature, other: Feature, *, elastic: bool) -> bool:
+    """Whether a disc that meets two smooth features at one instant goes on in the same way, whichever comes first.
+
+    So it is at a corner of 90 degrees, and, if both are elastic, of 60, 45 and 30 degrees (that of pi/n in general, of
+    which these have cosines whose squares are rational); and of a feature with itself, which is met again only after
+    it was left.
+    """
+    if one == other:
+        return True
+    if not isinstance(one, Face) or not isinstance(other, Face):
+        return False
+    (ax, ay), (bx, by) = _along(one), _along(other)
+    dot = ax * bx + ay * by  # of the normals, too, which are the ways turned by a quarter
+    if dot == 0:
+        return True
+    square = dot * dot / ((ax * ax + ay * ay) * (bx * bx + by * by))
+    return elastic and dot < 0 and square in (Fraction(1, 4), Fraction(1, 2), Fraction(3, 4))
+
+
+def _along(face: Face) -> Exact:
+    (x, x_rest), (y, y_rest) = face.along
+    return Fraction(x) + Fraction(x_rest), Fraction(y) + Fraction(y_rest)
+
+
+def exact(point: tuple[float, float]) -> Exact:
+    """Return a point as rational numbers."""
+    return Fraction(point[0]), Fraction(point[1])
+
+
+def goes_smoothly(one: JoinedEdges, other: JoinedEdges) -> bool:
+    """Whether the way goes on in the same direction at the joint of one run and the next."""
+    (ax, ay), (bx, by) = one.tangent(one.edge.b), other.tangent(other.edge.a)
+    return ax * by - ay * bx == 0 and ax * bx + ay * by > 0
+
+
+def runs_of(outline: Outline) -> list[JoinedEdges]:
+    """Return the edges of a chain in order, those that go on in one line or on one circle as one; or a circle's."""
+    if outline.radius is not None:
+        (x, y), radius = exact(outline.points[0]), Fraction(outline.radius)
+        return [JoinedEdges(outline.stretches[0].edge, ExactCircle(x, y, radius * radius), (0,))]
+    runs: list[JoinedEdges] = []
+    for number, edge in enumerate(outline.edges):
+        run = JoinedEdges(edge, circle_of(edge) if edge.bulge else None, (number,))
+        if runs and runs[-1].goes_on_as(run):
+            runs[-1] = runs[-1].with_next(run)
+        else:
+            runs.append(run)
+    if outline.closed and len(runs) > 1 and runs[-1].goes_on_as(runs[0]):
+        runs[0] = runs.pop().with_next(runs[0])
+    return runs
+
+
+def _sides(run: JoinedEdges, half_width: float) -> Iterator[WallFeature]:
+    a, b, _ = run.edge
+    if run.circle is None:
+        yield WallFeature(Face.between(a, b, half_width), run.numbers, EdgeKind.FACE)
+        yield WallFeature(Face.between(b, a, half_width), run.numbers, EdgeKind.FACE)
+        return
+    # The sector runs counterclockwise; of a whole circle there is none.
+    ends = None if a == b else (a, b) if run.turn > 0 else (b, a)
+    for inside in (True, False):
+        arc = Arc.on(run.circle, ends, half_width, inside=inside)
+        yield WallFeature(arc, run.numbers, EdgeKind.ARC)
+
+
+def _vertices(runs: list[JoinedEdges], outline: Outline) -> Iterator[WallFeature]:
+    if outline.radius is not None:
+        return
+    if not outline.closed:
+        yield WallFeature(Arc.vertex(runs[0].edge.a, outline.half_width), runs[0].numbers[:1], EdgeKind.VERTEX)
+    joints = zip(runs, (*runs[1:], runs[0]) if outline.closed else runs[1:], strict=outline.closed)
+    for before, after in joints:
+        if before.edge.a != before.edge.b and not goes_smoothly(before, after):
+            lower = min(before.numbers[-1], after.numbers[0])
+            yield WallFeature(Arc.vertex(after.edge.a, outline.half_width), (lower,), EdgeKind.VERTEX)
+    if not outline.closed:
+        yield WallFeature(Arc.vertex(runs[-1].edge.b, outline.half_width), runs[-1].numbers[-1:], EdgeKind.VERTEX)
+
+
+def quarters_of(way: Exact) -> list[Exact]:
+    """Return a vector, and what a quarter turn, two and three make of it, counterclockwise."""
+    x, y = way
+    return [(x, y), (-y, x), (-x, -y), (y, -x)]
+
+
+def stops_of(runs: list[JoinedEdges], k: int, *, closed: bool) -> list[Exact]:
+    """Return the ways from an arc's centre to the points at which it stops discs that do not fit inside.
+
+    A disc exactly as wide as an arc touches all of it at once. Of half a circle it can only come away from the middle;
+    of more, where it can't get away at all, the points a quarter from the ends stop it, and of a whole circle any four.
+    Less than half is touched no sooner than its ends, at a smooth one of which a foot may be rounded off the edge.
+    """
+    run = runs[k]
+    if run.circle is None:
+        return []
+    first, last = ((x - run.circle.x, y - run.circle.y) for x, y in map(exact, run.edge[:2]))
+    turn = run.turn * (first[0] * last[1] - first[1] * last[0])
+    if run.edge.a == run.edge.b:
+        return quarters_of(first)
+    if turn > run.circle.radius2 * _NEARLY_HALF:
+        smooth_first = (closed or k > 0) and goes_smoothly(runs[k - 1], run)
+        smooth_last = (closed or k + 1 < len(runs)) and goes_smoothly(run, runs[(k + 1) % len(runs)])
+        return [first] * smooth_first + [last] * smooth_last
+    return [quarters_of(first)[run.turn]] + [quarters_of(last)[-run.turn]] * (turn != 0)

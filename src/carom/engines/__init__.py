@@ -1,0 +1,1 @@
+"""Engines: the interface of adapters, engines that are programs in any language, importers, and the registry."""

@@ -1,0 +1,88 @@
+"""THE SEAM: all of Carom that the author of an engine adapter imports.
+
+An adapter is any object with the attributes of `Adapter`; no base class is needed. Register it under the entry-point
+group ``carom.adapters`` and the harness finds it. The harness drives the world that `prepare` returns: it measures,
+joins the steps of one contact into one impact, derives the effective times, and skips scenes by what `capabilities`
+declares.
+``docs/reference/adapters.md`` builds one in forty lines.
+"""
+
+from carom.engines.api.checks import require_sound, require_supported, unsupported_reason
+from carom.engines.api.helpers import (
+    StepClock,
+    factored_frictions,
+    factored_restitutions,
+    flattened,
+    is_fast,
+    oriented_contact,
+    pair_of,
+    reach,
+)
+from carom.engines.api.protocol import (
+    Accuracy,
+    Adapter,
+    Capabilities,
+    CodedAdapter,
+    Contact,
+    ContactTimes,
+    CuttableWorld,
+    Engine,
+    Imported,
+    Knob,
+    Observation,
+    Profile,
+    ReadingAdapter,
+    Stamp,
+    TimedWorld,
+    World,
+)
+from carom.engines.api.reading import one_coefficient, wall_towards
+from carom.engines.api.units import scaled, unscaled
+from carom.errors import AdapterError
+from carom.model.scene import Disc, Need, Scene, Wall
+from carom.model.trace import Setting, wall_body, wall_index
+from carom.model.walls import Chain, Ring
+
+__all__ = [
+    "Accuracy",
+    "Adapter",
+    "AdapterError",
+    "Capabilities",
+    "Chain",
+    "CodedAdapter",
+    "Contact",
+    "ContactTimes",
+    "CuttableWorld",
+    "Disc",
+    "Engine",
+    "Imported",
+    "Knob",
+    "Need",
+    "Observation",
+    "Profile",
+    "ReadingAdapter",
+    "Ring",
+    "Scene",
+    "Setting",
+    "Stamp",
+    "StepClock",
+    "TimedWorld",
+    "Wall",
+    "World",
+    "factored_frictions",
+    "factored_restitutions",
+    "flattened",
+    "is_fast",
+    "one_coefficient",
+    "oriented_contact",
+    "pair_of",
+    "reach",
+    "require_sound",
+    "require_supported",
+    "scaled",
+    "unscaled",
+    "unsupported_reason",
+    "wall_body",
+    "wall_index",
+    "wall_towards",
+]

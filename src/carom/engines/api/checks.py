@@ -1,0 +1,235 @@
+"""What an engine must not be given: numbers that no scene has, and scenes beyond what its adapter declares."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+from carom.engines.api.protocol import Capabilities
+from carom.errors import AdapterError
+from carom.model.scene import Disc, Need, Scene
+from carom.model.trace import Setting
+from carom.support.formatting import number
+
+#: The engines count steps in a C int.
+MAX_STEPS = 2**31 - 1
+
+#: Bits of a float after the leading one (IEEE 754), by the widths that can be declared. Of 16 bits nothing exact can be
+#: said: a hundred units in the last place, which count as rounding, would be a tenth of the value.
+MANTISSA_BITS = {32: 23, 64: 52}
+
+#: How an engine makes one coefficient of those of two bodies, which are 0 to the greatest it takes: the least and the
+#: greatest coefficient that a wall can have with that of two discs. "pair" makes none: any two can be asked for.
+COMBINE_RULES: Mapping[str, Callable[[float, float], tuple[float, float]]] = {
+    "pair": lambda _, most: (0.0, most),
+    "one": lambda pair, _: (pair, pair),
+    "product": lambda pair, most: (0.0, math.sqrt(pair) * most),
+    "root": lambda pair, most: (0.0, math.sqrt(pair * most)),  # of the product
+    "average": lambda pair, most: (pair / 2, (pair + most) / 2),
+    "minimum": lambda pair, _: (0.0, pair),
+    "maximum": lambda pair, most: (pair, most),
+}
+
+
+#: Laws of a scene that are any number, 0 or more.
+_NONE_BELOW_0 = ("friction", "wall_friction", "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
+
+
+def require_sound(
+    engine: str,
+    scene: Scene,
+    settings: Mapping[str, Setting],
+    known: Sequence[str],
+    at_least: Mapping[str, float] | None = None,
+    at_most: Mapping[str, float] | None = None,
+    words: Mapping[str, Sequence[str]] | None = None,
+) -> None:
+    """Refuse what no engine should see: numbers that no validated scene has, and settings that there aren't.
+
+    Engines abort on such numbers, or silently make something else of them, and a scene can have been made without its
+    validation. What is beyond an engine's own limits is for `require_supported`, and the adapter, to refuse.
+
+    Args:
+        engine: What the message calls the engine.
+        scene: The scene.
+        settings: The settings asked for.
+        known: Names of all settings but ``dt_s``.
+        at_least: Least values of settings that have one, ``dt_s`` among them.
+        at_most: Greatest values, likewise.
+        words: What settings may be that are one of some words.
+
+    Raises:
+        AdapterError: Names the field or setting, and its value.
+    """
+    for name, setting in settings.items():
+        if name not in ("dt_s", *known):
+            raise AdapterError(f"{engine}: no setting {name!r}; there are: {', '.join(('dt_s', *known))}")
+        if setting != setting:
+            raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
+        if words and name in words and setting not in words[name]:
+            raise AdapterError(f"{engine}: {name} must be one of {', '.join(words[name])}, got {setting!r}")
+        if not isinstance(setting, str):
+            if at_least and not setting >= at_least.get(name, -math.inf):
+                raise AdapterError(f"{engine}: {name} must be at least {at_least[name]:g}, got {setting}")
+            if at_most and not setting <= at_most.get(name, math.inf):
+                raise AdapterError(f"{engine}: {name} must be at most {at_most[name]:g}, got {setting}")
+    dt_s = settings["dt_s"]
+    if isinstance(dt_s, str) or not 0 < dt_s < math.inf:
+        raise AdapterError(f"{engine}: dt_s must be above 0 and finite, got {dt_s}")
+    for i, disc in enumerate(scene.discs):
+        for field, value, sound in (
+            ("position_m", disc.position_m, all(map(math.isfinite, disc.position_m))),
+            ("velocity_m_s", disc.velocity_m_s, all(map(math.isfinite, disc.velocity_m_s))),
+            ("radius_m", disc.radius_m, 0 < disc.radius_m < math.inf),
+            ("mass_kg", disc.mass_kg, disc.mass_kg > 0),
+            ("spin_rad_s", disc.spin_rad_s, math.isfinite(disc.spin_rad_s)),
+            ("inertia_factor", disc.inertia_factor, disc.inertia_factor > 0),
+        ):
+            if not sound:
+                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which no disc has")
+    for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
+        if not 0 <= value <= 1:
+            raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")
+    for field in _NONE_BELOW_0:
+        if not 0 <= (value := getattr(scene, field)) < math.inf:
+            raise AdapterError(f"{engine}: {field} must be a number, 0 or more, got {value}")
+    if not all(map(math.isfinite, scene.gravity_m_s2)):
+        raise AdapterError(f"{engine}: gravity_m_s2 must be finite, got {scene.gravity_m_s2}")
+
+
+def unsupported_reason(scene: Scene, capabilities: Capabilities, dt_s: float, *, located: bool = False) -> str:
+    """Return why a method that declares these capabilities can't run the scene; empty where it can.
+
+    Args:
+        scene: The scene.
+        capabilities: What is declared.
+        dt_s: Step, seconds.
+        located: Whether the steps are cut.
+    """
+    needs = scene.needs
+    for need in Need:
+        if need in needs and not _supports(capabilities, need):
+            suffix = " yet: gravity_m_s2 must be [0, 0]" if need is Need.GRAVITY else ""
+            return f"the scene has {need.value}, which this method does not support{suffix}"
+    if located and Need.GRAVITY in needs and needs & {Need.WALLS, Need.IMMOVABLE}:
+        # Semi-implicit and explicit Euler alike; whole steps make up for it, as an overlap found late undoes the loss.
+        gained = math.hypot(*scene.gravity_m_s2) * dt_s
+        return (
+            f"discs fall onto what does not fall, and this profile cuts its steps: an engine's step of {dt_s:g} s "
+            "leaves the parabola by g dt^2/2, and where steps end at the impact, each bounce gains or loses up to g dt "
+            f"({number(gained, 3)} m/s) by that"
+        )
+    low, high = capabilities.restitution
+    used = [("restitution", scene.restitution)] if len(scene.discs) > 1 else []
+    walls = scene.arrays.materials
+    used += [("wall_restitution", restitution) for restitution in dict.fromkeys(wall.restitution for wall in walls)]
+    for name, value in used:
+        if not low <= value <= high:
+            return f"{name} is {value}, and this method simulates {low:g} to {high:g} as asked for"
+    if reason := _combined(capabilities.restitution_combine, used, high):
+        return reason
+    if Need.FRICTION in needs and not capabilities.spin and any(_can_turn(disc) for disc in scene.discs):
+        return f"the scene has {Need.FRICTION.value} on discs that can turn, and this method turns none"
+    low, high = capabilities.friction
+    rubbed = [("friction", scene.friction)] if len(scene.discs) > 1 else []
+    rubbed += [("wall_friction", friction) for friction in dict.fromkeys(wall.friction for wall in walls)]
+    for name, value in rubbed:
+        if value != 0.0 and not low <= value <= high:
+            return f"{name} is {value:g}, and this method simulates {low:g} to {high:g} as asked for"
+    if reason := _combined(capabilities.friction_combine, rubbed, high):
+        return reason
+    fastest = max(disc.drive.fastest for disc in scene.discs)
+    if fastest > capabilities.max_speed_m_s:
+        return f"a disc moves at {fastest:g} m/s, and this method's limit is {capabilities.max_speed_m_s:g} m/s"
+    spin = max(abs(disc.spin_rad_s) for disc in scene.discs)
+    if spin > capabilities.max_spin_rad_s:
+        return f"a disc spins at {spin:g} rad/s, and this method's limit is {capabilities.max_spin_rad_s:g} rad/s"
+    if spin * dt_s > capabilities.max_turn_rad:
+        turned = f"a disc at {spin:g} rad/s turns by {spin * dt_s:g} rad in a step of {dt_s:g} s"
+        return f"{turned}, and this method turns none by more than {capabilities.max_turn_rad:g} rad"
+    for name, disc in ((f"discs[{i}].inertia_factor", disc) for i, disc in enumerate(scene.discs)):
+        if needs & {Need.SPIN, Need.FRICTION} and disc.inertia_factor < capabilities.min_inertia_factor:
+            limits = f"{capabilities.min_inertia_factor:g} to 1, or a disc that does not turn"
+            return f"{name} is {disc.inertia_factor:g}, and this method simulates {limits}"
+    bodies = [*scene.discs, *(wall for wall in scene.walls if wall.driven)]
+    speeds = sorted((body.drive.fastest for body in bodies), reverse=True)
+    closing, threshold = sum(speeds[:2]), capabilities.restitution_threshold_m_s
+    if 0 < closing <= threshold and any(value > 0 for _, value in used):
+        slow = f"no two bodies close at more than {closing:g} m/s"
+        return f"{slow}, and this method makes contacts of up to {threshold:g} m/s inelastic"
+    if fastest * dt_s > capabilities.max_move_m:
+        moved = f"a disc at {fastest:g} m/s moves {fastest * dt_s:g} m in a step of {dt_s:g} s"
+        return f"{moved}, and this method moves none by more than {capabilities.max_move_m:g} m"
+    for name, disc in ((f"discs[{i}].radius_m", disc) for i, disc in enumerate(scene.discs)):
+        if not capabilities.min_radius_m <= disc.radius_m <= capabilities.max_radius_m:
+            limits = f"{capabilities.min_radius_m:g} to {capabilities.max_radius_m:g} m"
+            return f"{name} is {disc.radius_m:g}, and this method simulates {limits}"
+    for name, disc in ((f"discs[{i}].mass_kg", disc) for i, disc in enumerate(scene.discs)):
+        if not (disc.immovable or capabilities.min_mass_kg <= disc.mass_kg <= capabilities.max_mass_kg):
+            limits = f"{capabilities.min_mass_kg:g} to {capabilities.max_mass_kg:g} kg, or an immovable disc"
+            return f"{name} is {disc.mass_kg:g}, and this method simulates {limits}"
+    farthest = max(max(abs(c) for c in disc.position_m) + disc.radius_m for disc in scene.discs)
+    if farthest > capabilities.max_coordinate_m:
+        return f"a disc reaches to {farthest:g} m, and this method's limit is {capabilities.max_coordinate_m:g} m"
+    # Where positions are rounded by more than a disc is large, there is no telling where it is.
+    rounding, smallest = farthest * 2.0 ** -MANTISSA_BITS[capabilities.float_bits], min(d.radius_m for d in scene.discs)
+    if rounding > smallest:
+        floats = f"{capabilities.float_bits}-bit floats"
+        return (
+            f"a disc reaches to {farthest:g} m, where {floats} round by more than the smallest radius, {smallest:g} m"
+        )
+    if scene.duration_s / dt_s > MAX_STEPS:
+        return f"{scene.duration_s:g} s in steps of {dt_s:g} s are more steps than an engine can count"
+    return ""
+
+
+def _supports(capabilities: Capabilities, need: Need) -> bool:
+    """Whether what a scene needs is declared; most capabilities bear the need's name."""
+    match need:
+        case Need.IMMOVABLE:
+            return capabilities.immovable_discs
+        case Need.POSTS:
+            return capabilities.posts or capabilities.arcs
+        case Need.FRICTION:
+            return capabilities.friction[1] > 0.0
+        case Need.RESTITUTION:  # declared as a range, which the coefficients are compared with
+            return True
+        case _:
+            return bool(getattr(capabilities, need.name.lower()))
+
+
+def _combined(rule: str, coefficients: Sequence[tuple[str, float]], most: float) -> str:
+    """Return why discs and walls can't have these two coefficients in one scene; empty where they can."""
+    if len(coefficients) < 2 or coefficients[0][0].startswith("wall"):
+        return ""
+    (name, pair), *of_walls = coefficients
+    least, greatest = COMBINE_RULES[rule](pair, most)
+    for wall_name, wall in of_walls:
+        if not least <= wall <= greatest:
+            beside, can_be = f"{wall_name} is {wall:g} with a {name} of {pair:g}", f"{least:g} to {greatest:g}"
+            return f"{beside}, and this method combines coefficients by {rule!r}, so that it can be {can_be}"
+    return ""
+
+
+def _can_turn(disc: Disc) -> bool:
+    return not disc.immovable and math.isfinite(disc.inertia_factor)
+
+
+def require_supported(engine: str, scene: Scene, capabilities: Capabilities, dt_s: float) -> None:
+    """Refuse a scene that the declared capabilities exclude, in the words in which the harness skips it.
+
+    One limit is left to the harness: below which closing speed contacts are inelastic belongs to a profile, and
+    `prepare` is given settings.
+
+    Args:
+        engine: What the message calls the engine.
+        scene: The scene, sound as `require_sound` has it.
+        capabilities: What the adapter declares.
+        dt_s: Step, seconds.
+
+    Raises:
+        AdapterError: With the capability as the reason.
+    """
+    if reason := unsupported_reason(scene, replace(capabilities, restitution_threshold_m_s=0.0), dt_s):
+        raise AdapterError(f"{engine}: {reason}")

@@ -1,0 +1,98 @@
+"""Scenes in an engine's own units, and what it shows of them in the scene's.
+
+Engines hide lengths and speeds: a slop, a margin, a threshold below which nothing bounces. Where such a constant is
+compiled in, it is met in other units. Powers of two alone are units here: they round nothing, so that no run shows it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from carom.engines.api.protocol import Contact, Observation, Vector
+from carom.errors import AdapterError
+from carom.model.scene import Scene
+from carom.model.walls import with_lengths, with_speeds
+
+
+def scaled(scene: Scene, *, length: float = 1.0, time: float = 1.0) -> Scene:
+    """Return a scene in units of which a metre has `length`, and a second `time`; masses stay.
+
+    The step is to be multiplied by `time`, too.
+
+    Raises:
+        AdapterError: A unit is no power of two.
+    """
+    speed = _speed(length, time)
+
+    def of_speed(u: float) -> float:
+        return u * speed
+
+    def of_time(t: float) -> float:
+        return t * time
+
+    discs = tuple(
+        disc.model_copy(
+            update={
+                "position_m": _times(disc.position_m, length),
+                "velocity_m_s": _times(disc.velocity_m_s, speed),
+                "radius_m": disc.radius_m * length,
+                "spin_rad_s": disc.spin_rad_s / time,
+                "legs": with_speeds(disc.legs, of_speed, of_time),
+            }
+        )
+        for disc in scene.discs
+    )
+    walls = tuple(with_lengths(wall, lambda x: x * length, of_speed, of_time) for wall in scene.walls)
+    of_scene = {
+        "discs": discs,
+        "walls": walls,
+        "gravity_m_s2": _times(scene.gravity_m_s2, speed / time),
+        "damping_per_s": scene.damping_per_s / time,
+        "table_deceleration_m_s2": scene.table_deceleration_m_s2 * (speed / time),
+        "duration_s": scene.duration_s * time,
+        "frame_rate_hz": scene.frame_rate_hz / time,
+    }
+    return scene.model_copy(update=of_scene)
+
+
+def unscaled(seen: Observation, *, length: float = 1.0, time: float = 1.0) -> Observation:
+    """Return in metres and seconds what was seen in the units of `scaled`.
+
+    Raises:
+        AdapterError: A unit is no power of two.
+    """
+    speed = _speed(length, time)
+    if length == time == 1.0:
+        return seen
+
+    def contact(one: Contact) -> Contact:
+        # `velocities` and `spins_rad_s` are for methods that solve in the scene's own units.
+        normal, tangential = one.impulse_n_s, one.tangential_impulse_n_s
+        return replace(
+            one,
+            time_s=one.time_s / time,
+            impulse_n_s=None if normal is None else normal / speed,
+            tangential_impulse_n_s=None if tangential is None else tangential / speed,
+        )
+
+    return Observation(
+        seen.position_m / length,
+        seen.velocity_m_s / speed,
+        tuple(map(contact, seen.contacts)),
+        seen.warning,
+        None if seen.spin_rad_s is None else seen.spin_rad_s * time,
+    )
+
+
+def _times(vector: Vector, factor: float) -> Vector:
+    x, y = vector
+    return (x * factor, y * factor)
+
+
+def _speed(length: float, time: float) -> float:
+    """Return how many of its speeds a metre a second is."""
+    for name, unit in (("length", length), ("time", time)):
+        if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
+            raise AdapterError(f"{name} must be a power of two, which rounds nothing, got {unit}")
+    return length / time

@@ -1,0 +1,1 @@
+"""Importers: worlds in the formats of engines, as scenes."""

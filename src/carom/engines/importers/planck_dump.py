@@ -1,0 +1,201 @@
+"""A world of Planck, Box2D in JavaScript, as a scene: the list that its ``Serializer.toJson(world)`` makes, as JSON."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from carom.engines.api import Imported, one_coefficient, wall_towards
+from carom.errors import InputError, SceneError
+from carom.model.scene import Disc, Scene, Wall
+from carom.support.limits import MOST_VALUES, values_in
+
+Point = tuple[float, float]
+
+#: What a fixture has that nobody has set: whom it collides with.
+_FILTER = {"filterGroupIndex": 0, "filterCategoryBits": 0x0001, "filterMaskBits": 0xFFFF}
+
+
+def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
+    """Return the discs and walls of a dump, and in words all that a scene has no place for.
+
+    Raises:
+        InputError: It is no such dump.
+        SceneError: What is left is no scene: no disc, or bodies that overlap.
+    """
+    if values_in(content) > MOST_VALUES[".json"]:
+        raise InputError(f"it holds more than {MOST_VALUES['.json']} values")
+    try:
+        entries = json.loads(content)
+        reading = _Reading(entries)
+        reading.read()
+    except (SceneError, InputError):
+        raise
+    except RecursionError:
+        raise InputError("its JSON is nested too deeply") from None
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
+        told = f"{type(error).__name__}: {error}"
+        raise InputError(f"it is no dump of Planck's Serializer.toJson: {told}") from None
+    return reading.scene(name, duration_s)
+
+
+class _Body:
+    """A body of a dump, with its fixtures, in the world's coordinates."""
+
+    def __init__(self, entries: Any, reference: Any) -> None:
+        self.fields = _of(entries, reference)
+        self.kind = str(self.fields["type"])
+        self.fixtures = [_of(entries, one) for one in self.fields["fixtures"]]
+        self.shapes = [_of(entries, one["shape"]) for one in self.fixtures]
+        self.moves = self.kind == "dynamic"
+        self.driven = self.kind == "kinematic" and (
+            _point(self.fields["linearVelocity"]) != (0.0, 0.0) or float(self.fields["angularVelocity"]) != 0.0
+        )
+
+    def at(self, local: Any) -> Point:
+        """Return a point of the body's in the world."""
+        (x, y), angle = _point(local), float(self.fields["angle"])
+        (px, py), c, s = _point(self.fields["position"]), math.cos(angle), math.sin(angle)
+        return px + c * x - s * y, py + s * x + c * y
+
+
+class _Reading:
+    """A dump as it is read: discs first, since what becomes of a wall depends on where they are."""
+
+    def __init__(self, entries: Any) -> None:
+        self.world = entries[0]
+        self.bodies = [_Body(entries, one) for one in self.world["bodies"]]
+        self.joints = [str(_of(entries, one)["type"]) for one in self.world["joints"]]
+        self.dropped: list[str] = []
+        self.discs: list[tuple[Any, Disc]] = []
+        self.walls: list[tuple[Any, Wall]] = []
+
+    def read(self) -> None:
+        pairs = [
+            (body, fixture, shape, f"body {k}, a {shape['type']}")
+            for k, body in enumerate(self.bodies)
+            for fixture, shape in zip(body.fixtures, body.shapes, strict=True)
+        ]
+        stay = [one for one in pairs if self._stays(*one)]
+        for body, fixture, shape, what in stay:
+            if shape["type"] == "circle":
+                self.discs.append((fixture, self._disc(body, fixture, shape, what)))
+        for body, fixture, shape, what in stay:
+            if shape["type"] != "circle":
+                self._read_walls(body, fixture, shape, what)
+        self.dropped += [f"a {joint}" for joint in self.joints]
+
+    def _stays(self, body: _Body, fixture: Any, shape: Any, what: str) -> bool:
+        if fixture["isSensor"]:
+            self.dropped.append(f"{what}: a sensor, which pushes nothing")
+        elif body.driven:
+            self.dropped.append(f"{what}: its kinematic body moves by itself")
+        elif body.moves and len(body.fixtures) > 1:
+            self.dropped.append(f"{what}: its body has {len(body.fixtures)} fixtures")
+        elif body.moves and shape["type"] != "circle":
+            self.dropped.append(f"{what}: it moves, and scenes have no movable body but discs")
+        else:
+            return True
+        return False
+
+    def _disc(self, body: _Body, fixture: Any, shape: Any, what: str) -> Disc:
+        if any(fixture[name] != value for name, value in _FILTER.items()):
+            self.dropped.append(f"of {what}: its filter")
+        place, radius = body.at(shape["p"]), float(shape["radius"])
+        if not body.moves:
+            return Disc(position_m=place, radius_m=radius, mass_kg=math.inf)
+        # The mass is the density's; without one Box2D gives a kilogram and no moment of inertia, and it never turns.
+        mass = float(fixture["density"]) * math.pi * radius**2
+        turns = mass > 0.0 and not body.fields["fixedRotation"]
+        spin = float(body.fields["angularVelocity"])
+        if spin != 0.0 and not turns:
+            self.dropped.append(f"of {what}: its spin, which nothing could change")
+        return Disc(
+            position_m=place,
+            velocity_m_s=_point(body.fields["linearVelocity"]),
+            radius_m=radius,
+            mass_kg=mass or 1.0,
+            spin_rad_s=spin if turns else 0.0,
+            inertia_factor=0.5 if turns else math.inf,
+        )
+
+    def _read_walls(self, body: _Body, fixture: Any, shape: Any, what: str) -> None:
+        discs, found = [disc for _, disc in self.discs], False
+        for faces in _groups_of_faces(body, shape):
+            wall = wall_towards(discs, faces)
+            if wall is None:
+                self.dropped.append(
+                    f"{what}: a disc lies behind each of its faces, or in it, and a wall is a half-plane"
+                )
+                continue
+            found = True
+            self.walls.append((fixture, wall))
+        if found:
+            self.dropped.append(f"of {what}: its ends, and its skin; it is the face towards the discs, without end")
+
+    def scene(self, name: str, duration_s: float) -> Imported:
+        """Return the scene; Box2D takes the larger of two restitutions, and the root of two frictions' product."""
+
+        def several(which: str, of: str) -> list[tuple[float, float]]:
+            discs = [float(fixture[of]) for fixture, _ in self.discs]
+            if which == "walls":
+                return [(a, float(fixture[of])) for a in discs for fixture, _ in self.walls]
+            return [(a, b) for k, a in enumerate(discs) for b in discs[k + 1 :]] or [(a, a) for a in discs]
+
+        values = {
+            "restitution": [max(pair) for pair in several("discs", "restitution")],
+            "wall_restitution": [max(pair) for pair in several("walls", "restitution")],
+            "friction": [math.sqrt(a * b) for a, b in several("discs", "friction")],
+            "wall_friction": [math.sqrt(a * b) for a, b in several("walls", "friction")],
+        }
+        one = {
+            key: one_coefficient(key, found, math.inf if "friction" in key else 1.0, self.dropped)
+            for key, found in values.items()
+            if found
+        }
+        scene = Scene(
+            name=name,
+            discs=[disc for _, disc in self.discs],
+            walls=[wall for _, wall in self.walls],
+            gravity_m_s2=_point(self.world["gravity"]),
+            duration_s=duration_s,
+            **one,
+        )
+        return Imported(scene, tuple(self.dropped))
+
+
+def _of(entries: Any, reference: Any) -> Any:
+    """Return what a reference stands for: its place in the list."""
+    index = reference["refIndex"]
+    if not isinstance(index, int) or not 0 < index < len(entries):
+        raise InputError(f"it is no dump of Planck's Serializer.toJson: a reference to {index!r}")
+    return entries[index]
+
+
+def _point(pair: Any) -> Point:
+    return float(pair["x"]), float(pair["y"])
+
+
+def _groups_of_faces(body: _Body, shape: Any) -> Iterator[list[tuple[Point, Point]]]:
+    """Yield the faces of a polygon; and of each edge, or link of a chain, its two sides."""
+    if shape["type"] == "polygon":
+        corners = [body.at(corner) for corner in shape["vertices"]]  # counterclockwise
+        yield [face for a, b in zip(corners, [*corners[1:], corners[0]], strict=True) for face in _face(a, b)]
+        return
+    if shape["type"] == "edge":
+        corners = [body.at(shape["vertex1"]), body.at(shape["vertex2"])]
+    else:
+        corners = [body.at(corner) for corner in shape["vertices"]]
+    for a, b in itertools.pairwise(corners):
+        yield [*_face(a, b), *_face(b, a)]
+
+
+def _face(a: Point, b: Point) -> Iterator[tuple[Point, Point]]:
+    """Yield the side of a line from a to b that is on its right: a point and the unit normal; none of no length."""
+    x, y = b[0] - a[0], b[1] - a[1]
+    length = math.hypot(x, y)
+    if length > 0.0:
+        yield a, (y / length, -x / length)

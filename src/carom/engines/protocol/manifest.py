@@ -1,0 +1,196 @@
+"""What ``engine.toml`` says of an engine that is a program: read, and nothing started."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import tomllib
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+
+from carom.engines.api import Accuracy, Capabilities, ContactTimes, Knob, Stamp
+from carom.engines.protocol.messages import PROTOCOL
+from carom.errors import AdapterError
+from carom.model.trace import Setting
+from carom.support.checks import shown
+from carom.support.escaping import is_older
+from carom.support.fields import said_of
+
+#: The name that a manifest has in a folder.
+MANIFEST = "engine.toml"
+#: Where an author reads what a field may be.
+PAGE = "see docs/reference/engine-protocol.md#the-manifest"
+#: What Pydantic adds to the place of a setting that is of no kind: the first kind that it tried.
+_KINDS = (["float"], ["int"], ["bool"], ["str"])
+#: A manifest is a page of text; a file above this size is none.
+MOST_BYTES = 2**20
+
+
+def _known(kind: type[Any]) -> Any:
+    """Return a check that a table has no field but those of a dataclass."""
+
+    def check(table: object) -> object:
+        if isinstance(table, Mapping) and (unknown := sorted(table.keys() - {field.name for field in fields(kind)})):
+            raise ValueError(f"there is no {', '.join(map(repr, unknown))}")
+        return table
+
+    return BeforeValidator(check)
+
+
+def _enums_by_name(table: object) -> object:
+    """Take ``contact_times`` and ``stamp`` by their names, in small letters; their values are sentences."""
+    if not isinstance(table, Mapping):
+        return table
+    found = dict(table)
+    for field, kind in (("contact_times", ContactTimes), ("stamp", Stamp)):
+        if field in found:
+            names = [member.name.lower() for member in kind]
+            if found[field] not in names:
+                raise ValueError(f"{field} must be one of {', '.join(names)}, got {found[field]!r}")
+            found[field] = kind[found[field].upper()]
+    return found
+
+
+def _finite(setting: Setting) -> Setting:
+    """Refuse a setting that JSON has no number for: the program would get a text."""
+    if isinstance(setting, float) and not math.isfinite(setting):
+        raise ValueError(f"must be finite, as JSON's numbers are, got {setting}")
+    return setting
+
+
+_Capabilities = Annotated[Capabilities, BeforeValidator(_enums_by_name), _known(Capabilities)]
+_Accuracy = Annotated[Accuracy, _known(Accuracy)]
+_Knob = Annotated[Knob, _known(Knob)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ProgramProfile(_Table):
+    """A named set of settings; ``dt_s`` is added to them. The fields are those of `carom.engines.api.Profile`.
+
+    Of `capabilities` a manifest has only those that are not the engine's.
+    """
+
+    description: str
+    settings: dict[str, Annotated[Setting, AfterValidator(_finite)]] = {}
+    accuracy: _Accuracy = Accuracy()
+    located: bool = False
+    capabilities: _Capabilities | None = None
+    changed: dict[str, str] = {}
+
+
+class Manifest(_Table):
+    """What is known of an engine without starting it.
+
+    Attributes:
+        protocol: The version of the protocol that the program speaks.
+        name: The name given to ``--engine``.
+        engine: What people call the engine; its name by default.
+        version: The engine's version, where it can be told without asking.
+        oldest: Oldest release that the program drives as it says: with an older one the engine is unavailable.
+        newest_tried: Newest release that it was run on.
+        package: The ``package.json`` of the npm package that the program needs, as a file next to the manifest: without
+            it the engine is unavailable, and its version is the engine's where `version` is empty.
+        command: The command that starts the program. A word that begins with ``./`` or ``../`` is a file next to the
+            manifest: the program runs in an empty folder of its own.
+        install: The command that installs what the program needs, shown where that is missing; its words as in
+            `command`.
+        capabilities: What the engine can do.
+        profiles: Profiles by name; ``default`` and ``tuned`` at least.
+        knobs: Settings that may be searched, and how far, by name; a profile need not have them.
+    """
+
+    protocol: int = PROTOCOL
+    name: str = Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}$")
+    engine: str = ""
+    version: str = ""
+    oldest: str = Field("", pattern=r"^([0-9]+(\.[0-9]+)*)?$")
+    newest_tried: str = Field("", pattern=r"^([0-9]+(\.[0-9]+)*)?$")
+    package: str = ""
+    command: tuple[str, ...] = Field(min_length=1)
+    install: str = ""
+    capabilities: _Capabilities = Capabilities()
+    profiles: dict[str, ProgramProfile] = Field(min_length=1)
+    knobs: dict[str, _Knob] = {}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _with_the_engines_capabilities(cls, data: Any) -> Any:
+        """Complete the capabilities of profiles by the engine's."""
+        match data:
+            case {"capabilities": dict(shared), "profiles": dict(profiles)}:
+                whole = {
+                    name: {**profile, "capabilities": {**shared, **own}}
+                    for name, profile in profiles.items()
+                    if isinstance(profile, dict) and isinstance(own := profile.get("capabilities"), dict)
+                }
+                return {**data, "profiles": {**profiles, **whole}}
+        return data
+
+    def command_from(self, folder: Path) -> tuple[str, ...]:
+        """Return the command, with the files that lie next to the manifest by their full names."""
+        return tuple(_from(folder, word) for word in self.command)
+
+    def version_from(self, folder: Path) -> str:
+        """Return the engine's version, as the manifest or the package has it; may be empty."""
+        if self.version or not self.package or not (file := folder / self.package).is_file():
+            return self.version
+        try:
+            return str(json.loads(file.read_bytes())["version"])
+        except (ValueError, KeyError, TypeError, RecursionError):
+            return ""
+
+    def missing(self, folder: Path) -> str:
+        """Return why the program can't be started here, empty where it can; nothing is started for it."""
+        program = self.command_from(folder)[0]
+        if not shutil.which(program):
+            reason = f"{program} is not on the PATH" if program == self.command[0] else f"there is no program {program}"
+        elif self.package and not (file := folder / self.package).is_file():
+            reason = f"{file.parent.name} is not installed"
+        elif self.oldest and is_older(version := self.version_from(folder), self.oldest):
+            name = self.engine or self.name
+            reason = f"{name} {version} is older than {self.oldest}, the oldest release that its adapter drives"
+        else:
+            return ""
+        install = " ".join(_from(folder, word) for word in self.install.split(" "))
+        return f"{reason}; {install}" if install else reason
+
+
+def _from(folder: Path, word: str) -> str:
+    """Return a word of a command, a file next to the manifest by its full name."""
+    return str((folder / word).resolve()) if word.startswith(("./", "../")) else word
+
+
+def load_manifest(path: Path) -> Manifest:
+    """Return what a manifest says.
+
+    Raises:
+        AdapterError: There is no such file, or it is no manifest; the message names the field and the value.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(MOST_BYTES + 1)
+        if len(data) > MOST_BYTES:
+            raise AdapterError(f"{path}: a manifest has at most {MOST_BYTES >> 20} MiB")
+        found = Manifest.model_validate(tomllib.loads(data.decode()))
+    except OSError as error:
+        raise AdapterError(f"{path}: {error.strerror or error}") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise AdapterError(f"{path} is no TOML: {error}") from error
+    except ValidationError as error:
+        wrong = error.errors(include_url=False)[0]
+        place, said = list(map(str, wrong["loc"])), said_of(wrong)
+        if place[-1:] in _KINDS:
+            place, said = place[:-1], f"must be a number, true, false or a text, got {shown(wrong['input'])}"
+        raise AdapterError(f"{path}: {'.'.join(place) or 'the manifest'}: {said}", hints=[PAGE]) from error
+    if found.protocol != PROTOCOL:
+        what = f"{path}: protocol: this Carom speaks version {PROTOCOL}, got {found.protocol}"
+        raise AdapterError(what, hints=[PAGE])
+    return found

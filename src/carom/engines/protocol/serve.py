@@ -1,0 +1,243 @@
+"""Any adapter in Python as a program of the engine protocol: it reads requests and answers, as an engine in C++ does.
+
+So an adapter can run in an interpreter, or next to a release of its engine, of its own: `carom history` puts many
+releases of one engine next to each other in one run by it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields
+from enum import Enum
+from itertools import count
+from typing import Annotated, Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, TypeAdapter, ValidationError
+
+from carom.engines.api import Accuracy, Adapter, Capabilities, Contact, CuttableWorld, Knob, Profile, TimedWorld, World
+from carom.engines.protocol.messages import (
+    PROTOCOL,
+    Close,
+    Cut,
+    Hello,
+    Look,
+    Prepare,
+    Request,
+    Restore,
+    Save,
+    Step,
+    Touching,
+)
+from carom.errors import AdapterError, CaromError
+from carom.model.trace import Setting
+
+#: The one setting of a served adapter's profiles: settings are functions of the step, of which a manifest has none, so
+#: the program asks its adapter for those of the profile of this name.
+PROFILE = "profile"
+
+W = TypeVar("W")
+_Declared = TypeVar("_Declared", Capabilities, Accuracy)
+
+_REQUESTS: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="do")])
+
+
+class Server:
+    """Answers requests with an adapter's worlds.
+
+    Args:
+        adapter: Whose engine runs the scenes.
+        version: The engine's version.
+    """
+
+    def __init__(self, adapter: Adapter, version: str) -> None:
+        self._adapter, self._version = adapter, version
+        self._worlds: dict[int, World] = {}
+        self._saved: dict[tuple[int, int], object] = {}  # what `save` returned may be the engine's own: it stays here
+        self._numbers = count(1)
+
+    def answer(self, line: str | bytes) -> dict[str, Any]:
+        """Return the answer to one request, whatever the line holds; values that JSON has, with None for NaN."""
+        try:
+            request = _REQUESTS.validate_json(line)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            return _error("refused", f"{'.'.join(map(str, first['loc'])) or 'the line'}: {first['msg']}")
+        try:
+            return self._answered(request)
+        except CaromError as error:
+            return _error("refused" if isinstance(request, Prepare) else "failed", str(error))
+        except Exception as error:  # noqa: BLE001 - whatever an engine raises is an answer, and the next request comes
+            return _error("failed", f"{type(error).__name__}: {error}")
+
+    def close(self) -> None:
+        """Close the worlds that are still open."""
+        for world in self._worlds.values():
+            world.close()
+        self._worlds.clear()
+
+    def _answered(self, request: Request) -> dict[str, Any]:
+        if isinstance(request, Hello):
+            return {"protocol": PROTOCOL, "version": self._version}
+        if isinstance(request, Prepare):
+            return self._prepared(request)
+        if (world := self._worlds.get(request.world)) is None:
+            raise AdapterError(f"there is no world {request.world}")
+        match request:
+            case Step():
+                return {"seconds": _stepped(world, request.steps)}
+            case Look():
+                return _seen(world)
+            case Close():
+                self._worlds.pop(request.world).close()
+                self._saved = {key: state for key, state in self._saved.items() if key[0] != request.world}
+                return {}
+        if not isinstance(world, CuttableWorld):
+            raise AdapterError(f"the steps of {self._adapter.name} can't be cut with this profile")
+        match request:
+            case Cut():
+                world.cut(request.dt_s)
+            case Touching():
+                return {"pairs": sorted([int(first), int(second)] for first, second in world.touching())}
+            case Save():
+                number = next(self._numbers)
+                self._saved[request.world, number] = world.save()
+                return {"state": number}
+            case Restore():
+                world.restore(self._saved[request.world, request.state])
+        return {}
+
+    def _prepared(self, request: Prepare) -> dict[str, Any]:
+        asked = dict(request.settings)
+        name = asked.pop(PROFILE, None)
+        if name is not None and name not in self._adapter.profiles:
+            raise AdapterError(f"{self._adapter.name} has no profile {name!r}")
+        own = {} if name is None else self._adapter.profiles[str(name)].settings(float(asked["dt_s"]))
+        world = self._adapter.prepare(request.scene, {**own, **asked})
+        number = next(self._numbers)
+        self._worlds[number] = world
+        used = {key: _plain(value) for key, value in world.settings.items()}
+        return {"world": number, "settings": used | ({} if name is None else {PROFILE: name})}
+
+
+def serve(server: Server, requests: Iterable[str], write: Callable[[str], object]) -> None:
+    """Answer each line as it comes, until there are no more; each answer is one line."""
+    try:
+        for line in requests:
+            write(json.dumps(server.answer(line)) + "\n")
+    finally:
+        server.close()
+
+
+def _error(kind: str, message: str) -> dict[str, Any]:
+    return {"error": {"kind": kind, "message": message}}
+
+
+def _stepped(world: World, steps: int) -> float:
+    """Take steps, and return the seconds that they took: by the world's own clock where it has one."""
+    if isinstance(world, TimedWorld):
+        before = world.seconds
+        world.advance(steps)
+        return world.seconds - before
+    began = time.perf_counter()
+    world.advance(steps)
+    return time.perf_counter() - began
+
+
+def _seen(world: World) -> dict[str, Any]:
+    now = world.observe()
+    spins = {} if now.spin_rad_s is None else {"spin_rad_s": _numbers(now.spin_rad_s)}
+    return {
+        "position_m": _numbers(now.position_m),
+        "velocity_m_s": _numbers(now.velocity_m_s),
+        "contacts": [_told(contact) for contact in now.contacts],
+        "warning": now.warning,
+    } | spins
+
+
+def _told(contact: Contact) -> dict[str, Any]:
+    if contact.velocities is not None:
+        raise AdapterError("its contacts come with velocities around them, for which the protocol has no field")
+    impulses = {"impulse_n_s": contact.impulse_n_s, "tangential_impulse_n_s": contact.tangential_impulse_n_s}
+    return {
+        "first": int(contact.first),
+        "second": int(contact.second),
+        "time_s": _number(contact.time_s),
+        "normal": [_number(part) for part in contact.normal],
+    } | {name: _number(value) for name, value in impulses.items() if value is not None}
+
+
+def _number(value: float) -> float | None:
+    return None if math.isnan(value) else float(value)
+
+
+def _numbers(array: NDArray[np.float64]) -> list[Any]:
+    """Return an array of one or two dimensions as lists, with None for NaN."""
+    found = np.asarray(array, dtype=np.float64)
+    if not np.isnan(found).any():
+        return cast("list[Any]", found.tolist())
+    return [_number(float(one)) if one.ndim == 0 else [_number(float(part)) for part in one] for one in found]
+
+
+def _plain(value: Any) -> Setting:
+    """Return a setting as JSON has it; an engine's binding may return NumPy's numbers."""
+    return cast("Setting", value.item() if isinstance(value, np.generic) else value)
+
+
+def served_manifest(adapter: Adapter, name: str, version: str, command: Sequence[str]) -> str:
+    """Return the manifest, as TOML, of an adapter that is served by a command.
+
+    Args:
+        adapter: What is served; its engine is not imported.
+        name: The name that it is to have, which is another than the adapter's.
+        version: The engine's version, of which nobody is asked.
+        command: What starts the program.
+    """
+    import tomli_w
+
+    knobs: Mapping[str, Knob] = getattr(adapter, "knobs", {})
+    told = {
+        "name": name,
+        "engine": adapter.engine.name,
+        "version": version,
+        "oldest": adapter.engine.oldest,
+        "newest_tried": adapter.engine.newest_tried,
+        "command": list(command),
+        "capabilities": _differing(adapter.capabilities, Capabilities()),
+        "profiles": {key: _profile(adapter, key, profile) for key, profile in adapter.profiles.items()},
+        "knobs": {key: _knob(knob) for key, knob in knobs.items()},
+    }
+    return tomli_w.dumps(told)
+
+
+def _profile(adapter: Adapter, name: str, profile: Profile) -> dict[str, Any]:
+    own = profile.capabilities
+    # A manifest completes a profile's capabilities by the engine's: only what differs from these is said.
+    able = {} if own is None else {"capabilities": _differing(own, adapter.capabilities)}
+    return {
+        "description": profile.description,
+        "settings": {PROFILE: name},
+        "accuracy": _differing(profile.accuracy, Accuracy()),
+        "located": profile.located,
+        "changed": dict(profile.changed),
+    } | able
+
+
+def _knob(knob: Knob) -> dict[str, Any]:
+    return {"choices": list(knob.choices)} if knob.choices else {"low": knob.low, "high": knob.high, "log": knob.log}
+
+
+def _differing(found: _Declared, usual: _Declared) -> dict[str, Any]:
+    """Return the fields that are not as usual, in the spelling of a manifest."""
+    pairs = ((field.name, getattr(found, field.name), getattr(usual, field.name)) for field in fields(found))
+    return {name: _spelt(value) for name, value, other in pairs if value != other}
+
+
+def _spelt(value: Any) -> Any:
+    if isinstance(value, Enum):
+        return value.name.lower()
+    return list(value) if isinstance(value, tuple) else value

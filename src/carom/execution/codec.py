@@ -1,0 +1,174 @@
+"""Values as JSON and back: what a journal's line holds, and what a worker process answers.
+
+What comes back is held to the type that was declared, field by field; no code runs by it. Floats are the shortest text
+that reads back as the same float, NaN and infinities are strings, and arrays are their bytes, in base64, next to their
+shape.
+"""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, get_type_hints
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+from pydantic import ConfigDict, PlainSerializer, PlainValidator, TypeAdapter, create_model
+
+from carom.engines.api import Observation
+from carom.model.scene import Scene
+from carom.model.step_windows import MEETING_DTYPE, REST_DTYPE, SLIP_DTYPE, WINDOW_DTYPE, LocalTruth, States
+from carom.model.trace import EDGE_DTYPE, IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE, STATE_DTYPE, Samples, Trace
+
+__all__ = ["CarriedObservation", "CarriedTrace", "Codec"]
+
+T = TypeVar("T")
+
+
+class Codec(Generic[T]):
+    """Writes values of one type as JSON, and reads them; made once for each type, since making it takes milliseconds.
+
+    Args:
+        kind: The type: a dataclass of what JSON can hold.
+    """
+
+    def __init__(self, kind: Any) -> None:
+        # The tuple is there for its settings, which pydantic takes for no dataclass, though it hands them down to one.
+        self._adapter = TypeAdapter(tuple[kind], config=ConfigDict(ser_json_inf_nan="strings"))
+
+    def dumps(self, value: T) -> bytes:
+        """Return a value as one line of JSON, without the line's end."""
+        return self._adapter.dump_json((value,))[1:-1]  # without the brackets of the tuple
+
+    def loads(self, line: bytes) -> T:
+        """Return the value that a line of JSON holds.
+
+        Raises:
+            pydantic.ValidationError: It is no JSON, or not of the type.
+        """
+        value: T = self._adapter.validate_json(b"[" + line + b"]")[0]
+        return value
+
+
+def _sound(read: Callable[[Any], Any]) -> PlainValidator:
+    """Return a validator by which whatever can't be read is refused: pydantic takes a ValueError alone for that."""
+
+    def sound(found: Any) -> Any:
+        try:
+            return read(found)
+        except ValueError:
+            raise
+        except Exception as error:  # noqa: BLE001 - of what somebody else wrote anything can be wrong
+            raise ValueError(f"{type(error).__name__}: {error}") from None
+
+    return PlainValidator(sound)
+
+
+def _array(dtype: DTypeLike) -> Any:
+    """Return the type of an array as pydantic can carry it; with `| None` it may be absent."""
+
+    def packed(array: NDArray[Any]) -> Any:
+        return [list(array.shape), base64.b64encode(np.asarray(array, dtype).tobytes()).decode()]
+
+    def unpacked(found: Any) -> NDArray[Any]:
+        shape, data = found
+        return np.frombuffer(base64.b64decode(data, validate=True), dtype).reshape([int(size) for size in shape])
+
+    return Annotated[Any, PlainSerializer(packed), _sound(unpacked)]
+
+
+#: What a journal of this format may lack, as it was written before Carom knew it: it is None there.
+LATER = frozenset({"edges", "modes", "looks", "rests"})
+
+
+def _carried(kind: type[Any], **carried: Any) -> Any:
+    """Return a dataclass as pydantic can carry it: as the text of an object, with these types for some of its fields.
+
+    In a text of its own NaN and infinities need not be strings, which a setting could not be told from.
+    """
+    hints = (
+        get_type_hints(
+            kind, localns={"Scene": Scene, "LocalTruth": LocalTruth, "States": States, "np": np, "NDArray": NDArray}
+        )
+        | carried
+    )
+    names = [field.name for field in dataclasses.fields(kind)]
+    types: dict[str, Any] = {name: (hints[name], None if name in LATER else ...) for name in names}
+    config = ConfigDict(ser_json_inf_nan="constants", extra="forbid")
+    twin: Any = create_model(kind.__name__, __config__=config, **types)
+
+    def packed(value: Any) -> str:
+        text: str = twin.model_construct(**{name: getattr(value, name) for name in names}).model_dump_json()
+        return text
+
+    def unpacked(text: Any) -> Any:
+        if isinstance(text, kind):
+            return text
+        found = twin.model_validate_json(text)
+        return _in_shape(kind(**{name: getattr(found, name) for name in names}))
+
+    return Annotated[Any, PlainSerializer(packed), _sound(unpacked)]
+
+
+def _in_shape(value: Any) -> Any:
+    """Return a trace, with its arrays in the shapes that its scene and its impacts ask for; anything else as it is."""
+    if not isinstance(value, Trace):
+        return value
+    discs, impacts = len(value.scene.discs), len(value.impacts)
+    for name, shape in (
+        ("impacts", (impacts,)),
+        ("final_position_m", (discs, 2)),
+        ("final_velocity_m_s", (discs, 2)),
+        ("effective_time_s", (impacts,)),
+        ("state_before", (impacts,)),
+        ("impacts_per_disc", (discs,)),
+        ("spins", (impacts,)),
+        ("edges", (impacts,)),
+        ("final_spin_rad_s", (discs,)),
+    ):
+        array = getattr(value, name)
+        if array is not None and array.shape != shape:
+            raise ValueError(f"{name} must have the shape {shape}, got {array.shape}")
+    if value.looks is not None:
+        instants, shape = value.looks.time_s.shape, value.looks.position_m.shape
+        if len(instants) != 1 or not shape == value.looks.velocity_m_s.shape == (*instants, discs, 2):
+            raise ValueError(f"looks of shape {shape} at {instants} instants")
+    if value.samples is not None:
+        instants = value.samples.time_s.shape
+        if len(instants) != 1 or value.samples.position_m.shape != (*instants, discs, 2):
+            raise ValueError(f"samples of shape {value.samples.position_m.shape} at {instants} instants")
+    return value
+
+
+_FLOATS = _array(np.float64)
+
+if TYPE_CHECKING:
+    CarriedObservation = Observation
+    CarriedTrace = Trace
+else:
+    CarriedObservation = _carried(Observation, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None)
+    CarriedTrace = _carried(
+        Trace,
+        impacts=_array(IMPACT_DTYPE),
+        final_position_m=_FLOATS,
+        final_velocity_m_s=_FLOATS,
+        effective_time_s=_FLOATS | None,
+        state_before=_array(STATE_DTYPE) | None,
+        impacts_per_disc=_array(np.int64) | None,
+        spins=_array(SPIN_DTYPE) | None,
+        edges=_array(EDGE_DTYPE) | None,
+        modes=_array(MODE_DTYPE) | None,
+        final_spin_rad_s=_FLOATS | None,
+        samples=_carried(Samples, time_s=_FLOATS, position_m=_FLOATS) | None,
+        local_truth=_carried(
+            LocalTruth,
+            windows=_array(WINDOW_DTYPE),
+            meetings=_array(MEETING_DTYPE),
+            slips=_array(SLIP_DTYPE),
+            rests=_array(REST_DTYPE) | None,
+        )
+        | None,
+        looks=_carried(States, time_s=_FLOATS, position_m=_FLOATS, velocity_m_s=_FLOATS, spin_rad_s=_FLOATS | None)
+        | None,
+    )

@@ -1,0 +1,372 @@
+"""The observing pass: one world driven through one scene, step by step, to a trace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.slowing import Slowing
+from carom.comparator.stepwise import StepWatch
+from carom.comparator.stepwise.rest import RESTING_STEPS
+from carom.engines.api import Adapter, Capabilities, Observation, World, unsupported_reason
+from carom.engines.registry import has_part, load_adapter, require_profile, why_unavailable
+from carom.errors import AdapterError
+from carom.execution.codec import CarriedTrace
+from carom.execution.exception_text import raised
+from carom.execution.free_flight import FreeFlight
+from carom.execution.impact_collector import ImpactCollector, gravity_of
+from carom.execution.job import PIT_METHOD, Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
+from carom.execution.locate import Cutter
+from carom.execution.phases import phase_values
+from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
+from carom.model.scene import Scene
+from carom.model.step_windows import States
+from carom.model.trace import Outcome, Samples, Setting, Trace
+
+#: Where discs may come to rest states are kept, of this many discs at most, and this many states: 40 bytes a disc each.
+MOST_LOOKED_AT = 10
+MOST_LOOKS = 256
+
+#: Samples are for drawing, and no picture is more than this many pixels wide.
+MOST_SAMPLES = 4096
+
+
+@dataclass(frozen=True)
+class Observe(JobTask):
+    """Run a job, in a worker process, and return its trace."""
+
+    samples: bool = False
+
+    def carry_out(self) -> CarriedTrace:
+        """Return what happened."""
+        job = self.job
+        return observe_run(
+            able_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
+        )
+
+
+def able_adapter(job: Job) -> Adapter:
+    """Return the adapter of a job that it can run.
+
+    Raises:
+        UnavailableError: The adapter can't be loaded, or its engine is not installed.
+        UnsupportedError: It does not declare to support the scene.
+    """
+    try:
+        adapter = load_adapter(job.engine)
+    except AdapterError as error:
+        raise UnavailableError(str(error)) from error
+    if reason := why_unavailable(adapter):
+        raise UnavailableError(reason)
+    located = job.profile in adapter.profiles and adapter.profiles[job.profile].located
+    if reason := unsupported_reason(job.scene, _capabilities(adapter, job.method), job.dt_s, located=located):
+        raise UnsupportedError(reason)
+    return adapter
+
+
+def capabilities_of(adapter: Adapter, profile: str) -> Capabilities:
+    """Return what an engine can do with a profile: the profile's own word, or else the adapter's."""
+    known = adapter.profiles.get(profile)
+    return known.capabilities if known is not None and known.capabilities is not None else adapter.capabilities
+
+
+def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
+    """Return what an engine can do with a method: what a profile declares of its own settings holds for no others."""
+    return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
+
+
+def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried = ()) -> Mapping[str, Setting]:
+    """Return the settings of a profile at a step, with those that are tried instead of its own.
+
+    Raises:
+        UnknownNameError: The adapter has no such profile.
+        AdapterError: The profile fails, or a setting is no plain value.
+    """
+    require_profile(adapter.name, profile, adapter.profiles)
+    try:
+        settings = dict(adapter.profiles[profile].settings(dt_s))
+    except Exception as error:
+        message = f"profile {profile!r} of {adapter.name} fails: {raised(error)}"
+        raise AdapterError(message) from error
+    plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
+    if plain.get("dt_s") != dt_s:
+        told = f"dt_s among the settings of profile {profile!r} of {adapter.name} must be the step, {dt_s:g}"
+        raise adapter_error(f"{told}, got {plain.get('dt_s', 'none')}")
+    return {**plain, **dict(tried)}
+
+
+def observe_run(
+    adapter: Adapter,
+    scene: Scene,
+    profile: str,
+    dt_s: float,
+    *,
+    tried: Tried = (),
+    samples: bool = False,
+    watched: bool = True,
+) -> Trace:
+    """Run a scene step by step, looking after each one, and return what happened.
+
+    The final state is that at the scene's duration: the last whole step's, moved along its free path by what is
+    missing to, or beyond, the duration. Once all that is left is free flight, no more steps are taken.
+
+    Args:
+        adapter: Whose engine runs it.
+        scene: The scene.
+        profile: Name of the profile.
+        dt_s: Step, seconds.
+        tried: Settings instead of the profile's own.
+        samples: Whether to keep positions for drawing.
+        watched: Whether each step is compared with PIC from the run's own state: the trace's `local_truth`.
+
+    Raises:
+        UnknownNameError: The adapter has no such profile.
+        AdapterError: The adapter refuses the scene or fails.
+    """
+    settings = profile_settings(adapter, profile, dt_s, tried)
+    run = _Run(scene, dt_s, adapter.capabilities.float_bits, samples=samples, watched=watched)
+    world = adapter.prepare(scene, settings)
+    missing = [part for part in ("settings", "advance", "observe", "close") if not has_part(world, part)]
+    if missing:
+        lacks = f"a {type(world).__name__} has no {', '.join(missing)}"
+        raise adapter_error(f"prepare() must return a world; {lacks}")
+    try:
+        used = plain_settings(world.settings, "of a world")
+        world.observe()  # some engines begin to note their contacts when they are first looked at
+        cutter = Cutter(world) if adapter.profiles[profile].located else None
+        run.drive(world, cutter, FreeFlight(scene, dt_s, adapter.capabilities.float_bits))
+        counting: Any = world  # what only some worlds have
+        own = plain_counts(counting.counts if has_part(counting, "counts") else {})
+    finally:
+        world.close()
+    counts = {"steps": run.taken, "steps_skipped": run.steps - run.taken, **own}
+    if cutter is not None:
+        counts |= {"pieces": cutter.pieces, "probes": cutter.probes}
+    return replace(
+        run.trace(plain_text(adapter.name, "the name of an adapter")),
+        profile=profile,
+        tried=dict(tried),
+        settings=used,
+        float_bits=adapter.capabilities.float_bits,
+        counts=counts,
+    )
+
+
+def sampling_of(scene: Scene, dt_s: float) -> Trace:
+    """Return PIT's run of a scene at a step: what sampling alone makes of it."""
+    return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
+
+
+def look_steps(steps: int) -> frozenset[int]:
+    """Return after which of the steps of a run states are kept: all, or one in each of as many equal stretches.
+
+    Where in its stretch is quasi-random: what hops in two steps would be seen at rest every other step.
+    """
+    every = -(-steps // MOST_LOOKS)
+    stretches = range(0, steps, every)
+    return frozenset(
+        min(begin + 1 + int(every * phase), steps)
+        for begin, phase in zip(stretches, phase_values(len(stretches)), strict=True)
+    )
+
+
+class _Run:
+    """What has been seen of a run so far; positions are kept every `stride` steps."""
+
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int, *, samples: bool, watched: bool) -> None:
+        self.scene, self.dt_s, self.samples = scene, dt_s, samples
+        self.steps, self.taken = scene.step_count(dt_s), 0
+        self.state = Observation(
+            np.array([disc.position_m for disc in scene.discs], dtype=np.float64),
+            np.array([disc.velocity_m_s for disc in scene.discs], dtype=np.float64),
+            spin_rad_s=scene.arrays.spins,
+        )
+        self.collector = ImpactCollector(scene, self.state, float_bits)
+        self.watch = StepWatch(scene, dt_s, float_bits) if watched else None
+        self.validator, self.seen_s = Validator(scene, dt_s, float_bits), 0.0
+        self.earlier = (0.0, self.state)
+        self.gravity, self.slowing = gravity_of(scene), Slowing.of(scene)
+        self.outcome, self.notes = Outcome.COMPLETED, tuple[str, ...]()
+        self.positions = [self.state.position_m]
+        self.stride = -(-self.steps // MOST_SAMPLES)
+        may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
+        self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
+        self.look_at = frozenset[int]() if self.looks is None else look_steps(self.steps)
+
+    def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
+        """Take steps to the end, or to where nothing but free flight is left."""
+        straight = not (self.gravity.any() or self.slowing or self.scene.arrays.driven)
+        for step in range(1, self.steps + 1):
+            for time_s in _pieces(world, cutter, step, self.dt_s):
+                now, is_finite = self.validator.state(world.observe())
+                if now.warning or not is_finite:
+                    self.outcome, self.notes = _health(now.warning)
+                    if self.outcome is not Outcome.STANDSTILL:
+                        return
+                if self.seen_s <= self.scene.duration_s:
+                    self.earlier = (self.seen_s, self.state)
+                self.state = self.validator.contacts(now, self.seen_s, time_s)
+                self.collector.add(time_s, self.state)
+                if self.watch is not None:
+                    self.watch.add(time_s, self.state.position_m, self.state.velocity_m_s, self.state.spin_rad_s)
+                self.seen_s = time_s
+                if self.outcome is Outcome.STANDSTILL:
+                    self.taken = step
+                    return
+            if cutter is not None and cutter.stuck:
+                self.outcome = Outcome.STANDSTILL
+                return
+            self.taken = step
+            if self.looks is not None and step in self.look_at:
+                self.looks.append((step * self.dt_s, self.state))
+            if self.samples and step % self.stride == 0:
+                self.positions.append(self.state.position_m)
+            if straight and flight.begins(step * self.dt_s, self.state):
+                return
+
+    def trace(self, method: str) -> Trace:
+        """Return what was seen, moved on to the end of the scene."""
+        completed, state = self.outcome is Outcome.COMPLETED, self.state
+        impacts, effective = self.collector.finish()
+        missing = self.scene.duration_s - self.taken * self.dt_s if completed else 0.0
+        end_s = self.taken * self.dt_s + missing
+        states, spins = self.collector.states, self.collector.spins
+        if missing < 0.0:  # the last step reaches beyond the end
+            later = (impacts["time_s"] > self.scene.duration_s) | (effective > self.scene.duration_s)
+            after = impacts[later]
+            impacts, effective, states = impacts[~later], effective[~later], states[~later]
+            spins = None if spins is None else spins[~later]
+            turned_s = np.where(np.isfinite(effective), effective, impacts["time_s"])
+            bodies = np.concatenate([after["first"], after["second"]])
+            discs, until_s = sorted({*bodies[bodies >= 0].tolist()}), self.taken * self.dt_s
+            if self.slowing.table_m_s2:  # one that has stopped since then comes from nobody knows where
+                discs, until_s, missing = [*range(len(self.scene.discs))], self.scene.duration_s, 0.0
+            state = self._flown_to(until_s, discs, impacts, turned_s, spins)
+        if self.samples and completed:
+            self.positions += [
+                state.position_m + state.velocity_m_s * ((step - self.taken) * self.dt_s)
+                for step in range(len(self.positions) * self.stride, self.steps + 1, self.stride)
+            ]
+        speed = np.hypot(*state.velocity_m_s.T)
+        flown, kept = (
+            np.array([of(missing, fast) for fast in speed.tolist()]) for of in (self.slowing.flown, self.slowing.kept)
+        )
+        pull, spin_rate = self._pull(state) if missing < 0.0 else (self.gravity, None)
+        final_spins = _final_spins(self.scene, state)
+        if final_spins is not None:
+            final_spins = final_spins * kept if spin_rate is None else final_spins + spin_rate * missing
+        instants_s = np.arange(len(self.positions), dtype=np.float64) * (self.stride * self.dt_s)
+        return Trace(
+            method=method,
+            scene=self.scene,
+            impacts=impacts,
+            final_position_m=state.position_m + state.velocity_m_s * flown[:, None] + pull * (missing * missing / 2),
+            final_velocity_m_s=state.velocity_m_s * kept[:, None] + pull * missing,
+            end_time_s=end_s,
+            outcome=self.outcome,
+            dt_s=self.dt_s,
+            effective_time_s=effective,
+            state_before=states,
+            samples=Samples(instants_s, np.array(self.positions)) if self.samples else None,
+            notes=self.notes,
+            spins=spins,
+            final_spin_rad_s=final_spins,
+            local_truth=None if self.watch is None else self.watch.finish(),
+            looks=_states(self.looks) if self.looks else None,
+        )
+
+    def _pull(self, state: Observation) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """Return how velocities and spins of discs change from the scene's end to the last look, per second.
+
+        A disc falls. Where a wall takes more than half of gravity, velocity and spin change evenly: by as
+        much as in the whole last step, if that is no more than what counts as contact.
+        """
+        falls = float(np.hypot(*self.scene.gravity_m_s2))
+        if not falls:
+            return self.gravity, None
+        begun_s, before = self.earlier
+        lasted_s = self.taken * self.dt_s - begun_s
+        changed = (state.velocity_m_s - before.velocity_m_s) / lasted_s
+        taken, left = np.hypot(*(changed - self.gravity).T), np.hypot(*changed.T)
+        held = (taken > falls / 2.0) & (left <= RESTING_STEPS * falls)
+        pull = np.where(held[:, None], changed, self.gravity)
+        if state.spin_rad_s is None or before.spin_rad_s is None:
+            return pull, None
+        return pull, np.where(held, (state.spin_rad_s - before.spin_rad_s) / lasted_s, 0.0)
+
+    def _flown_to(
+        self,
+        until_s: float,
+        discs: list[int],
+        kept: NDArray[np.void],
+        kept_s: NDArray[np.float64],
+        spins: NDArray[np.void] | None,
+    ) -> Observation:
+        """Return the last state with some discs where free flight takes them, by a time, from the state before it.
+
+        Where an impact that is kept has turned one since then, it flies from there; others came after the scene's end.
+        """
+        begun_s, before = self.earlier
+        position, velocity = self.state.position_m.copy(), self.state.velocity_m_s.copy()
+        spin = None if self.state.spin_rad_s is None else self.state.spin_rad_s.copy()
+        for disc in discs:
+            place, speed, since_s = before.position_m[disc], before.velocity_m_s[disc], begun_s
+            turning = None if before.spin_rad_s is None else before.spin_rad_s[disc]
+            for row in np.flatnonzero(
+                (kept_s > begun_s) & ((kept["first"] == disc) | (kept["second"] == disc))
+            ).tolist():
+                side = "first" if kept["first"][row] == disc else "second"
+                place, _ = self._flown(disc, place, speed, float(kept_s[row]) - since_s)
+                speed, since_s = kept[f"velocity_{side}_after"][row], float(kept_s[row])
+                turning = turning if spins is None else spins[f"{side}_after"][row]
+            position[disc], velocity[disc] = self._flown(disc, place, speed, until_s - since_s)
+            if spin is not None and turning is not None:
+                spin[disc] = turning * self.slowing.damping.kept(until_s - since_s)
+        return replace(self.state, position_m=position, velocity_m_s=velocity, spin_rad_s=spin)
+
+    def _flown(
+        self, disc: int, place: NDArray[np.float64], speed: NDArray[np.float64], seconds: float
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return place and velocity of a disc after some seconds of free flight."""
+        pull, fast = self.gravity[disc], float(np.hypot(*speed))
+        moved = speed * self.slowing.flown(seconds, fast) + pull * (seconds * seconds / 2)
+        return place + moved, speed * self.slowing.kept(seconds, fast) + pull * seconds
+
+
+def _states(looks: Sequence[tuple[float, Observation]]) -> States:
+    times, seen = zip(*looks, strict=True)
+    spins = [state.spin_rad_s for state in seen if state.spin_rad_s is not None]
+    return States(
+        np.array(times),
+        np.array([state.position_m for state in seen]),
+        np.array([state.velocity_m_s for state in seen]),
+        np.array(spins) if len(spins) == len(seen) else None,
+    )
+
+
+def _pieces(world: World, cutter: Cutter | None, step: int, dt_s: float) -> Iterable[float]:
+    """Take step number `step` (from 1), whole or in pieces, and return the time at the end of each piece."""
+    if cutter is not None:
+        return cutter.step((step - 1) * dt_s, step * dt_s)
+    world.advance(1)
+    return (step * dt_s,)
+
+
+def _final_spins(scene: Scene, state: Observation) -> NDArray[np.float64] | None:
+    """Return the spins of a state, None if no disc spins; of discs that can't turn an adapter need not tell them."""
+    if not scene.arrays.turns:
+        return None
+    return np.zeros(len(scene.discs)) if state.spin_rad_s is None else state.spin_rad_s
+
+
+def _health(warning: str) -> tuple[Outcome, tuple[str, ...]]:
+    """Return how a run ends at a state that is not finite, or of which its engine warns."""
+    if not warning:
+        return Outcome.NON_FINITE, ()
+    if warning == Outcome.STANDSTILL.value:  # an ending of its own, and the state there is sound
+        return Outcome.STANDSTILL, ()
+    return Outcome.WARNED, (warning,)

@@ -1,0 +1,274 @@
+"""What adapters declare, asked in worker processes: an adapter is somebody else's code from its import on.
+
+Only those that a command needs are asked, those of one distribution in one process, since starting a process takes
+longer than asking. One that hangs, ends its process or describes itself wrongly is unavailable with that reason, and
+costs no other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from types import MappingProxyType
+from typing import Any
+
+from carom.engines.api import CodedAdapter, unsupported_reason
+from carom.engines.registry import (
+    EngineInfo,
+    adapter_points,
+    distribution_of,
+    load_adapter,
+    require_named,
+    version_of,
+    why_unavailable,
+)
+from carom.errors import AdapterError
+from carom.execution.engine_run import profile_settings
+from carom.execution.exception_text import raised
+from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, Status, Tried
+from carom.execution.pool import Asker, LocalPool, Pool
+from carom.execution.validate import plain_text, sound_adapter
+from carom.model.trace import Setting
+from carom.support.display import Shown
+
+
+@dataclass(frozen=True)
+class Describe(AdapterTask):
+    """Ask an adapter what it declares, in the process of an engine; its own is looked for, and not imported."""
+
+    name: str
+
+    def carry_out(self) -> EngineInfo:
+        """Return what is known of it.
+
+        Raises:
+            AdapterError: It can't be loaded, or what it declares is not what the seam asks.
+        """
+        adapter, distribution = load_adapter(self.name), distribution_of(self.name)
+        try:
+            declared = sound_adapter(adapter)
+            reason = plain_text(why_unavailable(adapter), "unavailable()")
+            version = plain_text(version_of(adapter, distribution), "version()")
+        except AdapterError:
+            raise
+        except Exception as error:
+            message = f"the adapter {self.name!r} can't describe itself: {raised(error)}"
+            raise AdapterError(message) from error
+        return EngineInfo(
+            name=self.name,
+            engine=declared.engine.name,
+            version="" if reason else version,
+            unavailable=reason,
+            capabilities=declared.capabilities,
+            profiles={name: plain_text(one.description, "a description") for name, one in declared.profiles.items()},
+            distribution=distribution,
+            located=frozenset(name for name, one in declared.profiles.items() if one.located),
+            own={name: one.capabilities for name, one in declared.profiles.items() if one.capabilities is not None},
+            knobs=declared.knobs,
+            install=plain_text(declared.engine.install, "engine.install"),
+            code=isinstance(adapter, CodedAdapter) and callable(adapter.code),
+        )
+
+
+#: What was found of each entry point, once a process, as Python imports a module once. What could not be described then
+#: is asked for again.
+_KNOWN: dict[tuple[str, str], EngineInfo] = {}
+
+
+class EngineList(Shown, list[EngineInfo]):
+    """What is known of adapters, which prints as a line each."""
+
+
+def engines(names: Sequence[str] | None = None) -> EngineList:
+    """Return what is known of adapters, asked in processes of this machine that are ended: for who runs nothing.
+
+    Args:
+        names: Names of adapters; every one that is installed by default.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+    with LocalPool() as pool:
+        return described(names, pool)
+
+
+def described(names: Sequence[str] | None, pool: Pool) -> EngineList:
+    """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
+
+    Args:
+        names: Names of adapters; None for every one that is installed.
+        pool: Where they are asked, as all else of a study is; it stays open.
+
+    Raises:
+        UnknownNameError: There is no such engine.
+    """
+    for name in names or ():
+        require_named(name)
+    there_are = adapter_points()
+    points = {name: point for name, point in there_are.items() if names is None or name in names}
+    # Every study compares with PIT: it is asked in the study's own pool, too, and no other is started for it later.
+    also = {PIT_METHOD.engine} & there_are.keys()
+    todo = [
+        name
+        for name in (*points, *sorted(also - points.keys()))
+        if (one := _KNOWN.get((name, there_are[name].value))) is None or not one.profiles
+    ]
+    # A manifest that is known by itself has no distribution, and its own process.
+    groups = [list(names) for _, names in groupby(sorted(todo, key=_brought_by), _brought_by)]
+    for found in pool.each(((names[0], names) for names in groups), _describe):
+        _KNOWN.update(((info.name, there_are[info.name].value), info) for info in found)
+    infos = [_KNOWN[name, point.value] for name, point in points.items()]
+    # Methods that need no engine of their own come first, then the alphabet; the order is that of every table.
+    return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))
+
+
+def to_run(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
+    """Return the engines to run: those asked for by name, or, where none is, all but those that are not installed."""
+    return [info for info in infos if asked is not None or not info.missing]
+
+
+def engine_of(name: str) -> EngineInfo:
+    """Return what is known of an adapter, asked only where nobody has asked it yet."""
+    known = _KNOWN.get((name, adapter_points()[name].value))
+    return known or engines([name])[0]
+
+
+def _brought_by(name: str) -> tuple[str, str]:
+    distribution = distribution_of(name)
+    return distribution, "" if distribution else name
+
+
+def _describe(names: Sequence[str], asker: Asker) -> Iterator[EngineInfo]:
+    answers = list(asker.ask_each([Describe(names[0], name) for name in names]))
+    for name, told in zip(names, answers, strict=True):
+        # Where one fails that was not the first, those that were asked before it in that process may be the cause.
+        failed = told.status in (Status.FAILED, Status.CRASHED) and name != names[0]
+        answer = asker.ask(Describe(name, name)) if failed else told
+        if answer.value is not None and answer.value.name == name:
+            yield answer.value
+            continue
+        reason = answer.reason
+        if answer.status is not Status.FAILED:
+            reason = f"its adapter was asked what it declares, and {answer.status.value}: {answer.reason}"
+        yield EngineInfo(name, name, "", reason, None, {}, distribution_of(name))
+
+
+#: At each step the settings, or why there are none.
+_Settings = tuple[Mapping[str, Setting] | str, ...]
+
+
+@dataclass(frozen=True)
+class SettingsAt(AdapterTask):
+    """Ask an adapter for the settings of a profile at several steps, with those that are tried instead of its own."""
+
+    profile: str
+    dts: tuple[float, ...]
+    tried: Tried = ()
+
+    def carry_out(self) -> _Settings:
+        """Return them in the order of the steps."""
+        adapter = load_adapter(self.engine)
+        found: list[Mapping[str, Setting] | str] = []
+        for dt_s in self.dts:
+            try:
+                found.append(profile_settings(adapter, self.profile, dt_s, self.tried))
+            except AdapterError as error:
+                found.append(str(error))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class Methods:
+    """The methods that there are to run, and what can't be run by them.
+
+    Attributes:
+        at: Of profiles of an engine with the same settings at a step only the last; by engine and step.
+        refused: Why a method of an engine that is there can't be run at a step, whatever the scene.
+        infos: What is known of the engines, by name.
+    """
+
+    at: Mapping[tuple[str, float], tuple[Method, ...]]
+    refused: Mapping[tuple[Method, float], Answer[Any]]
+    infos: Mapping[str, EngineInfo]
+
+    def dead(self, method: Method, dt_s: float) -> Answer[Any] | None:
+        """Return why a method can't be run at a step, whatever the scene; None where that is not known."""
+        info = self.infos.get(method.engine)
+        if info is not None and info.unavailable:
+            return Answer(Status.UNAVAILABLE, info.unavailable)
+        return self.refused.get((method, dt_s))
+
+    def refusal(self, job: Job) -> Answer[Any] | None:
+        """Return why a job can't be run, as far as that is known without asking its adapter; None where it is not."""
+        info = self.infos.get(job.engine)
+        if (known := self.dead(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
+            return known
+        # What a profile declares of its own settings holds for no others.
+        able = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
+        reason = unsupported_reason(job.scene, able, job.dt_s, located=job.profile in info.located)
+        return Answer(Status.UNSUPPORTED, reason) if reason else None
+
+
+def methods_of(
+    infos: Sequence[EngineInfo],
+    profiles: Sequence[str],
+    dts: Sequence[float],
+    pool: Pool,
+    tried: Mapping[str, Tried] = MappingProxyType({}),
+) -> Methods:
+    """Return the methods to run of engines at each of some steps.
+
+    Args:
+        infos: What is known of the engines.
+        profiles: Names of the profiles to run.
+        dts: Steps, seconds.
+        pool: Where adapters are asked; it stays open.
+        tried: Settings instead of the profiles' own, by the engine's name.
+    """
+    steps = tuple(dict.fromkeys(dts))
+    tasks = {
+        info.name: [
+            SettingsAt(info.name, profile, steps, tried.get(info.name, ()))
+            for profile in profiles
+            if profile in info.profiles
+        ]
+        for info in infos
+    }
+    found: dict[str, dict[str, Answer[_Settings]]] = {info.name: {} for info in infos}
+    for several in pool.each(((name, of) for name, of in tasks.items() if of), _ask_all):
+        for task, answer in several:
+            found[task.engine][task.profile] = answer
+    at: dict[tuple[str, float], tuple[Method, ...]] = {}
+    refused: dict[tuple[Method, float], Answer[Any]] = {}
+    for info in infos:
+        own_tried = tried.get(info.name, ())
+        for k, dt_s in enumerate(steps):
+            last_of: dict[object, str] = {}
+            # Of an adapter that declares nothing one row says why.
+            for profile in [name for name in profiles if name in info.profiles] if info.profiles else profiles[-1:]:
+                settings = _settings(info, found[info.name].get(profile), k)
+                if isinstance(settings, Answer):
+                    refused[Method(info.name, profile, own_tried), dt_s] = settings
+                    last_of[profile] = profile
+                else:
+                    last_of[profile in info.located, *sorted(settings.items())] = profile
+            names = sorted(last_of.values(), key=list(profiles).index)
+            at[info.name, dt_s] = tuple(Method(info.name, profile, own_tried) for profile in names)
+    return Methods(at, refused, {info.name: info for info in infos})
+
+
+def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> Mapping[str, Setting] | Answer[Any]:
+    """Return the settings of a profile at a step, or why a method with it can't be run."""
+    if answer is not None and answer.value is not None and isinstance(settings := answer.value[step], Mapping):
+        # Those of an engine that is missing still tell which profiles are one method.
+        return settings
+    if info.unavailable or answer is None:
+        return Answer(Status.UNAVAILABLE, info.unavailable)
+    if answer.value is None:
+        return Answer(answer.status, f"asked for its settings: {answer.reason}")
+    return Answer(Status.FAILED, str(answer.value[step]))
+
+
+def _ask_all(tasks: Sequence[SettingsAt], asker: Asker) -> Iterator[tuple[SettingsAt, Answer[_Settings]]]:
+    yield from zip(tasks, asker.ask_each(tasks), strict=True)

@@ -1,0 +1,434 @@
+"""From an engine's states and contacts, step by step, to impacts.
+
+One impact is one impact: a contact that an engine keeps for several steps is joined, and its velocities are those just
+before its first step and just after its last. A method that knows the velocities around a contact is taken at its word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.comparator.finite import turned
+from carom.comparator.slowing import Slowing, nearest_s
+from carom.engines.api import Contact, Observation
+from carom.model.disc_arrays import STANDS
+from carom.model.prescribed_motion import Course
+from carom.model.scene import Scene
+from carom.model.trace import STATE_DTYPE, ImpactRecord, Vector, impact_array, spin_array, wall_index
+
+#: Velocity of a body, and its spin.
+_Motion = tuple[float, float, float]
+
+_Pair = tuple[int, int]
+
+#: A row of `STATE_DTYPE`.
+_State = tuple[float, Vector, Vector]
+_UNKNOWN: Vector = (math.nan, math.nan)
+_NOWHERE: Vector = (0.0, 0.0)
+
+#: A pair rests that neither closes nor parts by more than gravity gives in this many steps: one until the engine looks,
+#: one until what it found acts, and the half by which a leapfrog's velocities lie off its boundaries.
+_REST_STEPS = 2.5
+
+#: Of the two bodies of a contact.
+_Motions = tuple[_Motion, _Motion]
+
+
+def gravity_of(scene: Scene) -> NDArray[np.float64]:
+    """Return each disc's acceleration in free flight, metres a second squared, shape ``(n, 2)``."""
+    return np.array([(0.0, 0.0) if disc.immovable else scene.gravity_m_s2 for disc in scene.discs])
+
+
+@dataclass
+class _OpenContact:
+    """A contact that may go on in the next step.
+
+    Attributes:
+        number: In the order in which contacts began.
+        reported: What the method said in its first step.
+        before: Velocities and spins of the two bodies before that step.
+        start_s: When that step began, seconds.
+        start: The state there.
+        after: Velocities and spins after its last step so far.
+        end_s: When that step ended, seconds.
+        end: The state there.
+        alone: Whether neither body had another contact in any of its steps.
+        steps: How many steps it lasts so far.
+        impulse: Sum over the steps of the impulses, or of the changes of velocity where those are not told.
+        along: The same of these times their normals.
+        length: The same of these times the lengths of their normals.
+        rested: The contact as it was at the first of the boundaries, up to now, at which the pair rests; None where it
+            does not.
+    """
+
+    number: int
+    reported: Contact
+    before: _Motions
+    start_s: float
+    start: Observation
+    after: _Motions
+    end_s: float
+    end: Observation
+    alone: bool = True
+    steps: int = 0
+    impulse: float = 0.0
+    along: Vector = (0.0, 0.0)
+    length: float = 0.0
+    rested: _OpenContact | None = None
+
+    def impact(self) -> _OpenContact:
+        """Return the contact up to the end of its impact: what follows a whole step at rest only holds the pair."""
+        return self if self.rested is None or self.rested.steps == self.steps else self.rested
+
+    def add(self, impulse: float, normal: Vector) -> None:
+        """Add what a step pushes."""
+        self.steps += 1
+        self.impulse += impulse
+        self.along = (self.along[0] + impulse * normal[0], self.along[1] + impulse * normal[1])
+        self.length += impulse * math.hypot(*normal)
+
+    def normal(self) -> Vector:
+        """Return the normal along which the steps pushed together, as long as they are on average; else the first."""
+        size = math.hypot(*self.along)
+        if self.steps == 1 or not (size > 0.0 and self.impulse > 0.0):
+            return self.reported.normal
+        length = self.length / self.impulse
+        return (length * self.along[0] / size, length * self.along[1] / size)
+
+
+class ImpactCollector:
+    """Takes the observation after each step and gives the impacts of the whole run."""
+
+    def __init__(self, scene: Scene, start: Observation, float_bits: int = 64) -> None:
+        arrays = scene.arrays
+        self._float_bits = float_bits
+        self._discs = scene.discs
+        self._inverse_mass = [1.0 / disc.mass_kg for disc in scene.discs]
+        # By how much each disc's spin falls for each unit of friction's impulse; 0 of one that can't turn.
+        self._turned_by = (1.0 / (arrays.inertia * arrays.mass_kg * arrays.radius_m)).tolist()
+        self._turns, self._rubs_discs, self._rubs_walls = arrays.turns, arrays.rubs_discs, arrays.rubs_walls
+        self._walls = [arrays.drive_of_wall(k) for k in range(len(arrays.walls))]
+        self._driven = dict(zip(arrays.driven_discs, arrays.disc_drives, strict=True))
+        self._gravity, self._pull = gravity_of(scene), math.hypot(*scene.gravity_m_s2)
+        self._slowing = Slowing.of(scene)
+        self._last = start
+        self._last_s = 0.0
+        self._open: dict[_Pair, _OpenContact] = {}
+        self._done: list[tuple[int, ImpactRecord, float, _State]] = []
+        self._begun = 0
+        self.states = np.zeros(0, STATE_DTYPE)
+        self.spins: NDArray[np.void] | None = None
+
+    def add(self, time_s: float, now: Observation) -> None:
+        """Take in the state and contacts, as `execution.validate` lets them in, of the step that ended at `time_s`."""
+        before = self._last
+        if not (now.contacts or self._open):  # as after most steps
+            self._last, self._last_s = now, time_s
+            return
+        active: dict[_Pair, Contact] = {}
+        struck: set[int] = set()
+        for contact in now.contacts:
+            pair = (contact.first, contact.second)
+            if contact.velocities is not None:
+                spins = contact.spins_rad_s if self._turns else None
+                record = ImpactRecord(contact.time_s, *pair, contact.normal, *contact.velocities, spins)
+                # Several impacts of one disc in a step: except those of the step's very start, it has moved between.
+                free = contact.time_s == self._last_s or struck.isdisjoint(pair)
+                struck.update(self._movable(pair))
+                state = _state(pair, self._last_s, before if free else None)
+                self._done.append((self._next_number(), record, contact.time_s, state))
+            elif self._acted(contact, before, now, time_s - self._last_s):
+                active[pair] = contact
+        touched = Counter(body for pair in active for body in self._movable(pair))
+        motion = {body: self._motion(before, body) for body in touched}
+        for pair in [pair for pair in self._open if pair not in active]:
+            self._close(pair)
+        for pair, contact in active.items():
+            self._extend(pair, contact, motion, touched, time_s, now)
+        self._last, self._last_s = now, time_s
+
+    def finish(self) -> tuple[NDArray[np.void], NDArray[np.float64]]:
+        """Return the impacts in order of reported time, and the effective time of each.
+
+        `states` goes with them, and so does `spins` in a scene in which something turns.
+        """
+        for pair in list(self._open):
+            self._close(pair)
+        # Of impacts with one time stamp, the one that began first comes first.
+        ordered = sorted(self._done, key=lambda item: (item[1].time_s, item[0]))
+        effective = np.array([effective for _, _, effective, _ in ordered], dtype=np.float64)
+        self.states = np.array([state for _, _, _, state in ordered], dtype=STATE_DTYPE)
+        records = [record for _, record, _, _ in ordered]
+        self.spins = spin_array(records) if self._turns else None
+        return impact_array(records), effective
+
+    def _next_number(self) -> int:
+        self._begun += 1
+        return self._begun
+
+    def _movable(self, pair: _Pair) -> list[int]:
+        return [body for body in pair if body >= 0 and self._inverse_mass[body] > 0.0]
+
+    def _motion(self, state: Observation, body: int) -> _Motion:
+        spin = state.spin_rad_s
+        return (*_row(state.velocity_m_s, body), 0.0 if spin is None or not self._turns else float(spin[body]))
+
+    def _steady(self, body: int, time_s: float) -> _Motion:
+        """Return how a body moves in the step to a time that no impact changes: it stands, or is driven."""
+        middle_s = 0.5 * (self._last_s + time_s)
+        if body < 0:
+            return (*self._walls[wall_index(body)].velocity_at(middle_s), 0.0)
+        drive = self._driven.get(body, STANDS)
+        return (*drive.velocity_at(middle_s), self._discs[body].spin_rad_s)
+
+    def _acted(self, contact: Contact, before: Observation, now: Observation, step_s: float) -> bool:
+        """Whether a reported contact changed anything: engines also report contacts of zero impulse.
+
+        Of two bodies of which neither can move it changed nothing, whatever became of them. Where impulses are not told
+        and discs are slowed down, what changes a body by no more than that does in the step counts as that.
+        """
+        if not self._movable((contact.first, contact.second)):
+            return False
+        if contact.impulse_n_s is not None:
+            return contact.impulse_n_s > 0.0
+        bodies = [body for body in (contact.first, contact.second) if body >= 0]
+        motions = [(self._motion(before, body), self._motion(now, body)) for body in bodies]
+        if not self._slowing:
+            return any(was != is_now for was, is_now in motions)
+        kept = [self._slowing.kept(step_s, math.hypot(*was[:2])) for was, _ in motions]
+        return any(
+            math.dist([left * part for part in was], is_now) > (1.0 - left) * math.hypot(*was)
+            for (was, is_now), left in zip(motions, kept, strict=True)
+        )
+
+    def _extend(
+        self,
+        pair: _Pair,
+        contact: Contact,
+        motion: dict[int, _Motion],
+        touched: Counter[int],
+        time_s: float,
+        now: Observation,
+    ) -> None:
+        """Open a contact or take one on by a step; `motion` holds what the step's earlier contacts made of it."""
+        first, second = pair
+        steady = [self._steady(body, time_s) for body in pair]
+        ahead = (motion.get(first, steady[0]), motion.get(second, steady[1]))
+        for body, sign in ((first, -1.0), (second, 1.0)):
+            if body in motion:
+                told_apart = touched[body] > 1 and self._is_told(contact)
+                present = motion[body]
+                motion[body] = self._pushed(present, contact, body, sign) if told_apart else self._motion(now, body)
+        after = (motion.get(first, steady[0]), motion.get(second, steady[1]))
+        known = self._open.get(pair)
+        if known and _parting(known.after, known.reported.normal) > 0.0 > _parting(ahead, contact.normal):
+            # Bounced off already, and pushed together again by a third body: that is a second impact.
+            self._close(pair)
+            known = None
+        if known is None:
+            number, start_s, start = self._next_number(), self._last_s, self._last
+            known = _OpenContact(number, contact, ahead, start_s, start, after, time_s, now)
+            self._open[pair] = known
+        known.after, known.end_s, known.end = after, time_s, now
+        known.alone = known.alone and all(touched[body] <= 1 for body in pair)
+        told = contact.impulse_n_s
+        known.add(math.dist(_difference(after), _difference(ahead)) if told is None else told, contact.normal)
+        if not self._rests(after, contact.normal, time_s - self._last_s):
+            known.rested = None
+        elif known.rested is None:
+            known.rested = replace(known)
+
+    def _rests(self, motions: _Motions, normal: Vector, step_s: float) -> bool:
+        """Whether gravity may hold a pair together: it changes their distance by no more than that gives in a step."""
+        return abs(_parting(motions, normal)) <= _REST_STEPS * self._pull * step_s
+
+    def _is_told(self, contact: Contact) -> bool:
+        """Whether the impulses of a contact say what it changed: all of them, so friction's too where there is any."""
+        rubs = self._rubs_walls if contact.second < 0 else self._rubs_discs
+        return contact.impulse_n_s is not None and (not rubs or contact.tangential_impulse_n_s is not None)
+
+    def _pushed(self, motion: _Motion, contact: Contact, body: int, sign: float) -> _Motion:
+        """Return what a contact makes of a body by its impulses: so several contacts in one step are told apart."""
+        (vx, vy, spin), (nx, ny) = motion, contact.normal
+        by_normal = sign * (contact.impulse_n_s or 0.0) * self._inverse_mass[body]
+        tangential = contact.tangential_impulse_n_s
+        if not tangential:  # and so what was computed of scenes without friction is computed in the same way
+            return (vx + by_normal * nx, vy + by_normal * ny, spin)
+        by_friction = sign * tangential * self._inverse_mass[body]
+        return (
+            vx + by_normal * nx - by_friction * ny,
+            vy + by_normal * ny + by_friction * nx,
+            spin - tangential * self._turned_by[body],
+        )
+
+    def _close(self, pair: _Pair) -> None:
+        whole = self._open.pop(pair)
+        contact = whole.impact()
+        motions = (*contact.before, *contact.after)
+        (a, b, c, d), spins = [(vx, vy) for vx, vy, _ in motions], [spin for _, _, spin in motions]
+        known = (spins[0], spins[1], spins[2], spins[3]) if self._turns else None
+        # Paths that turned by rounding alone, of an impact that is undone, meet anywhere.
+        known_time = contact.alone and turned(np.array([[a], [b]]), np.array([[c], [d]]), self._float_bits)[0]
+        effective = math.nan
+        if known_time:
+            held = contact is not whole
+            drive = self._walls[wall_index(pair[1])] if pair[1] < 0 else STANDS
+            leg = drive.leg_at(0.5 * (contact.start_s + contact.end_s))
+            effective = (
+                _landing_time(pair, contact, self._gravity, leg)
+                if held
+                else _effective_time(pair, contact, self._gravity, self._slowing, leg)
+            )
+        # Gravity moves two discs alike, so that between them paths are straight; but not before what can't move.
+        falls = bool(self._gravity.any())
+        bent = falls and len(self._movable(pair)) < len(pair)
+        if falls and not bent and math.isfinite(effective):
+            a, b, c, d = self._at(effective, pair, contact, (a, b, c, d))
+        if self._slowing:
+            (a, b, c, d), known = self._slowed(effective, contact)
+        record = ImpactRecord(contact.reported.time_s, *pair, contact.normal(), a, b, c, d, known)
+        state = _state(pair, contact.start_s, contact.start if contact.alone and not bent else None)
+        self._done.append((contact.number, record, effective, state))
+
+    def _at(
+        self, time_s: float, pair: _Pair, contact: _OpenContact, velocities: tuple[Vector, Vector, Vector, Vector]
+    ) -> tuple[Vector, Vector, Vector, Vector]:
+        """Return velocities of two discs that fall alike at the instant of their impact; known are those of boundaries.
+
+        Between the boundaries both fall. Unchanged, the velocity after would be that of up to a step later, and an
+        engine whose contacts act at a step's start would be charged what gravity gives in that step.
+        """
+        at_s = min(max(time_s, contact.start_s), contact.end_s)
+        gx, gy = _row(self._gravity, pair[0])
+        lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
+        a, b, c, d = ((vx + gx * t, vy + gy * t) for (vx, vy), t in zip(velocities, lasts, strict=True))
+        return a, b, c, d
+
+    def _slowed(
+        self, effective_s: float, contact: _OpenContact
+    ) -> tuple[tuple[Vector, Vector, Vector, Vector], tuple[float, float, float, float] | None]:
+        """Return velocities and spins of slowed discs at the instant of an impact; known are those of boundaries.
+
+        Where the instant is not known, it is the reported one. Free paths that meet further away from the contact than
+        it lasted do not say when it was.
+        """
+        lasted = contact.end_s - contact.start_s
+        at_s = effective_s if math.isfinite(effective_s) else contact.reported.time_s
+        at_s = min(max(at_s, contact.start_s - lasted), contact.end_s + lasted)
+        motions = (*contact.before, *contact.after)
+        lasts = (at_s - contact.start_s, at_s - contact.start_s, at_s - contact.end_s, at_s - contact.end_s)
+        factors = [self._slowing.kept(t, math.hypot(vx, vy)) for t, (vx, vy, _) in zip(lasts, motions, strict=True)]
+        a, b, c, d = ((vx * kept, vy * kept) for (vx, vy, _), kept in zip(motions, factors, strict=True))
+        s, t, u, v = (spin * kept for (_, _, spin), kept in zip(motions, factors, strict=True))
+        return (a, b, c, d), ((s, t, u, v) if self._turns else None)
+
+
+def _state(pair: _Pair, time_s: float, state: Observation | None) -> _State:
+    """Return the state before an impact; where it says nothing of the impact, its time alone: that of its step."""
+    if state is None:
+        return (time_s, _UNKNOWN, _UNKNOWN)
+    first, second = pair
+    return (time_s, _row(state.position_m, first), _NOWHERE if second < 0 else _row(state.position_m, second))
+
+
+def _landing_time(pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], leg: Course) -> float:
+    """Instant at which a pair that rests from then on comes, on its free path, to where it rests.
+
+    Held by gravity, it does not fly on as `_effective_time` has it: along the normal its distance goes on at the speed
+    that it has at the boundary, while the free path before is a parabola, or a line where gravity moves both alike.
+    """
+    d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
+    d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
+    normal = np.array(contact.normal())
+    normal /= np.hypot(*normal)
+    lasted = contact.end_s - contact.start_s
+    bend = float(_relative_pull(pair, gravity) @ normal) / 2
+    closing = float((u1 - u0) @ normal)
+    apart = float((d0 - d1 + u1 * lasted) @ normal)
+    # The first root of apart - closing t + bend t^2 in the form that loses no digits.
+    square = closing * closing - 4.0 * bend * apart
+    if not (square >= 0.0 and closing + math.sqrt(square) > 0.0):
+        return math.nan
+    return contact.start_s + 2.0 * apart / (closing + math.sqrt(square))
+
+
+def _relative_pull(pair: _Pair, gravity: NDArray[np.float64]) -> NDArray[np.float64]:
+    first, second = pair
+    pull: NDArray[np.float64] = gravity[second] - gravity[first] if second >= 0 else -gravity[first]
+    return pull
+
+
+def _effective_time(
+    pair: _Pair, contact: _OpenContact, gravity: NDArray[np.float64], slowing: Slowing, leg: Course
+) -> float:
+    """Instant at which the free-flight paths before and after the contact come nearest, by least squares.
+
+    With the relative position d and velocity u at the last state before (0) and the first after (1), the lines are
+    d0 + u0 (t - t0) and d1 + u1 (t - t1); they meet, in one dimension exactly, where the difference of the two, a
+    linear function of t with slope u0 - u1, is least. Under gravity both are parabolas of one curvature, and their
+    difference is linear still. With damping they are lines in undamped time; on a table both bend, each its own way.
+    """
+    d0, u0 = _relative(pair, contact.start, contact.start_s, leg)
+    d1, u1 = _relative(pair, contact.end, contact.end_s, leg)
+    lasted = contact.end_s - contact.start_s
+    pull = _relative_pull(pair, gravity)
+    if slowing.table_m_s2:
+        return nearest_s(lambda time_s: _apart_on_table(pair, contact, slowing, leg, time_s), contact.end_s)
+    flown, u1 = slowing.damping.undamped(lasted), u1 / slowing.damping.kept(lasted)
+    slope = u0 - u1 + pull * lasted
+    squared = float(slope @ slope)
+    if squared == 0.0:
+        return math.nan
+    # Measured from the contact's start, so that a late contact is as exact as an early one.
+    offset = d0 - (d1 - u1 * flown + pull * (lasted * lasted / 2))
+    effective = contact.start_s + slowing.damping.damped(-float(offset @ slope) / squared)
+    return effective if math.isfinite(effective) else math.nan
+
+
+def _apart_on_table(
+    pair: _Pair, contact: _OpenContact, slowing: Slowing, leg: Course, time_s: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return by how much the free paths of a pair before and after a contact are apart at a time, and their rates."""
+    seen = []
+    for state, since_s in ((contact.start, contact.start_s), (contact.end, contact.end_s)):
+        speed, lasted = np.hypot(*state.velocity_m_s.T), np.array(time_s - since_s)
+        place = state.position_m + state.velocity_m_s * slowing.all_flown(lasted, speed)[:, None]
+        there = replace(
+            state, position_m=place, velocity_m_s=state.velocity_m_s * slowing.all_kept(lasted, speed)[:, None]
+        )
+        seen.append(_relative(pair, there, time_s, leg))
+    (d0, u0), (d1, u1) = seen
+    return d0 - d1, u0 - u1
+
+
+def _relative(
+    pair: _Pair, state: Observation, time_s: float, leg: Course
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return place and velocity of the second body as seen from the first; a wall moves on a leg from the origin."""
+    first, second = pair
+    if second < 0:
+        return leg.moved_at(time_s) - state.position_m[first], leg.velocity - state.velocity_m_s[first]
+    return (
+        state.position_m[second] - state.position_m[first],
+        state.velocity_m_s[second] - state.velocity_m_s[first],
+    )
+
+
+def _difference(motions: _Motions) -> Vector:
+    (ux, uy, _), (vx, vy, _) = motions
+    return (vx - ux, vy - uy)
+
+
+def _parting(motions: _Motions, normal: Vector) -> float:
+    """Speed along the normal at which two bodies part; negative where they approach."""
+    x, y = _difference(motions)
+    return x * normal[0] + y * normal[1]
+
+
+def _row(array: NDArray[np.float64], body: int) -> Vector:
+    return (float(array[body, 0]), float(array[body, 1]))

@@ -1,0 +1,210 @@
+"""What every study may be asked, and what a cross-check is: see `carom.support.options`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any
+
+from carom.errors import InputError
+from carom.support.limits import DEFAULT_TIME_LIMIT_S, MOST_JOBS, MOST_PHASES
+from carom.support.options import DeclaredOptions, ValueKind, flag, megabytes, name, option, seconds, step, whole
+
+if TYPE_CHECKING:
+    from carom.execution.pool import LocalPool
+    from carom.model.scene import Scene
+    from carom.model.trace import Setting
+
+#: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
+CERTIFY_SECONDS = 10.0
+
+#: The best grade that counts as a violation.
+FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
+
+#: NumPy's generators take no larger one.
+MOST_SEED = 2**63 - 1
+
+#: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
+REFINEMENT = 4
+REFINEMENTS = 3
+
+
+def default_dts(scene: Scene) -> tuple[float, ...]:
+    """Return the steps at which a scene is run unless others are asked for: its own frame, a quarter, a sixteenth."""
+    return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
+
+
+def _engine(text: str) -> str:
+    from carom.engines.registry import engine_named
+
+    return engine_named(text)
+
+
+def engine_names(*, stamped: bool = False) -> Any:
+    """Declare which engines are asked for; a manifest becomes known, and is its engine's name."""
+    return option(
+        None,
+        ValueKind("a name", "NAME", name().take, _engine, name().wrong),
+        "Engine, or the engine.toml of one that is a program; repeatable. Its adapter runs with your permissions.",
+        "--engine",
+        "-e",
+        many=True,
+        stamped=stamped,
+        said="all that are installed",
+    )
+
+
+def profile_names(
+    *default: str, what: str = "Settings profile, repeatable.", said: str = "", stamped: bool = False
+) -> Any:
+    """Declare which profiles are asked for; without a default, those that `said` names."""
+    return option(default or None, name(), what, "--profile", "-p", many=True, stamped=stamped, said=said)
+
+
+def step_lengths(said: str, *, stamped: bool = False) -> Any:
+    """Return the option that takes steps; `said` is the default in words."""
+    what = "Step in seconds, such as 1/240; repeatable."
+    return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
+
+
+def phase_seed(*, stamped: bool = False) -> Any:
+    """Return the option that says where the sequence of phases begins."""
+    return option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed", stamped=stamped)
+
+
+def time_limit(*, stamped: bool = False) -> Any:
+    """Declare after what time a run is ended."""
+    what = "Seconds after which a run that gives no answer is ended."
+    return option(DEFAULT_TIME_LIMIT_S, seconds(), what, "--time-limit", stamped=stamped)
+
+
+def memory_limit(*, stamped: bool = False) -> Any:
+    """Declare how much memory a process may take."""
+    what, said = "Megabytes that an engine's process may take.", "the machine's, shared among --jobs and one more"
+    return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limited(DeclaredOptions):
+    """What every study that starts engines is given.
+
+    Attributes:
+        jobs: How many jobs are run at a time; as many as there are cores by default.
+        time_limit_s: An engine that gives no answer for this many seconds is ended.
+        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.execution.pool.LocalPool`
+            has it.
+    """
+
+    jobs: int | None = option(
+        None, whole(1, MOST_JOBS), "Runs at a time.", "--jobs", "-j", said="as many as there are cores"
+    )
+    time_limit_s: float = time_limit()
+    memory_limit_mb: float | None = memory_limit()
+
+    def pool(self, jobs: int | None = None) -> LocalPool:
+        """Return processes of this machine with these limits, which are all that a study starts."""
+        from carom.execution.pool import LocalPool
+
+        return LocalPool(jobs or self.jobs, self.time_limit_s, self.memory_limit_mb)
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    if not isinstance(value, Mapping | tuple):  # a tuple of pairs is what the default is, of none
+        raise TypeError
+    return dict(value)
+
+
+def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
+    """Return the settings that are asked for as ``name=value``, as texts.
+
+    Raises:
+        InputError: A word has no ``=`` or no name, or a setting is asked for twice.
+    """
+    found: dict[str, Setting] = {}
+    for word in words:
+        name, sign, value = word.partition("=")
+        if not (name and sign):
+            raise InputError(f"--set must be NAME=VALUE, such as iterations=20, got {word!r}")
+        if name in found:
+            raise InputError(f"--set: {name} is asked for twice, as {found[name]} and as {value}")
+        found[name] = value
+    return found
+
+
+@dataclass(frozen=True)
+class Options(Limited):
+    """What is asked of a cross-check, apart from its scenes.
+
+    Attributes:
+        engines: Names of adapters; by default every one whose engine is installed.
+        dts: Steps, seconds; by default those of `default_dts` for each scene.
+        profiles: Names of profiles, or "all"; by default those of `carom.execution.plan.DEFAULT_PROFILES` that there
+            are. Where two profiles of an engine have the same settings, only the later one is run. One whose steps are
+            cut is run at a scene's coarsest step only, unless steps are asked for, since what it finds does not depend
+            on them.
+        settings: Settings to try instead of the profiles' own, by name; every engine asked for must have them. A text
+            is read as the kind that the setting is.
+        phases: At how many sub-step phases to run each job in addition to the scene's, for the spread of its errors.
+        seed: Where the quasi-random sequence of phases begins.
+        certified: Whether to score against certified runs. By default PIC is the reference, and for scenes of three
+            discs or more a certified run says up to which impact it is reliable, where python-flint is installed.
+        certify_s: Seconds for the certified run of each scene.
+        timing: Whether to time each job at its scene's coarsest step too, in a pass in which nothing else runs.
+        samples: Whether to keep states for drawing; nobody draws them where no report is written.
+
+    Raises:
+        InputError: A value makes no sense.
+    """
+
+    engines: Sequence[str] | None = engine_names(stamped=True)
+    dts: Sequence[float] | None = step_lengths("each scene's own frame, a quarter and a sixteenth of it", stamped=True)
+    profiles: Sequence[str] | None = profile_names(
+        what="Settings profile, repeatable, or 'all' with every variant.",
+        said="'default', 'tuned' and 'located'",
+        stamped=True,
+    )
+    settings: Mapping[str, Setting] = option(
+        (),
+        ValueKind(
+            "a mapping from names to values",
+            "NAME=VALUE",
+            _mapping,
+            wrong=("x", 5, ["x"], None),
+            gather=asked_settings,
+        ),
+        "Try a setting instead of the profiles' own, repeatable. Every engine asked for must have it; an "
+        "unknown one is refused with the names that there are.",
+        "--set",
+        stamped=True,
+    )
+    phases: int = option(
+        0,
+        whole(0, MOST_PHASES),
+        "Run each cell at this number of sub-step phases too, and show the spread of its errors.",
+        "--phases",
+        stamped=True,
+    )
+    seed: int = phase_seed(stamped=True)
+    certified: bool | None = option(
+        None,
+        flag(),
+        "Score against certified runs (needs python-flint), and say how far they reach. By default PIC is the "
+        "reference, certified as far as it is reliable for scenes of three discs or more.",
+        "--certify/--no-certify",
+        stamped=True,
+    )
+    certify_s: float = option(
+        CERTIFY_SECONDS, seconds(), "Seconds for the certified run of each scene.", "--certify-time", stamped=True
+    )
+    timing: bool = option(
+        True, flag(), "Whether to time each scene at its coarsest step too.", "--timing/--no-timing", stamped=True
+    )
+    samples: bool = option(True, flag(), "Whether to keep states for drawing.", stamped=True)
+    _: KW_ONLY
+    time_limit_s: float = time_limit(stamped=True)
+    memory_limit_mb: float | None = memory_limit(stamped=True)
+
+    def steps_of(self, scene: Scene) -> tuple[float, ...]:
+        """Return the steps at which a scene is run, from the coarsest on."""
+        return tuple(sorted(set(self.dts or default_dts(scene)), reverse=True))

@@ -1,0 +1,101 @@
+"""Where in a step the impact falls: one scene run at many sub-step phases, scored as a distribution.
+
+One phase makes a step look lucky or unlucky; `carom.comparator.shift` moves a scene to another.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.comparator import Score
+from carom.model.scene import Scene
+
+#: Of all numbers the golden ratio is the worst to approximate by fractions: its multiples leave no gap long unfilled.
+_GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
+
+
+@dataclass(frozen=True)
+class PhaseSpread:
+    """The scores of one cell over many phases.
+
+    Attributes:
+        phases: How many phases ran.
+        wrong: In how many an impact was missed or invented.
+        missed: In how many an impact was missed.
+        velocity_median: Median over phases of the largest velocity error, over the scene's speed; NaN without any.
+        velocity_worst: The largest.
+        time_median_s: Median over phases of the magnitude of the largest time error, seconds.
+        time_worst_s: The largest.
+        pit_miss_probability: In what share of all phases PIT misses the impact, by closed form; NaN where the scene is
+            not of two discs that meet on straight paths.
+    """
+
+    phases: int
+    wrong: int
+    missed: int
+    velocity_median: float
+    velocity_worst: float
+    time_median_s: float
+    time_worst_s: float
+    pit_miss_probability: float
+
+    @property
+    def miss_probability(self) -> float:
+        """Share of the phases in which an impact was missed."""
+        return self.missed / self.phases if self.phases else math.nan
+
+
+def phase_values(count: int, seed: int = 0) -> tuple[float, ...]:
+    """Return quasi-random phases in 0 to 1: multiples of the golden ratio from a start that the seed draws."""
+    start = float(np.random.default_rng(seed).random())
+    return tuple((start + k * _GOLDEN) % 1.0 for k in range(count))
+
+
+def pit_miss_probability(scene: Scene, dt_s: float) -> float:
+    """Return in what share of all phases PIT misses the impact of two discs at a step: NaN where none is to be missed.
+
+    PIT sees them overlap and approach for half the chord, ``sqrt(R^2 - b^2)`` at the relative speed; a frame falls into
+    that for certain where it lasts a step, and with the probability of its length in steps where it does not. That is
+    so of straight paths at constant speeds, relative to each other, that meet within the run.
+    """
+    if len(scene.discs) != 2 or scene.walls or scene.damping_per_s or scene.table_deceleration_m_s2:
+        return math.nan
+    one, two = scene.discs
+    if one.legs or two.legs:
+        return math.nan
+    if any(scene.gravity_m_s2) and one.immovable is not two.immovable:
+        return math.nan  # the one falls onto the other: no straight path
+    d = np.subtract(two.position_m, one.position_m)
+    u = np.subtract(two.velocity_m_s, one.velocity_m_s)
+    speed = math.hypot(*u)
+    if not float(d @ u) < 0.0:
+        return math.nan
+    offset = abs(float(d[0] * u[1] - d[1] * u[0])) / speed
+    reach = one.radius_m + two.radius_m
+    if offset >= reach:
+        return math.nan
+    half_chord = math.sqrt((reach - offset) * (reach + offset))
+    if -float(d @ u) / speed - half_chord > speed * scene.duration_s:
+        return math.nan  # they meet after the run
+    return max(0.0, 1.0 - half_chord / (speed * dt_s))
+
+
+def spread_of(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
+    """Return the distribution of scores of one cell over phases."""
+    velocities = [s.total.velocity for s in scores if not math.isnan(s.total.velocity)]
+    times = [abs(s.total.time_s) for s in scores if not math.isnan(s.total.time_s)]
+    return PhaseSpread(
+        phases=len(scores),
+        wrong=sum(bool(s.missed or s.spurious) for s in scores),
+        missed=sum(bool(s.missed) for s in scores),
+        velocity_median=statistics.median(velocities) if velocities else math.nan,
+        velocity_worst=max(velocities, default=math.nan),
+        time_median_s=statistics.median(times) if times else math.nan,
+        time_worst_s=max(times, default=math.nan),
+        pit_miss_probability=pit_miss_probability(scene, dt_s),
+    )

@@ -1,0 +1,121 @@
+"""Files of engines as scenes, read by the engine's adapter in a worker process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from carom.engines.api import Imported, ReadingAdapter
+from carom.engines.importers.planck_dump import scene_of_dump
+from carom.engines.registry import load_adapter, why_unavailable
+from carom.errors import AdapterError, InputError, SceneError
+from carom.execution.job import AdapterTask, Status, UnavailableError
+from carom.execution.pool import LocalPool
+from carom.execution.validate import plain_text
+from carom.model.scene import Scene
+from carom.model.walls import with_lengths, with_speeds
+from carom.support.checks import number
+
+#: Whose adapter reads a file, by the file's ending.
+READERS = {".pkl": "pymunk", ".pickle": "pymunk", ".xml": "mujoco"}
+
+#: The ending of a dump of Planck's, which is plain data: no engine is needed to read it.
+DUMP = ".json"
+
+#: A space of a hundred thousand discs has some 30 MB.
+MOST_BYTES = 64 * 2**20
+
+
+@dataclass(frozen=True)
+class _Read(AdapterTask):
+    """Ask an adapter to read a file of its engine."""
+
+    content: bytes
+    name: str
+    duration_s: float
+
+    def carry_out(self) -> Imported:
+        """Return the scene, and what was dropped.
+
+        Raises:
+            UnavailableError: The engine is not installed.
+            AdapterError: The adapter reads no files, or refuses this one.
+            SceneError: What is left is no scene.
+        """
+        adapter = load_adapter(self.engine)
+        if reason := why_unavailable(adapter):
+            raise UnavailableError(reason)
+        if not isinstance(adapter, ReadingAdapter):
+            raise AdapterError("its adapter reads no files")
+        found = adapter.read(self.content, self.name, self.duration_s)
+        return Imported(found.scene, tuple(plain_text(one, "what was dropped") for one in found.dropped))
+
+
+def import_scene(
+    path: str | Path, *, name: str = "", duration_s: float = 10.0, pixels_per_metre: float = 1.0
+) -> Imported:
+    """Return the scene that a file of an engine holds, in metres, and all of the file that it has no place for.
+
+    Args:
+        path: The file: a pickled `pymunk.Space` (``.pkl``, ``.pickle``) or an MJCF model (``.xml``), read in a
+            process of its own, in which nothing but the engine's own types is made; see ``docs/reference/security.md``.
+            Or what Planck's ``Serializer.toJson`` made of a world (``.json``).
+        name: What to call the scene; the file's name by default.
+        duration_s: How long it is to be, seconds.
+        pixels_per_metre: How many of the file's units of length a metre is.
+
+    Raises:
+        InputError: The ending is of no file that can be read, the file can't be read, or a number is out of range.
+        AdapterError: The engine is not installed, or its adapter refuses the file; the message says why.
+    """
+    path = Path(path)
+    if (engine := READERS.get(path.suffix)) is None and path.suffix != DUMP:
+        raise InputError(f"{path} ends in none of {', '.join((*READERS, DUMP))}, the files of engines that can be read")
+    number("duration_s", duration_s, positive=True)
+    number("pixels_per_metre", pixels_per_metre, positive=True)
+    try:
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{path} can't be read: {error.strerror or error}") from None
+    if len(content) > MOST_BYTES:
+        raise InputError(f"{path} has more than {MOST_BYTES} bytes")
+    if engine is None:
+        try:
+            found = scene_of_dump(content, name or path.stem, duration_s)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+        except SceneError as error:
+            raise SceneError(error.problems, source=str(path), more=error.more) from None
+        return Imported(_in_metres(found.scene, pixels_per_metre), found.dropped)
+    with LocalPool(1) as pool:
+        answer = pool.ask(_Read(engine, content, name or path.stem, duration_s))
+    if answer.value is None:
+        why = answer.reason if answer.status is Status.FAILED else answer.said
+        raise AdapterError(f"{path}: {why}")
+    return Imported(_in_metres(answer.value.scene, pixels_per_metre), answer.value.dropped)
+
+
+def _in_metres(scene: Scene, unit: float) -> Scene:
+    """Return a scene whose lengths were given in units of which a metre has this many."""
+    if unit == 1.0:
+        return scene
+
+    def in_metres(length: float) -> float:
+        return length / unit
+
+    def vector(pair: tuple[float, float]) -> tuple[float, float]:
+        return (pair[0] / unit, pair[1] / unit)
+
+    discs = [
+        {
+            **dict(disc),
+            "position_m": vector(disc.position_m),
+            "velocity_m_s": vector(disc.velocity_m_s),
+            "radius_m": disc.radius_m / unit,
+            "legs": with_speeds(disc.legs, in_metres, float),
+        }
+        for disc in scene.discs
+    ]
+    walls = [with_lengths(wall, in_metres, in_metres, float) for wall in scene.walls]
+    return Scene(**{**dict(scene), "discs": discs, "walls": walls, "gravity_m_s2": vector(scene.gravity_m_s2)})

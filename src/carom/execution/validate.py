@@ -1,0 +1,411 @@
+"""Whatever an adapter hands over is held to what it may be, before anything is made of it.
+
+A mistake of an adapter is an `AdapterError` that names the field and the value, so that it never reads as a fault of
+its engine. A state that is not finite is the engine's own, and passes. What nobody could score, a wall that moves say,
+or a number whose square is none, comes no further than this.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from typing import Any, NamedTuple, TypeGuard, TypeVar, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
+
+from carom.engines.api import Adapter, Capabilities, Contact, Engine, Knob, Observation, Profile
+from carom.engines.api.checks import COMBINE_RULES, MANTISSA_BITS
+from carom.errors import AdapterError
+from carom.model.scene import Scene
+from carom.model.trace import Setting, Vector, wall_index
+from carom.support.formatting import number
+from carom.support.limits import LARGEST, beyond
+
+Kind = TypeVar("Kind")
+
+#: Where an author reads what a field may be, and what may be declared.
+FIELDS, DECLARED = "field-by-field", "3-what-you-declare"
+
+#: A warning, a name or a setting is read by people; so are settings and counts, one by one.
+MOST_CHARACTERS = 2000
+MOST_ENTRIES = 1000
+#: Whole numbers are as large as a machine's; Python can't even print much larger ones.
+MOST_WHOLE = 2**64
+
+_FLOAT64 = np.dtype(np.float64)
+#: Of so few numbers Python adds up the squares sooner than NumPy does.
+_FEW = 24
+
+
+def adapter_error(message: str, section: str = FIELDS) -> AdapterError:
+    """Return what to raise of a mistake of an adapter's author, with where to read on."""
+    return AdapterError(f"{message}; see docs/reference/adapters.md#{section}")
+
+
+def plain_text(value: object, what: str, most: int = MOST_CHARACTERS) -> str:
+    """Return a text of an adapter's, of at most this many characters, as a plain string.
+
+    Raises:
+        AdapterError: It is no text, too long, or can't be written; `what` says which.
+    """
+    if not isinstance(value, str):
+        raise adapter_error(f"{what} must be a text, got {_shown(value)}")
+    text = str.__str__(value)
+    if len(text) > most:
+        raise adapter_error(f"{what} must have at most {most} characters, got {len(text)}")
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise adapter_error(f"{what} must be Unicode text, got {text!a}") from None
+    return text
+
+
+def plain_settings(settings: object, of: str) -> dict[str, Setting]:
+    """Return settings as plain numbers, bools and strings; `of` says whose.
+
+    Raises:
+        AdapterError: They are no mapping, or a name or value is something else.
+    """
+    return {
+        plain_text(name, f"a name among the settings {of}"): _plain(name, value, of)
+        for name, value in _entries(settings, f"settings {of}")
+    }
+
+
+def _entries(found: object, what: str) -> Iterable[tuple[object, object]]:
+    if not isinstance(found, Mapping):
+        raise adapter_error(f"{what} must be a mapping, got {_shown(found)}")
+    if len(found) > MOST_ENTRIES:
+        raise adapter_error(f"{what} must be at most {MOST_ENTRIES}, got {len(found)}")
+    return found.items()
+
+
+def _plain(name: object, value: object, of: str) -> Setting:
+    if isinstance(value, np.generic):
+        value = value.item()
+    for kind in (bool, float):
+        if isinstance(value, kind):
+            return kind(value)
+    if isinstance(value, int):
+        return _whole(value, f"setting {name!r} {of}")
+    if isinstance(value, str):
+        return plain_text(value, f"setting {name!r} {of}")
+    raise adapter_error(f"setting {name!r} {of} must be a number, a bool or a string, got {_shown(value)}")
+
+
+def plain_counts(counts: object) -> dict[str, int]:
+    """Return work counts as plain numbers.
+
+    Raises:
+        AdapterError: They are no mapping of texts to whole numbers.
+    """
+    return {
+        plain_text(name, "a name among the counts"): _whole(count, f"count {name!r}", least=0)
+        for name, count in _entries(counts, "counts of a world")
+    }
+
+
+class Declared(NamedTuple):
+    """What an adapter declares, held to the seam."""
+
+    engine: Engine
+    capabilities: Capabilities
+    profiles: Mapping[str, Profile]
+    knobs: Mapping[str, Knob]
+
+
+def sound_adapter(adapter: Adapter) -> Declared:
+    """Return what an adapter declares.
+
+    Raises:
+        AdapterError: A field is not what it must be.
+    """
+    plain_text(adapter.name, "the name of an adapter")
+    engine = _held(adapter.engine, Engine, "engine")
+    plain_text(engine.name, "engine.name")
+    for field, release in (("oldest", engine.oldest), ("newest_tried", engine.newest_tried)):
+        if plain_text(release, f"engine.{field}") and not re.fullmatch(r"[0-9]+(\.[0-9]+)*", release):
+            raise adapter_error(
+                f"engine.{field} must be numbers with dots between them, got {_shown(release)}", DECLARED
+            )
+    profiles: object = adapter.profiles
+    if not isinstance(profiles, Mapping) or not profiles:
+        raise adapter_error(f"profiles must be a mapping with a profile at least, got {_shown(profiles)}", DECLARED)
+    for name, profile in _entries(profiles, "profiles"):
+        where = f"profiles[{plain_text(name, 'the name of a profile')!r}]"
+        if not isinstance(profile, Profile):
+            raise adapter_error(f"{where} must be a Profile, got {_shown(profile)}", DECLARED)
+        plain_text(profile.description, f"{where}.description")
+        if not callable(profile.settings) or not isinstance(profile.located, bool):
+            raise adapter_error(
+                f"{where} must have settings that can be called, and a located that is True or False", DECLARED
+            )
+        if not isinstance(profile.changed, Mapping):
+            raise adapter_error(
+                f"{where}.changed must be a mapping of names to reasons, got {_shown(profile.changed)}", DECLARED
+            )
+        for changed, reason in _entries(profile.changed, f"{where}.changed"):
+            plain_text(changed, f"a name in {where}.changed")
+            plain_text(reason, f"{where}.changed[{changed!r}]")
+        if profile.capabilities is not None:
+            _able(profile.capabilities, f"{where}.capabilities")
+    return Declared(engine, _able(adapter.capabilities, "capabilities"), profiles, _knobs(adapter))
+
+
+def _knobs(adapter: Adapter) -> Mapping[str, Knob]:
+    """Return the knobs that an adapter may declare."""
+    found: object = getattr(adapter, "knobs", {})
+    return {
+        plain_text(name, "the name of a knob"): _held(knob, Knob, f"knobs[{name!r}]")
+        for name, knob in _entries(found, "knobs")
+    }
+
+
+def _able(found: object, where: str) -> Capabilities:
+    able = _held(found, Capabilities, where)
+    for name in (field.name for field in fields(Capabilities)):
+        value = getattr(able, name)
+        numbers = value if isinstance(value, tuple) else (value,)
+        if any(isinstance(number, float) and math.isnan(number) for number in numbers) or (
+            isinstance(value, tuple) and not value[0] <= value[1]
+        ):
+            kind = "a least and a greatest" if isinstance(value, tuple) else "a number"
+            raise adapter_error(f"{where}.{name} must be {kind}, got {_shown(value)}", DECLARED)
+    if able.float_bits not in MANTISSA_BITS:
+        narrow = able.float_bits < min(MANTISSA_BITS)
+        advice = "; declare 32 for narrower floats: to the rounding of these they are held" if narrow else ""
+        raise adapter_error(
+            f"{where}.float_bits must be one of {sorted(MANTISSA_BITS)}, got {able.float_bits}{advice}", DECLARED
+        )
+    for name in ("restitution_combine", "friction_combine"):
+        if getattr(able, name) not in COMBINE_RULES:
+            rules = ", ".join(COMBINE_RULES)
+            raise adapter_error(f"{where}.{name} must be one of {rules}, got {getattr(able, name)!r}", DECLARED)
+    return able
+
+
+def _held(found: object, kind: type[Kind], where: str) -> Kind:
+    """Return a dataclass of the seam with each field of the type that it declares."""
+    if not isinstance(found, kind):
+        raise adapter_error(f"{where} must be {kind.__name__}(...), got {_shown(found)}", DECLARED)
+    hints, values = get_type_hints(kind), {}
+    for name in (field.name for field in fields(kind)):  # type: ignore[arg-type] # the seam's are dataclasses
+        value = _python(getattr(found, name))
+        try:
+            values[name] = TypeAdapter(hints[name]).validate_python(value, strict=True)
+        except ValidationError as error:
+            raise adapter_error(f"{where}.{name}: {error.errors()[0]['msg']}, got {_shown(value)}", DECLARED) from None
+    return kind(**values)
+
+
+def _python(value: object) -> object:
+    """Return numbers of NumPy's as Python's, and a pair that is a list as the tuple that it is meant to be."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    return tuple(value) if isinstance(value, list) else value
+
+
+class Validator:
+    """Lets in what a world of one run observes.
+
+    Args:
+        scene: The scene of the run.
+        dt_s: Its step, seconds.
+        float_bits: Width of the floats that the method declares.
+    """
+
+    def __init__(self, scene: Scene, dt_s: float, float_bits: int) -> None:
+        arrays = scene.arrays
+        self._discs, self._walls, self._dt_s = len(scene.discs), len(scene.walls), dt_s
+        self._drives = [arrays.drive_of_wall(k) for k in range(len(scene.walls))]
+        self._movable = np.isfinite(arrays.mass_kg)
+        self._needs_spins = arrays.turns and bool(np.isfinite(arrays.inertia).any())
+        # Half of the digits that the method computes with: what is further off was never meant to be of length 1.
+        self._rounding = 2.0 ** (-MANTISSA_BITS[float_bits] / 2)
+
+    def state(self, found: object) -> tuple[Observation, bool]:
+        """Return an observation with its arrays checked and copied, and whether each number is finite.
+
+        The world may go on to write to its own arrays.
+
+        Raises:
+            AdapterError: A field is not what it must be.
+        """
+        if not isinstance(found, Observation):
+            raise adapter_error(f"observe() must return an Observation, got {_shown(found)}")
+        spins, turns = None, True
+        if found.spin_rad_s is not None:
+            spins, turns = _array(found.spin_rad_s, "spin_rad_s of an Observation", (self._discs,))
+        elif self._needs_spins:
+            raise adapter_error(
+                f"spin_rad_s must have the shape ({self._discs},) in a scene whose discs turn, got none"
+            )
+        places, are_places = _array(found.position_m, "position_m of an Observation", (self._discs, 2))
+        speeds, are_speeds = _array(found.velocity_m_s, "velocity_m_s of an Observation", (self._discs, 2))
+        warning = found.warning
+        if warning != "":  # as it is after most steps
+            warning = plain_text(warning, "the warning of an observation")
+        return Observation(places, speeds, found.contacts, warning, spins), turns and are_places and are_speeds
+
+    def contacts(self, state: Observation, begin_s: float, end_s: float) -> Observation:
+        """Return an observation with its contacts checked: those of the step, or piece of one, between two times.
+
+        Raises:
+            AdapterError: A field of a contact is not what it must be.
+        """
+        found: object = state.contacts
+        if found == ():  # as after most steps
+            return state
+        if not isinstance(found, Iterable):
+            raise adapter_error(f"contacts of an observation must be a tuple, got {_shown(found)}")
+        contacts = tuple(self._contact(contact, begin_s, end_s) for contact in found)
+        return Observation(state.position_m, state.velocity_m_s, contacts, state.warning, state.spin_rad_s)
+
+    def _wall_numbers(self) -> str:
+        if not self._walls:
+            return " (the scene has no walls)"
+        return f" or a wall, -1 - k of wall k (-1{f' to {-self._walls}' if self._walls > 1 else ''})"
+
+    def _contact(self, found: object, begin_s: float, end_s: float) -> Contact:
+        if not isinstance(found, Contact):
+            raise adapter_error(f"a contact must be a Contact, got {_shown(found)}")
+        first, second = _whole(found.first, "first of a contact"), _whole(found.second, "second of a contact")
+        if not (0 <= first < self._discs and (first < second < self._discs or -self._walls <= second < 0)):
+            raise adapter_error(
+                f"a contact is of bodies {first} and {second}: first must be a disc (0 to {self._discs - 1}), second a "
+                f"disc of a higher number{self._wall_numbers()}"
+            )
+        of = f"of a contact of bodies {first} and {second}"
+        time_s = _number(found.time_s, "time_s", of)
+        # Engines add up their own clocks; a step to either side is more than rounding ever makes of that.
+        if not begin_s - self._dt_s <= time_s <= end_s + self._dt_s:
+            step = f"{number(begin_s, 9)} to {number(end_s, 9)} s"
+            raise adapter_error(
+                f"time_s {of} must lie within the step that reports it, {step}, got {number(time_s, 9)}"
+            )
+        x, y = _vector(found.normal, "normal", of)
+        if not abs(math.hypot(x, y) - 1.0) <= self._rounding:
+            raise adapter_error(f"normal {of} must have the length 1, got {x:g}, {y:g}")
+        told: dict[str, Any] = {
+            name: None if (value := getattr(found, name)) is None else _number(value, name, of)
+            for name in ("impulse_n_s", "tangential_impulse_n_s")
+        }
+        acts = found.velocities is not None or any(told.values())
+        if acts and not self._movable[first] and (second < 0 or not self._movable[second]):
+            raise adapter_error(
+                f"a contact is of bodies {first} and {second}, neither of which can move: they never collide"
+            )
+        if found.velocities is None:
+            return Contact(first, second, time_s, (x, y), **told)
+        if self._needs_spins and found.spins_rad_s is None:
+            raise adapter_error(
+                f"a contact of bodies {first} and {second} tells velocities and no spins_rad_s, in a scene whose discs "
+                "turn"
+            )
+        pairs = _items(found.velocities, f"velocities {of}", 4)
+        velocities: Any = tuple(_vector(pair, "velocities", of) for pair in pairs)
+        spins: Any = None
+        if found.spins_rad_s is not None:
+            spins = tuple(_numbers(found.spins_rad_s, f"spins_rad_s {of}", 4))
+        if second < 0:
+            path = self._drives[wall_index(second)]
+            due_in_step = path.velocities_within(min(begin_s, time_s), max(end_s, time_s))
+            drive = min(due_in_step, key=lambda due: math.dist(due, velocities[1]))
+            of_wall = {"velocities": (*velocities[1], *velocities[3]), "spins_rad_s": (spins[1::2] if spins else ())}
+            for name, numbers in of_wall.items():
+                due = drive * 2 if name == "velocities" else (0.0, 0.0)
+                if any(abs(told - v) > self._rounding * abs(v) for told, v in zip(numbers, due, strict=False)):
+                    shown = ", ".join(f"{number:g}" for number in numbers)
+                    does = (
+                        "0 for a wall, which neither moves nor turns"
+                        if not any(due)
+                        else f"{drive[0]:g}, {drive[1]:g} before and after for a wall that is driven so"
+                    )
+                    raise adapter_error(f"{name} {of} must be {does}, got {shown}")
+            velocities = (velocities[0], drive, velocities[2], drive)
+        return Contact(first, second, time_s, (x, y), velocities=velocities, spins_rad_s=spins, **told)
+
+
+def _array(found: object, name: str, shape: tuple[int, ...]) -> tuple[NDArray[np.float64], bool]:
+    """Return a copy of an array, and whether each of its numbers is finite."""
+    if not isinstance(found, np.ndarray) or (found.dtype is not _FLOAT64 and found.dtype.kind not in "fiu"):
+        raise adapter_error(f"{name} must be an array of floats, got {_shown(found)}")
+    if found.shape != shape:
+        raise adapter_error(f"{name} must have the shape {shape}, got {found.shape}")
+    plain = type(found) is np.ndarray and found.dtype is _FLOAT64  # whose copy is made in a third of the time
+    array = found.copy() if plain else np.array(found, dtype=np.float64)
+    # A sum of squares that is no larger, or its root, says so of each number: this is asked after every step.
+    few = array.size <= _FEW
+    if (math.hypot(*array.ravel().tolist()) if few else np.vdot(array, array)) <= LARGEST:
+        return array, True
+    finite = np.isfinite(array)
+    if (far := (np.abs(array) > LARGEST) & finite).any():
+        raise adapter_error(f"{name} {beyond(0.0, LARGEST)}, got {array[far].flat[0]:g}")
+    return array, bool(finite.all())
+
+
+def _items(found: object, what: str, count: int) -> tuple[object, ...]:
+    items = tuple(found) if isinstance(found, tuple | list | np.ndarray) else ()
+    if len(items) != count:
+        raise adapter_error(f"{what} must be {count} of them, got {_shown(found)}")
+    return items
+
+
+def _is_plain(found: object) -> TypeGuard[float]:
+    """Whether something is a Python float within the limits, as nearly all numbers are."""
+    return type(found) is float and abs(found) <= LARGEST
+
+
+def _number(found: object, name: str, of: str) -> float:
+    if _is_plain(found):
+        return found
+    return _numbers((found,), f"{name} {of}", 1)[0]
+
+
+def _vector(found: object, name: str, of: str) -> Vector:
+    if type(found) is tuple and len(found) == 2:
+        x, y = found
+        if _is_plain(x) and _is_plain(y):
+            return x, y
+    x, y = _numbers(found, f"{name} {of}", 2)
+    return x, y
+
+
+def _numbers(found: object, what: str, count: int) -> list[float]:
+    items = _items(found, what, count)
+    try:
+        numbers = [float(item) for item in items if not isinstance(item, str | bytes)]  # type: ignore[arg-type] # anything else raises
+    except (TypeError, ValueError, OverflowError):
+        numbers = []
+    if len(numbers) != count:
+        raise adapter_error(f"{what} must be numbers, got {_shown(found)}")
+    if not all(map(math.isfinite, numbers)):
+        raise adapter_error(f"{what} must be finite, got {', '.join(f'{number:g}' for number in numbers)}")
+    if any(abs(number) > LARGEST for number in numbers):
+        raise adapter_error(f"{what} {beyond(0.0, LARGEST)}, got {', '.join(f'{number:g}' for number in numbers)}")
+    return numbers
+
+
+def _whole(value: object, what: str, *, least: int = -MOST_WHOLE) -> int:
+    try:
+        number = operator.index(value)  # type: ignore[arg-type] # anything else raises
+    except TypeError:
+        raise adapter_error(f"{what} must be a whole number, got {_shown(value)}") from None
+    if not least <= number <= MOST_WHOLE:
+        limits = f"from {least} to 2**64" if least >= 0 else "at most 2**64 in magnitude"
+        raise adapter_error(f"{what} must be {limits}, got {_shown(number)}")
+    return number
+
+
+def _shown(value: object) -> str:
+    """Return a value's type, and of a plain one the beginning of what it is."""
+    kind = type(value).__name__
+    if value is None or type(value) in (bool, int, float, str, bytes, tuple, list, dict):
+        text = ascii(value) if not isinstance(value, int) or abs(value) < 2**64 else "a huge one"
+        return f"{text[:60]} ({kind})" if value is not None else "None"
+    return f"a {kind}"

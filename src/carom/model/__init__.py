@@ -1,0 +1,1 @@
+"""What is simulated and what happened: scenes, walls, arrays, and traces."""

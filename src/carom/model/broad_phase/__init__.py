@@ -1,0 +1,71 @@
+"""The broad phase: which discs of any radii, however they lie, are near each other, in linear time and memory.
+
+A tree over the discs halves them along the longer side of what their centres span, again and again, and knows of each
+part the span, the largest reach and the lowest number. A disc walks down it, past every part that is out of reach or
+of higher numbers. So no arrangement is a bad one: columns, lines, far outliers, radii of all sizes, and immovable discs
+upon one another, of which a movable disc within reach of none meets no more than the root of their part.
+
+Whether two discs are near is one comparison of floats. Rounding is monotone, so a part that fails it holds no disc that
+passes: the pairs are those that comparing all pairs gives, to the last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Pairs = tuple[NDArray[np.intp], NDArray[np.intp]]
+
+#: Distances of discs and walls that are computed in one go: a few arrays of this many numbers are tens of megabytes.
+_DISTANCES = 2**20
+
+
+def near_pairs(position_m: Floats, reach_m: Floats, movable: Flags) -> Iterator[Pairs]:
+    """Yield the pairs of discs, not both immovable, whose centres are no farther apart than the sum of their reaches.
+
+    They come in blocks of up to some ten thousand more than there are discs. No pair of a later block has a lower
+    second disc than a pair of an earlier one, so a caller that wants the first of them can stop. Where the sum of the
+    reaches is below 0 the pair is not near; ``dx * dx + dy * dy <= reach * reach`` decides, in floats.
+
+    Args:
+        position_m: Centres, metres, shape ``(n, 2)``.
+        reach_m: What each disc puts in, metres, shape ``(n,)``: its radius, and half of the gap that still counts.
+        movable: Whether an impact moves a disc, shape ``(n,)``.
+
+    Yields:
+        The lower number of each pair, and the higher one, in no order within a block.
+    """
+    from carom.model.broad_phase import tree
+
+    search = tree.Search(np.ascontiguousarray(position_m), np.ascontiguousarray(reach_m), np.ascontiguousarray(movable))
+    begin = 0
+    while begin < len(reach_m):
+        first, second, begin = search.pairs(begin)
+        yield first, second
+
+
+def near_walls(position_m: Floats, reach_m: Floats, movable: Flags, walls: Floats) -> Iterator[Pairs]:
+    """Yield the movable discs and walls that are no farther apart than the disc's reach, behind the wall included.
+
+    Args:
+        position_m: Centres, metres, shape ``(n, 2)``.
+        reach_m: Reach of each disc, metres, shape ``(n,)``.
+        movable: Whether an impact moves a disc, shape ``(n,)``.
+        walls: A point and the unit normal of each wall, shape ``(w, 4)``.
+
+    Yields:
+        Number of the disc and of the wall of each pair, in the order of the discs, then of the walls.
+    """
+    if not len(walls):
+        return
+    x, y, nx, ny = walls.T[:, :, None]
+    block = max(1, _DISTANCES // len(walls))
+    for begin in range(0, len(reach_m), block):
+        some = slice(begin, begin + block)
+        distance = (position_m[some, 0] - x) * nx + (position_m[some, 1] - y) * ny
+        disc, wall = np.nonzero(((distance <= reach_m[some]) & movable[some]).T)
+        yield begin + disc, wall

@@ -1,0 +1,229 @@
+"""The compiled form of the search for near pairs: a tree over the discs, asked once for each disc.
+
+`carom.model.broad_phase` says what the search rests on.
+"""
+
+import numpy as np
+
+from cython cimport final
+from libc.stdlib cimport free, malloc
+
+cdef enum:
+    CAPACITY = 1 << 16  # for pairs, beyond one of each disc
+    LEAF = 8  # discs that are looked at one by one: fewer make the tree larger, more the walk longer
+
+cdef struct Item:  # 32 bytes: what is compared of a disc
+    double x
+    double y
+    double reach
+    Py_ssize_t number
+
+cdef struct Node:  # 48 bytes: what is known of all items below
+    double low_x  # of the centres
+    double high_x
+    double low_y
+    double high_y
+    double reach  # the largest
+    Py_ssize_t lowest  # number
+
+cdef struct Tree:  # node k has the children 2 k + 1 and 2 k + 2, each with half of its items
+    Item* items
+    Node* nodes
+    Py_ssize_t count
+
+cdef struct Pairs:  # what has been found, and for how many there is room
+    Py_ssize_t* first
+    Py_ssize_t* second
+    Py_ssize_t count
+    Py_ssize_t capacity
+
+
+cdef inline bint is_near(double dx, double dy, double reach) noexcept nogil:
+    return reach >= 0.0 and dx * dx + dy * dy <= reach * reach
+
+
+cdef inline double distance_to(double low, double high, double x) noexcept nogil:
+    """Return how far `x` is from an interval."""
+    if x < low:
+        return low - x
+    return x - high if x > high else 0.0
+
+
+cdef inline double coordinate(const Item* item, bint is_x) noexcept nogil:
+    return item.x if is_x else item.y
+
+
+cdef void split(Item* items, Py_ssize_t begin, Py_ssize_t end, Py_ssize_t middle, bint by_x) noexcept nogil:
+    """Order items so that none before `middle` has a larger coordinate than any from there on: Hoare's FIND."""
+    cdef unsigned long long random = 1  # of a linear congruence: no arrangement is the bad one for every pivot
+    cdef Py_ssize_t low = begin, high = end - 1, i, j
+    cdef double pivot
+    cdef Item item
+    while low < high:
+        random = random * 6364136223846793005ULL + 1442695040888963407ULL
+        pivot = coordinate(&items[low + <Py_ssize_t> ((random >> 33) % <unsigned long long> (high - low + 1))], by_x)
+        i, j = low, high
+        while i <= j:
+            while coordinate(&items[i], by_x) < pivot:
+                i += 1
+            while pivot < coordinate(&items[j], by_x):
+                j -= 1
+            if i <= j:
+                item = items[i]
+                items[i] = items[j]
+                items[j] = item
+                i += 1
+                j -= 1
+        if middle <= j:
+            high = j
+        elif middle >= i:
+            low = i
+        else:
+            return
+
+
+cdef void build(Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end) noexcept nogil:
+    """Make node `k`, and all below it, of these items: halves along the longer side of what their centres span."""
+    cdef Node* node = &tree.nodes[k]
+    cdef const Item* item
+    cdef Py_ssize_t i, middle
+    item = &tree.items[begin]
+    node.low_x = node.high_x = item.x
+    node.low_y = node.high_y = item.y
+    node.reach = item.reach
+    node.lowest = item.number
+    for i in range(begin + 1, end):
+        item = &tree.items[i]
+        node.low_x = min(node.low_x, item.x)
+        node.high_x = max(node.high_x, item.x)
+        node.low_y = min(node.low_y, item.y)
+        node.high_y = max(node.high_y, item.y)
+        node.reach = max(node.reach, item.reach)
+        node.lowest = min(node.lowest, item.number)
+    if end - begin <= LEAF:
+        return
+    middle = begin + (end - begin) // 2
+    split(tree.items, begin, end, middle, node.high_x - node.low_x >= node.high_y - node.low_y)
+    build(tree, 2 * k + 1, begin, middle)
+    build(tree, 2 * k + 2, middle, end)
+
+
+cdef bint find(const Tree* tree, Py_ssize_t k, Py_ssize_t begin, Py_ssize_t end, Item disc, Pairs* pairs) noexcept nogil:
+    """Add the pairs of a disc with those of a lower number in node `k`; False where there is no room for them."""
+    cdef const Node* node = &tree.nodes[k]
+    cdef Py_ssize_t i, middle
+    if node.lowest >= disc.number or not is_near(
+        distance_to(node.low_x, node.high_x, disc.x),
+        distance_to(node.low_y, node.high_y, disc.y),
+        node.reach + disc.reach,
+    ):
+        return True
+    if end - begin > LEAF:
+        middle = begin + (end - begin) // 2
+        return find(tree, 2 * k + 1, begin, middle, disc, pairs) and find(tree, 2 * k + 2, middle, end, disc, pairs)
+    for i in range(begin, end):
+        item = &tree.items[i]
+        if item.number < disc.number and is_near(disc.x - item.x, disc.y - item.y, item.reach + disc.reach):
+            if pairs.count == pairs.capacity:
+                return False
+            pairs.first[pairs.count] = item.number
+            pairs.second[pairs.count] = disc.number
+            pairs.count += 1
+    return True
+
+
+cdef Py_ssize_t node_count(Py_ssize_t items):
+    """Return how many nodes a tree of that many items has room for, those of its last level all there."""
+    cdef Py_ssize_t leaves = 1
+    while items > LEAF * leaves:
+        leaves *= 2
+    return 2 * leaves - 1
+
+
+@final
+cdef class Search:
+    """The near pairs of some discs; see `carom.model.broad_phase.near_pairs` for the arguments."""
+
+    cdef const double[:, ::1] position
+    cdef const double[::1] reach
+    cdef const unsigned char[::1] movable
+    cdef Tree[2] trees  # of the immovable discs, and of the movable ones
+
+    def __cinit__(self, const double[:, ::1] position, const double[::1] reach, const unsigned char[::1] movable):
+        cdef Py_ssize_t i, kind, n = position.shape[0]
+        cdef Tree* tree
+        if position.shape[1] != 2 or reach.shape[0] != n or movable.shape[0] != n:
+            raise ValueError("position must have shape (n, 2), reach and movable (n,)")
+        self.position, self.reach, self.movable = position, reach, movable
+        for i in range(n):
+            self.trees[movable[i] != 0].count += 1
+        for kind in range(2):
+            tree = &self.trees[kind]
+            if tree.count > 0:
+                tree.items = <Item*> malloc(tree.count * sizeof(Item))
+                tree.nodes = <Node*> malloc(node_count(tree.count) * sizeof(Node))
+                if tree.items == NULL or tree.nodes == NULL:
+                    raise MemoryError
+                tree.count = 0
+        with nogil:
+            for i in range(n):
+                tree = &self.trees[movable[i] != 0]
+                tree.items[tree.count] = Item(position[i, 0], position[i, 1], reach[i], i)
+                tree.count += 1
+            for kind in range(2):
+                if self.trees[kind].count > 0:
+                    build(&self.trees[kind], 0, 0, self.trees[kind].count)
+
+    def __dealloc__(self):
+        for kind in range(2):
+            free(self.trees[kind].items)
+            free(self.trees[kind].nodes)
+
+    def pairs(self, Py_ssize_t begin):
+        """Return the pairs whose higher number is `begin` or above: of as many discs as there is room for, one at least.
+
+        Returns:
+            The lower and the higher number of each pair, in no order, and the number of the disc to go on with.
+        """
+        cdef Py_ssize_t i, done, n = self.position.shape[0]
+        # Far more pairs than discs are near each other only where discs lie upon one another.
+        cdef Py_ssize_t capacity = max(1, min(n * (n - 1) // 2, n + CAPACITY))
+        cdef Py_ssize_t[::1] first = np.empty(capacity, np.intp), second = np.empty(capacity, np.intp)
+        cdef Pairs pairs = Pairs(&first[0], &second[0], 0, capacity)
+        cdef Item disc
+        with nogil:
+            if begin == 0 and self.find_all(&pairs):
+                i = n
+            else:
+                pairs.count = 0
+                for i in range(begin, n):
+                    done = pairs.count
+                    disc = Item(self.position[i, 0], self.position[i, 1], self.reach[i], i)
+                    if not self.find_of(disc, self.movable[i] != 0, &pairs):
+                        pairs.count = done
+                        break
+                else:
+                    i = n
+        return first.base[: pairs.count], second.base[: pairs.count], i
+
+    cdef bint find_all(self, Pairs* pairs) noexcept nogil:
+        """Add all pairs, in the order of the trees, which keeps to what is in the cache; False where there is no room."""
+        cdef Py_ssize_t kind, k
+        for kind in range(2):
+            for k in range(self.trees[kind].count):
+                if not self.find_of(self.trees[kind].items[k], kind == 1, pairs):
+                    return False
+        return True
+
+    cdef bint find_of(self, Item disc, bint movable, Pairs* pairs) noexcept nogil:
+        """Add the pairs of one disc with those of a lower number; False where there is no room for them.
+
+        Immovable discs are never looked for among each other, however many of them lie upon one another.
+        """
+        cdef const Tree* tree
+        cdef Py_ssize_t kind
+        for kind in range(0 if movable else 1, 2):
+            tree = &self.trees[kind]
+            if tree.count > 0 and not find(tree, 0, 0, tree.count, disc, pairs):
+                return False
+        return True

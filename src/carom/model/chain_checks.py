@@ -1,0 +1,192 @@
+"""What a chain of edges must not do: have no length, fold back, cross or touch itself other than at its joints.
+
+All is decided exactly: points that two edges share are of the form ``(x + x' s, y + y' s)`` with rational numbers and s
+the square root of one, and the sign of ``p + q s`` needs no rounding.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+from carom.model.chain_geometry import Edge, ExactCircle, circle_of
+
+Number = Fraction | int
+
+
+class Surd(NamedTuple):
+    """The number ``whole + part sqrt(square)``."""
+
+    whole: Number
+    part: Number
+    square: Number
+
+    @property
+    def sign(self) -> int:
+        """Return 1 above 0, -1 below, else 0."""
+        p, q = self.whole, self.part if self.square else 0
+        if p >= 0 and q >= 0:
+            return int(p > 0 or q > 0)
+        if p <= 0 and q <= 0:
+            return -1
+        larger = p * p - q * q * self.square  # above 0 where the whole decides
+        return (larger > 0) - (larger < 0) if p > 0 else (larger < 0) - (larger > 0)
+
+
+class Place(NamedTuple):
+    """A point that two edges may share; its coordinates are `Surd`s of one square."""
+
+    x: Surd
+    y: Surd
+
+    def side(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
+        """Return on which side of a line through a it lies: 1 for the left."""
+        dx, dy = self.x.whole - a[0], self.y.whole - a[1]
+        whole = along[0] * dy - along[1] * dx
+        return Surd(whole, along[0] * self.y.part - along[1] * self.x.part, self.x.square).sign
+
+    def ahead(self, a: tuple[Number, Number], along: tuple[Number, Number]) -> int:
+        """Return whether it lies ahead of a (1), behind it (-1) or next to it (0) on the way along."""
+        dx, dy = self.x.whole - a[0], self.y.whole - a[1]
+        return Surd(along[0] * dx + along[1] * dy, along[0] * self.x.part + along[1] * self.y.part, self.x.square).sign
+
+    def floats(self) -> tuple[float, float]:
+        """Return where it is, near enough for a message."""
+        root = math.sqrt(float(self.x.square))
+        return float(self.x.whole) + float(self.x.part) * root, float(self.y.whole) + float(self.y.part) * root
+
+
+class _Line:
+    """An edge in rational numbers."""
+
+    def __init__(self, edge: Edge) -> None:
+        self.a, self.b = ((Fraction(x), Fraction(y)) for x, y in (edge.a, edge.b))
+        self.along = (self.b[0] - self.a[0], self.b[1] - self.a[1])
+        self.circle: ExactCircle | None = circle_of(edge) if edge.bulge else None
+        self.turn = 1 if edge.bulge > 0 else -1
+
+    def holds(self, place: Place) -> bool:
+        """Whether a point of its line, or circle, lies on it, ends included."""
+        if self.circle is not None:  # a counterclockwise arc is on the right of its chord
+            return place.side(self.a, self.along) * self.turn <= 0
+        return place.ahead(self.a, self.along) >= 0 and place.ahead(self.b, self.along) <= 0
+
+
+class Crossing(NamedTuple):
+    """Two edges that share what they must not.
+
+    Attributes:
+        first: Number of the one edge.
+        second: Number of the other, which is higher.
+        x: Where, metres, as nearly as a message needs.
+        y: Likewise.
+    """
+
+    first: int
+    second: int
+    x: float
+    y: float
+
+
+def meetings(edges: Sequence[Edge], *, closed: bool) -> Iterator[Crossing]:
+    """Yield the pairs of edges, none of no length, that share a point other than the joint between them."""
+    lines = [_Line(edge) for edge in edges]
+    spans = [_span(edge, line.circle) for edge, line in zip(edges, lines, strict=True)]
+    last = len(edges) - 1
+    for j, one in enumerate(lines):
+        left, low, right, high = spans[j]
+        for i, (x, y, to_x, to_y) in enumerate(spans[:j]):
+            if x > right or left > to_x or y > high or low > to_y:
+                continue
+            joints = [one.a] if i == j - 1 else []
+            joints += [one.b] if closed and i == 0 and j == last else []
+            for place in _shared(lines[i], one):
+                if not any(_is(place, joint) for joint in joints):
+                    yield Crossing(i, j, *place.floats())
+                    break
+
+
+def _is(place: Place, point: tuple[Number, Number]) -> bool:
+    return not any(Surd(c.whole - p, c.part, c.square).sign for c, p in zip(place, point, strict=True))
+
+
+def _span(edge: Edge, circle: ExactCircle | None) -> tuple[float, float, float, float]:
+    """Return a box that holds an edge, with room for what rounding makes of it: least and greatest x and y."""
+    xs, ys = zip(edge.a, edge.b, strict=True)
+    box = [min(xs), min(ys), max(xs), max(ys)]
+    if circle is not None:
+        reach = (math.isqrt(math.ceil(circle.radius2 * 4**64)) + 1) / 2**64  # above the radius
+        x, y = float(circle.x), float(circle.y)
+        room = (abs(x) + abs(y) + reach) * 2.0**-50
+        box = [x - reach - room, y - reach - room, x + reach + room, y + reach + room]
+    return box[0], box[1], box[2], box[3]
+
+
+def _at(point: tuple[Number, Number]) -> Place:
+    return Place(Surd(point[0], 0, 0), Surd(point[1], 0, 0))
+
+
+def _shared(one: _Line, other: _Line) -> Iterator[Place]:
+    """Yield points that two edges share: all, or of a stretch that they share its ends."""
+    candidates: Iterator[Place]
+    if one.circle is not None and one.circle == other.circle:
+        middles = (_middle(line, one.circle) for line in (one, other))
+        candidates = iter([*map(_at, (one.a, one.b, other.a, other.b)), *middles])
+    elif one.circle is None and other.circle is None:
+        candidates = _of_straights(one, other)
+    elif one.circle is None and other.circle is not None:
+        candidates = _on_line(one.a, one.along, other.circle)
+    elif other.circle is None and one.circle is not None:
+        candidates = _on_line(other.a, other.along, one.circle)
+    elif one.circle is not None and other.circle is not None:
+        candidates = _of_circles(one.circle, other.circle)
+    for place in candidates:
+        if one.holds(place) and other.holds(place):
+            yield place
+
+
+def _middle(line: _Line, circle: ExactCircle) -> Place:
+    """Return the middle of an arc: two of one circle that lie upon one another share ends that are joints, and it."""
+    x, y, radius2 = circle
+    ex, ey = line.along
+    # The middle is off the centre by the radius, across the chord, to the right of a counterclockwise arc.
+    square = radius2 / (ex * ex + ey * ey)
+    return Place(Surd(x, line.turn * ey, square), Surd(y, -line.turn * ex, square))
+
+
+def _of_straights(one: _Line, other: _Line) -> Iterator[Place]:
+    (ex, ey), (fx, fy) = one.along, other.along
+    dx, dy = other.a[0] - one.a[0], other.a[1] - one.a[1]
+    cross = ex * fy - ey * fx
+    if cross != 0:
+        part = (dx * fy - dy * fx) / cross
+        yield _at((one.a[0] + part * ex, one.a[1] + part * ey))
+    elif dx * ey - dy * ex == 0:
+        yield from map(_at, (one.a, one.b, other.a, other.b))
+
+
+def _on_line(a: tuple[Number, Number], along: tuple[Number, Number], circle: ExactCircle) -> Iterator[Place]:
+    """Yield the points at which a line meets a circle."""
+    (ex, ey), dx, dy = along, a[0] - circle.x, a[1] - circle.y
+    e2, b = ex * ex + ey * ey, ex * dx + ey * dy
+    square = b * b - e2 * (dx * dx + dy * dy - circle.radius2)
+    if square < 0:
+        return
+    for sign in (1, -1) if square else (1,):
+        whole, part = Fraction(-b) / e2, Fraction(sign) / e2
+        yield Place(
+            Surd(a[0] + whole * ex, part * ex, square),
+            Surd(a[1] + whole * ey, part * ey, square),
+        )
+
+
+def _of_circles(one: ExactCircle, other: ExactCircle) -> Iterator[Place]:
+    """Yield the points at which two circles meet: those of the one on the line of equal power."""
+    dx, dy = other.x - one.x, other.y - one.y
+    distance2 = dx * dx + dy * dy
+    if distance2 == 0:
+        return
+    part = (distance2 + one.radius2 - other.radius2) / (2 * distance2)
+    yield from _on_line((one.x + part * dx, one.y + part * dy), (-dy, dx), one)

@@ -1,0 +1,293 @@
+"""Discs and walls as arrays: what every solver of straight paths starts from, and the way in for a million discs.
+
+A scene of a million discs is a million validated objects; as arrays the same state takes milliseconds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.errors import InputError
+from carom.model.chain_geometry import Outline
+from carom.model.overlap import Overlap, overlaps
+from carom.model.prescribed_motion import Drive
+from carom.support.formatting import number
+from carom.support.limits import LARGEST, ORDINARY, require_within
+
+#: A point of a half-plane's surface, and the unit normal into its free side.
+HalfPlane = tuple[float, float, float, float]
+
+#: The path of a body that stands.
+STANDS = Drive.along([(0.0, (0.0, 0.0))])
+
+
+class Material(NamedTuple):
+    """What a wall is like where a disc strikes it: the coefficients of restitution and of Coulomb's friction."""
+
+    restitution: float
+    friction: float
+
+
+@dataclass(frozen=True, eq=False)
+class DiscArrays:
+    """The start of an event-driven run, which refuses one in which discs overlap. Compared by identity, not by value.
+
+    Attributes:
+        position_m: Centres at time 0, shape ``(n, 2)``, metres.
+        velocity_m_s: Velocities, shape ``(n, 2)``, metres a second.
+        radius_m: Radii, shape ``(n,)``, metres, above 0.
+        mass_kg: Masses, shape ``(n,)``, kilograms, above 0; infinity is an immovable disc.
+        walls: ``(x, y, nx, ny)`` of each half-plane: a point, and the unit normal into the free side; of a finite wall
+            its outline.
+        restitution: Of every pair of discs, 0 to 1.
+        wall_restitution: Of every disc and wall, 0 to 1.
+        spin_rad_s: Rates of turning at time 0, counterclockwise, shape ``(n,)``, radians a second; None for 0.
+        inertia_factor: Moments of inertia over mass times radius squared, shape ``(n,)``, above 0 to 1; infinity does
+            not turn. None for 1/2 everywhere.
+        friction: Coulomb's coefficient of every pair of discs, 0 or more.
+        wall_friction: Of every disc and wall, 0 or more.
+        tangential_restitution: Of every pair of discs where friction holds them, -1 to 1.
+        wall_tangential_restitution: Of every disc and wall, -1 to 1.
+        wall_materials: Of each wall, where one has not `wall_restitution` and `wall_friction`; else None.
+        wall_drives: The path of each wall, where one is driven; else None. `walls` says where they are at time 0.
+        belts_m_s: How fast the surface of each wall runs to the left of the normal into the free side, metres a second,
+            where one does; else None.
+        driven_discs: Numbers of the discs of infinite mass that move, ascending.
+        disc_drives: The path of each of them.
+    """
+
+    position_m: NDArray[np.float64]
+    velocity_m_s: NDArray[np.float64]
+    radius_m: NDArray[np.float64]
+    mass_kg: NDArray[np.float64]
+    walls: tuple[HalfPlane | Outline, ...] = ()
+    restitution: float = 1.0
+    wall_restitution: float = 1.0
+    spin_rad_s: NDArray[np.float64] | None = None
+    inertia_factor: NDArray[np.float64] | None = None
+    friction: float = 0.0
+    wall_friction: float = 0.0
+    tangential_restitution: float = 0.0
+    wall_tangential_restitution: float = 0.0
+    wall_materials: tuple[Material, ...] | None = None
+    wall_drives: tuple[Drive, ...] | None = None
+    belts_m_s: tuple[float, ...] | None = None
+    driven_discs: tuple[int, ...] = ()
+    disc_drives: tuple[Drive, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check shapes and values.
+
+        Raises:
+            InputError: A shape does not fit, a value is not finite or not of an ordinary size (`carom.support.limits`),
+                a radius or mass not positive, an immovable disc moves, a disc spins that can't turn, or a coefficient
+                is outside its range.
+        """
+        n = len(self.position_m)
+        if n == 0:
+            raise InputError("position_m must hold at least one disc")
+        for name, shape in (("position_m", (n, 2)), ("velocity_m_s", (n, 2)), ("radius_m", (n,)), ("mass_kg", (n,))):
+            array = getattr(self, name)
+            if array.shape != shape:
+                raise InputError(f"{name} must have the shape {shape}, got {array.shape}")
+        if not (np.all(self.radius_m > 0) and np.all(self.mass_kg > 0)):
+            raise InputError("radius_m and mass_kg must be above 0 everywhere")
+        self._require_sound_turning()
+        self.require_ordinary()
+        if np.any(self.velocity_m_s[self._stands]):
+            raise InputError("velocity_m_s must be (0, 0) for an immovable disc (mass_kg = inf)")
+        if not (0 <= self.restitution <= 1 and 0 <= self.wall_restitution <= 1):
+            raise InputError("restitution and wall_restitution must lie in 0 to 1")
+
+    def _require_sound_turning(self) -> None:
+        for name in ("friction", "wall_friction"):
+            if not 0 <= getattr(self, name) <= LARGEST:
+                raise InputError(f"{name} must be a number from 0 to {number(LARGEST, 3)}, got {getattr(self, name)}")
+        for name in ("tangential_restitution", "wall_tangential_restitution"):
+            if not -1 <= getattr(self, name) <= 1:
+                raise InputError(f"{name} must lie in -1 to 1, got {getattr(self, name)}")
+        for name in ("spin_rad_s", "inertia_factor"):
+            array = getattr(self, name)
+            if array is not None and array.shape != (len(self),):
+                raise InputError(f"{name} must have the shape {(len(self),)}, got {array.shape}")
+        spin, inertia = self.spins, self.inertia
+        if not np.all(((inertia >= 1.0 / ORDINARY) & (inertia <= 1)) | (inertia == math.inf)):
+            raise InputError(f"inertia_factor must lie in {number(1 / ORDINARY, 3)} to 1, or be infinite, everywhere")
+        if np.any(spin[self._stands | (self.movable & (inertia == math.inf))]):
+            raise InputError("spin_rad_s must be 0 for a disc that can't turn (mass_kg or inertia_factor = inf)")
+
+    def require_ordinary(self) -> None:
+        """Refuse sizes beyond those that are computed with as they are; speeds, and coordinates, may be smaller.
+
+        Raises:
+            InputError: The message names the attribute, the value, and the limits.
+        """
+        for name, array, least in (
+            ("position_m", self.position_m, 0.0),
+            ("velocity_m_s", self.velocity_m_s, 0.0),
+            ("radius_m", self.radius_m, 1.0 / ORDINARY),
+            ("mass_kg", self.mass_kg[~np.isinf(self.mass_kg)], 1.0 / ORDINARY),
+            ("radius_m times spin_rad_s", self.surface_speed_m_s, 0.0),
+            ("walls", self._wall_lengths, 0.0),
+        ):
+            require_within(name, array, least, ORDINARY)
+
+    @classmethod
+    def of_valid(cls, **fields: Any) -> DiscArrays:
+        """Return the start of a scene, whose fields have been checked one by one, as read-only arrays."""
+        start = object.__new__(cls)
+        start.__dict__.update(fields)
+        for array in fields.values():
+            if isinstance(array, np.ndarray):
+                array.flags.writeable = False
+        return start
+
+    def __len__(self) -> int:
+        return len(self.position_m)
+
+    @property
+    def movable(self) -> NDArray[np.bool_]:
+        """Whether an impact moves each disc, shape ``(n,)``."""
+        return np.isfinite(self.mass_kg)
+
+    @property
+    def _stands(self) -> NDArray[np.bool_]:
+        stands = ~self.movable
+        stands[list(self.driven_discs)] = False
+        return stands
+
+    @property
+    def driven(self) -> bool:
+        """Whether a wall or a disc is driven, or the surface of a wall runs."""
+        return bool(self.driven_discs) or self.wall_drives is not None or self.belts_m_s is not None
+
+    def drive_of_wall(self, k: int) -> Drive:
+        """Return the path of wall `k`."""
+        return STANDS if self.wall_drives is None else self.wall_drives[k]
+
+    def belt_of_wall(self, k: int) -> float:
+        """Return the speed at which the surface of wall `k` runs, metres a second."""
+        return 0.0 if self.belts_m_s is None else self.belts_m_s[k]
+
+    @property
+    def spins(self) -> NDArray[np.float64]:
+        """Rate of turning of each disc at the start, shape ``(n,)``, radians a second."""
+        return np.zeros(len(self)) if self.spin_rad_s is None else self.spin_rad_s
+
+    @property
+    def inertia(self) -> NDArray[np.float64]:
+        """Moment of inertia of each disc over mass times radius squared, shape ``(n,)``."""
+        return np.full(len(self), 0.5) if self.inertia_factor is None else self.inertia_factor
+
+    @property
+    def surface_speed_m_s(self) -> NDArray[np.float64]:
+        """Speed of each disc's rim as seen from its centre, counterclockwise, shape ``(n,)``, metres a second."""
+        return self.radius_m * self.spins
+
+    @property
+    def rubs_discs(self) -> bool:
+        """Whether friction can act between two discs."""
+        return self.friction > 0.0 and len(self) > 1
+
+    @property
+    def rubs_walls(self) -> bool:
+        """Whether friction can act between a disc and a wall."""
+        return any(material.friction > 0.0 for material in self.materials)
+
+    @property
+    def rubs(self) -> bool:
+        """Whether friction can act at all."""
+        return self.rubs_discs or self.rubs_walls
+
+    @cached_property  # which the solving of two discs would spend a quarter of its time on
+    def turns(self) -> bool:
+        """Whether discs spin or can come to spin: without that a run keeps no spins."""
+        return self.rubs or bool(np.any(self.spins))
+
+    @cached_property
+    def is_ordinary(self) -> bool:
+        """Whether every number but 0 and infinity is of an ordinary size, see `carom.support.limits`."""
+        lengths = (self.position_m, self.radius_m, self._wall_lengths)
+        measures = (*lengths, self.velocity_m_s, self.driven_speeds, self.mass_kg, self.surface_speed_m_s)
+        size = np.abs(np.concatenate([array.ravel() for array in measures]))
+        return bool(np.all(((size >= 1.0 / ORDINARY) & (size <= ORDINARY)) | (size == 0.0) | (size == math.inf)))
+
+    @property
+    def _wall_lengths(self) -> NDArray[np.float64]:
+        return np.array([length for wall in self.walls for length in wall_lengths(wall)])
+
+    @property
+    def driven_speeds(self) -> NDArray[np.float64]:
+        """Components of all velocities of driven bodies, and speeds of belts, metres a second; some are below 0."""
+        drives = (*(self.wall_drives or ()), *self.disc_drives)
+        speeds = [part for drive in drives for leg in drive.legs for part in leg.velocity]
+        return np.array([*speeds, *(self.belts_m_s or ())], np.float64)
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """What each wall is like."""
+        if self.wall_materials is not None:
+            return self.wall_materials
+        return (Material(self.wall_restitution, self.wall_friction),) * len(self.walls)
+
+    def restitution_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the coefficients of restitution of impacts, whose second bodies these are; walls are negative."""
+        walls = np.array([material.restitution for material in self.materials] or [math.nan])
+        return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.restitution)
+
+    def friction_of(self, second: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return the coefficients of friction of impacts, as `restitution_of` those of restitution."""
+        walls = np.array([material.friction for material in self.materials] or [math.nan])
+        return np.where(second < 0, walls[np.maximum(-1 - second, 0)], self.friction)
+
+    @cached_property
+    def has_half_planes(self) -> bool:
+        """Whether all walls, if any, are half-planes."""
+        return all(isinstance(wall, tuple) for wall in self.walls)
+
+    @property
+    def has_plain_walls(self) -> bool:
+        """Whether all walls are half-planes with the scene's own coefficients."""
+        return self.wall_materials is None and self.has_half_planes
+
+    def half_planes(self, solver: str = "the caller", *, own_materials: bool = False) -> tuple[HalfPlane, ...]:
+        """Return the walls of a start that has no others.
+
+        Raises:
+            InputError: There are others, or walls with coefficients of their own, unless `own_materials`; the message
+                names the first, and the solver.
+        """
+        planes = tuple(wall for wall in self.walls if isinstance(wall, tuple))
+        if self.wall_materials is not None and not own_materials:
+            raise InputError(f"walls have restitution or friction of their own, which {solver} does not support")
+        if len(planes) < len(self.walls):
+            number, shape = next((k, wall) for k, wall in enumerate(self.walls) if not isinstance(wall, tuple))
+            said = f"wall {number} is no half-plane, which {solver} does not support: {shape.described}"
+            raise InputError(said)
+        return planes
+
+    def overlaps(self, disc_name: str, wall_name: str) -> tuple[list[Overlap], bool]:
+        """Return the first overlaps of bodies, named as in `overlap.overlaps`, and whether there are more."""
+        return overlaps(self.position_m, self.radius_m, self.movable, self.walls, disc_name, wall_name)
+
+    def require_apart(self) -> None:
+        """Refuse a start in which two discs, or a disc and a wall, overlap by more than rounding can explain.
+
+        Raises:
+            InputError: Bodies overlap; the message names the first ten pairs of each kind.
+        """
+        found, more = self.overlaps("disc {}", "wall {}")
+        if found:
+            lines = [f"position_m[{overlap.disc}] {overlap.message}" for overlap in found]
+            raise InputError("\n".join([*lines, "and more of them"] if more else lines))
+
+
+def wall_lengths(wall: HalfPlane | Outline) -> tuple[float, ...]:
+    """Return the coordinates and radii of a wall, metres; some are below 0."""
+    return wall[:2] if isinstance(wall, tuple) else wall.lengths

@@ -1,0 +1,125 @@
+"""What a scene file may say for short: lengths in pixels, and a disc's moment of inertia by its shape.
+
+It is written out when a file is read, so a scene has metres and a moment of inertia, whatever it was read from.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carom.errors import InputError, Problem, SceneError
+from carom.support.checks import number, shown
+
+#: Moment of inertia over mass times radius squared, of a body of even density.
+SHAPES = {"disc": 0.5, "sphere": 0.4}
+
+UNITS = ("m", "px")
+#: Fields that are lengths, or lengths over powers of seconds.
+_LENGTHS = {
+    "": ("gravity_m_s2",),
+    "discs": ("position_m", "velocity_m_s", "radius_m"),
+    "walls": ("point_m", "points_m", "centre_m", "radius_m", "half_width_m", "velocity_m_s", "surface_speed_m_s"),
+}
+
+
+def written_out(content: dict[str, Any]) -> dict[str, Any]:
+    """Return what a file holds as the fields of a scene; what is malformed stays as it is, for those to refuse.
+
+    Raises:
+        SceneError: `length_unit`, `pixels_per_metre` or a `shape` is none that there is, or says what another field
+            says too.
+    """
+    content = dict(content)
+    unit, pixels = content.pop("length_unit", "m"), content.pop("pixels_per_metre", None)
+    if unit not in UNITS:
+        raise SceneError([Problem(("length_unit",), f'must be "m" or "px", got {shown(unit)}')])
+    if (unit == "px") != (pixels is not None):
+        there = "is required where length_unit is px, but missing" if pixels is None else 'needs length_unit = "px"'
+        raise SceneError([Problem(("pixels_per_metre",), there)])
+    if unit == "px":
+        try:
+            per_metre = number("pixels_per_metre", pixels, positive=True)
+        except InputError as error:
+            raise SceneError([Problem((), str(error))]) from None
+        content = _in_metres(content, per_metre)
+    if "shape" in content:
+        raise SceneError([Problem(("shape",), "is not a field of a scene", ("each of [[discs]] has one of its own",))])
+    discs = content.get("discs")
+    if isinstance(discs, list):
+        content["discs"] = [_with_inertia(disc, k) for k, disc in enumerate(discs)]
+    return content
+
+
+def _in_metres(content: dict[str, Any], per_metre: float) -> dict[str, Any]:
+    found: dict[str, Any] = _divided(content, _LENGTHS[""], per_metre)
+    for name in ("discs", "walls"):
+        if isinstance(bodies := found.get(name), list):
+            found[name] = [_divided(body, _LENGTHS[name], per_metre) for body in bodies]
+    return found
+
+
+def _divided(fields: Any, names: tuple[str, ...], by: float) -> Any:
+    if not isinstance(fields, dict):
+        return fields
+    found = {name: _quotient(value, by) if name in names else value for name, value in fields.items()}
+    if isinstance(legs := found.get("legs"), list):
+        found["legs"] = [_divided(leg, ("velocity_m_s",), by) for leg in legs]
+    return found
+
+
+def _quotient(value: Any, by: float) -> Any:
+    if isinstance(value, list):
+        points = bool(value) and isinstance(value[0], list)
+        return [_quotient(one, by) for one in value] if points or len(value) <= 2 else value  # a vector has two
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return value
+    try:
+        return value / by
+    except OverflowError:  # a whole number beyond floats
+        return value
+
+
+def _with_inertia(disc: Any, k: int) -> Any:
+    if not isinstance(disc, dict) or "shape" not in disc:
+        return disc
+    if "inertia_factor" in disc:
+        raise SceneError([Problem(("discs", k, "shape"), "says what inertia_factor says: leave one of them out")])
+    shape = disc["shape"]
+    if not isinstance(shape, str) or shape not in SHAPES:
+        known = " or ".join(f'"{name}"' for name in SHAPES)
+        raise SceneError([Problem(("discs", k, "shape"), f"must be {known}, got {shown(shape)}")])
+    return {name: value for name, value in disc.items() if name != "shape"} | {"inertia_factor": SHAPES[shape]}
+
+
+def with_shorthand(schema: dict[str, Any]) -> dict[str, Any]:
+    """Return the JSON Schema of a scene as that of a file, which may say some of it for short."""
+    unit = {
+        "default": "m",
+        "description": "What lengths of this file are in: m, or px, of which pixels_per_metre are a metre.",
+        "enum": list(UNITS),
+        "title": "Length Unit",
+    }
+    pixels = {
+        "description": "Pixels in a metre; required with length_unit px.",
+        "exclusiveMinimum": 0,
+        "title": "Pixels Per Metre",
+        "type": "number",
+    }
+    shape = {
+        "description": "Instead of inertia_factor: "
+        + ", ".join(f"{name} {factor}" for name, factor in SHAPES.items())
+        + ".",
+        "enum": list(SHAPES),
+        "title": "Shape",
+    }
+    schema["properties"] |= {"length_unit": unit, "pixels_per_metre": pixels}
+    in_pixels = {"properties": {"length_unit": {"const": "px"}}, "required": ["length_unit"]}
+    schema |= {
+        "if": in_pixels,
+        "then": {"required": ["pixels_per_metre"]},
+        "else": {"not": {"required": ["pixels_per_metre"]}},
+    }
+    disc = schema["$defs"]["Disc"]
+    disc["properties"]["shape"] = shape
+    disc["not"] = {"required": ["shape", "inertia_factor"]}
+    return schema

@@ -1,0 +1,180 @@
+"""A start in which bodies overlap is refused: such a state has no past, so its future has no unique answer.
+
+One rule for scenes and for arrays. Two immovable bodies may overlap, since nothing can come of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.broad_phase import near_pairs, near_walls
+from carom.model.chain_geometry import Outline
+from carom.support.formatting import metres
+
+Floats = NDArray[np.float64]
+Numbers = NDArray[np.intp]
+
+#: Overlaps of each kind that are named. All pairs of discs upon one another would be a page for each of them.
+NAMED = 10
+
+#: The disc that reaches so much farther misses no overlap by rounding: 16 units of relative rounding (2^-52). A gap
+#: takes 4 of them, and the comparison of the search 8.
+_ROUNDED_UP = 1.0 + 2.0**-48
+
+
+class Overlap(NamedTuple):
+    """A disc that overlaps another body at the start.
+
+    Attributes:
+        disc: Number of the disc; of two discs the higher.
+        other: Number of the other disc, or of the wall.
+        message: What is wrong and what to do, to stand behind the name of the disc's position.
+    """
+
+    disc: int
+    other: int
+    message: str
+
+
+def input_rounding(size: Floats) -> Floats:
+    """Return the largest error that a gap can have without anybody having meant an overlap.
+
+    The gap of two discs takes six numbers, each the nearest float to what was written (half a unit in the last place of
+    the largest: 3 units in all), and five roundings of its own (under 3 units). A start that touches in the decimal
+    numbers of its file must not be refused for their binary rounding.
+
+    Args:
+        size: Magnitude of the largest of the numbers that a gap is computed from, metres.
+    """
+    rounding: Floats = 6.0 * np.spacing(size)
+    return rounding
+
+
+def overlaps(
+    position_m: Floats,
+    radius_m: Floats,
+    movable: NDArray[np.bool_],
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+    disc_name: str,
+    wall_name: str,
+) -> tuple[list[Overlap], bool]:
+    """Return the overlaps of discs, and those of discs and walls, that rounding can't explain: ten of each at most.
+
+    Args:
+        position_m: Centres, metres, shape ``(n, 2)``.
+        radius_m: Radii, metres, shape ``(n,)``.
+        movable: Whether an impact moves a disc, shape ``(n,)``.
+        walls: Point and unit normal of each half-plane, outline of each finite wall.
+        disc_name: What a message calls the other disc, with ``{}`` where its number goes.
+        wall_name: What a message calls the wall.
+
+    Returns:
+        The overlaps, those of discs first, each kind by the number of the disc and then of the other body; and whether
+        there are more of them.
+    """
+    size = np.maximum(np.abs(position_m).max(axis=1), radius_m)
+    found: list[Overlap] = []
+    more = False
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond the largest float everything is simply far away
+        for kind in (
+            _of_discs(position_m, radius_m, movable, size, disc_name),
+            _of_walls(position_m, radius_m, movable, size, walls, wall_name),
+            _of_outlines(position_m, radius_m, movable, size, walls, wall_name),
+        ):
+            named = list(islice(kind, NAMED + 1))
+            found += named[:NAMED]
+            more = more or len(named) > NAMED
+    return found, more
+
+
+def _of_discs(
+    position: Floats, radius: Floats, movable: NDArray[np.bool_], size: Floats, name: str
+) -> Iterator[Overlap]:
+    # What rounding forgives a pair is at least half of what it forgives a pair of the one, and of the other, together.
+    reach = radius * _ROUNDED_UP - input_rounding(size) / 2.0
+    for first, second in near_pairs(position, reach, movable):
+        if not len(first):  # most scenes are small, and all of what follows takes longer than the search
+            continue
+        offset = position[second] - position[first]
+        gap = np.hypot(offset[:, 0], offset[:, 1]) - (radius[first] + radius[second])
+        wrong = np.flatnonzero(gap < -input_rounding(np.maximum(size[first], size[second])))
+        for k in wrong[np.lexsort((first[wrong], second[wrong]))].tolist():
+            i, j = int(first[k]), int(second[k])
+            yield Overlap(
+                j,
+                i,
+                f"must not overlap {name.format(i)} at the start, got {tuple(position[j].tolist())}: "
+                f"the two overlap by {metres(-gap[k])}; move them apart",
+            )
+
+
+def _of_walls(
+    position: Floats,
+    radius: Floats,
+    movable: NDArray[np.bool_],
+    size: Floats,
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+    name: str,
+) -> Iterator[Overlap]:
+    numbers = [k for k, wall in enumerate(walls) if isinstance(wall, tuple)]
+    planes = np.array([walls[k] for k in numbers], dtype=np.float64).reshape(-1, 4)
+    for disc, wall in near_walls(position, radius, movable, planes):
+        x, y, nx, ny = planes[wall].T
+        gap = (position[disc, 0] - x) * nx + (position[disc, 1] - y) * ny - radius[disc]
+        largest = np.maximum(size[disc], np.abs(planes[wall, :2]).max(axis=1))
+        for n in np.flatnonzero(gap < -input_rounding(largest)).tolist():
+            i, k = int(disc[n]), numbers[int(wall[n])]
+            yield Overlap(
+                i,
+                k,
+                f"must not overlap {name.format(k)} at the start, got {tuple(position[i].tolist())}: "
+                f"the disc reaches {metres(-gap[n])} into it; move the disc, or turn the wall's normal round",
+            )
+
+
+def _of_outlines(
+    position: Floats,
+    radius: Floats,
+    movable: NDArray[np.bool_],
+    size: Floats,
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+    name: str,
+) -> Iterator[Overlap]:
+    for i, k in _near_outlines(position, radius, movable, walls):
+        x, y, r, wall = float(position[i, 0]), float(position[i, 1]), float(radius[i]), walls[k]
+        if isinstance(wall, tuple):
+            continue
+        largest = np.array(max(float(size[i]), *map(abs, wall.lengths)))
+        gap = wall.gap(x, y, r)
+        inside = wall.solid and wall.encloses(x, y)
+        if not inside and gap >= -input_rounding(largest):
+            continue
+        found = f"must not overlap {name.format(k)} at the start, got {(x, y)}: "
+        if inside:
+            yield Overlap(i, k, f"{found}the disc is inside it, and it is solid; move the disc")
+        else:
+            edge = "" if wall.radius is not None else f"edge {wall.nearest(x, y).edge} of "
+            yield Overlap(i, k, f"{found}the disc reaches {metres(-gap)} into {edge}it; move the disc")
+
+
+def _near_outlines(
+    position: Floats,
+    radius: Floats,
+    movable: NDArray[np.bool_],
+    walls: Sequence[tuple[float, float, float, float] | Outline],
+) -> list[tuple[int, int]]:
+    """Return the discs that come near the box of a finite wall, and the wall, by the number of the disc, then of it."""
+    found: list[tuple[int, int]] = []
+    for k, wall in enumerate(walls):
+        if isinstance(wall, tuple):
+            continue
+        low, high = wall.box
+        beyond = np.maximum(low - position, position - high).max(axis=1)
+        near = (beyond <= (radius + wall.half_width) * _ROUNDED_UP) & movable
+        found += [(i, k) for i in np.flatnonzero(near).tolist()]
+    return sorted(found)

@@ -1,0 +1,510 @@
+"""What is simulated: discs, walls and a scene of them; validated, immutable, loaded from and saved to TOML or JSON."""
+
+from __future__ import annotations
+
+import importlib
+import math
+import sys
+from collections.abc import Generator
+from enum import StrEnum
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any, Self
+
+import numpy as np
+from pydantic import AfterValidator, Field, Strict
+
+from carom.errors import InputError, Problem, SceneError
+from carom.model.disc_arrays import DiscArrays, Material
+from carom.model.file_shorthand import with_shorthand, written_out
+from carom.model.prescribed_motion import Drive
+from carom.model.sizes import span_problems
+from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
+from carom.support.checks import shown
+from carom.support.data_files import read_data
+from carom.support.display import Drawn
+from carom.support.fields import (
+    Coefficient,
+    Friction,
+    Inertia,
+    Mass,
+    Model,
+    Number,
+    Positive,
+    Rate,
+    SignedCoefficient,
+    Vector,
+)
+from carom.support.formatting import number
+from carom.support.limits import MOST_BYTES, MOST_DISCS, MOST_STEPS, MOST_WALLS
+
+__all__ = [
+    "Chain",
+    "Disc",
+    "Need",
+    "Ring",
+    "Scene",
+    "Wall",
+    "as_scene",
+    "load_scene",
+    "save_scene",
+    "scene_schema",
+    "steps_to_cover",
+]
+
+#: Coefficients of friction, which a scene and its arrays have under one name.
+_OF_FRICTION = ("friction", "wall_friction", "tangential_restitution", "wall_tangential_restitution")
+
+#: What a file may hold of each; a scene that a program makes may have more.
+MOST_BODIES = {"discs": MOST_DISCS, "walls": MOST_WALLS}
+
+
+def _at_least_one(discs: tuple[Disc, ...]) -> tuple[Disc, ...]:
+    if not discs:
+        raise ValueError("must hold at least one disc")
+    return discs
+
+
+class Need(StrEnum):
+    """Something a scene asks of a method that simulates it; its value is how a report names it."""
+
+    WALLS = "walls"
+    SEGMENTS = "walls of straight edges"
+    ARCS = "walls of arcs, or circles around a disc"
+    POSTS = "circles met from outside"
+    WALL_MATERIALS = "walls of their own restitution or friction"
+    IMMOVABLE = "immovable discs"
+    DRIVEN_WALLS = "driven walls"
+    DRIVEN_DISCS = "driven discs"
+    LEGS = "driven bodies whose velocity changes"
+    BELTS = "walls whose surface runs"
+    EDGE_BELTS = "edges or circles whose surface runs"
+    RESTITUTION = "restitution below 1"
+    GRAVITY = "gravity"
+    DAMPING = "damping"
+    ROLLING_RESISTANCE = "rolling resistance"
+    TABLE_FRICTION = "a table that slows discs down"
+    SPIN = "spinning discs"
+    FRICTION = "friction"
+    TANGENTIAL_RESTITUTION = "tangential restitution"
+
+
+class Disc(Model):
+    """A circular rigid body that moves in a straight line between impacts.
+
+    Attributes:
+        position_m: Centre at time 0, metres.
+        velocity_m_s: Velocity at time 0, metres a second.
+        radius_m: Radius, metres, above 0.
+        mass_kg: Mass, kilograms, above 0; ``inf`` (in JSON the string ``"inf"``) is a disc that no impact moves.
+        driven: Whether a disc of infinite mass moves: at its velocity and spin, whatever strikes it.
+        legs: A driven disc moves along a broken line: the velocity from an instant to the next; instead of
+            `velocity_m_s`.
+        spin_rad_s: Rate of turning at time 0, counterclockwise, radians a second.
+        inertia_factor: Moment of inertia over mass times radius squared, above 0 to 1: 1/2 for a disc of even density,
+            2/5 for a sphere, 1 for a hoop; ``inf`` (in JSON the string ``"inf"``) does not turn.
+    """
+
+    left_out = ("driven", "legs", "spin_rad_s", "inertia_factor")
+
+    position_m: Vector
+    velocity_m_s: Vector = (0.0, 0.0)
+    radius_m: Positive
+    mass_kg: Mass = 1.0
+    driven: Annotated[bool, Strict()] = False
+    legs: tuple[Leg, ...] = ()
+    spin_rad_s: Number = 0.0
+    inertia_factor: Inertia = 0.5
+
+    def model_post_init(self, _context: object, /) -> None:
+        """Refuse a disc that moves although nothing can stop it, and is not said to be driven.
+
+        Raises:
+            SceneError: The mass is infinite and velocity or spin is not zero; or the inertia is, and the spin is not;
+                or a driven disc has a finite mass; or legs are no path, or those of a disc that is not driven.
+        """
+        problems = list(leg_problems(self.legs, self.velocity_m_s)) if self.legs else []
+        if self.legs and not self.driven:
+            problems.append(Problem(("legs",), "need driven = true: they are of a disc that nothing stops"))
+        stands = self.immovable and not self.driven
+        if self.driven and not self.immovable:
+            problems.append(Problem(("driven",), f"needs mass_kg = inf: impacts move a disc of {self.mass_kg:g} kg"))
+        if stands and self.velocity_m_s != (0.0, 0.0):
+            message = (
+                f"must be (0, 0) for an immovable disc (mass_kg = inf), got {self.velocity_m_s}; "
+                "one that nothing stops is driven = true"
+            )
+            problems.append(Problem(("velocity_m_s",), message))
+        if self.spin_rad_s != 0.0 and (stands or (math.isinf(self.inertia_factor) and not self.driven)):
+            cause = "immovable disc (mass_kg = inf)" if stands else "unturnable one (inertia_factor = inf)"
+            problems.append(Problem(("spin_rad_s",), f"must be 0 for an {cause}, got {self.spin_rad_s}"))
+        if problems:
+            raise SceneError(problems)
+
+    @property
+    def immovable(self) -> bool:
+        """Whether no impact moves this disc."""
+        return math.isinf(self.mass_kg)
+
+    @property
+    def drive(self) -> Drive:
+        """The path of a driven disc."""
+        return drive_of(self.legs, self.velocity_m_s)
+
+
+class Scene(Drawn, Model):
+    """Discs, walls, and the laws that hold between them. Immutable; two equal scenes compare equal.
+
+    Attributes:
+        name: What reports call the scene.
+        description: One or two sentences for a reader; free text.
+        discs: At least one disc.
+        walls: Half-planes, chains of straight edges and arcs, and circles; none by default.
+        restitution: Coefficient of restitution of every pair of discs, 0 to 1.
+        wall_restitution: Coefficient of restitution between any disc and any wall, 0 to 1.
+        friction: Coulomb's coefficient of friction of every pair of discs, 0 or more.
+        wall_friction: Coulomb's coefficient of friction between any disc and any wall, 0 or more.
+        tangential_restitution: What becomes of the slip of two discs where friction holds them, -1 to 1: 0 ends it, 1
+            turns it round. It says nothing where there is no friction.
+        wall_tangential_restitution: The same between any disc and any wall.
+        gravity_m_s2: Uniform acceleration of every movable disc, metres a second squared.
+        damping_per_s: Rate c of linear damping, 0 or more, a second: between impacts velocities and spins of all discs
+            fall as ``exp(-c t)``. Not together with gravity. See `docs/theory/damping.md`.
+        wall_rolling_resistance: Coefficient c of rolling resistance between any disc and any wall, 0 or more: a wall
+            that a disc presses by P resists its turning by a torque of up to c P R. It is the tangent of the steepest
+            slope on which that holds a disc. Under gravity alone, and without `wall_tangential_restitution`; see
+            `docs/theory/contact.md`.
+        table_deceleration_m_s2: By how much a table that all discs slide on, seen from above, slows each of them down
+            against its motion until it stops, metres a second squared. Not together with gravity, damping, spin,
+            friction or driven bodies; see `docs/theory/contact.md`.
+        duration_s: How long the scene is simulated, seconds, above 0.
+        frame_rate_hz: Frames a second at which a frame-sampled method looks, unless it is told otherwise.
+    """
+
+    left_out = (*_OF_FRICTION, "damping_per_s", "wall_rolling_resistance", "table_deceleration_m_s2")
+
+    # Control characters would reach terminals and reports as they are.
+    name: Annotated[str, Field(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")]
+    description: str = ""
+    discs: Annotated[tuple[Disc, ...], AfterValidator(_at_least_one), Field(json_schema_extra={"minItems": 1})]
+    walls: tuple[AnyWall, ...] = ()
+    restitution: Coefficient = 1.0
+    wall_restitution: Coefficient = 1.0
+    friction: Friction = 0.0
+    wall_friction: Friction = 0.0
+    tangential_restitution: SignedCoefficient = 0.0
+    wall_tangential_restitution: SignedCoefficient = 0.0
+    gravity_m_s2: Vector = (0.0, 0.0)
+    damping_per_s: Rate = 0.0
+    wall_rolling_resistance: Friction = 0.0
+    table_deceleration_m_s2: Rate = 0.0
+    duration_s: Positive
+    frame_rate_hz: Positive = 60.0
+
+    def model_post_init(self, _context: object, /) -> None:
+        """Refuse a start in which bodies overlap: such a state has no past, so its future has no unique answer.
+
+        Raises:
+            SceneError: Two discs, or a disc and a wall, overlap by more than rounding can explain; or sizes span more
+                than `carom.support.limits` allows; or the scene has damping and gravity, or damping and a driven body;
+                or rolling resistance or a table where they are not solved.
+        """
+        start = self.arrays
+        problems = list(span_problems(start, self.gravity_m_s2, self.duration_s))
+        if self.damping_per_s and self.gravity_m_s2 != (0.0, 0.0):
+            problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with gravity, got {self.damping_per_s}"))
+        if self.damping_per_s and start.driven:
+            what = "a driven body, whose path is not damped"
+            problems.append(Problem(("damping_per_s",), f"must be 0 in a scene with {what}, got {self.damping_per_s}"))
+        problems += self._unsolved_frictions()
+        found, more = start.overlaps("discs[{}]", "walls[{}]")
+        problems += [Problem(("discs", overlap.disc, "position_m"), overlap.message) for overlap in found]
+        if problems:
+            raise SceneError(problems, more=more)
+
+    def _unsolved_frictions(self) -> Generator[Problem, None, None]:
+        falls = self.gravity_m_s2 != (0.0, 0.0)
+        if self.wall_rolling_resistance:
+            why = "" if falls else "without gravity, which presses discs to walls"
+            if self.wall_tangential_restitution:
+                why = "with wall_tangential_restitution, which gives back what rolling resistance takes"
+            if why:
+                said = f"must be 0 in a scene {why}, got {self.wall_rolling_resistance}"
+                yield Problem(("wall_rolling_resistance",), said)
+        if self.table_deceleration_m_s2:
+            with_what = (
+                "gravity" * falls,
+                "damping" * (self.damping_per_s > 0.0),
+                "driven bodies, which it does not slow down" * self.arrays.driven,
+                "friction or spin, which a table changes too" * self.arrays.turns,
+            )
+            for what in filter(None, with_what):
+                said = f"must be 0 in a scene with {what}, got {self.table_deceleration_m_s2}"
+                yield Problem(("table_deceleration_m_s2",), said)
+
+    @cached_property
+    def arrays(self) -> DiscArrays:
+        """The start of the scene as read-only arrays, which every solver takes; its gravity is not part of them."""
+        discs = self.discs
+        return DiscArrays.of_valid(
+            position_m=np.array([disc.position_m for disc in discs]),
+            velocity_m_s=np.array([(disc.legs[0] if disc.legs else disc).velocity_m_s for disc in discs]),
+            radius_m=np.array([disc.radius_m for disc in discs]),
+            mass_kg=np.array([disc.mass_kg for disc in discs]),
+            walls=tuple(
+                (*wall.point_m, *wall.normal) if isinstance(wall, Wall) else wall.outline for wall in self.walls
+            ),
+            wall_materials=self._wall_materials(),
+            wall_drives=tuple(wall.drive for wall in self.walls) if any(wall.driven for wall in self.walls) else None,
+            belts_m_s=tuple(wall.surface_speed_m_s for wall in self.walls)
+            if any(wall.surface_speed_m_s for wall in self.walls)
+            else None,
+            driven_discs=tuple(i for i, disc in enumerate(discs) if disc.driven),
+            disc_drives=tuple(disc.drive for disc in discs if disc.driven),
+            restitution=self.restitution,
+            wall_restitution=self.wall_restitution,
+            spin_rad_s=np.array([disc.spin_rad_s for disc in discs]),
+            inertia_factor=np.array([disc.inertia_factor for disc in discs]),
+            **{name: getattr(self, name) for name in _OF_FRICTION},
+        )
+
+    def _wall_materials(self) -> tuple[Material, ...] | None:
+        scene = Material(self.wall_restitution, self.wall_friction)
+        own = tuple(
+            Material(
+                scene.restitution if wall.restitution is None else wall.restitution,
+                scene.friction if wall.friction is None else wall.friction,
+            )
+            for wall in self.walls
+        )
+        return own if any(material != scene for material in own) else None
+
+    # The arrays are no field; a copy may have other discs, and a process that a scene is sent to makes its own.
+
+    def __iter__(self) -> Generator[tuple[str, Any], None, None]:
+        return ((name, value) for name, value in super().__iter__() if name != "arrays")
+
+    def __copy__(self) -> Self:
+        copied = super().__copy__()
+        copied.__dict__.pop("arrays", None)
+        return copied
+
+    def __deepcopy__(self, memo: dict[int, Any] | None = None) -> Self:
+        copied = super().__deepcopy__(memo)
+        copied.__dict__.pop("arrays", None)
+        return copied
+
+    def __getstate__(self) -> dict[Any, Any]:
+        state = super().__getstate__()
+        fields = {name: value for name, value in state["__dict__"].items() if name != "arrays"}
+        return {**state, "__dict__": fields}
+
+    @property
+    def undamped(self) -> Self:
+        """The scene without its damping: itself, if it has none."""
+        return self.model_copy(update={"damping_per_s": 0.0}) if self.damping_per_s else self
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """What this scene asks of a method, to be compared with what the method declares."""
+        start = self.arrays
+        least_wall = min((material.restitution for material in start.materials), default=1.0)
+        finite = [wall for wall in self.walls if not isinstance(wall, Wall)]
+        around = [self._encloses(wall) if isinstance(wall, Ring) else any(wall.bulges) for wall in finite]
+        wanted = {
+            Need.WALLS: bool(self.walls),
+            Need.SEGMENTS: any(isinstance(wall, Chain) and not (wall.bulges and all(wall.bulges)) for wall in finite),
+            Need.ARCS: any(around),
+            Need.POSTS: any(isinstance(wall, Ring) and not bent for wall, bent in zip(finite, around, strict=True)),
+            Need.WALL_MATERIALS: start.wall_materials is not None,
+            Need.IMMOVABLE: any(disc.immovable and not disc.driven for disc in self.discs),
+            Need.DRIVEN_DISCS: any(disc.driven for disc in self.discs),
+            Need.DRIVEN_WALLS: any(wall.driven for wall in self.walls),
+            Need.LEGS: any(body.legs for body in (*self.discs, *self.walls)),
+            Need.BELTS: start.belts_m_s is not None,
+            Need.EDGE_BELTS: any(wall.surface_speed_m_s for wall in finite),
+            Need.RESTITUTION: self.restitution < 1 or least_wall < 1,
+            Need.GRAVITY: self.gravity_m_s2 != (0.0, 0.0),
+            Need.DAMPING: self.damping_per_s > 0.0,
+            Need.ROLLING_RESISTANCE: self.wall_rolling_resistance > 0.0,
+            Need.TABLE_FRICTION: self.table_deceleration_m_s2 > 0.0,
+            Need.SPIN: any(disc.spin_rad_s for disc in self.discs),
+            Need.FRICTION: start.rubs,
+            Need.TANGENTIAL_RESTITUTION: (start.rubs_discs and self.tangential_restitution != 0.0)
+            or (start.rubs_walls and self.wall_tangential_restitution != 0.0),
+        }
+        return frozenset(need for need, is_needed in wanted.items() if is_needed)
+
+    def _encloses(self, ring: Ring) -> bool:
+        """Whether a disc is inside a circle at time 0, and so until the end: no centre crosses a wall."""
+        return any(math.dist(disc.position_m, ring.centre_m) < ring.radius_m for disc in self.discs)
+
+    def half_planes(self) -> tuple[Wall, ...]:
+        """Return the walls of a scene that has no others.
+
+        Raises:
+            InputError: There are others; the message names the first.
+        """
+        planes = tuple(wall for wall in self.walls if isinstance(wall, Wall))
+        if len(planes) < len(self.walls):
+            number = next(k for k, wall in enumerate(self.walls) if not isinstance(wall, Wall))
+            raise InputError(f"wall {number} is no half-plane, which is all that is supported here")
+        return planes
+
+    def step_count(self, dt_s: float) -> int:
+        """Number of steps of length `dt_s` that cover the duration: see `steps_to_cover`.
+
+        Raises:
+            InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
+                steps.
+        """
+        return steps_to_cover(self.duration_s, dt_s)
+
+
+def as_scene(scene: Scene | str) -> Scene:
+    """Return a scene that is given as one, or by its full name in the catalogue.
+
+    Raises:
+        UnknownNameError: The catalogue has no scene of the name; the message names the nearest one.
+        InputError: It is neither a scene nor a name.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, str):
+        # The catalogue is made of scenes: it is found by name when it is asked for, so that nothing here imports it.
+        found: Scene = importlib.import_module("carom.catalogue").scene_named(scene)
+        return found
+    raise InputError(
+        f"scene must be a Scene or the name of one in the catalogue, got {shown(scene)}",
+        hints=["carom.load_scene reads a file"],
+    )
+
+
+class _Callable(ModuleType):
+    """This module, which has the name that people call for a scene by: ``carom.scene("paper/missed")``."""
+
+    def __call__(self, name: str) -> Scene:
+        return as_scene(name)
+
+
+sys.modules[__name__].__class__ = _Callable
+
+
+def steps_to_cover(duration_s: float, dt_s: float) -> int:
+    """Return the number of steps of length `dt_s` that cover a duration, 0 or more; the last one may reach beyond it.
+
+    The quotient is taken exactly. When both are the nearest float to what was meant (2 and 1/240, say) the exact
+    quotient misses the whole number meant by up to 2 units of its relative rounding (2^-53 for each of the two), which
+    must not cost a step.
+
+    Raises:
+        InputError: `dt_s` is not a finite number above 0, or it gives more than `carom.support.limits.MOST_STEPS`
+            steps.
+    """
+    if not 0 < dt_s < math.inf:
+        raise InputError(f"a step must be a finite number of seconds above 0, got {dt_s}")
+    (a, b), (c, d) = duration_s.as_integer_ratio(), dt_s.as_integer_ratio()
+    whole, part = a * d, b * c  # the quotient is whole / part
+    if whole > MOST_STEPS * part:
+        raise InputError(
+            f"a step must be at least {number(1 / MOST_STEPS, 3)} of the scene's duration ({duration_s} s), "
+            f"got {dt_s}: lengthen it, or shorten the scene"
+        )
+    nearest = (2 * whole + part) // (2 * part)
+    if nearest > 0 and abs(whole - nearest * part) * 2**52 <= whole:
+        return nearest
+    return -(-whole // part)
+
+
+def scene_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a scene file (the one published as ``carom/scene.schema.json``)."""
+    schema = Scene.model_json_schema()
+    for name, most in MOST_BODIES.items():
+        schema["properties"][name]["maxItems"] = most
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **with_shorthand(schema)}
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Load and validate the scene in a ``.toml`` or ``.json`` file.
+
+    A file may say `length_unit = "px"` with `pixels_per_metre`, and `shape` of a disc: see
+    `carom.model.file_shorthand`.
+
+    Raises:
+        SceneError: The file can't be read, is no TOML or JSON, is too large, or holds no valid scene. The message
+            names the file, the field with its index, and the value.
+    """
+    path = Path(path)
+    try:
+        return Scene(**_few_problems(written_out(_parse(path))))
+    except SceneError as error:
+        more = error.more or len(error.problems) > SceneError.SHOWN  # nobody looked for all of them
+        raise SceneError(error.problems, source=str(path), more=more) from None
+
+
+def _parse(path: Path) -> dict[str, Any]:
+    if path.suffix not in MOST_BYTES:
+        raise SceneError([Problem((), f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}")])
+    try:
+        content = read_data(path, path.suffix)
+    except InputError as error:
+        raise SceneError([Problem((), str(error))]) from None
+    for name, most in MOST_BODIES.items():
+        bodies = content.get(name)
+        if not isinstance(bodies, list):
+            continue
+        edges = f", their edges counted: {total}" if (total := sum(map(edge_count, bodies))) > len(bodies) else ""
+        if total > most:
+            found = f"got {len(bodies)}{edges}"
+            raise SceneError([Problem((name,), f"a file of a scene holds {most} of them at most, {found}")])
+    return content
+
+
+def _few_problems(content: dict[str, Any]) -> dict[str, Any]:
+    """Return what a file holds with no more in it that is wrong than a message shows; what is right is all there.
+
+    Each problem takes a kilobyte, and a file has room for millions.
+    """
+    content = _few_unknown(content, Scene)
+    if isinstance(walls := content.get("walls"), list):
+        content["walls"] = [
+            _few_unknown(wall, kind_of_wall(wall)) if isinstance(wall, dict) else wall for wall in walls
+        ]
+    if isinstance(discs := content.get("discs"), list):
+        good: list[Any] = []
+        for k, disc in enumerate(discs):
+            try:
+                good.append(Disc(**_few_unknown(disc, Disc)))
+            except (SceneError, TypeError):
+                good += [_few_unknown(one, Disc) for one in discs[k : k + SceneError.SHOWN]]
+                break
+        content["discs"] = good
+    return content
+
+
+def _few_unknown(fields: Any, model: type[Model]) -> Any:
+    if not isinstance(fields, dict) or len(fields) <= len(model.model_fields):
+        return fields
+    unknown = [name for name in fields if name not in model.model_fields]
+    return {name: fields[name] for name in (*model.model_fields, *unknown[: SceneError.SHOWN]) if name in fields}
+
+
+def save_scene(scene: Scene, path: str | Path) -> None:
+    """Write a scene as TOML or JSON, by the path's ending; loading it again gives an equal scene.
+
+    Raises:
+        SceneError: The ending is neither ``.toml`` nor ``.json``.
+        OSError: The file can't be written.
+    """
+    path = Path(path)
+    if path.suffix == ".toml":
+        import tomli_w
+
+        text = tomli_w.dumps(scene.model_dump(mode="python"))
+    elif path.suffix == ".json":
+        text = scene.model_dump_json(indent=2) + "\n"
+    else:
+        message = f"a scene file ends in .toml or .json, not in {path.suffix or 'nothing'!r}"
+        raise SceneError([Problem((), message)], source=str(path))
+    path.write_text(text, encoding="utf-8")

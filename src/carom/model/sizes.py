@@ -1,0 +1,110 @@
+"""How large what belongs to one scene is, and what spans too much for any units.
+
+Lengths, the way that a disc can fly until the end among them, are compared with the smallest radius, and masses with
+the lightest; see `carom.support.limits`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.errors import Problem
+from carom.model.chain_geometry import Outline
+from carom.model.disc_arrays import DiscArrays, wall_lengths
+from carom.support.formatting import metres, number
+from carom.support.limits import SPAN
+
+Vector = tuple[float, float]
+
+_LEAST = number(1.0 / SPAN)
+
+
+class Sizes(NamedTuple):
+    """SI units.
+
+    Attributes:
+        length: Greatest coordinate (of a disc or wall) or radius.
+        radius: Smallest radius.
+        speed: Greatest velocity component, of a disc or of a wall, or speed of a spinning disc's rim, at the start or,
+            if that is more, what gravity makes of rest until the end.
+        duration: How long the scene is simulated.
+        lightest: Least mass of a movable disc; 1 where there is none.
+        heaviest: Greatest mass of a movable disc; 1 where there is none.
+    """
+
+    length: float
+    radius: float
+    speed: float
+    duration: float
+    lightest: float
+    heaviest: float
+
+    @classmethod
+    def of(cls, start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Sizes:
+        """Return the sizes of what begins at `start`."""
+        points = [abs(length) for wall in start.walls for length in wall_lengths(wall)]
+        masses = start.mass_kg[start.movable]
+        return cls(
+            max(float(np.abs(start.position_m).max()), float(start.radius_m.max()), *points),
+            float(start.radius_m.min()),
+            max(
+                float(np.abs(start.velocity_m_s).max()),
+                float(np.abs(start.driven_speeds).max(initial=0.0)),
+                float(np.abs(start.surface_speed_m_s).max()),
+                *(abs(g) * duration_s for g in gravity_m_s2),
+            ),
+            duration_s,
+            float(masses.min()) if len(masses) else 1.0,
+            float(masses.max()) if len(masses) else 1.0,
+        )
+
+    @property
+    def way(self) -> float:
+        """How far the greatest speed leads until the end."""
+        return self.speed * self.duration
+
+
+def span_problems(start: DiscArrays, gravity_m_s2: Vector, duration_s: float) -> Iterator[Problem]:
+    """Yield what spans too much."""
+    sizes = Sizes.of(start, gravity_m_s2, duration_s)
+    if sizes.length > SPAN * sizes.radius:
+        yield Problem(
+            ("discs", int(start.radius_m.argmin()), "radius_m"),
+            f"must be at least {_LEAST} of the greatest length in the scene, {metres(sizes.length)}, "
+            f"got {sizes.radius}; leave out what is so small, or so far away",
+        )
+    for index, wall in enumerate(start.walls):
+        if isinstance(wall, Outline):
+            yield from _short_edges(index, wall, sizes.length)
+    if sizes.heaviest > SPAN * sizes.lightest:
+        yield Problem(
+            ("discs", int(start.mass_kg.argmin()), "mass_kg"),
+            f"must be at least {_LEAST} of the greatest finite mass in the scene, {number(sizes.heaviest, 3)} kg, "
+            f"got {sizes.lightest}; make the heavy discs immovable (mass_kg = inf)",
+        )
+    if sizes.speed > 0.0 and SPAN * sizes.way < sizes.length:
+        yield Problem(
+            ("duration_s",),
+            f"must be so long that the fastest disc moves by {_LEAST} of the greatest length in the scene, "
+            f"{metres(sizes.length)}, got {sizes.duration}: it moves by {metres(sizes.way)}; lengthen it",
+        )
+    if not sizes.way <= SPAN * sizes.radius:
+        yield Problem(
+            ("duration_s",),
+            f"must be so short that no disc flies further than {number(SPAN, 3)} times the smallest radius, "
+            f"got {sizes.duration}: the way is {metres(sizes.way)}; shorten it",
+        )
+
+
+def _short_edges(index: int, wall: Outline, greatest: float) -> Iterator[Problem]:
+    for edge, (a, b, _) in enumerate(wall.edges):
+        if greatest > SPAN * (length := math.dist(a, b)):
+            yield Problem(
+                ("walls", index, "points_m", (edge + 1) % len(wall.points)),
+                f"makes edge {edge} {metres(length)} long, which must be at least {_LEAST} of the greatest "
+                f"length in the scene, {metres(greatest)}; leave the point out",
+            )

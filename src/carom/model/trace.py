@@ -1,0 +1,477 @@
+"""What happened: the impacts, final state, outcome, settings and work counts of one run of one method."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum, IntEnum
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.damping import Damping
+from carom.support.display import Tabular
+from carom.support.equality import ByValue
+
+if TYPE_CHECKING:
+    from carom.model.scene import Scene
+    from carom.model.step_windows import LocalTruth, States
+
+#: A setting of a method, as a report shows it.
+Setting = float | int | bool | str
+
+
+def setting_text(value: Setting) -> str:
+    """Return the text of a setting that ``--set`` reads back as the same value."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def profile_shown(profile: str, tried: Mapping[str, Setting]) -> str:
+    """Return what people are shown for a profile: its name, and the settings that were tried instead of its own."""
+    values = ", ".join(f"{name}={setting_text(value)}" for name, value in tried.items())
+    return f"{profile} with {values}" if values else profile
+
+
+#: One collision. `second` of a wall is `wall_body`; `normal` is the unit vector from first to second.
+IMPACT_DTYPE = np.dtype(
+    [
+        ("time_s", "f8"),
+        ("first", "i8"),
+        ("second", "i8"),
+        ("normal", "f8", 2),
+        ("velocity_first_before", "f8", 2),
+        ("velocity_second_before", "f8", 2),
+        ("velocity_first_after", "f8", 2),
+        ("velocity_second_after", "f8", 2),
+    ]
+)
+
+#: Spins of the two bodies just before and just after an impact, radians a second, counterclockwise; 0 of a wall.
+SPIN_DTYPE = np.dtype([("first_before", "f8"), ("second_before", "f8"), ("first_after", "f8"), ("second_after", "f8")])
+
+#: Which edge of a finite wall was hit, by its number in the file, and what of it: see `EdgeKind`; -1 for none.
+EDGE_DTYPE = np.dtype([("edge", "i8"), ("kind", "i8")])
+
+#: Where the two bodies of an impact were at a moment before it, with the velocities before it. NaN where that is not
+#: known; a wall has no position.
+STATE_DTYPE = np.dtype([("time_s", "f8"), ("position_first", "f8", 2), ("position_second", "f8", 2)])
+
+#: A disc's motion from an instant on, where contact that lasts begins, changes or ends: see `Mode`. `wall` is the body
+#: number of the wall, `impacts` how many of the trace's impacts come before; until the disc's next mode it moves with
+#: these accelerations.
+MODE_DTYPE = np.dtype(
+    [
+        ("time_s", "f8"),
+        ("impacts", "i8"),
+        ("disc", "i8"),
+        ("wall", "i8"),
+        ("before", "i8"),
+        ("after", "i8"),
+        ("position", "f8", 2),
+        ("velocity", "f8", 2),
+        ("acceleration", "f8", 2),
+        ("spin", "f8"),
+        ("spin_rate", "f8"),
+    ]
+)
+
+Vector = tuple[float, float]
+
+_COLUMNS = len(IMPACT_DTYPE.names or ())
+
+
+class EdgeKind(IntEnum):
+    """What of a finite wall's edge a disc has hit."""
+
+    FACE = 0
+    VERTEX = 1
+    ARC = 2
+
+
+class Mode(IntEnum):
+    """How a disc moves: on its own, or in contact with a wall that gravity presses it to.
+
+    A block slides without turning, as rolling resistance holds a disc that could turn.
+    """
+
+    FLIGHT = 0
+    SLIDE = 1
+    ROLL = 2
+    REST = 3
+    BLOCK = 4
+
+
+#: Of an impact on a disc, or on a half-plane.
+NO_EDGE = (-1, -1)
+
+
+class ImpactRecord(NamedTuple):
+    """One row of `Trace.impacts`, in the order of `IMPACT_DTYPE`, and of `Trace.spins`. Seconds, metres a second."""
+
+    time_s: float
+    first: int
+    second: int
+    normal: Vector
+    velocity_first_before: Vector
+    velocity_second_before: Vector
+    velocity_first_after: Vector
+    velocity_second_after: Vector
+    spins: tuple[float, float, float, float] | None = None  # in the order of `SPIN_DTYPE`, where the scene has any
+    edge: tuple[int, int] = NO_EDGE  # in the order of `EDGE_DTYPE`
+
+
+class ModeRecord(NamedTuple):
+    """One row of `Trace.modes`, in the order of `MODE_DTYPE`. Seconds, metres, radians."""
+
+    time_s: float
+    impacts: int
+    disc: int
+    wall: int
+    before: Mode
+    after: Mode
+    position: Vector
+    velocity: Vector
+    acceleration: Vector
+    spin: float
+    spin_rate: float
+
+
+def impact_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+    """Return the records as a read-only structured array of `IMPACT_DTYPE`."""
+    return _read_only([record[:_COLUMNS] for record in records], IMPACT_DTYPE)
+
+
+def spin_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+    """Return the spins of records that all have them, as a read-only structured array of `SPIN_DTYPE`."""
+    return _read_only([record.spins for record in records], SPIN_DTYPE)
+
+
+def edge_array(records: Iterable[ImpactRecord]) -> NDArray[np.void]:
+    """Return the edges that impacts were on, as a read-only structured array of `EDGE_DTYPE`."""
+    return _read_only([record.edge for record in records], EDGE_DTYPE)
+
+
+def mode_array(records: Iterable[ModeRecord]) -> NDArray[np.void]:
+    """Return the records as a read-only structured array of `MODE_DTYPE`."""
+    return _read_only(list(records), MODE_DTYPE)
+
+
+def _read_only(rows: list[Any], dtype: np.dtype[np.void]) -> NDArray[np.void]:
+    array = np.array(rows, dtype=dtype)
+    array.flags.writeable = False
+    return array
+
+
+def wall_body(wall: int) -> int:
+    """Return the body number of the k-th wall, ``-1 - k``; discs are numbered from 0."""
+    return -1 - wall
+
+
+def wall_index(body: int) -> int:
+    """Return which wall a body number below 0 is: k of the k-th wall, the inverse of `wall_body`."""
+    return -1 - body
+
+
+def body_name(body: int) -> str:
+    """Return what a body is called: a disc, or a wall, by its number among its kind."""
+    return f"disc {body}" if body >= 0 else f"wall {wall_index(body)}"
+
+
+def pair_name(impact: np.void) -> str:
+    """Return what the two bodies of an impact are called."""
+    return f"{body_name(int(impact['first']))} and {body_name(int(impact['second']))}"
+
+
+def velocities(impacts: NDArray[np.void], when: Literal["before", "after"]) -> NDArray[np.float64]:
+    """Return the velocities of both bodies of each impact, shape ``(2, m, 2)``: the first bodies', then the second."""
+    return np.array([impacts[f"velocity_first_{when}"], impacts[f"velocity_second_{when}"]])
+
+
+def rim_speeds(trace: Trace, when: Literal["before", "after"]) -> NDArray[np.float64]:
+    """Return the speeds of the rims of both bodies of each impact, ``R w``, shape ``(2, m)``: the first bodies', then.
+
+    0 of a wall, and of all where the trace has no spins; metres a second, counterclockwise.
+    """
+    speeds = np.zeros((2, len(trace.impacts)))
+    if trace.spins is not None:
+        radius = np.append(trace.scene.arrays.radius_m, 0.0)  # the last is that of any wall
+        for row, side in zip(speeds, ("first", "second"), strict=True):
+            row[:] = radius[np.maximum(trace.impacts[side], -1)] * trace.spins[f"{side}_{when}"]
+    return speeds
+
+
+class Outcome(Enum):
+    """How a run ended; the value is the sentence shown."""
+
+    COMPLETED = "ran to the end of the scene"
+    MAX_IMPACTS = "stopped after the number of impacts asked for"
+    STANDSTILL = "time no longer advances: impacts without end at one instant (inelastic collapse)"
+    GLIDES = "a disc glides along a wall that bends round it: contact from there on, and no impacts"
+    AT_REST = "a disc rests on a wall or an immovable disc, after infinitely many impacts or from the start"
+    CRUSHED = "a disc is crushed between two walls that close on it, after infinitely many impacts"
+    PRESSED = "two discs stay in touch, pressed together: contact of discs is not solved"
+    CORNER = "a disc is held by two walls at once: contact in a corner is not solved"
+    EDGE = "a disc comes to the end of a straight edge too slowly to fly off: how it turns about the end is not solved"
+    WARNED = "the method's own warning says that its state is not to be trusted"
+    NON_FINITE = "the state is no longer finite"
+    STOPPED = "stopped before the end of the scene: a budget was used up, or nothing certain could be said"
+
+    @property
+    def in_contact(self) -> bool:
+        """Whether the run ended where contact begins that lasts, or leaves no room: a method with frames goes on."""
+        return self in _OF_DISC
+
+    @property
+    def of_disc(self) -> str:
+        """What a disc does at an end in contact."""
+        return _OF_DISC[self]
+
+
+_OF_DISC = {
+    Outcome.AT_REST: "comes to rest",
+    Outcome.CRUSHED: "is crushed between two walls",
+    Outcome.GLIDES: "glides along a wall",
+    Outcome.PRESSED: "stays in touch with another",
+    Outcome.CORNER: "is held by two walls",
+    Outcome.EDGE: "comes over the end of a wall",
+}
+
+_OF_MODE = {
+    Mode.SLIDE: "slides along a wall",
+    Mode.BLOCK: "slides along a wall",
+    Mode.ROLL: "rolls along a wall",
+    Mode.REST: "comes to rest",
+    Mode.FLIGHT: "leaves a wall",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Samples(ByValue):
+    """States at chosen instants, for drawing.
+
+    Attributes:
+        time_s: Shape ``(k,)``, seconds.
+        position_m: Shape ``(k, n, 2)``, metres.
+    """
+
+    time_s: NDArray[np.float64]
+    position_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Trace(ByValue, Tabular):
+    """All that one run of one method produced. Two are equal if all fields are, arrays to the bit; there is no hash.
+
+    Attributes:
+        method: Name of the method or engine.
+        scene: The scene that was run.
+        impacts: Structured array of `IMPACT_DTYPE`, in order of reported time.
+        final_position_m: Shape ``(n, 2)``, at `end_time_s`.
+        final_velocity_m_s: Shape ``(n, 2)``, at `end_time_s`.
+        end_time_s: The scene's duration, or the last impact that was let through.
+        outcome: How the run ended.
+        dt_s: Step or frame length; 0 where there are no frames.
+        effective_time_s: Shape ``(len(impacts),)``: where the free-flight lines before and after each impact meet; NaN
+            where they do not. None where the method was not sampled and the reported time is the instant itself.
+        state_before: Structured array of `STATE_DTYPE`, one entry an impact: the method's own last state before it.
+            None where the impacts alone tell the whole path, as those of a solver do.
+        ambiguous: Indices of impacts that share a movable disc with an earlier impact at the same instant: physics
+            gives them no unique answer, and the order taken is a convention.
+        samples: States for drawing, where asked for.
+        profile: Name of the profile, empty where a solver was called directly.
+        tried: Settings that were tried instead of the profile's own, as they were asked for.
+        settings: The settings really used, read back from the engine where it can be read.
+        float_bits: Width of the floats that the method declares to compute in, 32 or 64.
+        counts: Work counts: steps, pair tests, predictions and so on.
+        impacts_per_disc: How many impacts each disc had, with discs and walls, shape ``(n,)``, also where the impacts
+            themselves are not kept; None where the method does not count.
+        notes: What the method itself warned of.
+        spins: Structured array of `SPIN_DTYPE`, one entry an impact; None in a scene in which nothing turns (see
+            `carom.DiscArrays.turns`), and where the method does not tell.
+        edges: Structured array of `EDGE_DTYPE`, one entry an impact: which edge of a finite wall it was on. None in a
+            scene without such walls, and where the method does not tell.
+        modes: Structured array of `MODE_DTYPE`, in order of time: when discs come to slide, roll or rest on a wall,
+            and when they leave it. None where nothing does, and where the method does not tell.
+        final_spin_rad_s: Spins at `end_time_s`, shape ``(n,)``; None as `spins`.
+        local_truth: What became of every step, by the method's own states; None where these were not looked at.
+        looks: States after some of its steps, evenly spaced, of few discs that may come to rest; else None.
+    """
+
+    method: str
+    scene: Scene
+    impacts: NDArray[np.void]
+    final_position_m: NDArray[np.float64]
+    final_velocity_m_s: NDArray[np.float64]
+    end_time_s: float
+    outcome: Outcome = Outcome.COMPLETED
+    dt_s: float = 0.0
+    effective_time_s: NDArray[np.float64] | None = None
+    state_before: NDArray[np.void] | None = None
+    ambiguous: tuple[int, ...] = ()
+    samples: Samples | None = None
+    profile: str = ""
+    tried: Mapping[str, Setting] = field(default_factory=dict)
+    settings: Mapping[str, Setting] = field(default_factory=dict)
+    float_bits: int = 64
+    counts: Mapping[str, int] = field(default_factory=dict)
+    impacts_per_disc: NDArray[np.int64] | None = None
+    notes: tuple[str, ...] = ()
+    spins: NDArray[np.void] | None = None
+    edges: NDArray[np.void] | None = None
+    modes: NDArray[np.void] | None = None
+    final_spin_rad_s: NDArray[np.float64] | None = None
+    local_truth: LocalTruth | None = None
+    looks: States | None = None
+
+    @property
+    def profile_shown(self) -> str:
+        """The profile, with what was tried in its place."""
+        return profile_shown(self.profile, self.tried)
+
+    @property
+    def contact_s(self) -> float:
+        """When the first contact begins that lasts, by the trace's own modes and end; infinity where there is none."""
+        if self.modes is not None and len(self.modes):
+            return float(self.modes["time_s"][0])
+        return self.end_time_s if self.outcome.in_contact else math.inf
+
+    @property
+    def contact_of_disc(self) -> str:
+        """What a disc does from `contact_s` on, as a clause without its subject."""
+        if self.modes is not None and len(self.modes):
+            return _OF_MODE[Mode(int(self.modes["after"][0]))]
+        return self.outcome.of_disc
+
+
+@dataclass(frozen=True, eq=False)
+class Flight(ByValue):
+    """A disc's path between two of its impacts, or modes, by the trace's own velocities; start and end count as such.
+
+    Attributes:
+        disc: The disc.
+        impact: Index of the impact that ends it; the number of impacts where a mode or the run ends it.
+        begin_s: When it begins, seconds.
+        end_s: When it ends.
+        position_m: Where, shape ``(2,)``.
+        velocity_m_s: How fast the disc is then, shape ``(2,)``.
+        pull_m_s2: Its acceleration, shape ``(2,)``: gravity, or that of its mode.
+        damping: What slows it down.
+    """
+
+    disc: int
+    impact: int
+    begin_s: float
+    end_s: float
+    position_m: NDArray[np.float64]
+    velocity_m_s: NDArray[np.float64]
+    pull_m_s2: NDArray[np.float64]
+    damping: Damping
+
+    def at(self, time_s: float) -> NDArray[np.float64]:
+        """Return where the disc is at a time."""
+        flown = self.damping.undamped(time_s - self.begin_s)
+        place: NDArray[np.float64] = self.position_m + self.velocity_m_s * flown + 0.5 * self.pull_m_s2 * flown**2
+        return place
+
+    def velocity_at(self, time_s: float) -> NDArray[np.float64]:
+        """Return how fast the disc is at a time."""
+        lasted = time_s - self.begin_s
+        velocity: NDArray[np.float64] = self.velocity_m_s * self.damping.kept(lasted) + self.pull_m_s2 * lasted
+        return velocity
+
+
+def free_flights(trace: Trace) -> Iterator[Flight]:
+    """Yield every flight of every disc, in the order in which they end: what impacts and modes of a trace lead to."""
+    count, discs = len(trace.impacts), trace.scene.discs
+    place = [np.array(disc.position_m, dtype=np.float64) for disc in discs]
+    velocity = list(trace.scene.arrays.velocity_m_s)
+    drives = {i: disc.drive for i, disc in enumerate(discs) if disc.legs}
+    pull = [np.array((0.0, 0.0) if disc.immovable else trace.scene.gravity_m_s2) for disc in discs]
+    since, damping = [0.0] * len(discs), Damping(trace.scene.damping_per_s)
+    table = trace.scene.table_deceleration_m_s2
+
+    def flight_of(disc: int, impact: int, end_s: float) -> Flight:
+        return Flight(disc, impact, since[disc], end_s, place[disc], velocity[disc], pull[disc], damping)
+
+    def flights_to(disc: int, impact: int, end_s: float) -> Iterator[Flight]:
+        """Yield the flights of a disc up to a time: of a driven one, one a leg; on a table, one to its stop."""
+        for leg in drives[disc].legs_from(since[disc])[1:] if disc in drives else ():
+            if leg.begin_s >= end_s:
+                break
+            yield flight_of(disc, impact, leg.begin_s)
+            place[disc], velocity[disc] = np.array(discs[disc].position_m) + leg.moved, np.array(leg.velocity)
+            since[disc] = leg.begin_s
+        if table and (speed := math.hypot(*velocity[disc])):
+            pull[disc] = -table * (velocity[disc] / speed)
+            if (stops_s := since[disc] + speed / table) < end_s:
+                yield flight_of(disc, impact, stops_s)
+                place[disc] = place[disc] + 0.5 * speed / table * velocity[disc]
+                velocity[disc], pull[disc], since[disc] = np.zeros(2), np.zeros(2), stops_s
+        yield flight_of(disc, impact, end_s)
+
+    def modes_before(impacts: int) -> Iterator[Flight]:
+        """Carry out the modes that come before there have been more impacts than these."""
+        while modes and modes[-1]["impacts"] <= impacts:
+            mode = modes.pop()
+            disc = int(mode["disc"])
+            yield flight_of(disc, count, float(mode["time_s"]))
+            place[disc], velocity[disc], pull[disc] = mode["position"], mode["velocity"], mode["acceleration"]
+            since[disc] = float(mode["time_s"])
+
+    modes = [] if trace.modes is None else list(trace.modes[::-1])
+    for k, impact in enumerate(trace.impacts):
+        yield from modes_before(k)
+        for side in ("first", "second"):
+            disc = int(impact[side])
+            if disc >= 0:
+                for flight in flights_to(disc, k, float(impact["time_s"])):
+                    yield flight
+                place[disc], since[disc] = flight.at(flight.end_s), flight.end_s
+                velocity[disc] = impact[f"velocity_{side}_after"]
+    yield from modes_before(count)
+    for disc in range(len(discs)):
+        yield from flights_to(disc, count, trace.end_time_s)
+
+
+def kinetic_energy(
+    scene: Scene, velocity_m_s: NDArray[np.float64], spin_rad_s: NDArray[np.float64] | None = None
+) -> float:
+    """Return the kinetic energy of the movable discs, joules; that of turning is part of it where spins are given.
+
+    `velocity_m_s` has shape ``(n, 2)``, `spin_rad_s` ``(n,)``. A disc that can't turn has none of turning.
+    """
+    mass = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
+    energy = float(0.5 * np.sum(mass * np.sum(velocity_m_s**2, axis=1)))
+    if spin_rad_s is None:
+        return energy
+    arrays = scene.arrays
+    inertia = np.where(np.isinf(arrays.inertia), 0.0, arrays.inertia)
+    return energy + float(0.5 * np.sum(mass * inertia * (arrays.radius_m * spin_rad_s) ** 2))
+
+
+def work_of_driven(trace: Trace) -> NDArray[np.float64]:
+    """Return what each impact's driven body does to the disc, joules, shape ``(m,)``; 0 where none is driven.
+
+    It is the impulse on the disc times the velocity of the driven surface, which a belt, or the spin of a driven disc,
+    is part of. With what the impacts lose it makes up the change of the kinetic energy.
+    """
+    start, impacts = trace.scene.arrays, trace.impacts
+    work = np.zeros(len(impacts))
+    if not start.driven:
+        return work
+    for side, (disc, other) in enumerate((("first", "second"), ("second", "first"))):
+        bodies, normal = impacts[disc], impacts["normal"] * (1.0, -1.0)[1 - side]
+        fixed = (impacts[other] < 0) | ~start.movable[np.maximum(impacts[other], 0)]
+        at = (bodies >= 0) & start.movable[np.maximum(bodies, 0)] & fixed
+        mass = np.where(at, start.mass_kg[np.maximum(bodies, 0)], 0.0)
+        runs = rim_speeds(trace, "before")[1 - side]
+        if start.belts_m_s is not None:
+            belts = np.array(start.belts_m_s)[np.maximum(-1 - impacts[other], 0) % len(start.belts_m_s)]
+            runs = np.where(impacts[other] < 0, belts, runs)
+        # The surface runs to the left of the normal from the driven body to the disc.
+        surface = impacts[f"velocity_{other}_before"] + runs[:, None] * np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+        change = impacts[f"velocity_{disc}_after"] - impacts[f"velocity_{disc}_before"]
+        work += mass * np.sum(np.where(at[:, None], change * surface, 0.0), axis=1)
+    return work

@@ -1,7 +1,0 @@
-// Data of the page, as carom.pages.files.packed wrote them: base64, gzip, JSON.
-"use strict";
-const unpack = async (text) => {
-  const bytes = Uint8Array.from(atob(text.trim()), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return JSON.parse(await new Response(stream).text());
-};

@@ -1,0 +1,68 @@
+"""What a word of a report means: a verdict's, a grade's, or a mark's."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
+from carom.errors import UnknownNameError
+from carom.report.grid import GRADED, Mark
+
+#: Words of the field for what a report has another word for.
+_ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """A word that a report uses.
+
+    Attributes:
+        word: What it is asked for by.
+        kind: "verdict", "grade" or "mark".
+        sentence: The sentence that a report shows.
+        when: When it says so.
+    """
+
+    word: str
+    kind: str
+    sentence: str
+    when: str = ""
+
+    def __str__(self) -> str:
+        told = f"{self.word} ({self.kind}): {self.sentence}."
+        return f"{told}\n  When: {self.when}." if self.when else told
+
+
+def glossary() -> Iterator[Meaning]:
+    """Yield every word: grades from best to worst, then the other marks of a table, then the verdicts."""
+    for mark in Mark:
+        grade = GRADED.get(mark)
+        when = "" if grade is None else GRADED_WHEN[grade].replace("*", "")
+        yield Meaning(mark.word, "grade" if grade is not None else "mark", mark.meaning, when)
+    for verdict, when in SAID_WHEN.items():
+        word = verdict.name.lower().replace("_", " ")
+        yield Meaning(word, "verdict", verdict.value, when.replace("*", ""))
+
+
+def explained(word: str) -> list[Meaning]:
+    """Return what a word means: of every verdict, grade or mark that has it for its name or for its sentence.
+
+    Raises:
+        UnknownNameError: No report uses the word; the message names the nearest ones.
+    """
+    asked = _ALSO.get(_plain(word), _plain(word))
+    entries = list(glossary())
+    names = {_plain(name): entry for entry in entries for name in (entry.sentence, entry.word)}
+    if found := [entry for entry in entries if asked in (_plain(entry.word), _plain(entry.sentence))]:
+        return found
+    near = [names[name].word for name in difflib.get_close_matches(asked, names, n=3, cutoff=0.5)]
+    near += [entry.word for entry in entries if asked and asked in _plain(entry.sentence)][:3]
+    hint = " or ".join(repr(one) for one in dict.fromkeys(near))
+    hints = [f"did you mean {hint}?" if near else "`carom explain` lists the words"]
+    raise UnknownNameError(f"no report says {word!r}", hints=hints)
+
+
+def _plain(word: str) -> str:
+    return " ".join(word.lower().replace("_", " ").replace("-", " ").replace(",", " ").rstrip(".").split())

@@ -1,0 +1,53 @@
+"""A result with its picture as HTML for a notebook: the drawing above the lines that a terminal has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+from typing import TYPE_CHECKING
+
+from carom.errors import MissingExtraError
+from carom.report.files import require_report_extra
+from carom.report.svg import drawing, new_figure, render
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Of a picture in a notebook.
+SIZE_IN = (7.0, 3.8)
+
+
+def with_picture(draw: Callable[[Axes], None], title: str, lines: str) -> str | None:
+    """Return a picture and the lines below it as HTML; None where the extra `report` is missing."""
+    try:
+        require_report_extra()
+    except MissingExtraError:
+        return None
+    return f'<div style="max-width:46em">{picture(draw, title)}</div><pre>{escape(lines)}</pre>'
+
+
+def picture(draw: Callable[[Axes], None], title: str, size_in: tuple[float, float] = SIZE_IN) -> str:
+    """Return what is drawn on axes of their own as SVG.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+    """
+    with drawing():
+        figure = new_figure(*size_in)
+        figure.set_layout_engine("constrained")
+        draw(figure.add_subplot())
+        return render(figure, title)
+
+
+def axes_of(ax: Axes | None, size_in: tuple[float, float] = SIZE_IN) -> Axes:
+    """Return the axes to draw on: new ones where none are given.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+    """
+    require_report_extra()
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot as plt
+
+    return plt.subplots(figsize=size_in, layout="constrained")[1]

@@ -1,0 +1,191 @@
+"""What there is, a line each: engines and scenes; and an engine in full."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+from carom.catalogue import CatalogueScene, Complaint, all_scenes
+from carom.engines.api import Capabilities, ContactTimes, Knob, Stamp
+from carom.engines.registry import EngineInfo
+from carom.report import formatting
+from carom.report.document import EVERYWHERE, Block, Cell, Column, Document, Facts, Headline, Lines, Section, Table
+
+
+def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
+    """Return a table of engines, a line each."""
+    known = [(info.name, info.capabilities, info) for info in infos if info.capabilities is not None]
+    heading = ("name", "version", "swept in", "friction", "spin", "floats")
+    lines = _aligned([heading, *(_engine_row(info, able) for _, able, info in known)])
+    told = dict(zip((name for name, _, _ in known), lines[1:], strict=True))
+    # Of an adapter that can't say what its engine can do, the reason is all there is.
+    return [lines[0], *(told.get(info.name, f"{info.name}  unavailable: {info.unavailable}") for info in infos)]
+
+
+def _engine_row(info: EngineInfo, able: Capabilities) -> tuple[str, ...]:
+    version = info.version or "unavailable"
+    # What an adapter declares in general is what `tuned` can do.
+    kinds = {"tuned": able, **info.own}
+    swept = ", ".join(name for name, one in kinds.items() if one.continuous_detection) or "no"
+    return (
+        info.name,
+        version,
+        swept,
+        "yes" if able.friction[1] > 0 else "no",
+        "yes" if able.spin else "no",
+        f"{able.float_bits} bits",
+    )
+
+
+def scene_lines(entries: Sequence[CatalogueScene]) -> list[str]:
+    """Return a table of scenes, a line each, which says what a scene shows last: it may be cut there."""
+    rows = [("name", "discs", "impacts", "what it shows")]
+    for entry in entries:
+        count = entry.known.count
+        rows.append((entry.name, str(len(entry.scene.discs)), "" if count is None else str(count), entry.shows))
+    return _aligned(rows, numbers=(1, 2))
+
+
+def _aligned(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(
+            cell.rjust(width) if k in numbers else cell.ljust(width)
+            for k, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
+
+
+def engine_page(info: EngineInfo) -> Document:
+    """Return all that an adapter declares of its engine, and what was reported of it."""
+    sections = [Section(info.name, (Facts(tuple(_facts(info)), only=EVERYWHERE),))]
+    if info.profiles:
+        table = Table(
+            (
+                Column("profile", lambda item: item[0]),
+                Column("what it stands for", lambda item: item[1]),
+            ),
+            list(info.profiles.items()),
+        )
+        sections.append(Section("Profiles", (table,)))
+    if info.knobs:
+        knobs = Table(
+            (Column("knob", lambda item: item[0]), Column("how far", lambda item: _range(item[1]))),
+            list(info.knobs.items()),
+            note=f"carom tune -e {info.name} searches them.",
+        )
+        sections.append(Section("Knobs", (knobs,)))
+    if info.capabilities is not None:
+        sections.append(_capabilities({"in general": info.capabilities, **info.own}))
+    sections.append(_hazards(info))
+    able = (
+        f"is not available: {info.unavailable}"
+        if info.unavailable
+        else f"has {formatting.count(len(info.profiles), 'profile')}"
+    )
+    return Document(
+        f"Carom: {info.name}",
+        Headline(f"{' '.join(filter(None, (info.engine, info.version)))} {able}."),
+        tuple(sections),
+    )
+
+
+def _facts(info: EngineInfo) -> Iterator[tuple[str, str]]:
+    yield "engine", f"{info.engine} {info.version}".rstrip()
+    if info.unavailable:
+        yield "unavailable", info.unavailable
+    if info.install:
+        yield "install", info.install
+    if info.distribution:
+        yield "adapter", info.distribution
+    if info.code:
+        yield "settings to paste", f"carom engines {info.name} --show tuned"
+
+
+#: What a value of `Capabilities` is called, and its unit; what is not here needs no word.
+_SAID = {
+    "walls": ("walls", ""),
+    "segments": ("walls of straight edges", ""),
+    "arcs": ("walls of arcs and circles", ""),
+    "posts": ("circles from outside", ""),
+    "wall_materials": ("walls of their own restitution or friction", ""),
+    "immovable_discs": ("immovable discs", ""),
+    "driven_walls": ("driven walls", ""),
+    "driven_discs": ("driven discs", ""),
+    "legs": ("driven bodies whose velocity changes", ""),
+    "belts": ("walls whose surface runs", ""),
+    "edge_belts": ("edges and circles whose surface runs", ""),
+    "gravity": ("gravity", ""),
+    "damping": ("damping", ""),
+    "rolling_resistance": ("rolling resistance", ""),
+    "table_friction": ("a table that slows discs down", ""),
+    "spin": ("spin", ""),
+    "restitution": ("restitution", ""),
+    "restitution_threshold_m_s": ("inelastic up to", " m/s"),
+    "friction": ("friction", ""),
+    "tangential_restitution": ("tangential restitution", ""),
+    "continuous_detection": ("no fast disc passes through another", ""),
+    "contact_times": ("contact times", ""),
+    "stamp": ("a contact's time is", ""),
+    "max_speed_m_s": ("greatest speed", " m/s"),
+    "max_spin_rad_s": ("greatest spin", " rad/s"),
+    "max_move_m": ("greatest move a step", " m"),
+    "max_turn_rad": ("greatest turn a step", " rad"),
+    "min_radius_m": ("least radius", " m"),
+    "max_radius_m": ("greatest radius", " m"),
+    "min_mass_kg": ("least mass", " kg"),
+    "max_mass_kg": ("greatest mass", " kg"),
+    "max_coordinate_m": ("greatest distance from the origin", " m"),
+    "min_inertia_factor": ("least inertia factor", ""),
+    "float_bits": ("bits of a float", ""),
+    "dimensions": ("dimensions", ""),
+    "deterministic": ("deterministic", ""),
+}
+
+
+def _capabilities(kinds: Mapping[str, Capabilities]) -> Section:
+    """Return what an engine can do, and next to it each profile that can do otherwise; limits at infinity are none."""
+    rows = []
+    for name, (word, unit) in _SAID.items():
+        values = [getattr(able, name) for able in kinds.values()]
+        if all(value in (math.inf, 0.0) and not isinstance(value, bool) for value in values):
+            continue  # no limit
+        rows.append((word, [_value(value, unit) for value in values]))
+
+    def column(head: str, k: int) -> Column:
+        return Column(head, lambda row: Cell(row[1][k]))
+
+    columns = [Column("it can", lambda row: row[0])]
+    columns += [column(profile, k) for k, profile in enumerate(kinds)]
+    return Section("Capabilities", (Table(tuple(columns), rows),))
+
+
+def _value(value: object, unit: str) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, ContactTimes | Stamp):
+        return str(value.value)
+    if isinstance(value, tuple):
+        low, high = value
+        return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+    return "no limit" if value == math.inf else f"{value:g}{unit}"
+
+
+def _range(knob: Knob) -> str:
+    if knob.choices:
+        return ", ".join(map(str, knob.choices))
+    return f"{knob.low:g} to {knob.high:g}"
+
+
+def _hazards(info: EngineInfo) -> Section:
+    """Return what was reported of an engine: each a scene, by which anybody sees whether it is so here."""
+    found = [entry for entry in all_scenes().values() if isinstance(entry, Complaint) and entry.engine == info.name]
+    blocks: list[Block] = []
+    if found:
+        columns = (Column("scene", lambda entry: entry.name), Column("what was reported", lambda entry: entry.reported))
+        note = f"Whether it is so here: carom run SCENE -e {info.name}."
+        blocks.append(Table(columns, found, note=note))
+    measured = "Measured over many starts: docs/results/hazards.md."
+    blocks.append(Lines((measured,) if found else (f"No complaint in the catalogue. {measured}",)))
+    return Section("Known hazards", tuple(blocks))

@@ -1,0 +1,185 @@
+"""What a notebook shows of a result, and what `plot` draws."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator
+from functools import partial, singledispatch
+from html import escape
+from typing import TYPE_CHECKING
+
+from carom.comparator import Score
+from carom.comparator.finite import not_finite
+from carom.errors import InputError, MissingExtraError
+from carom.execution.engines import EngineList
+from carom.execution.results import Results
+from carom.model.scene import Scene
+from carom.model.trace import Trace
+from carom.report import formatting
+from carom.report.files import require_report_extra
+from carom.report.grid import Mark, mark_of, mark_of_grade
+from carom.report.inline import axes_of, picture
+from carom.report.picture import draw_start, draw_trace, draw_traces
+from carom.report.svg import INK, SERIES, SURFACE
+from carom.solvers.certified.result import CertifiedTrace
+from carom.support.limits import MOST_DISCS_DRAWN
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+_SIZE_IN = (5.0, 3.6)
+#: With more impacts than this, a picture in a cell is a tangle of megabytes; `plot` draws them all.
+_MOST_IMPACTS_DRAWN = 1000
+#: Of the bars: green, light blue, blue, ochre, plum, violet, red; all others grey.
+_COLOUR = {
+    Mark.EXACT: SERIES[0],
+    Mark.CLOSE: "#3f8fc4",
+    Mark.SAMPLED: SERIES[1],
+    Mark.INACCURATE: "#8a6d00",
+    Mark.PARTED: "#a8447f",
+    Mark.PARTED_INACCURATE: "#5b4fa8",
+    Mark.WRONG: SERIES[2],
+}
+_OTHER = SERIES[7]
+
+
+def html_of(thing: object) -> str | None:
+    """Return a result as HTML: its lines, and its picture where it has one; None where the extra `report` is missing.
+
+    Names are escaped, and nothing in it is a script.
+    """
+    try:
+        require_report_extra()
+    except MissingExtraError:
+        return None
+    if isinstance(thing, Score):
+        below = f"<table><tbody>{''.join(_score_rows(thing))}</tbody></table>"
+    else:
+        below = f'<pre style="color:{INK}">{escape(str(thing))}</pre>'
+        if _has_picture(thing):
+            drawn = picture(partial(_draw, thing), str(thing).partition("\n")[0], _SIZE_IN)
+            below = f'<div style="max-width:34em">{drawn}</div>{below}'
+    return f'<div style="background:{SURFACE};color:{INK};padding:.5em;overflow:auto">{below}</div>'
+
+
+def plot(thing: object, axes: Axes | None = None) -> Axes:
+    """Draw a scene, a trace or results on axes, on new ones of pyplot's where none are given, and return the axes.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+        InputError: A number of the trace is NaN or infinite.
+    """
+    axes = axes_of(axes, _SIZE_IN)
+    _draw(thing, axes)
+    return axes
+
+
+def plot_beside(*traces: Trace) -> list[Axes]:
+    """Draw traces of one scene next to each other, to one scale, on axes of a new figure, and return these.
+
+    Args:
+        traces: At least one; what lies beyond the picture of the first by more than some of its extent is cut off.
+
+    Raises:
+        MissingExtraError: The extra `report` is not installed.
+        InputError: There is no trace, or two are of different scenes, or a number of one is NaN or infinite.
+    """
+    require_report_extra()
+    if not traces or not all(isinstance(trace, Trace) for trace in traces):
+        raise InputError("plot_beside takes traces, one at least")
+    for trace in traces:
+        if trace.scene != traces[0].scene:
+            raise InputError(f"the traces are of two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
+        if broken := not_finite(trace):
+            raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
+    from matplotlib import pyplot as plt
+
+    width, height = _SIZE_IN
+    size = (width * len(traces), height)
+    several = list(plt.subplots(1, len(traces), figsize=size, layout="constrained", squeeze=False)[1][0])
+    draw_traces(several, traces)
+    for axes, trace in zip(several, traces, strict=True):
+        axes.set_title(f"{trace.method} {trace.profile_shown}".strip())
+        if not axes.get_xlabel():
+            _in_metres(axes)
+    return several
+
+
+@singledispatch
+def _draw(thing: object, _axes: Axes) -> None:
+    raise TypeError(f"a {type(thing).__name__} has no picture")
+
+
+@_draw.register(Scene)
+def _(thing: Scene, axes: Axes) -> None:
+    draw_start(axes, thing)
+    _in_metres(axes)
+
+
+@_draw.register(Trace)
+def _(thing: Trace, axes: Axes) -> None:
+    if broken := not_finite(thing):
+        raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
+    draw_trace(axes, thing)
+    if not axes.get_xlabel():
+        _in_metres(axes)
+
+
+@_draw.register(CertifiedTrace)
+def _(thing: CertifiedTrace, axes: Axes) -> None:
+    _draw(thing.trace, axes)
+
+
+@_draw.register(Results)
+def _(thing: Results, axes: Axes) -> None:
+    """Draw a bar a method: how many of its runs were what, from the best on the left to the worst."""
+    marks = [mark_of(row) for row in thing.rows]
+    methods = list(dict.fromkeys(row.job.method.name for row in thing.rows))
+    ended = dict.fromkeys(methods, 0)
+    for mark in (mark for mark in Mark if mark in marks):
+        counts = dict.fromkeys(methods, 0)
+        for row, found in zip(thing.rows, marks, strict=True):
+            counts[row.job.method.name] += found is mark
+        colour = _COLOUR.get(mark, _OTHER)
+        left, label = list(ended.values()), f"{mark.symbol} {mark.word}"
+        axes.barh(methods, list(counts.values()), left=left, color=colour, label=label)
+        ended = {method: ended[method] + counts[method] for method in methods}
+    axes.invert_yaxis()
+    axes.locator_params(axis="x", integer=True)
+    axes.set_xlabel("runs")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+def _in_metres(axes: Axes) -> None:
+    axes.set_xlabel("x in m")
+    axes.set_ylabel("y in m")
+
+
+def _has_picture(thing: object) -> bool:
+    if isinstance(thing, CertifiedTrace):
+        return _has_picture(thing.trace)
+    if isinstance(thing, Trace):
+        return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not not_finite(thing)
+    if isinstance(thing, EngineList):
+        return False
+    return not isinstance(thing, Scene) or len(thing.discs) <= MOST_DISCS_DRAWN
+
+
+def _score_rows(score: Score) -> Iterator[str]:
+    rows = {
+        "grade": mark_of_grade(score.grade, score.float_bits).sentence,
+        "impacts expected": str(score.expected),
+        "missed": str(len(score.missed)),
+        "invented": str(len(score.spurious)),
+    }
+    if not math.isnan(score.price_paid):  # what was not measured has no row
+        rows["error / PIT's"] = formatting.number(score.price_paid)
+    for metric in dataclasses.fields(score.total):
+        unit = {"s": " s", "rad": " rad"}.get(metric.name.rpartition("_")[2], "")
+        error = getattr(score.total, metric.name)
+        if not math.isnan(error):
+            rows[metric.metadata["name"]] = formatting.number(error) + unit
+    rows |= {finding.verdict.value: finding.reason for finding in score.findings}
+    for name, value in rows.items():
+        yield f'<tr><th style="text-align:left">{escape(name)}</th><td>{escape(value)}</td></tr>'

@@ -1,0 +1,102 @@
+"""The line that each disc of a trace draws, and where the discs stand at its impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.trace import Trace
+from carom.report.tracks import Track, Turning, reference_tracks, turnings
+
+#: The chord of a 24th of a parabola leaves it by 1/576 of its sagitta: less than a line's width in any picture.
+_PIECES_OF_A_PARABOLA = 24
+
+
+@dataclass(frozen=True)
+class Stand:
+    """A disc at the instant of one of its impacts."""
+
+    disc: int
+    time_s: float
+    position_m: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Paths:
+    """What there is to draw of a trace.
+
+    Attributes:
+        lines: For each disc its times and centres, shapes ``(k,)`` and ``(k, 2)``.
+        stands: Each disc at each of its impacts.
+        frame_positions: Centres at the steps looked at, shape ``(k, n, 2)``; None where the trace has no steps.
+        frame_times: The times of these steps.
+        turned: How each disc turns; empty where nothing does.
+    """
+
+    lines: tuple[tuple[NDArray[np.float64], NDArray[np.float64]], ...]
+    stands: tuple[Stand, ...]
+    frame_positions: NDArray[np.float64] | None = None
+    frame_times: NDArray[np.float64] | None = None
+    turned: tuple[Turning, ...] = ()
+
+    def at(self, disc: int, time_s: float) -> NDArray[np.float64]:
+        """Return where a disc is, on its line."""
+        times, points = self.lines[disc]
+        return np.array([np.interp(time_s, times, points[:, axis]) for axis in (0, 1)])
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the least and the greatest coordinates of all centres."""
+        points = np.concatenate([points for _, points in self.lines])
+        points = points[np.isfinite(points).all(axis=1)]
+        return points.min(axis=0), points.max(axis=0)
+
+
+def exact_paths(trace: Trace) -> Paths:
+    """Return the free flights from impact to impact, by the trace's own velocities: exact for a trace without steps.
+
+    A free flight is straight without gravity, and a parabola with it, drawn as a chain of short lines.
+    """
+    tracks = reference_tracks(trace)
+    turns = _turns(trace, trace.impacts["time_s"])
+    stands = tuple(Stand(disc, time, tracks[disc].at(np.array([time]))[0]) for disc, time in turns)
+    return Paths(tuple(map(_line, tracks)), stands, turned=turnings(trace))
+
+
+def _line(track: Track) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    pieces = np.where(track.pulls_m_s2.any(axis=1), _PIECES_OF_A_PARABOLA, 1).tolist()
+    flights = zip(track.time_s[:-1].tolist(), np.diff(track.time_s).tolist(), pieces, strict=True)
+    times = np.array([begin + lasts * (k / n) for begin, lasts, n in flights for k in range(n)] + [track.time_s[-1]])
+    return times, track.at(times)
+
+
+def _turns(trace: Trace, time_s: NDArray[np.float64]) -> Iterator[tuple[int, float]]:
+    """Yield each disc of each impact, with the impact's time."""
+    for impact, time in zip(trace.impacts, time_s.tolist(), strict=True):
+        yield from ((int(impact[side]), time) for side in ("first", "second") if impact[side] >= 0)
+
+
+def observed_paths(trace: Trace) -> Paths:
+    """Return lines through the sampled states, with the impacts where the paths turned; exact ones without samples."""
+    samples = trace.samples
+    if samples is None or not len(samples.time_s):
+        return exact_paths(trace)
+    # The last step may reach beyond the scene's end; the final state is that at the end.
+    inside = samples.time_s < trace.end_time_s
+    times = np.append(samples.time_s[inside], trace.end_time_s)
+    positions = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
+    paths = Paths(
+        tuple((times, positions[:, disc]) for disc in range(positions.shape[1])), (), positions, times, turnings(trace)
+    )
+    reported = trace.impacts["time_s"]
+    effective = reported if trace.effective_time_s is None else trace.effective_time_s
+    turns = _turns(trace, np.where(np.isfinite(effective), effective, reported))
+    return replace(paths, stands=tuple(Stand(disc, time, paths.at(disc, time)) for disc, time in turns))
+
+
+def extent_of(trace: Trace) -> float:
+    """Return the larger side of the box round all that a trace's discs cover, metres."""
+    low, high = exact_paths(trace).bounds()
+    return float(np.max(high - low)) + 2.0 * max(disc.radius_m for disc in trace.scene.discs)

@@ -1,0 +1,357 @@
+"""Runs as pictures, each next to its reference: the paths of the discs with their impacts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.scene import Wall
+from carom.model.trace import Trace
+from carom.model.walls import moved_by
+from carom.report import formatting
+from carom.report.paths import Paths, Stand, exact_paths, observed_paths
+from carom.report.svg import INK, MUTED, SERIES, SURFACE, WALL, drawing, new_figure, render
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+
+    from carom.model.chain_geometry import Outline
+    from carom.model.scene import Scene
+    from carom.model.walls import AnyWall
+
+Limits = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+_WIDTH_IN = 3.3
+#: A picture is no flatter and no taller than this, in parts of its width; then there is empty room next to the scene.
+_FLATTEST, _TALLEST = 0.28, 1.0
+_MARGIN = 0.06
+#: An engine that throws discs out of the picture must not shrink the scene to a dot: this many extents are shown.
+_WIDEST = 1.6
+#: With more impacts than this, circles at each of them would hide the paths: the turns are dotted instead.
+_MOST_STANDS = 8
+#: With more frames than this, dots at each of them would run into a line.
+_MOST_FRAMES = 40
+_MOST_MISSES = 4
+#: Straight parts that an arc is drawn in, for a whole turn: then it is off by 1/2000 of its radius.
+ARC_PARTS = 100
+
+#: How strongly a driven body is drawn where it ends.
+_GONE = 0.3
+
+#: What nothing moves: walls and immovable discs.
+_SOLID: dict[str, Any] = {"facecolor": "none", "edgecolor": WALL, "hatch": "////", "linewidth": 1.0, "zorder": 1}
+
+
+def draw_pair(reference: Trace, observed: Trace, missed: Sequence[int], labels: tuple[str, str]) -> tuple[str, str]:
+    """Return a run next to its reference, as SVG and to one scale.
+
+    Args:
+        reference: What must happen.
+        observed: The run.
+        missed: Which impacts of the reference it missed.
+        labels: The drawings' accessible names.
+    """
+    scene, right, found = reference.scene, exact_paths(reference), observed_paths(observed)
+    axis, limits = _line_of_motion(right, scene), limits_of(scene, right, found)
+    if axis is not None:
+        first, second = (
+            _over_time(scene, paths, axis, limits, label) for paths, label in zip((right, found), labels, strict=True)
+        )
+        return first, second
+    misses = _missed_frames(reference, found, missed) if len(missed) <= _MOST_MISSES else []
+    dotted = max(len(right.stands), len(found.stands)) > _MOST_STANDS
+    return (
+        _in_the_plane(scene, right, [], limits, labels[0], dotted=dotted),
+        _in_the_plane(scene, found, misses, limits, labels[1], dotted=dotted),
+    )
+
+
+def draw_trace(axes: Axes, trace: Trace) -> None:
+    """Draw the paths of a trace, its impacts and its walls: in the plane, or against time where all is on one line."""
+    draw_traces([axes], [trace])
+
+
+def draw_traces(several: Sequence[Axes], traces: Sequence[Trace]) -> None:
+    """Draw traces of one scene, each on axes of its own, to one scale; all against time where the first is in line."""
+    scene, paths = traces[0].scene, [observed_paths(trace) for trace in traces]
+    corners = [limits_of(scene, paths[0], other) for other in paths]
+    limits = np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+    axis = _line_of_motion(paths[0], scene)
+    dotted = max(len(one.stands) for one in paths) > _MOST_STANDS
+    for axes, one in zip(several, paths, strict=True):
+        if axis is not None:
+            _draw_over_time(axes, scene, one, axis, limits)
+        else:
+            draw_walls(axes, scene, limits)
+            _draw_paths(axes, scene, one, [], dotted=dotted)
+
+
+def draw_start(axes: Axes, scene: Scene) -> None:
+    """Draw the discs and walls of a scene at the start, with the velocities as arrows."""
+    start = scene.arrays
+    paths = Paths(tuple((np.zeros(1), place[None]) for place in start.position_m), ())
+    draw_walls(axes, scene, limits_of(scene, paths, paths))
+    _draw_paths(axes, scene, paths, [], dotted=False)
+    if start.velocity_m_s.any():
+        axes.quiver(*start.position_m.T, *start.velocity_m_s.T, angles="xy", color=INK, width=0.006, zorder=5)
+
+
+def _line_of_motion(paths: Paths, scene: Scene) -> int | None:
+    """Return the axis along which everything moves; None where the motion, or a wall's shape, is in the plane."""
+    if not all(isinstance(wall, Wall) for wall in scene.walls):
+        return None
+    movable = [k for k, disc in enumerate(scene.discs) if not disc.immovable]
+    for axis in (0, 1):
+        across = [paths.lines[k][1][:, 1 - axis] for k in movable]
+        if across and max(float(np.ptp(line)) for line in across) < 1e-6 * min(disc.radius_m for disc in scene.discs):
+            return axis
+    return None
+
+
+def limits_of(scene: Scene, reference: Paths, observed: Paths) -> Limits:
+    """Return the lower left and the upper right corner of what is shown, metres."""
+    radius = max(disc.radius_m for disc in scene.discs)
+    low, high = reference.bounds()
+    low, high = low - radius, high + radius
+    spare = (_WIDEST - 1.0) / 2.0 * float(np.max(high - low))
+    other_low, other_high = observed.bounds()
+    low, high = (
+        np.maximum(np.minimum(low, other_low - radius), low - spare),
+        np.minimum(np.maximum(high, other_high + radius), high + spare),
+    )
+    margin = _MARGIN * float(np.max(high - low))
+    return low - margin, high + margin
+
+
+def _missed_frames(reference: Trace, observed: Paths, missed: Sequence[int]) -> list[tuple[int, NDArray[np.float64]]]:
+    """Return the discs of each missed impact at the frames just before and just after it."""
+    if observed.frame_times is None or observed.frame_positions is None:
+        return []
+    found = []
+    for index in missed:
+        impact = reference.impacts[index]
+        after = int(np.searchsorted(observed.frame_times, impact["time_s"]))
+        for frame in (after - 1, after):
+            if 0 <= frame < len(observed.frame_times):
+                found += [
+                    (int(body), observed.frame_positions[frame, body])
+                    for body in (impact["first"], impact["second"])
+                    if body >= 0
+                ]
+    return found
+
+
+def _colour(disc: int) -> str:
+    return SERIES[disc % len(SERIES)]
+
+
+def _in_the_plane(
+    scene: Scene,
+    paths: Paths,
+    misses: Sequence[tuple[int, NDArray[np.float64]]],
+    limits: Limits,
+    label: str,
+    *,
+    dotted: bool,
+) -> str:
+    low, high = limits
+    width, height = high - low
+    aspect = min(max(height / width, _FLATTEST), _TALLEST)
+    with drawing():
+        figure = new_figure(_WIDTH_IN, _WIDTH_IN * aspect)
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.set_axis_off()
+        # One scale on both axes: the side with room to spare shows more of the plane.
+        spare = np.array([max(height / aspect - width, 0.0), max(width * aspect - height, 0.0)]) / 2.0
+        low, high = low - spare, high + spare
+        draw_walls(axes, scene, (low, high))
+        _draw_paths(axes, scene, paths, misses, dotted=dotted)
+        return render(figure, label)
+
+
+def _draw_paths(
+    axes: Axes, scene: Scene, paths: Paths, misses: Sequence[tuple[int, NDArray[np.float64]]], *, dotted: bool
+) -> None:
+    from matplotlib.patches import Circle
+
+    def circle(disc: int, centre: NDArray[np.float64], alpha: float, line: str, linewidth: float, order: float) -> None:
+        if not np.isfinite(centre).all():
+            return
+        radius, colour = scene.discs[disc].radius_m, _colour(disc)
+        if alpha:
+            axes.add_artist(Circle(tuple(centre), radius, color=colour, alpha=alpha, linewidth=0, zorder=order))
+        edge = {"edgecolor": colour, "linestyle": line, "linewidth": linewidth, "zorder": order + 0.1}
+        axes.add_artist(Circle(tuple(centre), radius, fill=False, **edge))
+
+    def mark(disc: int, centre: NDArray[np.float64], time_s: float) -> None:
+        """Draw the mark on a disc that turns: a line out to its rim."""
+        if not paths.turned or not np.isfinite(centre).all():
+            return
+        angle = paths.turned[disc].at(time_s)
+        out = scene.discs[disc].radius_m * np.array([math.cos(angle), math.sin(angle)])
+        ends = np.stack([centre + 0.45 * out, centre + out])
+        axes.plot(*ends.T, color=_colour(disc), linewidth=1.5, zorder=3.7, solid_capstyle="butt")
+
+    for k, disc in enumerate(scene.discs):
+        times, points = paths.lines[k]
+        if disc.immovable:
+            axes.add_artist(Circle(disc.position_m, disc.radius_m, **_SOLID))
+            if disc.driven:
+                axes.add_artist(Circle(tuple(points[-1]), disc.radius_m, **(_SOLID | {"alpha": _GONE})))
+            continue
+        axes.plot(points[:, 0], points[:, 1], color=_colour(k), linewidth=1.1, zorder=2, solid_joinstyle="round")
+        circle(k, points[0], 0.0, "-", 0.9, 3)
+        circle(k, points[-1], 0.45, "-", 1.1, 3)
+        for end in (0, -1):
+            mark(k, points[end], float(times[end]))
+        _number(axes, k, points[0])
+    if paths.frame_positions is not None and len(paths.frame_positions) <= _MOST_FRAMES:
+        for k, disc in enumerate(scene.discs):
+            if not disc.immovable:
+                _dots(axes, paths.frame_positions[:, k], k, marker=".", size=3.2)
+    for k, stands in _by_disc(scene, paths):
+        if dotted:
+            _dots(axes, np.array([stand.position_m for stand in stands]), k)
+        else:
+            for stand in stands:
+                circle(k, stand.position_m, 0.16, "-", 1.5, 3.5)
+                mark(k, stand.position_m, stand.time_s)
+    for disc_number, centre in misses:
+        circle(disc_number, centre, 0.0, (0, (2.5, 2.0)), 1.0, 3.5)  # type: ignore[arg-type] # a dash pattern
+
+
+def _by_disc(scene: Scene, paths: Paths) -> Iterator[tuple[int, list[Stand]]]:
+    for k, disc in enumerate(scene.discs):
+        stands = [stand for stand in paths.stands if stand.disc == k]
+        if stands and not disc.immovable:
+            yield k, stands
+
+
+def _dots(axes: Axes, points: NDArray[np.float64], disc: int, marker: str = "o", size: float = 2.8) -> None:
+    axes.plot(*points.T, linestyle="", marker=marker, markersize=size, color=_colour(disc), zorder=4)
+
+
+def _number(axes: Axes, disc: int, centre: NDArray[np.float64]) -> None:
+    axes.annotate(
+        str(disc),
+        tuple(centre),
+        ha="center",
+        va="center",
+        fontsize=8,
+        color=INK,
+        zorder=6,
+        bbox={"boxstyle": "circle,pad=0.15", "facecolor": SURFACE, "edgecolor": "none", "alpha": 0.8},
+    )
+
+
+def draw_walls(axes: Axes, scene: Scene, limits: Limits, *, ends: bool = True) -> list[list[Artist]]:
+    """Show what lies between two corners, to one scale, and draw the walls there; return what each is drawn by.
+
+    They are drawn where they begin, and of driven ones faintly where they end, if asked for.
+    """
+    low, high = limits
+    axes.set_xlim(low[0], high[0])
+    axes.set_ylim(low[1], high[1])
+    axes.set_aspect("equal")
+    if ends:
+        for wall in scene.walls:
+            if wall.driven:
+                gone = moved_by(wall, *wall.drive.moved_at(scene.duration_s))
+                list(_drawn(axes, gone, limits, _GONE))
+    return [list(_drawn(axes, wall, limits, 1.0)) for wall in scene.walls]
+
+
+def _drawn(axes: Axes, wall: AnyWall, limits: Limits, alpha: float) -> Iterator[Artist]:
+    """Draw a wall, and yield what it is drawn by."""
+    from matplotlib.patches import Polygon
+
+    if not isinstance(wall, Wall):
+        yield from _drawn_outline(axes, wall.outline, alpha)
+        return
+    low, high = limits
+    reach = 4.0 * float(np.max(high - low))  # beyond the picture's edge on every side
+    normal = np.array(wall.normal)
+    along = np.array([-normal[1], normal[0]])
+    # From the foot of the picture's middle, so that a wall point far away still yields a strip across the picture.
+    middle = (low + high) / 2.0
+    foot = middle + normal * float((np.array(wall.point_m) - middle) @ normal)
+    corners = [
+        foot - along * reach,
+        foot + along * reach,
+        foot + along * reach - normal * reach,
+        foot - along * reach - normal * reach,
+    ]
+    yield axes.add_artist(Polygon(corners, **(_SOLID | ({} if alpha == 1.0 else {"alpha": alpha}))))
+
+
+def _drawn_outline(axes: Axes, outline: Outline, alpha: float) -> Iterator[Artist]:
+    """Draw the line of a finite wall, and all within its half width."""
+    from matplotlib.patches import Circle, Polygon
+
+    faint: dict[str, Any] = {} if alpha == 1.0 else {"alpha": alpha}
+    points = np.array(list(outline.drawn(ARC_PARTS)))
+    if outline.solid:
+        yield axes.add_artist(Polygon(points, **(_SOLID | faint)))
+    yield from axes.plot(*points.T, color=WALL, linewidth=1.5, zorder=1, solid_capstyle="butt", **faint)
+    width = outline.half_width
+    if width == 0.0:
+        return
+    shade: dict[str, Any] = {"facecolor": WALL, "edgecolor": "none", "zorder": 1} | faint
+    for a, b in pairwise(points):
+        along = (b - a) / (np.hypot(*(b - a)) or 1.0)
+        across = width * np.array([-along[1], along[0]])
+        yield axes.add_artist(Polygon([a + across, b + across, b - across, a - across], **shade))
+        yield axes.add_artist(Circle(a, width, **shade))
+    yield axes.add_artist(Circle(points[-1], width, **shade))
+
+
+def _over_time(scene: Scene, paths: Paths, axis: int, limits: Limits, label: str) -> str:
+    with drawing():
+        figure = new_figure(_WIDTH_IN, _WIDTH_IN)
+        _draw_over_time(figure.add_axes((0.155, 0.135, 0.825, 0.845)), scene, paths, axis, limits)
+        return render(figure, label)
+
+
+def _draw_over_time(axes: Axes, scene: Scene, paths: Paths, axis: int, limits: Limits) -> None:
+    """Draw position along the line against time: each disc a band as wide as itself, so that touching is seen."""
+    from matplotlib.ticker import MaxNLocator
+
+    low, high = limits[0][axis], limits[1][axis]
+    for k, disc in enumerate(scene.discs):
+        times, points = paths.lines[k]
+        along = points[:, axis]
+        colour = WALL if disc.immovable else _colour(k)
+        edges = (along - disc.radius_m, along + disc.radius_m)
+        axes.fill_betweenx(times, *edges, color=colour, alpha=0.18, linewidth=0)
+        for edge in edges:
+            axes.plot(edge, times, color=colour, linewidth=0.8, alpha=0.8)
+        axes.plot(along, times, color=colour, linewidth=1.2)
+        _number(axes, k, np.array([along[0], 0.0]))
+    for wall in scene.half_planes():
+        if abs(wall.normal[axis]) > math.sqrt(0.5):  # it stands across the line of motion
+            end = low if wall.normal[axis] > 0 else high
+            begin = wall.point_m[axis]
+            if wall.driven:
+                times_s = [
+                    *(leg.begin_s for leg in wall.drive.legs if leg.begin_s < scene.duration_s),
+                    scene.duration_s,
+                ]
+                axes.fill_betweenx(times_s, [begin + wall.drive.moved_at(t)[axis] for t in times_s], end, **_SOLID)
+            else:
+                axes.axvspan(begin, end, **_SOLID)
+    for k, stands in _by_disc(scene, paths):
+        _dots(axes, np.array([(stand.position_m[axis], stand.time_s) for stand in stands]), k)
+    axes.set_xlim(low, high)
+    axes.set_ylim(0.0, scene.duration_s)
+    axes.set_xlabel(f"{'xy'[axis]} in m")
+    axes.set_ylabel("time in s")
+    axes.tick_params(length=2.5, color=MUTED)
+    for side in (axes.xaxis, axes.yaxis):
+        side.set_major_locator(MaxNLocator(5))
+        side.set_major_formatter(lambda value, _: formatting.number(value, 3))

@@ -1,0 +1,32 @@
+"""What a report was made on and by: machine, versions, and the command that makes it again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from carom.execution.environment import Environment
+from carom.report import formatting
+from carom.report.document import ON_PAPER, Code, Facts, Section
+
+
+def making(here: Environment, command: str, elapsed_s: float) -> Iterator[Section]:
+    """Yield the sections that say so."""
+    yield Section("Machine and versions", (Facts((*_facts(here), ("Whole run", formatting.seconds(elapsed_s)))),))
+    yield Section("Made by", (Code(command, ON_PAPER),) if command else (), level=3)
+
+
+def stamp_lines(here: Environment, command: str) -> tuple[str, ...]:
+    """Return the same in a few lines, for the foot of a diagram that is a file of its own."""
+    facts = [value for _, value in _facts(here)]
+    return ("; ".join(facts[:3]), "; ".join(facts[3:]), command)
+
+
+def _facts(here: Environment) -> tuple[tuple[str, str], ...]:
+    return (
+        ("Date", here.date),
+        ("Processor", f"{here.processor}, {formatting.count(here.cores, 'core')}"),
+        ("System", here.system),
+        ("Python", here.python),
+        ("Carom", f"Carom {here.carom}"),
+        ("Versions", ", ".join(f"{name} {version}" for name, version in here.versions.items())),
+    )

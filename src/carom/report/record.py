@@ -1,0 +1,325 @@
+"""A line of results.jsonl: one type, from which it is written, read back and described.
+
+In JSON a number that is NaN or infinite is null, and null is read as NaN where there must be a number; an enum is its
+name in lower case.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+
+from pydantic import (
+    AllowInfNan,
+    Field,
+    GetCoreSchemaHandler,
+    PlainSerializer,
+    PlainValidator,
+    Strict,
+    TypeAdapter,
+    ValidationError,
+    WithJsonSchema,
+    WrapValidator,
+)
+from pydantic.json_schema import GenerateJsonSchema
+from pydantic_core import CoreSchema, core_schema
+
+from carom.comparator import Errors, Grade, LocalScore
+from carom.comparator.consistency import Consistency
+from carom.comparator.scales import Scales
+from carom.errors import InputError
+from carom.execution.environment import Environment
+from carom.execution.job import Status
+from carom.execution.phases import PhaseSpread
+from carom.execution.timing import Timing
+from carom.model.trace import Outcome, Setting
+from carom.report.files import FORMATS
+from carom.support.escaping import shortened
+from carom.support.limits import LARGEST, SMALLEST
+
+#: Of the parts of a score, what is of spins: it is written only if a disc of the scene spins.
+OF_SPINS = frozenset({"spin", "final_spin", "angular", "angular_excess", "arm"})
+
+#: Of a timing, what files of an earlier Carom do not have; it is not written where there is none.
+_LATER = frozenset({"ends"})
+
+#: A step that a run can have.
+Step = Annotated[float, Field(ge=SMALLEST, le=LARGEST)]
+
+
+@dataclass(frozen=True)
+class SceneLine:
+    """What is the same for all cells of a scene."""
+
+    expected: int
+    horizon_s: float | None
+    beyond_horizon: int
+    scales: Scales
+
+
+@dataclass(frozen=True)
+class Summary:
+    """The first line: what is the same for all cells.
+
+    Attributes:
+        rows: How many lines follow.
+        verdicts: What each verdict means, by its name: a file may have others than this Carom.
+        scenes: By the scene's name.
+        sampling: PIT's errors at each step of each scene, which every cell there is compared with.
+    """
+
+    format: int
+    rows: int
+    environment: Environment
+    command: str
+    elapsed_s: float
+    verdicts: Mapping[str, str]
+    scenes: Mapping[str, SceneLine]
+    sampling: tuple[Mapping[str, str | int | float | None], ...]
+
+
+@dataclass(frozen=True)
+class VerdictLine:
+    """A verdict by its name, and the numbers that it was derived from, as a sentence."""
+
+    verdict: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Taken:
+    """Which of the outcomes that a scene without a unique answer admits a run took."""
+
+    admissible: tuple[str, ...]
+    nearest: int | None
+    distance: float
+    matches: bool
+
+
+@dataclass(frozen=True)
+class RowLine:
+    """Every other line: one cell, a scene on a method at a step. What was not run has null for what is of a run.
+
+    Attributes:
+        tried: Settings instead of the profile's own.
+        reason: Why there is no score, or what the verdicts say; empty if it ran.
+        matched: How many impacts were found; `missed`, `spurious` and `undecided` are indices.
+        price_paid: Velocity error over PIT's; "inf" if PIT has none.
+        local: Median and worst of the local errors, by kind; a kind that no impact has is left out.
+        counts: What the method counted of its own work.
+    """
+
+    scene: str
+    engine: str
+    profile: str
+    tried: Mapping[str, Setting] = dataclasses.field(default_factory=dict, kw_only=True)
+    dt_s: Step
+    refinement: int
+    status: Status
+    reason: str
+    grade: Grade | None
+    verdicts: tuple[VerdictLine, ...]
+    matched: int | None
+    missed: tuple[int, ...] | None
+    spurious: tuple[int, ...] | None
+    undecided: tuple[int, ...] | None
+    total: Errors | None
+    against_pit: Errors | None
+    own_velocity: float | None
+    price_paid: float | Literal["inf"] | None
+    float_bits: Literal[32, 64] | None
+    equals_pit: bool | None
+    edits: int | None
+    local: Mapping[str, int | float] | None
+    local_truth: LocalScore | None
+    parted_s: float | None
+    pit_parted_s: float | None
+    consistency: Consistency | None
+    outcome_taken: Taken | None
+    spread: PhaseSpread | None
+    counts: Mapping[str, int] | None
+    outcome: Outcome | None
+    notes: tuple[str, ...]
+    settings: Mapping[str, Setting] | None
+    timing: Timing | None
+    untimed: str
+    time_ratio: float | None
+
+
+def text_of(line: Summary | RowLine, *, spins: bool = True) -> str:
+    """Return a line as strict JSON, without its end; `spins` says whether what is of spins is written."""
+    parts = ("total", "against_pit", "consistency")
+    leave_out = {} if spins else {part: set(OF_SPINS) for part in parts}
+    if isinstance(line, RowLine) and line.timing and line.timing.ends is None:
+        leave_out["timing"] = set(_LATER)
+    kind: Any = type(line)  # mypy holds that a class whose objects have no hash has none
+    return _JSON(_form(kind).dump_python(line, mode="json", exclude=leave_out or None))
+
+
+_JSON = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode
+
+L = TypeVar("L", Summary, RowLine)
+
+
+def read_line(kind: type[L], fields: Mapping[str, object], path: Path, number: int) -> L:
+    """Return what a line of a file says; a field that is null at will may be missing.
+
+    Raises:
+        InputError: A field is missing or of another type: the message names file, line and field.
+    """
+    form: TypeAdapter[L] = _form(cast("Any", kind))
+    try:
+        return form.validate_python(fields)
+    except ValidationError as error:
+        first = error.errors()[0]
+        # The kinds of a union that were tried are no fields of the file.
+        where = ".".join(str(part) for part in first["loc"] if not (isinstance(part, str) and not part.isidentifier()))
+        said = f"{first['msg'].removeprefix('Value error, ')}, got {shortened(repr(first['input']))}"
+        raise InputError(
+            f"{path}, line {number}: {shortened(where) or 'the line'}: {said}",
+            hints=["`carom diff --schema` says what a line holds", "run the cross-check again"],
+        ) from None
+
+
+def records_schema() -> dict[str, Any]:
+    """Return the JSON Schema of a line (the one published as ``carom/results.schema.json``)."""
+    schema = TypeAdapter(_written(Summary | RowLine)).json_schema(mode="serialization", schema_generator=_Described)
+    parts: dict[str, Any] = {"Number": {**_NULLABLE, "description": "null: NaN or infinite, or there is none."}}
+    either = _named(schema, parts)
+    parts["Summary"]["properties"]["format"] = {"const": FORMATS["results"]}
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": f"A line of Carom's results, format {FORMATS['results']}",
+        **either,
+        "$defs": parts,
+    }
+
+
+def _named(schema: Any, parts: dict[str, Any]) -> Any:
+    """Return a schema in which each part that has a name stands once, in `parts`."""
+    if isinstance(schema, list):
+        return [_named(item, parts) for item in schema]
+    if not isinstance(schema, dict):
+        return schema
+    if schema == _NULLABLE:
+        return {"$ref": "#/$defs/Number"}
+    if schema.get("anyOf") == [_NULLABLE, {"type": "null"}]:
+        return {"$ref": "#/$defs/Number"}
+    found = {name: _named(item, parts) for name, item in schema.items()}
+    if not isinstance(name := found.pop("title", None), str):
+        return found if name is None else {**found, "title": name}
+    parts[name] = found
+    return {"$ref": f"#/$defs/{name}"}
+
+
+class _Described(GenerateJsonSchema):
+    """Without titles that repeat a name; a default is written as well, so it is none of the file."""
+
+    def field_title_should_be_set(self, schema: Any) -> bool:  # noqa: ARG002 - pydantic's signature
+        return False
+
+    def default_schema(self, schema: Any) -> dict[str, Any]:
+        return self.generate_inner(schema["schema"])
+
+    def field_is_required(self, field: Any, total: bool) -> bool:  # noqa: ARG002 - pydantic's signature
+        return field["name"] not in OF_SPINS | _LATER
+
+
+#: What follows from the fields of a class and is written with them; it is not read.
+_DERIVED: Mapping[type[Any], Mapping[str, Any]] = {LocalScore: {"grade": Grade}}
+
+
+@cache
+def _form(kind: type[Any]) -> TypeAdapter[Any]:
+    return TypeAdapter(_written(kind))
+
+
+def _written(hint: Any) -> Any:
+    """Return a type as it stands in the file."""
+    origin, parts = get_origin(hint), get_args(hint)
+    if hint is float:
+        return _NUMBER
+    if hint in (int, str, bool):
+        return Annotated[hint, Strict()]
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return _by_name(hint)
+    if dataclasses.is_dataclass(hint):
+        return Annotated[hint, _Fields()]
+    if origin in (Union, UnionType):
+        if type(None) in parts:  # null has a meaning of its own, and is no NaN
+            parts = tuple(_FINITE if part is float else part for part in parts if part is not type(None))
+            return Union[tuple(map(_written, parts))] | None  # noqa: UP007 - of as many as there are
+        return Union[tuple(map(_written, parts))]  # noqa: UP007 - of as many as there are
+    if origin is tuple:
+        return tuple[tuple(part if part is ... else _written(part) for part in parts)]  # type: ignore[misc] # made here
+    if isinstance(origin, type) and issubclass(origin, Mapping):
+        return dict[str, _written(parts[1])]  # type: ignore[misc] # a type made here
+    return hint
+
+
+_NULLABLE = {"type": ["number", "null"]}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+_FINITE = Annotated[
+    float,
+    Strict(),
+    AllowInfNan(allow_inf_nan=False),
+    PlainSerializer(_finite),
+    WithJsonSchema(_NULLABLE),
+]
+_NUMBER = Annotated[_FINITE, WrapValidator(lambda value, read: math.nan if value is None else read(value))]
+
+
+def _by_name(kind: type[Enum]) -> Any:
+    names = {member.name.lower(): member for member in kind}
+
+    def read(name: object) -> Enum:
+        if not isinstance(name, str) or name not in names:
+            raise ValueError(f"must be one of {', '.join(names)}")
+        return names[name]
+
+    return Annotated[
+        kind,
+        PlainValidator(read),
+        PlainSerializer(lambda member: member.name.lower()),
+        WithJsonSchema({"enum": list(names)}),
+    ]
+
+
+@dataclass(frozen=True)
+class _Fields:
+    """Of a dataclass: each field as it is written."""
+
+    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        hints = get_type_hints(kind, include_extras=True)
+        own = {field.name: field for field in dataclasses.fields(kind)}
+        fields = [
+            core_schema.dataclass_field(name, _missing(field, hints[name], handler(_written(hints[name]))))
+            for name, field in own.items()
+        ]
+        derived = [
+            core_schema.computed_field(name, handler(_written(hint))) for name, hint in _DERIVED.get(kind, {}).items()
+        ]
+        arguments = core_schema.dataclass_args_schema(kind.__name__, fields, computed_fields=derived)
+        return core_schema.dataclass_schema(kind, arguments, list(own), frozen=True)
+
+
+def _missing(field: dataclasses.Field[Any], hint: Any, schema: CoreSchema) -> CoreSchema:
+    """Return a schema that knows what a field is that a file of an earlier Carom does not have."""
+    if field.default_factory is not dataclasses.MISSING:
+        return core_schema.with_default_schema(schema, default_factory=field.default_factory)
+    if type(None) in get_args(hint):
+        return core_schema.with_default_schema(schema, default=None)
+    return core_schema.with_default_schema(schema, default=math.nan) if field.name in OF_SPINS else schema

@@ -1,0 +1,125 @@
+"""A document as one HTML file: nothing fetched, every name escaped, and no script but the report's, by its hash."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from importlib import resources
+from typing import TYPE_CHECKING
+
+from carom.report.document import Block, Cell, Document, Figures, Medium, Replays, Section, Table
+from carom.report.files import packed, require_report_extra
+from carom.support.escaping import visible
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from jinja2 import Template
+
+_REPLAY = ("stage.js", "sampler.js", "replay.js")
+#: What moves on a page, by kind of block.
+_SCRIPTS = {Replays: (*_REPLAY, "table.js"), Figures: ("chart.js",), Table: ("rows.js",)}
+
+#: Before what a module gives others: on a page all scripts are one.
+_EXPORT = re.compile(r"^export (?:\{[^}]*\};\n)?", re.MULTILINE)
+#: Imports, comments of whole lines and indents, which are for who reads the modules; no text of one goes over lines.
+_IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.js";\n|^ *//[^\n]*\n|^ +', re.MULTILINE)
+
+
+def html(document: Document) -> str:
+    """Return the page.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib is not installed.
+    """
+    sections = list(document.shown(Medium.PAGE))
+    blocks = [block for section in sections for block in section.shown(Medium.PAGE)]
+    kinds = {type(block) for block in blocks if not isinstance(block, Table) or block.packed}
+    script = page_script(*(name for kind, names in _SCRIPTS.items() if kind in kinds for name in names))
+    return _template("page.html.j2").render(
+        document=document,
+        sections=sections,
+        page=Medium.PAGE,
+        anchor=_anchor,
+        kind=_kind,
+        packed_rows=_packed_rows,
+        script=script,
+        policy=content_policy(script),
+    )
+
+
+def replay_page(title: str, data: str, said: Sequence[str] = (), stills: Sequence[tuple[str, str]] = ()) -> str:
+    """Return a page of one replay, whose data are packed already.
+
+    Args:
+        title: Of the page.
+        data: Of the replay.
+        said: What is said of it where no script runs.
+        stills: What is shown there: captions and pictures, SVG.
+
+    Raises:
+        MissingExtraError: jinja2 or matplotlib is not installed.
+    """
+    script = page_script(*_REPLAY)
+    page: str = _template("replay.html.j2").render(
+        title=title, data=data, said=said, stills=stills, script=script, policy=content_policy(script)
+    )
+    return page
+
+
+def _template(name: str) -> Template:
+    require_report_extra()
+    import jinja2
+
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("carom.report"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(name)
+
+
+def page_script(*names: str) -> str:
+    """Return scripts of the report's own as one, with what unpacks their data."""
+    own = resources.files("carom.report") / "templates"
+    shared = resources.files("carom") / "web"  # what the page on which one throws the discs draws with, too
+    every = ("unpack.js", *names) if names else ()
+    texts = (((shared if name == "stage.js" else own) / name).read_text(encoding="utf-8") for name in every)
+    return "".join(_EXPORT.sub("", _IMPORT.sub("", text)) for text in texts)
+
+
+def content_policy(script: str) -> str:
+    """Return what a browser may do with a page: nothing from elsewhere, and no script but this one, by its hash."""
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    allowed = f"'sha256-{digest}'" if script else "'none'"
+    # Drawings carry styles of their own in their attributes.
+    return f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+
+
+def _anchor(section: Section) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", section.heading.lower()).strip("-")
+
+
+def _packed_rows(table: Table) -> str:
+    """Return what `rows.js` makes a table of: each cell its text, or what else it has with it."""
+    columns, rows = table.shown(Medium.PAGE)
+    heads = [[column.line, column.number] for column in columns]
+    return packed({"columns": heads, "rows": [[_packed_cell(cell) for cell in row] for row in rows]})
+
+
+def _packed_cell(cell: Cell) -> str | dict[str, str]:
+    """Return a cell for `rows.js`, which shows words and signs, no bars and no links."""
+    # The writer of a page's file makes visible what would command a reader, and can't see into what is packed.
+    said = {name: visible(getattr(cell, name)) for name in ("css", "symbol", "note", "title") if getattr(cell, name)}
+    if cell.link or cell.shares or cell.anchor or cell.part is not None:
+        raise ValueError(f"a packed table shows no link, bar, meter or anchor: {cell!r}")
+    text = visible(cell.text)
+    return {"text": text, **said} if said else text
+
+
+def _kind(block: Block) -> str:
+    """Return the name of the macro that shows a block."""
+    return type(block).__name__.lower()

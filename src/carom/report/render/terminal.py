@@ -1,0 +1,135 @@
+"""A document on a terminal."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from rich import box
+from rich.cells import cell_len
+from rich.console import Console, JustifyMethod
+from rich.table import Table as RichTable
+from rich.text import Text as RichText
+
+from carom.report import document as blocks
+from carom.report.document import Cell, Column, Document, Medium, Share, Table
+from carom.support.escaping import visible
+
+#: So many signs make a bar.
+_BAR = 14
+
+
+def terminal(document: Document, width: int, *, full: bool = False) -> Iterator[RichTable | str]:
+    """Yield what is printed, in order: the answer, the sections, and last, where it stays in sight, what else matters.
+
+    Args:
+        document: What is shown.
+        width: How many columns there are; a table that is wider is shown in parts.
+        full: Whether to show the evidence as well as the answer.
+    """
+    medium = Medium.DETAIL if full else Medium.TERMINAL
+    if document.answer.sentence:
+        yield visible(document.answer.sentence)
+    for section in document.shown(medium):
+        below = list[str]()  # what the signs of a table mean stands below it
+        for block in section.shown(medium):
+            match block:
+                case Table():
+                    yield visible(block.title or section.heading)
+                    yield from _parts(block, medium, width)
+                    yield from map(visible, filter(None, (block.note, *below)))
+                    below.clear()
+                case blocks.Legend():
+                    below += [f"{mark.symbol} {mark.text}: {meaning}" for mark, meaning in block.items]
+                case blocks.Lines():
+                    yield from map(visible, block.items)
+                case blocks.Text() | blocks.Code():
+                    yield visible(block.text)
+                case blocks.Facts():
+                    yield from (visible(f"{name}: {value}") for name, value in block.items)
+                case blocks.Figures() | blocks.Pairs() | blocks.Replays():  # a page's alone
+                    pass
+    yield from map(visible, document.answer.more)
+
+
+def plain_text(document: Document, width: int = 80) -> str:
+    """Return what a terminal of this many columns shows, without its colours."""
+    buffer = io.StringIO()
+    console = Console(file=buffer, width=width, highlight=False, markup=False)
+    for item in terminal(document, width):
+        console.print(item)
+    return buffer.getvalue().rstrip()
+
+
+#: What stands between two columns: the padding of one, and the box's own sign.
+_GAP = 2
+
+
+def _parts(table: Table, medium: Medium, width: int) -> Iterator[RichTable]:
+    """Yield the table, in as many parts as the width asks for; each part has the first column, which heads the rows."""
+    columns, rows = table.shown(medium)
+    every = [_column(column, [row[k] for row in rows], first=not k) for k, column in enumerate(columns)]
+    begin = 1
+    while begin < max(2, len(every)):
+        end = len(every)
+        while end > begin + 1 and sum(one.least + _GAP for one in (every[0], *every[begin:end])) - _GAP > width:
+            end -= 1
+        yield _part([every[0], *every[begin:end]], width)
+        begin = end
+
+
+class _Fitted(NamedTuple):
+    """A column as it is printed, with the width at which no word of it is cut, and that at which no line is broken."""
+
+    head: RichText
+    cells: list[RichText]
+    number: bool
+    whole: bool
+    least: int
+    most: int
+
+
+def _column(column: Column, cells: Sequence[Cell], *, first: bool) -> _Fitted:
+    heading = RichText(visible("\n".join(filter(None, (column.head, column.under)))))
+    shown = [_cell(cell) for cell in cells]
+    whole = first or any(cell.shares for cell in cells)  # a name, or a bar
+    lines = [line for text in (heading, *shown) for line in text.plain.splitlines()]
+    # A line is indented, and not broken before its first word.
+    words = lines if whole else [word for line in lines for word in re.findall(r"^\s*\S+|\S+", line)]
+    least, most = (max(map(cell_len, parts), default=0) for parts in (words, lines))
+    return _Fitted(heading, shown, column.number, whole, least, most)
+
+
+def _part(columns: Sequence[_Fitted], width: int) -> RichTable:
+    widths = [column.most for column in columns]
+    while sum(widths) + _GAP * (len(widths) - 1) > width:  # the widest is narrowed first, but cuts no word
+        able = [k for k, column in enumerate(columns) if widths[k] > column.least]
+        if not able:
+            break
+        widths[max(able, key=widths.__getitem__)] -= 1
+    shown = RichTable(pad_edge=False, show_edge=False, collapse_padding=True, box=box.SIMPLE_HEAD)
+    for column, wide in zip(columns, widths, strict=True):
+        justify: JustifyMethod = "right" if column.number else "left"
+        shown.add_column(column.head, justify=justify, no_wrap=column.whole, width=wide)
+    for row in zip(*(column.cells for column in columns), strict=True):
+        shown.add_row(*row)
+    return shown
+
+
+def _cell(cell: Cell) -> RichText:
+    if cell.shares:
+        return _bar(cell.shares)
+    head = " ".join(filter(None, (cell.symbol, cell.short or cell.text)))
+    return RichText(visible(head if cell.short or not cell.note else f"{head}\n  {cell.note}"), cell.style)
+
+
+def _bar(shares: Sequence[Share]) -> RichText:
+    """Return a bar made of the shares' own signs, so that it can be read without colours; no share is left out."""
+    spare, bar = _BAR - len(shares), RichText()
+    done, total = 0, sum(share.size for share in shares)
+    for share in shares:
+        begin, done = spare * done // total, done + share.size
+        bar.append(share.symbol * (1 + spare * done // total - begin), share.style)
+    return bar

@@ -1,0 +1,420 @@
+"""A replay: all that a page needs to show a run next to its reference, moving, with the evidence of each impact.
+
+The data of a scene and of all cells that ran it are one block of JSON, packed, which the page's script unpacks when
+somebody opens one of them.
+"""
+
+from __future__ import annotations
+
+import math
+import shlex
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+import tomli_w
+
+from carom.comparator import ImpactError, Score
+from carom.comparator.local import LocalErrors
+from carom.comparator.thresholds import THRESHOLDS
+from carom.engines.registry import asked_as
+from carom.execution.job import Job
+from carom.execution.results import Results
+from carom.model.scene import Chain, Need, Ring, Scene, Wall
+from carom.model.trace import Mode, Trace, pair_name, setting_text
+from carom.report import formatting
+from carom.report.files import packed
+from carom.report.grid import Grid, GridCell
+from carom.report.paths import extent_of
+from carom.report.picture import ARC_PARTS
+from carom.report.tracks import Track, observed_tracks, reference_tracks, turnings
+from carom.support.escaping import visible
+
+#: Digits of an engine's places, in parts of the scene's extent: a tenth of what a state may be off its track.
+_SHARP = 6
+#: What the exact path may be off by where a disc slides, rolls or rests, in parts of the scene's extent: the page draws
+#: flights of one acceleration, so it is told more of them there. A hundredth of a pixel in a picture of a hundred.
+_NEAR_IN_CONTACT = 1e-4
+
+#: Why a cause is not told.
+UNKNOWN = "not told apart: its own state before is not known"
+
+Json = dict[str, Any]
+
+_MODES = {
+    Mode.FLIGHT: "flies",
+    Mode.SLIDE: "slides",
+    Mode.ROLL: "rolls",
+    Mode.REST: "rests",
+    Mode.BLOCK: "slides without turning",
+}
+
+#: Discs of a scene that the page of `carom play` shows.
+_MOST_THROWN = 10
+
+#: A pair that passes through within this many steps of an impact has missed that one.
+_NEAR_STEPS = 2.0
+
+
+def scene_replays(
+    results: Results, grid: Grid, drag_link: Callable[[Scene], str] = lambda _: ""
+) -> Iterator[tuple[str, str]]:
+    """Yield the name of each scene that has a reference, and its replays, packed.
+
+    Args:
+        results: The runs.
+        grid: Where they stand.
+        drag_link: Where a scene's discs can be thrown, next to the page; empty where they can't.
+    """
+    for row in grid.rows:
+        reference = results.references.get(row.scene.name)
+        cells = [cell for cell in row.cells if cell.plays]
+        if reference is not None and cells:
+            data = replay_data(reference, (_of_cell(cell) for cell in cells))
+            yield visible(row.scene.name), packed(data | {"drag": drag_link(row.scene)})
+
+
+def replay_link(cell: GridCell) -> str:
+    """Return where a page plays a cell; empty where there is nothing to play."""
+    row = cell.row
+    return f"#{quote(_key(row.job))}" if row and cell.plays else ""
+
+
+def _key(job: Job) -> str:
+    """Return what a page calls a replay; of the scene's name what is shown of it, as all of a page is."""
+    return f"{visible(job.scene.name)}/{job.engine}/{job.method.profile_shown}"
+
+
+def run_command(scene: str, job: Job) -> str:
+    """Return the command that runs a job again, on a scene by this name or in this file."""
+    tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={setting_text(value)}"))
+    asked = ("carom", "run", scene, "-e", asked_as(job.engine), "-p", job.profile)
+    return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
+
+
+def _of_cell(cell: GridCell) -> tuple[Trace, Score, Json]:
+    row = cell.row
+    assert row is not None and row.trace is not None and row.score is not None  # noqa: S101, PT018 - chosen by the caller
+    job = row.job
+    said = {
+        "engine": cell.column.label,
+        "profile": cell.column.profile,
+        "key": _key(job),
+        "word": cell.mark.word,
+        "symbol": cell.mark.symbol,
+        "css": cell.mark.css,
+        "said": [formatting.capitalised(reason) + "." for reason in cell.reasons],
+        "command": run_command(visible(job.scene.name), job),
+    }
+    return row.trace, row.score, said
+
+
+def replay_data(reference: Trace, runs: Iterable[tuple[Trace, Score, Mapping[str, Any]]]) -> Json:
+    """Return a scene, its reference and its runs as plain data.
+
+    Args:
+        reference: What must happen.
+        runs: Each run with its score, and what is said of it.
+    """
+    scene, extent_m = reference.scene, extent_of(reference)
+    places = _SHARP - math.floor(math.log10(extent_m))
+    return {
+        **_of_scene(scene),
+        "reference": [
+            _of_track(track.under(np.array(scene.gravity_m_s2), _NEAR_IN_CONTACT * extent_m), None)
+            for track in reference_tracks(reference)
+        ],
+        "turned": _of_turnings(reference),
+        "modes": _of_modes(reference),
+        "impacts": [
+            [float(impact["time_s"]), int(impact["first"]), int(impact["second"])] for impact in reference.impacts
+        ],
+        "meetings": [_rounded(meeting, places) for meeting in meetings(reference)],
+        "runs": [
+            {
+                **said,
+                "dt": trace.dt_s or 1.0 / scene.frame_rate_hz,
+                "sampled": trace.dt_s > 0.0,
+                "end": trace.end_time_s,
+                "tracks": [_of_track(track, places) for track in observed_tracks(trace, extent_m)],
+                "turned": _of_turnings(trace),
+                "modes": _of_modes(trace),
+                "sampler": _sampler(reference, trace),
+                **_of_impacts(reference, trace, score),
+                "settings": {name: formatting.setting(value) for name, value in trace.settings.items()},
+            }
+            for trace, score, said in runs
+        ],
+    }
+
+
+def _sampler(reference: Trace, trace: Trace) -> Json | None:
+    """Return what the page needs to look at two discs with another step; None for all but PIT of two that fly freely.
+
+    Nothing acts on them but their one impact, and that along the line of their centres.
+    """
+    scene = trace.scene
+    acting = {
+        Need.GRAVITY,
+        Need.DAMPING,
+        Need.TABLE_FRICTION,
+        Need.FRICTION,
+        Need.TANGENTIAL_RESTITUTION,
+        Need.DRIVEN_DISCS,
+    }
+    plain = not (scene.walls or scene.needs & acting)
+    if trace.method != "pit" or len(scene.discs) != 2 or len(reference.impacts) != 1 or not plain:
+        return None
+    sampled: Json = scene.model_dump(mode="json", exclude={"name", "description"})
+    return sampled
+
+
+def _rounded(meeting: tuple[float, float, float | None], places: int) -> list[float | None]:
+    x, y, overlap_s = meeting
+    return [round(x, places), round(y, places), None if overlap_s is None else float(f"{overlap_s:.6g}")]
+
+
+def meetings(reference: Trace) -> Iterator[tuple[float, float, float | None]]:
+    """Yield where the bodies of each impact touch, metres, and how long they would overlap if they flew on, seconds.
+
+    None at walls, where something slows discs down, and where one of two alone falls: there it is no such quotient.
+    They approach for its first half.
+    """
+    scene, tracks = reference.scene, reference_tracks(reference)
+    for impact in reference.impacts:
+        first, second = _bodies(impact)
+        one, normal = scene.discs[first], impact["normal"]
+        x, y = tracks[first].at(impact["time_s"][None])[0] + one.radius_m * normal
+        yield float(x), float(y), _overlap_s(scene, impact, first, second)
+
+
+def _overlap_s(scene: Scene, impact: np.void, first: int, second: int) -> float | None:
+    if second < 0:
+        return None
+    one, other = scene.discs[first], scene.discs[second]
+    slowed = scene.damping_per_s or scene.table_deceleration_m_s2
+    if slowed or (any(scene.gravity_m_s2) and one.immovable != other.immovable):
+        return None
+    passing = impact["velocity_second_before"] - impact["velocity_first_before"]
+    speed = math.hypot(*passing.tolist())
+    inwards = abs(float(impact["normal"] @ passing))
+    overlap_s = 2.0 * (inwards / speed) * ((one.radius_m + other.radius_m) / speed) if speed > 0.0 else math.inf
+    return _or_none(overlap_s)
+
+
+def _of_impacts(reference: Trace, trace: Trace, score: Score) -> Json:
+    rows = list(impact_rows(reference, trace, score))
+    k = first_fault(rows)
+    if k is None:
+        return {"impacts": rows, "fault": None}
+    overlaps_s = [overlap_s for _, _, overlap_s in meetings(reference)]
+    at = rows[k].get("at")
+    overlap_s = None if at is None else overlaps_s[at]
+    said, moment_s = _fault_said(rows[k], overlap_s, trace.dt_s), held_at_s(rows[k], overlap_s, trace)
+    return {"impacts": rows, "fault": {"row": k, "said": said, "moment": moment_s}}
+
+
+def held_at_s(row: Json, overlap_s: float | None, trace: Trace) -> float:
+    """Return the instant of a fault that is looked at, seconds: where it is reported, or where a miss is seen best.
+
+    Of a miss that is half way from touching to parting, when the two are deepest in each other, but two steps late at
+    the most: longer overlaps are not why it is missed.
+    """
+    if row.get("reported") is not None:
+        return float(row["reported"])
+    dt_s = trace.dt_s or 1.0 / trace.scene.frame_rate_hz
+    return float(min(row["true"] + min(overlap_s or 0.0, _NEAR_STEPS * dt_s) / 2.0, trace.scene.duration_s))
+
+
+def first_fault(rows: list[Json]) -> int | None:
+    """Return which row a replay holds at: the first missed or invented, or else the one that is most off.
+
+    "The first that is not exact" would hold at an impact found a twentieth of a step late, and pass by what matters.
+    """
+    for k, row in enumerate(rows):
+        if row["flag"] == "missed" or (row["flag"] == "invented" and row["reported"] is not None):
+            return k
+    off = [k for k, row in enumerate(rows) if row["flag"] in {"late", "early"}]
+    return max(off, key=lambda k: rows[k]["velocity"] or 0.0, default=None)
+
+
+def _fault_said(row: Json, overlap_s: float | None, dt_s: float) -> str:
+    why = f" ({row['cause']})" if row["cause"] else ""
+    became = f"{row['became']}{why}."
+    if overlap_s is None or not dt_s:
+        return f"{formatting.capitalised(row['pair'])}: {became}"
+    approach = f"approach in overlap for {formatting.number(500.0 * overlap_s, 3)} ms"
+    step = f"a step lasts {formatting.number(1000.0 * dt_s, 3)} ms"
+    return f"{formatting.capitalised(row['pair'])} {approach}, and {step}: {became}"
+
+
+def _of_scene(scene: Scene) -> Json:
+    return {
+        "name": visible(scene.name),
+        "description": scene.description,
+        "duration": scene.duration_s,
+        "frame": 1.0 / scene.frame_rate_hz,
+        "gravity": list(scene.gravity_m_s2),
+        "discs": [[disc.radius_m, disc.immovable] for disc in scene.discs],
+        "walls": [_of_wall(wall) for wall in scene.walls],
+        "thrown": _thrown(scene),
+        "file": tomli_w.dumps(scene.model_dump(mode="python")),
+    }
+
+
+def _thrown(scene: Scene) -> str:
+    """Return the command of the page on which one drags the scene's file; empty where that page does not show it."""
+    is_shown = len(scene.discs) <= _MOST_THROWN and not scene.table_deceleration_m_s2
+    return "carom play scene.toml" if is_shown else ""
+
+
+def _of_wall(wall: Wall | Chain | Ring) -> list[float] | Json:
+    legs = [[leg.begin_s, *leg.moved, *leg.velocity] for leg in wall.drive.legs]
+    moves = {"legs": legs} if wall.driven else {}
+    if isinstance(wall, Wall):
+        plane = [*wall.point_m, *wall.normal]
+        return {"plane": plane, **moves} if moves else plane
+    line = [list(point) for point in wall.outline.drawn(ARC_PARTS)]
+    return {"line": line, "half_width": wall.half_width_m, **moves}
+
+
+def _of_track(track: Track, places: int | None) -> list[list[float]]:
+    columns = (track.time_s, *track.position_m.T)
+    if places is None:
+        return [column.tolist() for column in columns]
+    # Python's own rounding: NumPy's multiplies first, which a large number does not stand.
+    return [columns[0].tolist(), *([round(value, places) for value in column.tolist()] for column in columns[1:])]
+
+
+def _of_turnings(trace: Trace) -> list[list[list[float]]]:
+    return [[turning.time_s.tolist(), turning.angle_rad.tolist()] for turning in turnings(trace)]
+
+
+def _of_modes(trace: Trace) -> list[tuple[int, list[tuple[float, str]]]]:
+    """Return each disc that comes into contact that lasts, with when it goes on in which mode, to the run's end."""
+    if trace.modes is None:
+        return []
+    changes: dict[int, list[tuple[float, str]]] = {}
+    for mode in trace.modes:
+        of_disc = changes.setdefault(int(mode["disc"]), [(0.0, _MODES[Mode(mode["before"])])])
+        if float(mode["time_s"]) == of_disc[-1][0]:  # what lasts no time is not shown
+            of_disc.pop()
+        of_disc.append((float(mode["time_s"]), _MODES[Mode(mode["after"])]))
+    return [(disc, [*of_disc, (trace.end_time_s, "")]) for disc, of_disc in sorted(changes.items())]
+
+
+def impact_rows(reference: Trace, trace: Trace, score: Score) -> Iterator[Json]:
+    """Yield every impact of the reference, and those invented, in order of time: what became of it, and why."""
+    found = {error.reference: error for error in score.errors}
+    rows: list[Json] = []
+    for k, impact in enumerate(reference.impacts):
+        true_s = float(impact["time_s"])
+        row: Json = {"bodies": _bodies(impact), "pair": pair_name(impact), "true": true_s, "at": k}
+        error = found.get(k)
+        if error is None:
+            rows.append(row | _lost(k, score) | _why_lost(k, impact, trace, score))
+            continue
+        rows.append(
+            row
+            | {
+                "reported": _or_none(true_s + error.reported_time_s),
+                "turned": _or_none(true_s + error.effective_time_s),
+                "velocity": _or_none(error.velocity),
+                "spin": _or_none(error.spin),
+                "flag": _flag(error.time_s, trace.dt_s, score),
+                "became": _became(error.time_s, trace.dt_s, score),
+                "cause": _cause(error, score),
+            }
+        )
+    for k in score.spurious:
+        impact = trace.impacts[k]
+        rows.append(
+            {
+                "bodies": _bodies(impact),
+                "pair": pair_name(impact),
+                "reported": _or_none(float(impact["time_s"])),
+                "flag": "invented",
+                "became": "invented",
+                "cause": _invented(k, score.local),
+            }
+        )
+    yield from sorted(rows, key=lambda row: row.get("true", row.get("reported")) or 0.0)
+
+
+def _invented(k: int, local: LocalErrors) -> str:
+    """Say where an impact that the reference does not have comes from, as far as its own state before tells."""
+    if k in local.spurious:
+        return "from its own state before, these bodies do not meet"
+    if math.isnan(local.velocity[k]):
+        return UNKNOWN
+    return "from its own state before, these bodies do meet"
+
+
+def _bodies(impact: np.void) -> list[int]:
+    return [int(impact["first"]), int(impact["second"])]
+
+
+def _or_none(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _lost(k: int, score: Score) -> Json:
+    if k >= score.expected:
+        return {"flag": "beyond", "became": "not compared"}
+    if k in score.undecided:
+        return {"flag": "undecided", "became": "not found before the end of the run"}
+    if k not in score.missed:
+        return {"flag": "undecided", "became": "shown, not reported"}
+    return {"flag": "missed", "became": "missed"}
+
+
+def _why_lost(k: int, impact: np.void, trace: Trace, score: Score) -> Json:
+    """Say why an impact is missed: from the run's own states where they were looked at, else what PIT does with it."""
+    if k >= score.expected or k not in score.missed:
+        return {"cause": ""}
+    if trace.local_truth is None:
+        pit = {True: "PIT misses it, too", False: "PIT finds it"}
+        return {"cause": "" if score.pit_missed is None else pit[k in score.pit_missed]}
+    met = trace.local_truth.meetings
+    # An engine that is late passes through after the true instant, one whose trajectory is ahead before it.
+    near = np.abs(met["begin_s"] - impact["time_s"]) <= _NEAR_STEPS * trace.dt_s
+    passed = met[(met["first"] == impact["first"]) & (met["second"] == impact["second"]) & met["missed"] & near]
+    if not len(passed):
+        return {"cause": "its own states do not lead to it: errors before this impact led it elsewhere"}
+    return {
+        "cause": "checking once per step" if passed["pit_missed"].any() else "the method's own: PIT finds it from there"
+    }
+
+
+def _flag(time_s: float, dt_s: float, score: Score) -> str:
+    if abs(time_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
+        return "found"
+    return "late" if time_s > 0 else "early"
+
+
+def _became(time_s: float, dt_s: float, score: Score) -> str:
+    flag = _flag(time_s, dt_s, score)
+    if flag == "found":
+        return "found"
+    return f"{formatting.steps(abs(time_s), dt_s) if dt_s else formatting.seconds(abs(time_s))} {flag}"
+
+
+def _cause(error: ImpactError, score: Score) -> str:
+    """Say where a velocity error comes from, or else one of spin: told apart from the run's own state before."""
+    rounding, local, k = THRESHOLDS.rounding_of(score.float_bits), score.local, error.observed
+    wrong, here = error.velocity, local.velocity[k]
+    own, sampling = local.solver_velocity[k], local.sampling_velocity[k]
+    if error.spin > rounding and not wrong > rounding:
+        wrong, here, own, sampling = error.spin, local.spin[k], local.solver_spin[k], local.sampling_spin[k]
+    if not wrong > rounding:
+        return ""
+    if math.isnan(here):
+        return UNKNOWN
+    if here <= rounding:
+        return "right from its own state before: errors before this impact led it elsewhere"
+    if own <= rounding:
+        return "checking once per step"
+    if math.isnan(own) or sampling <= rounding:
+        return "the method's own"
+    return f"checking once per step ({formatting.number(sampling)}), and the method's own ({formatting.number(own)})"

@@ -1,0 +1,119 @@
+"""The document of `carom certify`, and a scene of the catalogue as a file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+import tomli_w
+
+from carom.catalogue import CatalogueScene, Complaint
+from carom.model.trace import Mode, body_name, pair_name
+from carom.report import formatting
+from carom.report.document import Column, Document, Headline, Section, Table
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from carom.solvers.certified.result import CertifiedTrace
+
+
+def scene_text(entry: CatalogueScene) -> str:
+    """Return a scene as a TOML file that can be loaded again, its known answer told in comments at the top."""
+    lines = [entry.shows, f"Known answer: {entry.known.source}"]
+    if entry.known.count is not None:
+        lines.append(f"Impacts: {entry.known.count}")
+    if entry.known.convention:
+        lines.append(f"No unique answer: {entry.known.convention}")
+    if isinstance(entry, Complaint):
+        lines += [f"Reported of {entry.about}: {entry.reported}", f"Thread: {entry.thread}", entry.made]
+    comments = "".join(f"# {line}\n" for line in lines)
+    return comments + tomli_w.dumps(entry.scene.model_dump(mode="python"))
+
+
+def certified_document(certified: CertifiedTrace, most: int) -> Document:
+    """Return the first impacts, every digit of them right to one unit in the last, and how far the run reached."""
+    left_out = len(certified) - most
+    table = Table(
+        (
+            Column("#", str, number=True),
+            Column("time, s", lambda k: _decimals(certified, k)[0]),
+            Column("bodies", lambda k: pair_name(certified.trace.impacts[k])),
+            Column("velocities after, m/s", lambda k: _velocities(certified, k)),
+            *(
+                [Column("spins after, rad/s", lambda k: _spins(certified, k))]
+                if certified.trace.spins is not None
+                else []
+            ),
+        ),
+        range(min(most, len(certified))),
+        title=f"{certified.trace.scene.name}: every digit proven",
+        note=f"and {left_out} more" if left_out > 0 else "",
+    )
+    blocks: tuple[Table, ...] = (table,) if most and len(certified) else ()
+    if most and certified.trace.modes is not None:
+        blocks = (*blocks, _modes(certified, certified.trace.modes, most))
+    return Document("Carom: certified", Headline.of(_reach(certified)), (Section(table.title, blocks),))
+
+
+def _modes(certified: CertifiedTrace, modes: NDArray[np.void], most: int) -> Table:
+    """Return the first changes of how discs move in contact."""
+    from carom.solvers.certified.result import proven_decimal
+
+    def number(k: int, field: str, *part: int) -> str:
+        radii = certified.mode_radii
+        bound = 0.0 if radii is None else radii[field][k][part[0]] if part else radii[field][k]
+        return proven_decimal(float(modes[field][k][part[0]] if part else modes[field][k]), float(bound))
+
+    left_out = len(modes) - most
+    return Table(
+        (
+            Column("time, s", lambda k: number(k, "time_s")),
+            Column("disc", lambda k: body_name(int(modes["disc"][k]))),
+            Column("on", lambda k: body_name(int(modes["wall"][k]))),
+            Column("goes over into", lambda k: Mode(modes["after"][k]).name.lower()),
+            Column("velocity, m/s", lambda k: f"({number(k, 'velocity', 0)}, {number(k, 'velocity', 1)})"),
+        ),
+        range(min(most, len(modes))),
+        title=f"{certified.trace.scene.name}: contact",
+        note=f"and {left_out} more" if left_out > 0 else "",
+    )
+
+
+def _decimals(certified: CertifiedTrace, k: int) -> Sequence[str]:
+    """Return the proven digits of an impact: its time, the parts of both velocities after it, and its discs' spins."""
+    if certified.decimals:
+        return certified.decimals[k]
+    from carom.solvers.certified.result import proven_decimal
+
+    impact, radius = certified.trace.impacts[k], certified.radii[k]
+    sides = [(side, c) for side in ("velocity_first_after", "velocity_second_after") for c in (0, 1)]
+    numbers = [(impact["time_s"], radius["time_s"]), *((impact[side][c], radius[side][c]) for side, c in sides)]
+    if certified.trace.spins is not None and certified.spin_radii is not None:
+        turned = ["first_after"] if impact["second"] < 0 else ["first_after", "second_after"]
+        numbers += [(certified.trace.spins[k][side], certified.spin_radii[k][side]) for side in turned]
+    return [proven_decimal(float(value), float(bound)) for value, bound in numbers]
+
+
+def _velocities(certified: CertifiedTrace, k: int) -> str:
+    _, *velocity = _decimals(certified, k)
+    after = f"({velocity[0]}, {velocity[1]})"
+    return after if certified.trace.impacts[k]["second"] < 0 else f"{after}  ({velocity[2]}, {velocity[3]})"
+
+
+def _spins(certified: CertifiedTrace, k: int) -> str:
+    return "  ".join(_decimals(certified, k)[5:])
+
+
+def _reach(certified: CertifiedTrace) -> Iterator[str]:
+    """Say how far the run is certified, and why it ended."""
+    impacts, end_s = formatting.count(len(certified), "impact"), certified.trace.end_time_s
+    reach = f"certified to {certified.digits} digits for {impacts}, to {formatting.instant(end_s)}"
+    cost = f"{certified.precision_bits} bits, {certified.bits_lost:.0f} lost, {certified.elapsed_s:.2f} s"
+    yield f"{certified.trace.scene.name}: {reach} of {certified.trace.scene.duration_s:g} s ({cost})."
+    yield f"{formatting.capitalised(certified.ending.value)}."
+    if certified.degeneracy is not None:
+        yield f"{certified.degeneracy}."
+    if certified.commuted:
+        yield f"The order of {len(certified.commuted)} simultaneous impacts makes no difference, and is not certified."

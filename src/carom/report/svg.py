@@ -1,0 +1,286 @@
+"""From a matplotlib figure to a small SVG that lives inside an HTML page and takes its colours from there."""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
+from zlib import crc32
+
+from carom.report import formatting
+from carom.report.files import require_report_extra
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# A figure is drawn in these colours; in the page each becomes a variable of the same value that a dark page redefines.
+INK = "#1b2330"
+MUTED = "#66707f"
+GRID = "#d8dde4"
+SURFACE = "#fefefd"
+WALL = "#8b94a1"
+#: Told apart, in the light and in the dark, by people who lack one kind of cones; a test simulates it.
+#: The first three are those that the source paper's figures, and the scenes after them, speak of: green, blue, red.
+SERIES = ("#00805c", "#0068a8", "#cc3d1e", "#d94fd0", "#4b2d00", "#0f3c69", "#6a1fe0", "#74777c")
+
+_AIM_PT = 11.0
+#: Size of the names at lines.
+_NAME_PT = 8.5
+_MARKERS = "osD^vP*X"
+_PNG_DPI = 144
+#: Above the axes, with a title and without one.
+_HEAD_IN, _BARE_IN = 0.5, 0.15
+#: Room for the numbers and the label of the upright axis, and height of a line at the foot.
+_LEFT_IN, _FOOT_IN = 0.87, 0.16
+
+_VARIABLES = {
+    INK: "--ink",
+    MUTED: "--muted",
+    GRID: "--rule",
+    SURFACE: "--surface",
+    WALL: "--wall",
+    **{colour: f"--s{k}" for k, colour in enumerate(SERIES)},
+}
+
+_STYLE = {
+    "svg.fonttype": "none",  # text stays text: smaller, sharp, and read by search and screen readers
+    "text.parse_math": False,  # a name may hold a dollar sign
+    "font.family": "sans-serif",
+    "font.size": 9.0,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": MUTED,
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.color": MUTED,
+    "ytick.color": MUTED,
+    "hatch.linewidth": 0.6,
+}
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Draw in the report's style, and leave matplotlib's settings as they were.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    require_report_extra()
+    import matplotlib as mpl
+
+    with mpl.rc_context(_STYLE):  # type: ignore[arg-type] # the stubs know each setting by name only
+        yield
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Return an empty figure that no pyplot knows of."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_in, height_in))
+    FigureCanvasSVG(figure)
+    return figure
+
+
+#: One dash a profile, the same in every diagram; `tuned` is solid, and so is a profile that is not here.
+_DASHES: dict[str, Any] = {
+    "default": "--",
+    "located": ":",
+    "swept": "-.",
+    "ccd": (0, (6, 1.5, 1, 1.5, 1, 1.5)),
+    "event-driven": (0, (9, 2)),
+    "no-ccd": (0, (2, 2)),
+    "resting": (0, (8, 2, 2, 2)),
+    "cylinder": (0, (4, 1, 1, 1)),
+    "cylinder-plain": (0, (1, 3)),
+}
+
+
+#: By their place here engines have their colours and marks; the first colour is PIC's alone.
+_ENGINES = (
+    "pymunk",
+    "box2d",
+    "mujoco",
+    "pybullet",
+    "planck",
+    "matter",
+    "rapier2d",
+    "jolt",
+    "rapier",
+    "box2d3",
+    "dart",
+    "drake",
+    "cannon",
+    "p2",
+    "havok",
+    "ode",
+    "physx",
+    "newton",
+)
+
+
+def _look(engine: str) -> tuple[str, str]:
+    """Return colour and mark of an engine, the same in every diagram, whichever others stand next to it."""
+    if engine == "pic":
+        return SERIES[0], _MARKERS[0]
+    lap = len(SERIES) - 1
+    # An engine that nobody here knows has a look by its name, which another one may have as well.
+    n = _ENGINES.index(engine) if engine in _ENGINES else crc32(engine.encode()) % (lap * len(_MARKERS))
+    return SERIES[1 + n % lap], _MARKERS[(1 + n) % len(_MARKERS)]  # seven colours and eight marks meet again after 56
+
+
+def line_style(engine: str, *, profile: str = "tuned") -> dict[str, Any]:
+    """Return how the line of an engine is drawn in every diagram: a colour and a mark an engine, a dash a profile.
+
+    PIT is the line that others are to be seen on, so it is broad and lies below them; that of an engine as it comes
+    has hollow marks.
+    """
+    hollow, pit = profile == "default", engine == "pit"
+    colour, marker = _look(engine)
+    return {
+        "color": INK if pit else colour,
+        "linewidth": 3.2 if pit else 1.3,
+        "alpha": 0.4 if pit else 0.9,
+        "linestyle": _DASHES.get(profile, "-"),
+        "marker": marker,
+        "markersize": 5.0,
+        "markerfacecolor": "none" if hollow else None,
+        "zorder": 2 if pit else 3,
+    }
+
+
+def framed(width_in: float, height_in: float, title: str = "", foot: Sequence[str] = ()) -> tuple[Figure, Axes]:
+    """Return a figure with room for a legend on the right, a title above, and small lines at its foot."""
+    height = height_in + _FOOT_IN * len(foot)
+    figure = new_figure(width_in, height)
+    left = _LEFT_IN / width_in
+    foot_in, head_in = 0.55, _HEAD_IN if title else _BARE_IN
+    wide, tall = 0.72 - left, (height_in - foot_in - head_in) / height
+    axes = figure.add_axes((left, (height - height_in + foot_in) / height, wide, tall))
+    figure.text(0.02, 1.0 - 0.24 / height, title, fontsize=11)
+    for k, line in enumerate(reversed(foot)):
+        figure.text(0.02, (0.06 + _FOOT_IN * k) / height, line, fontsize=6.5, color=MUTED)
+    return figure, axes
+
+
+def aim(axes: Axes, x: float, y: float, anchor: str) -> None:
+    """Draw a disc that is not seen, large enough to be pointed at, which leads to a place of the page."""
+    clear = (0.0, 0.0, 0.0, 0.0)
+    axes.plot([x], [y], "o", markersize=_AIM_PT, color=clear, markeredgecolor=clear, zorder=5, url=f"#{anchor}")
+
+
+def finish(axes: Axes) -> None:
+    """Draw the grid, and the legend next to the axes; ticks between the labelled ones have no words."""
+    from matplotlib.ticker import NullFormatter
+
+    # Within a decade matplotlib would label them, in the formulas' notation that `drawing` switches off.
+    for each in (axes, *axes.child_axes):
+        each.xaxis.set_minor_formatter(NullFormatter())
+        each.yaxis.set_minor_formatter(NullFormatter())
+    axes.grid(which="major", color=MUTED, alpha=0.18, linewidth=0.6)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.02, 1.0), frameon=False, fontsize=7.5, borderaxespad=0.0)
+
+
+class LineEnd(NamedTuple):
+    """Where a line ends, its name, and its colour."""
+
+    x: float
+    y: float
+    name: str
+    colour: str
+
+
+def name_lines(figure: Figure, axes: Axes, ends: Sequence[LineEnd]) -> None:
+    """Write each line's name to the right of the axes, level with its end or as near as the other names let it.
+
+    A thin line leads from the end of a line to its name.
+    """
+    axes.set_xlim(axes.get_xlim())  # from here on they are fixed, and so are the places of all ends
+    axes.set_ylim(axes.get_ylim())
+    apart = 1.25 * _NAME_PT / (72.0 * axes.get_position().height * figure.get_figheight())
+    to_axes = axes.transData + axes.transAxes.inverted()
+    places = [tuple(map(float, to_axes.transform((end.x, end.y)))) for end in ends]
+    placed = sorted(zip(places, ends, strict=True), key=lambda one: (one[0][1], one[0][0]))
+    levels = [min(max(y, 0.0), 1.0) for (_, y), _ in placed]
+    for k in range(1, len(levels)):
+        levels[k] = max(levels[k], levels[k - 1] + apart)
+    top = 1.0 + 0.5 * apart
+    for k in reversed(range(len(levels))):
+        levels[k] = min(levels[k], top - apart * (len(levels) - 1 - k))
+    for ((x, y), end), level in zip(placed, levels, strict=True):
+        axes.plot(
+            [x, 1.02, 1.04],
+            [y, level, level],
+            transform=axes.transAxes,
+            clip_on=False,
+            color=end.colour,
+            linewidth=0.7,
+            alpha=0.7,
+            zorder=1,
+        )
+        axes.text(1.05, level, end.name, transform=axes.transAxes, fontsize=_NAME_PT, verticalalignment="center")
+
+
+def plain_number(value: float, _position: float) -> str:
+    """Return a tick as the report writes numbers."""
+    return formatting.number(value)
+
+
+def png(figure: Figure) -> bytes:
+    """Return the figure as PNG."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=_PNG_DPI, facecolor="white", metadata={"Software": None})
+    return buffer.getvalue()
+
+
+def render(figure: Figure, label: str, links: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return the figure as an SVG element with an accessible name, fit to be put into HTML as it is.
+
+    Args:
+        figure: What is drawn.
+        label: What it is, for who does not see it.
+        links: What each place within the page that parts of the figure lead to is called.
+    """
+    import matplotlib as mpl
+
+    buffer = io.StringIO()
+    nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    # Names of parts are hashes: salted by the label, they differ between figures, and the same data give the same file.
+    with mpl.rc_context({"svg.hashsalt": label}):
+        figure.savefig(buffer, format="svg", transparent=True, metadata=nothing)
+    text = buffer.getvalue()
+    text = text[text.index("<svg") :]
+    text = re.sub(r"<metadata>.*?</metadata>\s*", "", text, flags=re.DOTALL)
+    text = re.sub(r"<!--.*?-->\s*", "", text, flags=re.DOTALL)
+    # Inside HTML an SVG needs no namespaces, and one page must not hold an id twice.
+    text = text.replace("xlink:href", "href")
+    text = re.sub(r'\sxmlns(:\w+)?="[^"]*"', "", text)
+    used = set(re.findall(r'href="#([^"]+)"', text)) | set(re.findall(r"url\(#([^)]+)\)", text))
+    text = re.sub(r'\sid="([^"]*)"', lambda found: found[0] if found[1] in used else "", text)
+    # A hundredth of a point is nothing that an eye can see; what stands between the tags is text, and stays.
+    text = re.sub(r"<(?!a )[^>]*>", lambda tag: re.sub(r"(\d\.\d\d)\d+", r"\1", tag[0]), text)
+    # Paths are read without blanks round their letters, and elements without indents.
+    text = re.sub(r'(?<= d=")[^"]*', lambda path: re.sub(r"\s*([A-Za-z])\s*", r"\1", path[0]), text)
+    text = re.sub(r"\n\s*<", "\n<", text)
+    for colour, variable in _VARIABLES.items():
+        text = text.replace(colour, f"var({variable},{colour})")
+    for anchor, said in links.items():
+        name = html.escape(said, quote=True)
+        text = text.replace(f'<a href="#{anchor}" target="_blank">', f'<a href="#{anchor}" aria-label="{name}">')
+    role = "group" if links else "img"  # what is one picture holds nothing that can be focused
+    text = re.sub(r'^<svg[^>]*?(viewBox="[^"]*")[^>]*>', rf'<svg \1 role="{role}" aria-label="LABEL">', text)
+    return text.strip().replace("LABEL", html.escape(label, quote=True), 1)
+
+
+def alone(svg: str) -> str:
+    """Return a drawing made for a page as a file of its own, which needs the names that a page does without."""
+    svg = re.sub(r"</?a\b[^>]*>", "", svg)  # they lead to places of the page
+    names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
+    return svg.replace("<svg ", f"<svg {names} ", 1) + "\n"

@@ -1,0 +1,223 @@
+"""Where each disc of a trace is at any time, in few numbers: knots between which a disc flies freely.
+
+Between two knots a disc is on a straight line, or under gravity on the parabola that leads from the one to the other:
+``p(t) = p_a + (p_b - p_a) (t - a) / (b - a) + g (t - a) (t - b) / 2``. So a knot is a time and a place, and paths never
+jump.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from carom.model.trace import Flight, Trace, free_flights
+
+Array = NDArray[np.float64]
+
+#: A sampled state is left out where the flight between its neighbours passes it by no more than this part of the
+#: scene's extent: a thousandth of a pixel in a picture of a hundred pixels, a fiftieth in the largest.
+SHARPNESS = 1e-5
+#: Between two of as many pieces a spin that changes evenly is off by 1/576 of what its change turns the disc by.
+_PIECES_OF_A_SLIDE = 12
+
+
+@dataclass(frozen=True)
+class Track:
+    """The flights of one disc.
+
+    Attributes:
+        time_s: When each begins, and last when the last one ends; shape ``(k,)``, ascending.
+        position_m: Where the disc is then, shape ``(k, 2)``.
+        pull_m_s2: Its acceleration: of all flights, shape ``(2,)``, or where it slides, rolls or rests now and then of
+            each, shape ``(k - 1, 2)``.
+    """
+
+    time_s: Array
+    position_m: Array
+    pull_m_s2: Array
+
+    @property
+    def pulls_m_s2(self) -> Array:
+        """The acceleration of each flight, shape ``(k - 1, 2)``."""
+        return np.broadcast_to(self.pull_m_s2, (len(self.time_s) - 1, 2))
+
+    def at(self, time_s: Array) -> Array:
+        """Return where the disc is at each of some times within the run, shape ``(len(time_s), 2)``."""
+        after = np.clip(np.searchsorted(self.time_s, time_s, side="right"), 1, len(self.time_s) - 1)
+        begin, end = self.time_s[after - 1], self.time_s[after]
+        with np.errstate(invalid="ignore", divide="ignore"):  # a flight of no length begins where it ends
+            part = np.where(end > begin, (time_s - begin) / (end - begin), 0.0)[:, None]
+        straight = self.position_m[after - 1] * (1.0 - part) + self.position_m[after] * part
+        bulge = 0.5 * ((time_s - begin) * (time_s - end))[:, None] * self.pulls_m_s2[after - 1]
+        found: Array = straight + bulge
+        return found
+
+    def under(self, pull_m_s2: Array, near_m: float) -> Track:
+        """Return the track in flights of one acceleration, off by no more than `near_m`: as many as that takes."""
+        if self.pull_m_s2.ndim == 1:
+            return self
+        lasted = np.diff(self.time_s)
+        off = np.hypot(*(self.pulls_m_s2 - pull_m_s2).T)
+        count = np.maximum(1, np.ceil(lasted * np.sqrt(off / (8.0 * near_m)))).astype(int)
+        begins = self.time_s[:-1]
+        pieces = [begins[k] + lasted[k] * np.arange(n) / n for k, n in enumerate(count.tolist())]
+        times = np.append(np.concatenate(pieces), self.time_s[-1])
+        return Track(times, self.at(times), pull_m_s2)
+
+
+@dataclass(frozen=True)
+class Turning:
+    """How far one disc has turned: evenly between two of its impacts.
+
+    Attributes:
+        time_s: The start, its impacts, what tells how its spin changes in contact, and the end; shape ``(k,)``,
+            ascending.
+        angle_rad: The angle then from that at the start, counterclockwise, shape ``(k,)``.
+    """
+
+    time_s: Array
+    angle_rad: Array
+
+    def at(self, time_s: float) -> float:
+        """Return the angle at a time within the run, radians."""
+        return float(np.interp(time_s, self.time_s, self.angle_rad))
+
+
+def turnings(trace: Trace) -> tuple[Turning, ...]:
+    """Return how each disc turns, by the trace's own spins; empty where nothing does.
+
+    A disc whose spin is no number turns no further.
+    """
+    if trace.spins is None:
+        return ()
+    effective = trace.effective_time_s
+    reported = trace.impacts["time_s"]
+    turned = reported if effective is None else np.where(np.isfinite(effective), effective, reported)
+    knots = [[(0.0, 0.0)] for _ in trace.scene.discs]
+    spin = trace.scene.arrays.spins.tolist()
+    rate = [0.0] * len(spin)
+
+    def turn(disc: int, time_s: float) -> None:
+        since, angle = knots[disc][-1]
+        later = max(since, time_s) if np.isfinite(time_s) else since
+        pieces = _PIECES_OF_A_SLIDE if rate[disc] else 1
+        for passed in ((later - since) * (k + 1) / pieces for k in range(pieces)):
+            knots[disc].append((since + passed, angle + (spin[disc] + 0.5 * rate[disc] * passed) * passed))
+        spin[disc] += rate[disc] * (later - since)
+
+    modes = [] if trace.modes is None else list(trace.modes[::-1])
+
+    def change_before(impacts: int) -> None:
+        while modes and modes[-1]["impacts"] <= impacts:
+            mode = modes.pop()
+            disc = int(mode["disc"])
+            turn(disc, float(mode["time_s"]))
+            spin[disc], rate[disc] = float(mode["spin"]), float(mode["spin_rate"])
+
+    for k in np.argsort(turned, kind="stable").tolist():
+        change_before(k)
+        for side in ("first", "second"):
+            disc = int(trace.impacts[side][k])
+            if disc >= 0:
+                turn(disc, float(turned[k]))
+                after = float(trace.spins[f"{side}_after"][k])
+                spin[disc] = after if np.isfinite(after) else 0.0
+    change_before(len(turned))
+    for disc in range(len(knots)):
+        turn(disc, trace.end_time_s)
+    return tuple(Turning(*np.array(of_disc).T) for of_disc in knots)
+
+
+def reference_tracks(trace: Trace) -> tuple[Track, ...]:
+    """Return the free flights of each disc from impact to impact, exact for a trace without steps."""
+    discs = trace.scene.discs
+    times = [[0.0] for _ in discs]
+    places = [[np.array(disc.position_m, dtype=np.float64)] for disc in discs]
+    pulls: list[list[Array]] = [[] for _ in discs]
+    for flight in free_flights(trace):
+        for time_s in _knots(flight):
+            times[flight.disc].append(time_s)
+            places[flight.disc].append(flight.at(time_s))
+            pulls[flight.disc].append(flight.pull_m_s2)
+    bent = set[int]() if trace.modes is None else set(trace.modes["disc"].tolist())
+    if trace.scene.table_deceleration_m_s2:
+        bent.update(range(len(discs)))
+    return tuple(
+        Track(np.array(times[k]), np.array(places[k]), np.array(pulls[k]) if k in bent else pulls[k][0])
+        for k in range(len(discs))
+    )
+
+
+def _knots(flight: Flight) -> list[float]:
+    """Return the times at which a flight is told, the last its end: with damping, as many as even steps between need.
+
+    A disc between two knots that are h apart is off by up to c v h^2 / 8, which is to be no more than `SHARPNESS` of
+    the way of the flight. Where less than that is left of the way, it is drawn at rest.
+    """
+    lasted, rate = flight.end_s - flight.begin_s, flight.damping.per_s
+    way, begun = flight.damping.undamped(lasted), flight.begin_s
+    if not rate * lasted > SHARPNESS:
+        return [flight.end_s]
+    moved = min(lasted, -math.log(SHARPNESS) / rate)
+    count = math.ceil(moved * math.sqrt(rate / (8.0 * SHARPNESS * way)))
+    return [*(begun + moved * k / count for k in range(1, count)), flight.end_s]
+
+
+def observed_tracks(trace: Trace, extent_m: float) -> tuple[Track, ...]:
+    """Return tracks through the states that were kept; from the impacts where none were, or where these explain all.
+
+    A method that goes to the instant of an impact turns between two of its states: then its impacts tell more.
+
+    Args:
+        trace: The run.
+        extent_m: The size of what is drawn, in whose parts `SHARPNESS` is.
+    """
+    flown = reference_tracks(trace)
+    samples = trace.samples
+    if samples is None or not len(samples.time_s):
+        return tuple(map(_finite, flown))
+    inside = samples.time_s < trace.end_time_s
+    times = np.append(samples.time_s[inside], trace.end_time_s)
+    places = np.concatenate([samples.position_m[inside], trace.final_position_m[None]])
+    near = SHARPNESS * extent_m
+    if all(_passes(track, times, places[:, disc], near) for disc, track in enumerate(flown)):
+        return flown
+    return tuple(_thinned(times, places[:, disc], _fall(trace, disc), near) for disc, track in enumerate(flown))
+
+
+def _fall(trace: Trace, disc: int) -> Array:
+    return np.zeros(2) if trace.scene.discs[disc].immovable else np.array(trace.scene.gravity_m_s2)
+
+
+def _finite(track: Track) -> Track:
+    """Return a track as far as its numbers are finite: a disc whose place is unknown stays where it was seen last."""
+    known = np.isfinite(track.time_s) & np.isfinite(track.position_m).all(axis=1)
+    count = len(known) if known.all() else int(known.argmin())
+    return track if count == len(known) else Track(track.time_s[:count], track.position_m[:count], track.pull_m_s2)
+
+
+def _passes(track: Track, times: Array, places: Array, near: float) -> bool:
+    """Whether a track is where the states are; one that is not finite is nowhere."""
+    away = np.abs(track.at(times) - places)
+    return bool(np.isfinite(away).all() and away.max() <= near)
+
+
+def _thinned(times: Array, places: Array, pull: Array, near: float) -> Track:
+    """Return a track through as few of the states as explain the others."""
+    finite = np.isfinite(places).all(axis=1)
+    times, places = times[finite], places[finite]
+    kept, pending = [0], [(0, len(times) - 1)]
+    while pending:
+        first, last = pending.pop()
+        flight = Track(times[[first, last]], places[[first, last]], pull)
+        away = np.abs(flight.at(times[first : last + 1]) - places[first : last + 1]).max(axis=1)
+        worst = first + int(away.argmax())
+        if last - first > 1 and away.max() > near:
+            pending += [(worst, last), (first, worst)]
+        else:
+            kept.append(last)
+    chosen = np.array(kept)
+    return Track(times[chosen], places[chosen], pull)

@@ -1,1 +1,0 @@
-"""What commands have in common: options from a declaration, output, progress, exit codes, the command again."""

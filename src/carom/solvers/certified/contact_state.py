@@ -1,0 +1,184 @@
+"""What is known of discs in contact in certified runs, and of the bounces and the starts that lead there and away."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from flint import arb
+
+from carom.model.trace import Mode
+from carom.solvers.certified.legs import ZERO
+from carom.solvers.certified.two_frictions import BallFrictions
+
+
+class BallGround(NamedTuple):
+    """What a disc may be in contact with: the line on which its centre is then, of places p along it.
+
+    Attributes:
+        body: Body number of the obstacle.
+        nx: Normal of a length, exact where the wall's is; likewise `ny`. Along it is (ny, -nx).
+        level: The line's distance from the origin along the normal.
+        presses: Gravity into it.
+        along: Gravity along it.
+        span: Of a face, the places of its ends.
+        never_met: Body numbers of what a disc on a face does not meet there.
+    """
+
+    body: int
+    nx: arb
+    ny: arb
+    length: arb
+    level: arb
+    presses: arb
+    along: arb
+    span: tuple[arb, arb] | None
+    never_met: frozenset[int]
+
+    def at(self, place: arb) -> tuple[arb, arb]:
+        """Return the centre of a disc at a place."""
+        x, y = place * self.ny + self.level * self.nx, self.level * self.ny - place * self.nx
+        return x / self.length, y / self.length
+
+    def going(self, part: arb) -> tuple[arb, arb]:
+        """Return the vector of a part along it."""
+        return part * self.ny / self.length, ZERO - part * self.nx / self.length
+
+    def along_it(self, x: arb, y: arb) -> arb:
+        """Return the part of a vector along it."""
+        return (x * self.ny - y * self.nx) / self.length
+
+    def off_it(self, x: arb, y: arb) -> arb:
+        """Return the part of a vector along the normal."""
+        return (x * self.nx + y * self.ny) / self.length
+
+
+class GlideState(NamedTuple):
+    """A disc on its ground: place, speed along it, slip, and the rim's speed."""
+
+    place: arb
+    speed: arb
+    slip: arb
+    rim: arb
+
+
+class Bounce(NamedTuple):
+    """The last impact of a disc: when, on what, how fast it leaves, and what friction held of it."""
+
+    time: arb
+    body: int
+    leaves: arb
+    taken: BallFrictions
+
+
+class BallMode(NamedTuple):
+    """A row of `Trace.modes` in balls; the impacts before it are not counted."""
+
+    time: arb
+    disc: int
+    wall: int
+    before: Mode
+    after: Mode
+    place: tuple[arb, arb]
+    velocity: tuple[arb, arb]
+    acceleration: tuple[arb, arb]
+    spin: arb
+    spin_rate: arb
+
+
+class End(NamedTuple):
+    """When a mode ends by itself: after what wait, at what time, and how it goes on.
+
+    It has that state then, or it is over the end of its face.
+    """
+
+    wait: arb
+    time: arb
+    slip: bool = False
+    rim: bool = False
+    over: bool = False
+
+
+class Gliding(NamedTuple):
+    """A disc in contact: since when, on what and how, with what rates of speed and rim; its end, None for never.
+
+    `branch` says by which part of the law: of friction and rolling resistance the signs where they are all that there
+    can be, and whether slip and rim's speed are held. Discs of one inertia factor have one rate by one branch, exactly.
+    """
+
+    since: arb
+    ground: BallGround
+    mode: Mode
+    begun: GlideState
+    rate: arb
+    rim_rate: arb
+    branch: tuple[int, int, bool, bool]
+    end: End | None = None
+
+    def after(self, wait: arb) -> GlideState:
+        """Return the state after a wait."""
+        place, speed, slip, rim = self.begun
+        return GlideState(
+            place + wait * (speed + self.rate * wait / 2),
+            speed + self.rate * wait,
+            slip + (self.rate + self.rim_rate) * wait,
+            rim + self.rim_rate * wait,
+        )
+
+
+class Landing(NamedTuple):
+    """The end of a disc's bounces: when, on what, and its state then."""
+
+    time: arb
+    ground: BallGround
+    state: GlideState
+
+
+class Launch(NamedTuple):
+    """A disc that leaves the end of a face: the vertex, when, and the powers of its squared gap from t^2 on."""
+
+    vertex: int
+    time: arb
+    powers: tuple[arb, arb, arb]
+
+
+class ContactStates:
+    """The contacts of all discs of an attempt.
+
+    Attributes:
+        gliding: The contact of each disc; None in flight.
+        bounces: The last impact of each on something straight.
+        landings: The ends of bounces that are known to come before anything else of the disc.
+        stops: When each stops on a table; None for one that does not move, or without a table.
+        launched: How each has left the end of a face, if it was that.
+        barred: Obstacles that each certainly does not meet as long as it moves as it does, by their body numbers.
+    """
+
+    def __init__(self, discs: int) -> None:
+        self.gliding: list[Gliding | None] = [None] * discs
+        self.bounces: list[Bounce | None] = [None] * discs
+        self.landings: list[Landing | None] = [None] * discs
+        self.stops: list[arb | None] = [None] * discs
+        self.launched: list[Launch | None] = [None] * discs
+        self.barred: list[frozenset[int]] = [frozenset()] * discs
+
+    def forget(self, i: int) -> None:
+        """Forget how disc `i` has moved."""
+        self.gliding[i] = self.bounces[i] = self.landings[i] = self.stops[i] = self.launched[i] = None
+        self.barred[i] = frozenset()
+
+    def end_of(self, i: int) -> arb | None:
+        """Return when how disc `i` moves ends by itself; None for never."""
+        gliding, landing = self.gliding[i], self.landings[i]
+        if landing is not None:
+            return landing.time
+        return self.stops[i] if gliding is None or gliding.end is None else gliding.end.time
+
+    def until(self, at: float, *discs: int) -> arb:
+        """Return how long after an instant the first of some discs no more moves as it does, or a little longer."""
+        ends = [end.upper() - at for i in discs if (end := self.end_of(i)) is not None]
+        return min(ends, default=arb("inf"))
+
+    def launch(self, i: int, body: int) -> Launch | None:
+        """Return how disc `i` has left an obstacle, if that is the vertex along which its rim moved."""
+        launch = self.launched[i]
+        return launch if launch is not None and launch.vertex == body else None

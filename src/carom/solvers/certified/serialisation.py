@@ -1,0 +1,62 @@
+"""Certified runs as data: plain numbers, lossless in JSON, that can be read where python-flint is not installed."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.model.trace import IMPACT_DTYPE, MODE_DTYPE, SPIN_DTYPE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+    from carom.solvers.certified.result import CertifiedTrace
+
+_FORMAT = "carom certified run, 1"
+NUMBERS = ("digits", "precision_bits", "bits_lost", "replays")
+#: What a run has of rows and of its final state: in its trace, and next to it how far the truth can be from each
+#: number. What is None (where nothing turns, or is in contact) is left out.
+ROWS = {"impacts": IMPACT_DTYPE, "spins": SPIN_DTYPE, "modes": MODE_DTYPE}
+FINAL = ("final_position_m", "final_velocity_m_s", "final_spin_rad_s")
+RADII = {"radii": IMPACT_DTYPE, "spin_radii": SPIN_DTYPE, "mode_radii": MODE_DTYPE}
+FINAL_RADII = ("final_position_radius_m", "final_velocity_radius_m_s", "final_spin_radius_rad_s")
+
+
+def enclosures(certified: CertifiedTrace) -> dict[str, Any]:
+    """Return a certified run as what JSON can hold; a number's truth is within its radius of it."""
+    trace, degeneracy = certified.trace, certified.degeneracy
+    trouble = degeneracy and dataclasses.asdict(degeneracy)
+    if degeneracy and trouble:
+        latest = None if math.isinf(degeneracy.latest_s) else degeneracy.latest_s
+        trouble |= {"kind": degeneracy.kind.name, "bodies": list(degeneracy.bodies), "latest_s": latest}
+    return {
+        "format": _FORMAT,
+        "scene": trace.scene.model_dump(mode="json"),
+        "ending": certified.ending.name,
+        "outcome": trace.outcome.name,
+        "degeneracy": trouble,
+        "end_time_s": trace.end_time_s,
+        "fields": list(IMPACT_DTYPE.names or ()),
+        **_written(trace, ROWS, FINAL),
+        **_written(certified, RADII, FINAL_RADII),
+        **({} if trace.modes is None else {"mode_fields": list(MODE_DTYPE.names or ())}),
+        "decimals": [list(row) for row in certified.decimals],
+        "commuted": [list(pair) for pair in certified.commuted],
+        **{name: getattr(certified, name) for name in NUMBERS},
+    }
+
+
+def _written(found: object, rows: Mapping[str, np.dtype[np.void]], final: Iterable[str]) -> dict[str, Any]:
+    held = {name: getattr(found, name) for name in (*rows, *final)}
+    return {
+        name: _plain(array) if name in rows else array.tolist() for name, array in held.items() if array is not None
+    }
+
+
+def _plain(rows: NDArray[np.void]) -> list[list[Any]]:
+    return [[value.tolist() if isinstance(value, np.ndarray) else value for value in row] for row in rows.tolist()]

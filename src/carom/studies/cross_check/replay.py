@@ -1,0 +1,154 @@
+"""One run next to its reference, moving: as a notebook's cell, a page, a GIF or a film."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from carom.comparator import Score, compare
+from carom.comparator.finite import not_finite
+from carom.errors import InputError, MissingExtraError
+from carom.execution.job import Job, Method, Status
+from carom.execution.results import Row
+from carom.model.scene import Scene, as_scene
+from carom.model.trace import Trace
+from carom.report import formatting
+from carom.report.files import packed, require_report_extra
+from carom.report.grid import mark_of, reasons_of
+from carom.report.picture import draw_pair
+from carom.report.render.html import replay_page
+from carom.report.replay import replay_data, run_command
+from carom.report.svg import drawing
+from carom.solvers.pic import solve_pic
+from carom.studies.cross_check.film import FRAMES_PER_S, film
+from carom.studies.cross_check.run import run
+from carom.support.escaping import visible
+from carom.support.folders import write_file
+from carom.support.limits import MOST_DISCS_DRAWN
+
+#: With more, a still picture shows nothing.
+_MOST_IMPACTS_DRAWN = 1000
+
+
+@dataclass(frozen=True, repr=False)
+class Replay:
+    """A run next to its reference, as `carom.replay` makes it.
+
+    Attributes:
+        reference: What must happen.
+        observed: What did.
+        score: How they compare.
+    """
+
+    reference: Trace
+    observed: Trace
+    score: Score
+
+    def __repr__(self) -> str:
+        return f"Replay of {self.observed!r}"
+
+    def html(self) -> str:
+        """Return the replay as a page in one file, with every impact in a table.
+
+        Raises:
+            MissingExtraError: The extra `report` is not installed.
+        """
+        trace = self.observed
+        job = Job(trace.scene, Method(trace.method, trace.profile, tuple(trace.tried.items())), trace.dt_s)
+        row = Row(job, Status.RAN, trace=trace, score=self.score)
+        mark = mark_of(row)
+        said = {
+            "engine": trace.method,
+            "profile": trace.profile_shown,
+            "key": visible(trace.scene.name),
+            "word": mark.word,
+            "symbol": mark.symbol,
+            "css": mark.css,
+            "said": [formatting.capitalised(reason) + "." for reason in reasons_of(row)],
+            "command": run_command("scene.toml", job)
+            if trace.profile
+            else "",  # a solver called directly has no profile
+        }
+        data = packed(replay_data(self.reference, [(trace, self.score, said)]))
+        return replay_page(visible(trace.scene.name), data, said["said"], self._stills())
+
+    def _stills(self) -> list[tuple[str, str]]:
+        """Return captions and pictures, SVG, of both sides for where no script runs; none of what can't be drawn."""
+        trace, name = self.observed, f"{self.observed.method} {self.observed.profile_shown}".strip()
+        many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
+        if many or not_finite(trace):
+            return []
+        labels = (f"Exact: {visible(trace.scene.name)}", f"What {name} makes of it")
+        return list(zip(labels, draw_pair(self.reference, trace, self.score.missed, labels), strict=True))
+
+    def _repr_html_(self) -> str | None:
+        try:
+            page = self.html()
+        except MissingExtraError:
+            return None
+        # Nothing of the page reaches the notebook, nor the other way round.
+        # Tall enough for pictures and buttons, one above the other on a phone; what is written below them may scroll.
+        frame = 'sandbox="allow-scripts" style="width:100%;height:54em;border:0"'
+        return f'<iframe title="replay" {frame} srcdoc="{escape(page)}"></iframe>'
+
+    def save(self, path: str | Path) -> Path:
+        """Write the replay to a file and return its path: a page (``.html``), or a film (``.gif``, ``.mp4``).
+
+        Raises:
+            InputError: The path ends otherwise.
+            MissingExtraError: The extra `report`, or for ``.mp4`` the program ffmpeg, is not installed.
+            OSError: The file can't be written.
+        """
+        path = Path(path)
+        if path.suffix == ".html":
+            return write_file(path, self.html())
+        if path.suffix not in {".gif", ".mp4"}:
+            raise InputError(f"a replay is saved as .html, .gif or .mp4, not as {path.suffix or 'nothing'!r}")
+        require_report_extra()
+        from matplotlib.animation import FFMpegWriter, PillowWriter
+
+        if path.suffix == ".mp4" and not FFMpegWriter.isAvailable():
+            raise MissingExtraError(
+                "an .mp4 needs the program ffmpeg, which is not installed", hints=[".gif and .html need none"]
+            )
+        writer = (PillowWriter if path.suffix == ".gif" else FFMpegWriter)(fps=FRAMES_PER_S)
+        with tempfile.TemporaryDirectory() as folder, drawing():
+            made = Path(folder) / path.name
+            film(self.reference, self.observed, self.score).save(made, writer=writer)
+            return write_file(path, made.read_bytes())
+
+
+def replay(
+    reference: Trace | Scene | str,
+    observed: Trace | str,
+    *,
+    score: Score | None = None,
+    dt: float | None = None,
+    profile: str = "tuned",
+) -> Replay:
+    """Return a run next to its reference, to be looked at in a notebook or saved.
+
+    Args:
+        reference: What must happen, as a rule from `carom.solve_pic`; or a scene, or its name in the catalogue.
+        observed: The run; or the name of an engine, which then runs the scene.
+        score: How they compare; found by `carom.compare` where it is not given.
+        dt: Step of an engine that is named, seconds; the scene's frame by default.
+        profile: Its profile.
+
+    Raises:
+        InputError: The traces can't be compared: see `carom.compare`; or a number of the run is NaN or infinite; or
+            `dt` is given with a run.
+        UnknownNameError, AdapterError: The engine that is named can't run the scene: see `carom.run`.
+    """
+    if isinstance(observed, str):
+        scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
+        observed = run(scene, observed, dt=dt, profile=profile)
+    elif dt is not None:
+        raise InputError("dt is the step of an engine that is named; a run that is given has its own")
+    if not isinstance(reference, Trace):
+        reference = solve_pic(reference)
+    if broken := not_finite(observed):
+        raise InputError(f"{broken} in the run: what has no place can't be played")
+    return Replay(reference, observed, compare(reference, observed) if score is None else score)

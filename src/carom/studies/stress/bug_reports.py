@@ -1,0 +1,137 @@
+"""Whether today's version of an engine still does what a complaint reported."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from carom.catalogue import Complaint, KnownAnswer, Symptom
+from carom.catalogue.entry import deepest_overlap
+from carom.execution.job import Job, Method, Status
+from carom.execution.plan import trace_of
+from carom.execution.pool import Asker
+from carom.model.scene import Chain, Ring, Scene, Wall, save_scene
+from carom.model.trace import Outcome, Trace, kinetic_energy
+from carom.studies.stress.failure_points import Spot, SpotEnding
+from carom.support.folders import file_name
+from carom.support.formatting import number
+
+#: A per cent of the scene's speed or energy: what people notice and write about, and above float32's rounding.
+NOTICED = 0.01
+
+
+def complaint_spot(complaint: Complaint, method: Method, asker: Asker, *, scenes: Path) -> Spot:
+    """Return the cell of a complaint and a method; the scene is saved into `scenes`."""
+    scene, line = complaint.scene, complaint.name.partition("/")[2]
+    answer = trace_of(Job(scene, method, 1.0 / scene.frame_rate_hz), asker)
+    scenes.mkdir(parents=True, exist_ok=True)
+    file = f"{file_name(complaint.name)}.toml"
+    save_scene(scene, scenes / file)
+    files = (f"{scenes.name}/{file}",)
+    if answer.status in {Status.UNAVAILABLE, Status.UNSUPPORTED}:
+        ended = SpotEnding.NOT_RUN
+        return Spot("complaint", line, method.name, ended, reason=answer.said, scenes=files, status=answer.status)
+    if answer.value is None:
+        seen, figure, reason = complaint.symptom is Symptom.NEVER_ENDS, math.inf, answer.said
+    else:
+        seen, figure, reason = shows(complaint, answer.value)
+    return Spot(
+        "complaint",
+        line,
+        method.name,
+        SpotEnding.STILL_DOES if seen else SpotEnding.DOES_NOT,
+        value=figure if math.isfinite(figure) else None,
+        reason=reason if seen or not reason else f"not as reported, but {reason}",
+        scenes=files,
+        runs=1,
+        status=answer.status,
+    )
+
+
+def shows(complaint: Complaint, trace: Trace) -> tuple[bool, float, str]:
+    """Return whether a trace shows what was reported, the figure that says so, and the reason in words.
+
+    The figure is the error of the energy where energy was reported on or nothing else is known, else that of the final
+    velocities, and of the speeds of rims where spins are known, over the scene's energy or speed. Where the trace does
+    not show what was reported, but is off by a per cent or more, the reason says so.
+    """
+    symptom, known, scene = complaint.symptom, complaint.known, complaint.scene
+    finite = bool(np.isfinite(trace.final_velocity_m_s).all() and np.isfinite(trace.final_position_m).all())
+    if not finite or trace.outcome is Outcome.NON_FINITE:
+        return symptom is Symptom.NOT_FINITE, math.inf, Outcome.NON_FINITE.value
+    if trace.outcome not in {Outcome.COMPLETED, Outcome.STANDSTILL}:
+        said = "; ".join((trace.outcome.value, *trace.notes))
+        return symptom is Symptom.NEVER_ENDS, math.inf, said
+    velocity, energy = _velocity_error(trace, known, scene), _energy_error(trace, known, scene)
+    of_energy = symptom in {Symptom.GAINS_ENERGY, Symptom.LOSES_ENERGY} or math.isnan(velocity)
+    figure, what = (energy, "energy") if of_energy else (velocity, "speed")
+    least, seen, reason = complaint.at_least, False, ""
+    if symptom is Symptom.MISSES:
+        missed = _missed(trace, known)
+        seen = missed > 0 and abs(figure) > least
+        reason = f"{missed} impact{'' if missed == 1 else 's'} missed"
+    elif symptom is Symptom.INVENTS:
+        invented = len(trace.impacts) - (known.count or 0)
+        seen, reason = invented > 0, f"{invented} impact{'' if invented == 1 else 's'} invented"
+    elif symptom is Symptom.ESCAPES:
+        depth = deepest_overlap(trace, scene) / min(disc.radius_m for disc in scene.discs)
+        seen, reason = not depth <= 1.0, f"{number(depth)} radii inside another body or beyond a wall"
+    elif symptom is Symptom.GAINS_ENERGY:
+        seen, reason = energy > least, f"{number(energy)} of the energy gained"
+    elif symptom is Symptom.LOSES_ENERGY:
+        seen, reason = energy < -least, f"{number(-energy)} of the energy lost"
+    elif symptom in {Symptom.WRONG_VELOCITY, Symptom.NEVER_RESTS}:
+        seen, reason = velocity > least, f"velocities off by {number(velocity)} of the scene's speed"
+    if seen:
+        return True, figure, reason
+    return False, figure, f"off by {number(figure)} of the scene's {what}" if abs(figure) > NOTICED else ""
+
+
+def _velocity_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
+    if known.final_velocity_m_s is None:
+        return math.nan
+    speeds = [math.hypot(*disc.velocity_m_s) for disc in scene.discs]
+    speeds += [math.hypot(*(impact.velocity_first_after or (0.0, 0.0))) for impact in known.impacts]
+    error = np.hypot(*(trace.final_velocity_m_s - np.array(known.final_velocity_m_s)).T)
+    if known.final_spin_rad_s is not None and trace.final_spin_rad_s is not None:
+        rims = scene.arrays.radius_m * (trace.final_spin_rad_s - np.array(known.final_spin_rad_s))
+        error = np.maximum(error, np.abs(rims))
+    return float(np.max(error)) / (max(speeds) or 1.0)
+
+
+def _energy_error(trace: Trace, known: KnownAnswer, scene: Scene) -> float:
+    """Error of the mechanical energy at the end, over what was there at the start."""
+    weight = np.array([0.0 if disc.immovable else disc.mass_kg for disc in scene.discs])
+    floor = min(map(_height, scene.walls), default=0.0)
+
+    def energy(place: ArrayLike, velocity: ArrayLike) -> float:
+        height = (np.array(place) - [0.0, floor]) @ np.array(scene.gravity_m_s2)
+        return kinetic_energy(scene, np.array(velocity)) - float(weight @ height)
+
+    at_start = energy([disc.position_m for disc in scene.discs], [disc.velocity_m_s for disc in scene.discs])
+    found = energy(trace.final_position_m, trace.final_velocity_m_s)
+    if known.final_velocity_m_s is None:
+        expected = at_start if known.final_kinetic_energy_j is None else known.final_kinetic_energy_j
+    elif known.final_position_m is None:
+        expected = kinetic_energy(scene, np.array(known.final_velocity_m_s))
+    else:
+        expected = energy(known.final_position_m, known.final_velocity_m_s)
+    return (found - expected) / at_start if at_start else 0.0
+
+
+def _height(wall: Wall | Chain | Ring) -> float:
+    """Return a height at which a wall is: of a chain that of its lowest point."""
+    if isinstance(wall, Wall):
+        return wall.point_m[1]
+    return wall.centre_m[1] if isinstance(wall, Ring) else min(y for _, y in wall.points_m)
+
+
+def _missed(trace: Trace, known: KnownAnswer) -> int:
+    """Number of known impacts of pairs that the trace does not have."""
+    expected = Counter((impact.first, impact.second) for impact in known.impacts)
+    found = Counter(zip(trace.impacts["first"].tolist(), trace.impacts["second"].tolist(), strict=True))
+    return (expected - found).total()

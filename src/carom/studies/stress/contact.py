@@ -1,0 +1,206 @@
+"""Attacks with a disc that gravity presses to a wall: restitution, friction, rolling resistance, slopes at thresholds.
+
+Each is a disc of unit mass on the line y = 0; a slope is a gravity that leans, so that no place is rounded by a turn.
+What contact does is continuous in the slope, so that truth on both sides of a threshold is one number at it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+from carom.catalogue.closed_forms import disc
+from carom.catalogue.walled import FLOOR
+from carom.model.scene import Scene
+from carom.studies.stress.attack import Attack, Trial, attack, closed_form_judge
+from carom.studies.stress.friction import spin_judge
+from carom.studies.stress.pairs import PHASES, RATE_HZ, attacked
+from carom.support.formatting import number
+
+_RADIUS_M, _G, _K = 0.25, 10.0, 0.5
+_DT_S = 1.0 / RATE_HZ
+#: How long a disc is in contact: what gravity or friction makes of it is far above what an integrator is off by.
+_LASTS_S = 0.5
+_SPEED_M_S = 1.2
+
+#: Friction of every slope, and of the floor that rolling resistance is on; tangents of the steepest slopes that hold a
+#: block, hold rolling, hold a disc that resists rolling, and hold the slip of one that bounces with e = 1/2.
+_FRICTION = 0.3
+_STEEPEST = {
+    "sliding-slope": _FRICTION,
+    "slipping-slope": _FRICTION * (1.0 + 1.0 / _K),
+    "rolling-slope": 0.2,
+    "bouncing-slope": 0.75 * _FRICTION * (1.0 + 1.0 / _K),
+}
+
+_LAW = "Coulomb's law and that of rolling resistance, in closed form: docs/theory/contact.md"
+_SERIES = "geometric series of the hops, in closed form: docs/theory/contact.md"
+_MOTION = "a final velocity, or speed of a rim, wrong by more than a tenth of what contact changes"
+
+
+def _on_a_floor(
+    name: str,
+    shows: str,
+    duration_s: float,
+    *,
+    up: float = 0.0,
+    velocity: complex = 0j,
+    tangent: float = 0.0,
+    **of: Any,
+) -> Scene:
+    """Return a disc `up` metres above the line y = 0, where gravity leans by a tangent."""
+    fields = {key: of.pop(key) for key in ("spin_rad_s", "inertia_factor") if key in of}
+    long = math.hypot(1.0, tangent)
+    discs = [disc(complex(0.0, _RADIUS_M + up), velocity, _RADIUS_M, **fields)]
+    laws = {"gravity_m_s2": (_G * tangent / long, -_G / long), "wall_restitution": 0.0, **of}
+    return attacked(name, shows, discs, duration_s, walls=[FLOOR], **laws)
+
+
+def _ends(scene: Scene, along: float, rim: float, change: float) -> Trial:
+    """Judge a disc in contact by its speed along the wall and its rim's, which contact changes by `change`."""
+    return Trial(scene, spin_judge(scene, [(along, 0.0)], [rim], [change], 0, "contact changes"))
+
+
+@attack(
+    "1 - e of a ball that bounces three times under gravity",
+    (0.1, 1e-9),
+    _SERIES,
+    "a final velocity wrong by more than a tenth of what the first impact changes",
+    phases=PHASES,
+)
+def _lively(value: float, phase: float) -> Trial:
+    """Stage a ball that bounces three times, and flies for as long again as it fell at first."""
+    e, bounces, fall_s = 1.0 - value, 3, (96 + phase) * _DT_S
+    lost = math.fsum(2.0 * fall_s * e**n for n in range(1, bounces))
+    last_s, speed = fall_s + lost, e**bounces * _G * fall_s
+    shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces three times."
+    scene = _on_a_floor("lively", shows, last_s + fall_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    final = [(0.0, speed - _G * fall_s)]
+    return Trial(scene, closed_form_judge(scene, final, bounces, [(1.0 + e) * _G * fall_s]))
+
+
+@attack(
+    "1 - e of a ball that bounces until it rests",
+    (0.5, 0.01),
+    _SERIES,
+    "half a second after the last bounce, a velocity of more than a tenth of what the first impact changes",
+    phases=PHASES,
+    quick_absurd=0.05,
+    rungs=3,
+)
+def _rests(value: float, phase: float) -> Trial:
+    """Stage a ball that is dropped and bounces until it rests; half a second later it lies still."""
+    e, fall_s = 1.0 - value, (24 + phase) * _DT_S
+    shows = f"A ball that loses {number(value, 3)} of its speed at each bounce bounces until it rests."
+    ends_s = math.ceil((fall_s * (1.0 + e) / value + 0.5) * RATE_HZ) * _DT_S  # with a step
+    scene = _on_a_floor("rests", shows, ends_s, up=0.5 * _G * fall_s**2, wall_restitution=e)
+    return Trial(scene, closed_form_judge(scene, [(0.0, 0.0)], 0, [(1.0 + e) * _G * fall_s]))
+
+
+def _slope(kind: str, value: float, side: float) -> Trial:
+    """Stage a disc on a slope that is steeper, or less steep, than a threshold's by a part of it."""
+    steepest, friction, e, k = _STEEPEST[kind], _FRICTION, 0.5, _K
+    tangent = steepest * (1.0 + side * value)
+    pressed, pull = (_G * part / math.hypot(1.0, tangent) for part in (1.0, tangent))
+    beyond = max(0.0, tangent - steepest)
+    shows = f"A disc on a slope of tangent {number(steepest, 3)}, a threshold, and {number(side * value, 3)} of it."
+    made = partial(_on_a_floor, kind, shows, _LASTS_S, tangent=tangent, wall_friction=friction)
+    if kind == "sliding-slope":
+        scene, k, slip = made(inertia_factor=math.inf), math.inf, 0.0
+        along = pressed * beyond * _LASTS_S
+    elif kind == "rolling-slope":
+        scene, slip = made(wall_rolling_resistance=steepest), 0.0
+        along = pressed * beyond * _LASTS_S / (1.0 + k)
+    else:
+        slip = pressed * beyond * _LASTS_S
+        if kind == "slipping-slope":
+            scene = made()
+        else:
+            # Bounces from this speed on end as the scene does. Each hop adds 2 tan w to the slip, a bounce takes off
+            # f (1 + e)(1 + 1/k) w, which is 2 tan w at the threshold: in all as much as contact would.
+            hits = 0.5 * _LASTS_S * pressed * (1.0 - e) / e
+            scene = made(velocity=complex(0.0, -hits), wall_restitution=e)
+        along = (pull * _LASTS_S + k * slip) / (1.0 + k)
+    rim = slip - along if math.isfinite(k) else 0.0
+    return _ends(scene, along, rim, pull * _LASTS_S)
+
+
+def _slopes(kind: str, value: float) -> Sequence[Trial]:
+    return [_slope(kind, value, side) for side in (1.0, -1.0)]
+
+
+@attack(
+    "coefficient of friction of a disc that slides, and one over it",
+    (1.0, 1e-6),
+    _LAW,
+    f"{_MOTION}; whatever is beyond what grips changes nothing",
+    last=0.0,
+)
+def _slide_friction(value: float) -> Sequence[Trial]:
+    """Stage a disc thrown along a floor with as much backspin: it slides, then rolls."""
+
+    def thrown(friction: float) -> Trial:
+        scene = _on_a_floor(
+            "slide-friction",
+            f"A disc with backspin is thrown along a floor with friction of {number(friction, 3)}.",
+            _LASTS_S,
+            velocity=complex(_SPEED_M_S),
+            spin_rad_s=_SPEED_M_S / _RADIUS_M,
+            wall_friction=friction,
+        )
+        taken = min(friction * _G * _LASTS_S, 2.0 * _SPEED_M_S / (1.0 + 1.0 / _K))
+        return _ends(scene, _SPEED_M_S - taken, _SPEED_M_S - taken / _K, _SPEED_M_S)
+
+    return [thrown(friction) for friction in _both(value)]
+
+
+@attack(
+    "rolling resistance of a disc that rolls, and one over it",
+    (1.0, 1e-6),
+    _LAW,
+    f"{_MOTION}; whatever is beyond what friction can take changes nothing of its speed",
+    last=0.0,
+)
+def _rolling_resistance(value: float) -> Sequence[Trial]:
+    """Stage a disc that rolls along a floor: c slows it by c g/(1 + k), up to what friction can; then it slides on."""
+    friction = _FRICTION
+
+    def rolled(resists: float) -> Trial:
+        scene = _on_a_floor(
+            "rolling-resistance",
+            f"A disc rolls along a floor with rolling resistance of {number(resists, 3)}.",
+            _LASTS_S,
+            velocity=complex(_SPEED_M_S),
+            spin_rad_s=-_SPEED_M_S / _RADIUS_M,
+            wall_friction=friction,
+            wall_rolling_resistance=resists,
+        )
+        along = max(0.0, _SPEED_M_S - min(resists / (1.0 + _K), friction) * _G * _LASTS_S)
+        turns = _SPEED_M_S - (resists - friction) * _G * _LASTS_S / _K
+        rim = -along if resists <= friction * (1.0 + _K) else -max(0.0, turns)
+        return _ends(scene, along, rim, _SPEED_M_S)
+
+    return [rolled(resists) for resists in _both(value)]
+
+
+def _both(value: float) -> Sequence[float]:
+    """Return a coefficient and one over it, which 0 has not."""
+    return [value, 1.0 / value] if value else [value]
+
+
+def contact_attacks() -> list[Attack]:
+    """Return the attacks with a disc that gravity presses to a wall."""
+    ulp = 2.0**-52
+    slopes = {
+        "sliding-slope": "how far a slope is from the steepest on which friction holds a block, over it",
+        "slipping-slope": "how far a slope is from the steepest on which a disc rolls, over it",
+        "rolling-slope": "how far a slope is from the steepest on which rolling resistance holds a disc, over it",
+        "bouncing-slope": "how far a slope is from the steepest on which bounces hold a slip, over it",
+    }
+    leaning = [
+        Attack(name, axis, 0.5, ulp, partial(_slopes, name), _LAW, f"{_MOTION}, on either side", last=0.0)
+        for name, axis in slopes.items()
+    ]
+    return [_lively, _rests, *leaning, _slide_friction, _rolling_resistance]

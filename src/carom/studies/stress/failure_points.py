@@ -1,0 +1,139 @@
+"""What a stress campaign yields: for each attack and method where it fails, for each relation how far it is off."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from carom.engines.registry import EngineInfo
+from carom.execution.environment import Environment
+from carom.execution.job import Method, Status
+
+#: Phrases that a journal of an earlier Carom has.
+_EARLIER = {
+    "gives way": "fails at this size",
+    "stands to the end": "passes to the end",
+    "gives way at the harmless end": "fails at the harmless end",
+}
+
+
+class SpotEnding(StrEnum):
+    """How a cell ended; the value is the phrase shown."""
+
+    GIVES_WAY = "fails at this size"
+    STANDS = "passes to the end"
+    NEVER_STOOD = "fails at the harmless end"
+    HOLDS = "holds"
+    FAILS = "fails"
+    STILL_DOES = "still does it"
+    DOES_NOT = "does not do it"
+    NOT_RUN = "not run"
+
+    @classmethod
+    def _missing_(cls, value: object) -> SpotEnding | None:
+        """Return what a journal of an earlier Carom calls by another phrase."""
+        return cls(_EARLIER[value]) if isinstance(value, str) and value in _EARLIER else None
+
+
+@dataclass(frozen=True)
+class Spot:
+    """One cell of the table: one attack, relation or complaint, and one method.
+
+    Attributes:
+        kind: "attack", "relation" or "complaint".
+        line: Name of the attack, relation or complaint.
+        method: Name of the method.
+        ending: How it ended.
+        value: The size at which it fails, or the largest that was tried where it stands; for a relation or a
+            complaint the deviation. None where there is no number.
+        stands_at: The largest size at which it was seen to stand, None where there is none.
+        error: The error at `stands_at`, in the measure of the attack; None where there is none.
+        reason: Why it fails, or why there is no number.
+        scenes: The files, in the folder of the results, whose scenes show the number.
+        runs: How many runs the number took.
+        status: What became of the run that decided, or why there was none.
+    """
+
+    kind: str
+    line: str
+    method: str
+    ending: SpotEnding
+    value: float | None = None
+    stands_at: float | None = None
+    error: float | None = None
+    reason: str = ""
+    scenes: tuple[str, ...] = ()
+    runs: int = 0
+    status: Status = Status.RAN
+
+    @property
+    def cut_off(self) -> bool:
+        """Whether the engine, or its adapter, broke off the run that decided."""
+        return self.status.broken
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the table.
+
+    Attributes:
+        kind: "attack", "relation" or "complaint".
+        name: Its name.
+        axis: What varies, or what must hold, or what was reported.
+        truth: Where the right answer comes from.
+        gives_way: What counts as giving way, and why.
+        ladder: Values of the axis that are tried, from the harmless end on; empty where there is none.
+        link: Address of the thread of a complaint.
+        about: Engine that a complaint is about.
+        group: Group of an attack: what a method meets in it.
+    """
+
+    kind: str
+    name: str
+    axis: str
+    truth: str
+    gives_way: str
+    ladder: tuple[float, ...] = ()
+    link: str = ""
+    about: str = ""
+    group: str = ""
+
+    def depth(self, spot: Spot) -> float | None:
+        """Return the part of the ladder's decades at which a method was seen to stand; None where none was tried.
+
+        A last value that no logarithm reaches, a gap of 0 say, counts as one decade more.
+        """
+        if not self.ladder or spot.ending is SpotEnding.NOT_RUN:
+            return None
+        if spot.ending is SpotEnding.STANDS or spot.stands_at is None:
+            return float(spot.ending is SpotEnding.STANDS)
+        rungs = [value for value in self.ladder if value > 0]
+        beyond = len(self.ladder) - len(rungs)
+        return abs(math.log10(spot.stands_at / rungs[0])) / (abs(math.log10(rungs[-1] / rungs[0])) + beyond)
+
+
+@dataclass(frozen=True)
+class StressResults:
+    """All cells of a campaign.
+
+    Attributes:
+        lines: Attacks, relations, complaints, in the order of the table.
+        methods: The columns.
+        engines: What is known of their engines, by name.
+        spots: The cells, by name of line and method.
+        environment: Machine and versions.
+        command: The command that makes this again.
+        quick: Whether this is the quick form.
+        elapsed_s: Wall-clock seconds of this run; a run that was taken up again counts only its own.
+    """
+
+    lines: tuple[Line, ...]
+    methods: tuple[Method, ...]
+    engines: Mapping[str, EngineInfo]
+    spots: Mapping[tuple[str, str], Spot]
+    environment: Environment
+    command: str
+    quick: bool
+    elapsed_s: float

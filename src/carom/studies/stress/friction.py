@@ -1,0 +1,176 @@
+"""Attacks with friction and spin: what varies is a coefficient, a spin, an inertia, or how many impacts grip.
+
+All of them are struck head-on, or on a wall, so that checking once per step turns no normal: what fails is friction.
+Only the chain of grips is long enough for looking late to lose an impact.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from carom.catalogue.closed_forms import disc
+from carom.catalogue.walled import FLOOR
+from carom.model.scene import Scene, Wall
+from carom.model.trace import Trace, Vector
+from carom.studies.stress.attack import TOLERANCE, Attack, Judge, Judgement, Trial, attack, closed_form_judge
+from carom.studies.stress.pairs import PHASES, RATE_HZ, STEPS_BEFORE, attacked
+from carom.support.formatting import number
+
+_RADIUS_M = 0.25
+_SPEED_M_S = 1.2
+#: A coefficient at which no impact here slides, within what every engine simulates.
+_GRIP = 10.0
+
+_MOTION = "a final velocity, or speed of a rim, wrong by more than a tenth of what the impact changes"
+_LAW = (
+    "the law of grip and slide on a wall, and of two equal discs head-on (Cross, Am. J. Phys. 70 (2002) 1093; "
+    "Foerster et al., Phys. Fluids 6 (1994) 1108)"
+)
+
+
+def spin_judge(
+    scene: Scene,
+    final_velocity_m_s: Sequence[Vector],
+    final_rim_m_s: Sequence[float],
+    change_m_s: Sequence[float],
+    impacts: int = 1,
+    changes: str = "an impact changes",
+) -> Judge:
+    """Judge by final velocities and speeds of rims, ``R w``, each against the change that an impact makes to its disc.
+
+    Args:
+        scene: The scene.
+        final_velocity_m_s: What they must be, metres a second.
+        final_rim_m_s: As these.
+        change_m_s: What impacts change of each disc, the more changed of velocity and rim, metres a second.
+        impacts: How many impacts there are; 0 where nobody can count them.
+        changes: What makes these changes, for the reason given.
+    """
+    of_velocity = closed_form_judge(scene, final_velocity_m_s, impacts, change_m_s, changes=changes)
+    radius, rims = scene.arrays.radius_m, np.array(final_rim_m_s)
+
+    def judge(trace: Trace) -> Judgement:
+        found = of_velocity(trace)
+        if found.broken:
+            return found
+        if trace.final_spin_rad_s is None:
+            return Judgement(math.nan, "no spin is told")
+        error = float(np.max(np.abs(radius * trace.final_spin_rad_s - rims) / np.array(change_m_s)))
+        if error <= TOLERANCE:
+            return Judgement(max(error, found.error), note=found.note)
+        return Judgement(error, f"a rim's speed wrong by {number(error)} of what {changes}")
+
+    return judge
+
+
+def _tangential_impulse(friction: float, normal_impulse: float, slip: float, inverse_effective_mass: float) -> float:
+    """Return the impulse of sticking, or of sliding if that is less, of unit mass; nothing is given back along it."""
+    return math.copysign(min(abs(slip) / inverse_effective_mass, friction * normal_impulse), slip)
+
+
+def _on_wall(name: str, shows: str, phase: float, friction: float, inertia: float) -> Trial:
+    """Stage a disc of unit mass that does not spin and hits a floor at 45 degrees."""
+    dt, speed, start = 1.0 / RATE_HZ, _SPEED_M_S, complex(_SPEED_M_S, -_SPEED_M_S)
+    before = (STEPS_BEFORE + phase) * dt
+    place = complex(-speed * before, _RADIUS_M + speed * before)
+    discs = [disc(place, start, _RADIUS_M, inertia_factor=inertia)]
+    scene = attacked(name, shows, discs, walls=[FLOOR], wall_friction=friction)
+    impulse = _tangential_impulse(friction, 2.0 * speed, speed, 1.0 + 1.0 / inertia)
+    final, rim = [(speed - impulse, speed)], [-impulse / inertia]
+    return Trial(scene, spin_judge(scene, final, rim, [2.0 * speed]))
+
+
+def _head_on(name: str, shows: str, phase: float, friction: float, spin_rad_s: float) -> Trial:
+    """Stage a spinning disc of unit mass that hits an equal one, at rest, head-on."""
+    dt, speed, k = 1.0 / RATE_HZ, _SPEED_M_S, 0.5
+    begun = -2.0 * _RADIUS_M - speed * (STEPS_BEFORE + phase) * dt
+    discs = [disc(begun, speed, _RADIUS_M, spin_rad_s=spin_rad_s), disc(0j, 0j, _RADIUS_M)]
+    scene = attacked(name, shows, discs, friction=friction)
+    rim = _RADIUS_M * spin_rad_s
+    impulse = _tangential_impulse(friction, speed, rim, 2.0 * (1.0 + 1.0 / k))
+    final, rims = [(0.0, -impulse), (speed, impulse)], [rim - impulse / k, -impulse / k]
+    return Trial(scene, spin_judge(scene, final, rims, [max(speed, impulse / k)] * 2))
+
+
+@attack("coefficient of friction", (0.01, 1e19), _LAW, f"{_MOTION}; beyond what grips, more friction changes nothing")
+def _friction(value: float) -> list[Trial]:
+    shows = f"Friction of {number(value, 3)}: a disc on a floor at 45 degrees, and a spinning disc head-on to another."
+    walls = [_on_wall("friction", shows, phase, value, 0.5) for phase in PHASES]
+    return walls + [_head_on("friction", shows, phase, value, 5.0) for phase in PHASES]
+
+
+@attack(
+    "spin in rad/s",
+    (1.0, 1e12),
+    _LAW,
+    f"{_MOTION}; an engine's limit on how far a disc turns in a step shows here",
+)
+def _spin(value: float) -> list[Trial]:
+    shows = f"A disc that spins at {number(value, 3)} rad/s slides along another, head-on, with friction of 0.1."
+    return [_head_on("spin", shows, phase, 0.1, value) for phase in PHASES]
+
+
+@attack("moment of inertia over m R²", (0.5, 1e-6), _LAW, _MOTION)
+def _inertia(value: float) -> list[Trial]:
+    shows = f"A disc of moment of inertia {number(value, 3)} m R^2 grips a floor at 45 degrees, and leaves rolling."
+    return [_on_wall("inertia", shows, phase, _GRIP, value) for phase in PHASES]
+
+
+@attack(
+    "impacts of a superball between two rough plates",
+    (2, 1e3),
+    "two plates turn (v, √k R w) by the angle whose cosine is ((1 - k)² - 4 k)/(1 + k)² = -7/9 (Broomhead and "
+    "Gutkin, Physica D 67 (1993) 188)",
+    _MOTION,
+    quick_absurd=100,
+    whole=True,
+)
+def _grip_chain(value: float) -> list[Trial]:
+    """Stage this many bounces of a superball between two plates, each a dozen steps after the one before."""
+    rounds = max(1, round(value / 2))
+    height = 12.0 / RATE_HZ
+    shows = f"A superball grips two plates in turn, {2 * rounds} times."
+    discs = [disc(complex(0.0, _RADIUS_M + height / 2), 1 - 1j, _RADIUS_M)]
+    walls = [FLOOR, Wall(point_m=(0.0, 2.0 * _RADIUS_M + height), normal=(0.0, -1.0))]
+    laws = {"wall_friction": 1e3, "wall_tangential_restitution": 1.0}
+    scene = attacked("grip-chain", shows, discs, 2 * rounds * height, walls=walls, **laws)
+    # A round, floor and ceiling, turns (v, sqrt(k) R w) by the angle whose cosine is ((1 - k)^2 - 4 k)/(1 + k)^2.
+    angle = rounds * math.acos(-7.0 / 9.0)
+    final, rim = [(math.cos(angle), -1.0)], [math.sin(angle) * math.sqrt(2.0)]
+    return [Trial(scene, spin_judge(scene, final, rim, [2.0], 2 * rounds))]
+
+
+@attack(
+    "restitution of a disc that bounces on a rough floor until it rolls",
+    (0.9, 1e-3),
+    "angular momentum about the floor is kept: v / (1 + k), rolling, when all bounces are over",
+    _MOTION,
+)
+def _rolling(value: float) -> list[Trial]:
+    """Stage a disc thrown along a floor that bounces with a restitution until it rests on it, rolling."""
+    speed, pull, drop_s, k = 1.0, 10.0, 0.1, 0.5
+    fall = pull * drop_s
+    # All bounces together press by (1 + e)/(1 - e) times the first fall: a fifth more than it takes to roll.
+    needed = speed / (1.0 + 1.0 / k)
+    friction = 1.2 * needed / fall * (1.0 - value) / (1.0 + value)
+    bounces_s = 2.0 * drop_s * value / (1.0 - value)
+    scene = attacked(
+        "rolling",
+        f"A disc thrown along a floor bounces at restitution {number(value, 3)}, slides, and ends rolling.",
+        [disc(complex(0.0, _RADIUS_M + 0.5 * pull * drop_s**2), speed, _RADIUS_M)],
+        math.ceil((drop_s + bounces_s + 0.2) * RATE_HZ) / RATE_HZ,
+        walls=[FLOOR],
+        wall_friction=friction,
+        wall_restitution=value,
+        gravity_m_s2=(0.0, -pull),
+    )
+    final = speed / (1.0 + k)
+    return [Trial(scene, spin_judge(scene, [(final, 0.0)], [-final], [fall], 0))]
+
+
+def rough_attacks() -> list[Attack]:
+    """Return the attacks with friction and spin."""
+    return [_friction, _spin, _inertia, _grip_chain, _rolling]

@@ -1,0 +1,109 @@
+"""Judging settings scene by scene, in worker processes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+
+from carom.comparator import Score, compare
+from carom.engines.registry import load_adapter
+from carom.execution.cache_key import JobKey, job_key
+from carom.execution.engine_run import observe_run, sampling_of
+from carom.execution.job import Job, JobTask, Method
+from carom.execution.journal import Entry, Journal, Notes
+from carom.execution.pool import Pool
+from carom.execution.reference import reference_trace, require_reference
+from carom.execution.scheduler import Ask, answers
+from carom.execution.timing import time_run
+from carom.model.scene import Scene
+from carom.studies.tune.objective import Judged
+
+#: References, and runs of PIT, that a worker keeps: more scenes than a search is made over.
+_KEPT = 256
+
+_reference, _sampling = lru_cache(maxsize=_KEPT)(reference_trace), lru_cache(maxsize=_KEPT)(sampling_of)
+
+
+def judged_by(score: Score) -> Judged:
+    """Return what a search reads of a score.
+
+    Of a trajectory that parted from the reference's, which impacts it has is chance, and so is what it pays for them:
+    there the error over PIT's, and what is missed and invented, is that of the steps from the run's own states.
+    """
+    local = score.local_truth
+    if score.parted_s is not None and local is not None:
+        return Judged(score.grade, local.ratio[1], local.missed, local.invented, float_bits=score.float_bits)
+    return Judged(score.grade, score.price_paid, len(score.missed), len(score.spurious), float_bits=score.float_bits)
+
+
+@dataclass(frozen=True)
+class JudgeTask(JobTask):
+    """Run a job and judge it, in a worker process.
+
+    Attributes:
+        horizon_s: Time up to which the reference is reliable; None for all of it.
+        timed: Whether its steps are timed too.
+    """
+
+    horizon_s: float | None = None
+    timed: bool = False
+
+    def carry_out(self) -> Judged:
+        """Return what came of it.
+
+        Raises:
+            UnsupportedError: There is no reference.
+        """
+        job, tried = self.job, self.job.method.tried
+        # Also where the first profile says that it can't: it is compared with settings that say nothing of themselves.
+        adapter = load_adapter(job.engine)
+        reference = require_reference(_reference(job.scene))
+        observed = observe_run(adapter, job.scene, job.profile, job.dt_s, tried=tried)
+        score = compare(reference, observed, sampling=_sampling(job.scene, job.dt_s), horizon=self.horizon_s)
+        judged = judged_by(score)
+        if not self.timed:
+            return judged
+        return replace(judged, seconds=time_run(adapter, job.scene, job.profile, job.dt_s, tried=tried).advance_s)
+
+
+#: The form of a job whose steps are timed, too; see `carom.execution.cache_key.JobKey`.
+_TIMED = "timed"
+
+#: Opens the journal of a search, which asks the same of the same answers: one that continues finds what it had found.
+tune_journal = partial(Journal[JobKey, Judged], "judgements", Entry[JobKey, Judged])
+
+
+class Jury:
+    """Judges a method on scenes.
+
+    Args:
+        steps: The scenes with the step of each, seconds.
+        horizons: Time up to which a scene's reference is reliable, by the scene's name; what is not listed is
+            believed whole.
+        pool: Where jobs are run; it stays open.
+        notes: What is judged already, and where more of it goes.
+        timed: Whether steps are timed: then one job is run at a time.
+    """
+
+    def __init__(
+        self,
+        steps: Mapping[Scene, float],
+        horizons: Mapping[str, float],
+        pool: Pool,
+        notes: Notes[JobKey, Judged] | None = None,
+        *,
+        timed: bool = False,
+    ) -> None:
+        self._steps, self._horizons, self._pool, self._timed = steps, horizons, pool, timed
+        self._notes = Notes[JobKey, Judged]() if notes is None else notes
+
+    def judge(self, method: Method, scenes: Sequence[Scene]) -> list[Judged]:
+        """Return what came of each scene, in their order."""
+        asks = []
+        for scene in scenes:
+            job = Job(scene, method, self._steps[scene])
+            task = JudgeTask(job, self._horizons.get(scene.name), self._timed)
+            asks.append(Ask(scene, job_key(job, _TIMED if self._timed else ""), task))
+        found = dict(answers(asks, self._pool, self._notes, alone=self._timed))
+        return [found[scene].value or Judged(None, reason=found[scene].said) for scene in scenes]

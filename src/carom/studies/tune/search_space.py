@@ -1,0 +1,67 @@
+"""The space that is searched: the knobs of an engine, each left as it is shipped or turned to one of some values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from carom.engines.api import Knob
+from carom.execution.job import Tried
+from carom.model.trace import Setting
+
+#: A range is tried at its two ends and this many values between, evenly spread, on the scale of the knob. The ends are
+#: among them since they are the best as a rule: off is 0, never is the largest value there is.
+BETWEEN = 15
+
+#: When the best is gone over once more, each knob goes to the ends of this many equal parts of its range, and to the so
+#: many values on either side of its own: what is far is found by the one, and what is near by the other.
+STOPS, NEAR = 4, 2
+
+#: Which value each knob is turned to, by its name; a knob that is not in it stays as shipped.
+Point = Mapping[str, int]
+
+
+def values_of(knob: Knob) -> tuple[Setting, ...]:
+    """Return the values at which a knob is tried, in order."""
+    low, high = knob.low, knob.high
+    if low is None or high is None:
+        return knob.choices
+    parts = [k / (BETWEEN + 1) for k in range(1, BETWEEN + 1)]
+    between = [low * (high / low) ** part if knob.log else low + (high - low) * part for part in parts]
+    if isinstance(low, int):
+        return tuple(dict.fromkeys((low, *map(round, between), high)))
+    return (low, *between, high)
+
+
+@dataclass(frozen=True)
+class Space:
+    """All points that may be tried.
+
+    Attributes:
+        values: The values of each knob, by its name.
+    """
+
+    values: Mapping[str, tuple[Setting, ...]]
+
+    def tried(self, point: Point) -> Tried:
+        """Return the settings that a point stands for, in order of name."""
+        return tuple(sorted((name, self.values[name][k]) for name, k in point.items()))
+
+    def point(self, tried: Tried) -> dict[str, int]:
+        """Return the point that stands for some settings."""
+        return {name: self.values[name].index(value) for name, value in tried}
+
+    def ends(self) -> list[dict[str, int]]:
+        """Return the points at which one knob alone is turned, to its first value or its last."""
+        return [{name: k} for name, values in self.values.items() for k in dict.fromkeys((0, len(values) - 1))]
+
+    def beside(self, point: Point) -> Iterator[dict[str, int]]:
+        """Yield the points at which one knob is elsewhere: as shipped, at a stop of its range, or next to its place."""
+        for name, values in self.values.items():
+            last, here = len(values) - 1, point.get(name)
+            without = {other: k for other, k in point.items() if other != name}
+            stops = {round(last * part / STOPS) for part in range(STOPS + 1)}
+            if here is not None:
+                yield without
+                stops |= {k for k in range(here - NEAR, here + NEAR + 1) if 0 <= k <= last}
+            yield from ({**without, name: k} for k in sorted(stops - {here}))

@@ -1,0 +1,76 @@
+"""Reading TOML and JSON that anybody may have written: in seconds, in hundreds of megabytes, or not at all.
+
+What a file may hold is in `carom.support.limits`. It is judged by its bytes, before anything is made of them: readers
+build every value, however many there are, and take a time that grows with the square of some.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from carom.errors import InputError
+from carom.support.checks import shown
+from carom.support.escaping import shortened
+from carom.support.limits import MOST_BYTES, MOST_KEY_PARTS, MOST_VALUES, values_in
+
+_PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(rf"(?<![A-Za-z0-9_-])(?:{_PART}[ \t]*+\.[ \t]*+){{{MOST_KEY_PARTS}}}".encode())
+
+
+def read_data(path: Path, kind: str) -> dict[str, Any]:
+    """Return what a file holds: a table of TOML or an object of JSON.
+
+    Args:
+        path: The file; a pipe or a device will do.
+        kind: ``.toml`` or ``.json``.
+
+    Raises:
+        InputError: It can't be read, is beyond a limit, or holds anything else. The message does not name the file.
+    """
+    most, name = MOST_BYTES[kind], kind[1:].upper()
+    try:
+        with path.open("rb") as file:
+            data = file.read(most + 1)  # never trust a reported size: a pipe or a device has none
+    except OSError as error:
+        raise InputError(f"can't be read: {error.strerror or error}") from None
+    if len(data) > most:
+        raise InputError(f"is larger than {most >> 20} MiB, the limit for {name}")
+    lines = data.count(b"\n") + data.count(b"\r") if kind == ".toml" else 0
+    if lines + values_in(data) > MOST_VALUES[kind]:
+        larger = "; JSON holds more" if kind == ".toml" else ""
+        raise InputError(f"holds more than {MOST_VALUES[kind]} values, the limit for {name}{larger}")
+    if kind == ".toml" and _LONG_KEY.search(data):
+        raise InputError(f"holds a key of more than {MOST_KEY_PARTS} parts with full stops between them")
+    try:
+        text = data.decode("utf-8")
+        found = tomllib.loads(text) if kind == ".toml" else json.loads(text, object_pairs_hook=without_doubles)
+    except UnicodeDecodeError as error:
+        raise InputError(f"is not {name}: byte {error.start} is not UTF-8 text") from None
+    except RecursionError:
+        raise InputError(f"its {name} is nested too deeply") from None
+    except InputError:
+        raise
+    except ValueError as error:
+        what = (str(error) or type(error).__name__).splitlines()[0]
+        raise InputError(f"is not {name}: {shortened(what, 200)}") from None
+    if not isinstance(found, dict):
+        raise InputError(f"must hold an object with named fields, got {shown(found)}")
+    return found
+
+
+def without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object of JSON, as `json.loads` asks for it by ``object_pairs_hook``.
+
+    Raises:
+        InputError: It has a key twice, which readers of JSON take differently.
+    """
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in found if names.count(name) > 1)
+        raise InputError(f"is ambiguous: one object has the key {shown(twice)} twice")
+    return found

@@ -1,0 +1,167 @@
+"""What the fields of a scene may hold, and a model of them that raises Carom's own errors."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    SerializerFunctionWrapHandler,
+    Strict,
+    ValidationError,
+    WithJsonSchema,
+    model_serializer,
+)
+
+from carom.errors import Problem, SceneError
+from carom.support.checks import shown
+from carom.support.formatting import number
+from carom.support.limits import LARGEST, ORDINARY, SMALLEST, beyond
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from pydantic_core import ErrorDetails
+
+
+def _plain(value: object) -> object:
+    """Accept NumPy scalars and arrays wherever a plain number or list is accepted."""
+    tolist = getattr(value, "tolist", None)
+    return tolist() if callable(tolist) else value
+
+
+def _infinity_from_text(value: object) -> object:
+    return math.inf if value == "inf" else _plain(value)
+
+
+def _mass_of_size(mass: float) -> float:
+    if LARGEST < mass < math.inf:
+        raise ValueError(beyond(SMALLEST, LARGEST))
+    return mass
+
+
+def _inertia_of_size(factor: float) -> float:
+    if not (1.0 / ORDINARY <= factor <= 1.0 or factor == math.inf):
+        least = number(1.0 / ORDINARY, 3)
+        raise ValueError(f'must lie between {least} and 1, where all mass is in the rim, or be "inf" for no turning')
+    return factor
+
+
+def _unit(vector: tuple[float, float]) -> tuple[float, float]:
+    x, y = vector
+    if vector == (0.0, 0.0):
+        raise ValueError("must not be of length zero")
+    # What this function returned comes back as it was, so that a saved wall loads equal. Its length is within 3 units
+    # of relative rounding (2^-53) of 1: two from the length divided by, one from the division. Computing it costs two
+    # more.
+    if abs(math.hypot(x, y) - 1.0) <= 6 * 2.0**-53:
+        return (x, y)
+    # Scaling by the larger component first keeps 1e-200 and 1e200 from under- and overflowing in the length.
+    largest = max(abs(x), abs(y))
+    x, y = x / largest, y / largest
+    length = math.hypot(x, y)
+    return (x / length, y / length)
+
+
+# The bounds stand before the validator: behind it they are enforced, but missing from the JSON Schema.
+_Finite = Annotated[float, Strict(), Field(allow_inf_nan=False), BeforeValidator(_plain)]
+Number = Annotated[float, Strict(), Field(ge=-LARGEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
+Vector = Annotated[tuple[Number, Number], BeforeValidator(_plain)]
+Positive = Annotated[float, Strict(), Field(ge=SMALLEST, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
+Coefficient = Annotated[float, Strict(), Field(ge=0, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
+Friction = Annotated[float, Strict(), Field(ge=0, le=LARGEST, allow_inf_nan=False), BeforeValidator(_plain)]
+Rate = Friction
+Since = Friction
+SignedCoefficient = Annotated[float, Strict(), Field(ge=-1, le=1, allow_inf_nan=False), BeforeValidator(_plain)]
+# JSON has no infinity, so an immovable disc's mass is written as the string "inf" there.
+_InfinityAsText = PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json")
+Mass = Annotated[
+    float,
+    Strict(),
+    Field(ge=SMALLEST, allow_inf_nan=True),
+    BeforeValidator(_infinity_from_text),
+    AfterValidator(_mass_of_size),
+    _InfinityAsText,
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": SMALLEST, "maximum": LARGEST}, {"const": "inf"}]}),
+]
+Inertia = Annotated[
+    float,
+    Strict(),
+    BeforeValidator(_infinity_from_text),
+    AfterValidator(_inertia_of_size),
+    _InfinityAsText,
+    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 1.0 / ORDINARY, "maximum": 1}, {"const": "inf"}]}),
+]
+Direction = Annotated[tuple[_Finite, _Finite], BeforeValidator(_plain), AfterValidator(_unit)]
+
+
+class Model(BaseModel):
+    """Frozen, closed to unknown fields, and raising SceneError where Pydantic would raise its own error."""
+
+    #: Fields that a file, and a digest, does not have while they say nothing.
+    left_out: ClassVar[tuple[str, ...]] = ()
+
+    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
+
+    def __init__(self, /, **data: Any) -> None:  # a field of a file may be called "self", too
+        try:
+            super().__init__(**data)
+        except ValidationError as error:
+            items = error.errors(include_url=False)
+            more = any(getattr(item.get("ctx", {}).get("error"), "more", False) for item in items)
+            raise SceneError([*_problems(items)], more=more) from None
+
+    @model_serializer(mode="wrap")
+    def _without_defaults(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        fields: dict[str, Any] = handler(self)
+        for name in self.left_out:
+            if getattr(self, name) == type(self).model_fields[name].default:
+                fields.pop(name, None)
+        return fields
+
+
+def _problems(items: Iterable[ErrorDetails]) -> Iterator[Problem]:
+    for item in items:
+        location = tuple(item["loc"])
+        cause = item.get("ctx", {}).get("error")
+        if isinstance(cause, SceneError):  # raised by a model nested in this one: only its place is still missing
+            for problem in cause.problems:
+                yield problem._replace(field=location + problem.field)
+            continue
+        match item["type"]:
+            case "extra_forbidden":
+                yield Problem(location, "is not a field of a scene", ("see `carom scenes --schema`",))
+            case "too_long" | "too_short":
+                yield Problem(location, f"must hold two numbers, got {shown(item['input'])}")
+            case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST and not item["input"] > 0:
+                yield Problem(location, f"must be greater than 0, got {shown(item['input'])}")
+            case "greater_than_equal" if item["ctx"]["ge"] == SMALLEST:
+                yield Problem(location, f"{beyond(SMALLEST, LARGEST)}, got {shown(item['input'])}")
+            case "greater_than_equal" | "less_than_equal" if LARGEST in map(abs, item["ctx"].values()):
+                yield Problem(location, f"{beyond(0.0, LARGEST)}, got {shown(item['input'])}")
+            case _:
+                yield Problem(location, said_of(item))
+
+
+def said_of(item: ErrorDetails) -> str:
+    """Return what Pydantic found wrong with a value, in plain words and with the value."""
+    match item["type"]:
+        case "missing":
+            return "is required, but missing"
+        case "extra_forbidden":
+            return "is not known"
+        case "tuple_type" | "list_type":
+            return f"must be a list, got {shown(item['input'])}"
+    message = item["msg"]
+    for prefix in ("Value error, ", "Input should ", "String should "):
+        message = message.removeprefix(prefix)
+    if item["type"] == "value_error" and not message.startswith("must"):  # a sentence of its own
+        return message
+    message = message if message.startswith("must") else f"must {message}"
+    return f"{message}, got {shown(item['input'])}"

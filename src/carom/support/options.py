@@ -1,0 +1,248 @@
+"""Options, declared once: type, default, bounds and help, for Python, the command line and the journal's stamp alike.
+
+A study's options are a frozen dataclass, each field of which is an `option`. A value that makes no sense is refused by
+the name under which it was given, in the same words from Python and from the shell. No NumPy and no pydantic is
+imported here: `carom --help` needs these declarations.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import operator
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from numbers import Real
+from typing import Any, ClassVar, Self
+
+from carom.errors import InputError
+from carom.support.escaping import shown
+from carom.support.formatting import number
+from carom.support.limits import LARGEST, LONGEST_S, MOST_MB, SMALLEST
+
+
+@dataclass(frozen=True)
+class ValueKind:
+    """Which values an option takes.
+
+    Attributes:
+        said: What one must be, in words.
+        word: The same in one word, as `--help` has it; empty for a flag.
+        take: Returns a value as a study takes it. Raises TypeError, ValueError or OverflowError where it is none.
+        read: Returns what a text of the shell says, for `take`; some texts say several values of a list.
+        wrong: Values that it refuses, for tests.
+        gather: Returns what several texts of the shell say together, where they are one value.
+    """
+
+    said: str
+    word: str
+    take: Callable[[Any], Any]
+    read: Callable[[str], Any] = lambda text: text
+    wrong: tuple[Any, ...] = ()
+    gather: Callable[[Sequence[str]], Any] | None = None
+
+    def refusal(self, name: str, value: Any) -> InputError:
+        """Return the error that refuses a value by name."""
+        return InputError(f"{name} must be {self.said}, got {shown(value)}")
+
+
+def taken(kind: ValueKind, name: str, value: Any) -> Any:
+    """Return a value as a study takes it.
+
+    Raises:
+        InputError: It is none; the message says by name what it must be.
+    """
+    try:
+        return kind.take(value)
+    except (TypeError, ValueError, OverflowError):
+        raise kind.refusal(name, value) from None
+
+
+@dataclass(frozen=True)
+class Option:
+    """One option.
+
+    Attributes:
+        kind: Which values it takes; of each item where there are many.
+        what: What it is, for `--help`.
+        flags: Its names in the shell, the first the one that is shown; empty where the shell does not have it.
+        many: Whether it is a list.
+        stamped: Whether the answers in a journal depend on it, other than by their keys.
+        default: Its default, in words, where the value does not say it.
+    """
+
+    kind: ValueKind
+    what: str
+    flags: tuple[str, ...]
+    many: bool
+    stamped: bool
+    default: str
+
+    @property
+    def wrong(self) -> tuple[Any, ...]:
+        """Values that it refuses, from Python."""
+        if not self.many:
+            return self.kind.wrong
+        return (*([value] for value in self.kind.wrong), "text", 5)
+
+
+def option(
+    default: Any, kind: ValueKind, what: str, *flags: str, many: bool = False, stamped: bool = False, said: str = ""
+) -> Any:
+    """Declare a field; None as its default stands for what `said` says, and is taken, too."""
+    return dataclasses.field(default=default, metadata={"option": Option(kind, what, flags, many, stamped, said)})
+
+
+def declared(options: type[DeclaredOptions] | DeclaredOptions) -> dict[str, Option]:
+    """Return the options of a study by name."""
+    return {field.name: field.metadata["option"] for field in dataclasses.fields(options)}
+
+
+class DeclaredOptions:
+    """Options of a study: to be made a frozen dataclass, with an `option` a field.
+
+    Raises:
+        InputError: A value makes no sense; the message names the field and the value.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            value = _checked(field.metadata["option"], field.name, getattr(self, field.name), field.default is None)
+            object.__setattr__(self, field.name, value)
+
+    @classmethod
+    def said(cls, texts: Mapping[str, Any], *, before: str = "--") -> Self:
+        """Return the options that a command line asks for: of each field a text, texts, or None where nothing is said.
+
+        Args:
+            texts: What is said, by the field's name.
+            before: What a command of somebody else's, pytest, has before the option's name.
+
+        Raises:
+            InputError: As the class, with the name that the option has in the shell.
+        """
+        given = {}
+        for field_name, one in declared(cls).items():
+            if (text := texts.get(field_name)) is not None and text != []:
+                given[field_name] = _read(one, one.flags[0].partition("/")[0].replace("--", before, 1), text)
+        return cls(**given)
+
+    @property
+    def stamp(self) -> dict[str, Any]:
+        """What the answers in a journal depend on, other than by their keys: who differs in it does not share one."""
+        return {name: getattr(self, name) for name, one in declared(self).items() if one.stamped}
+
+
+def _checked(one: Option, name: str, value: Any, optional: bool) -> Any:
+    if value is None and optional:
+        return None
+    if not one.many:
+        return taken(one.kind, name, value)
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise InputError(f"{name} must be a list, also where there is one of them, got {shown(value)}")
+    return tuple(taken(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
+
+
+def _read(one: Option, flag: str, text: Any) -> Any:
+    found = []
+    if one.kind.gather is not None:
+        text = one.kind.gather(text)
+    for part in text if one.many else [text]:
+        try:
+            said = one.kind.read(part) if isinstance(part, str) else part
+            items = said if isinstance(said, tuple) else (said,)
+            found += [one.kind.take(item) for item in items]
+        except (TypeError, ValueError, OverflowError):
+            raise one.kind.refusal(flag, part) from None
+    return tuple(found) if one.many else found[0]
+
+
+def _real(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise TypeError
+    return float(value)
+
+
+def whole(least: int, most: int | None = None) -> ValueKind:
+    """Return the whole numbers from one on, up to another where there is a largest."""
+
+    def take(value: Any) -> int:
+        if isinstance(value, bool):
+            raise TypeError
+        found = operator.index(value)
+        if found < least or (most is not None and found > most):
+            raise ValueError
+        return found
+
+    wrong = (least - 1, *(() if most is None else (most + 1,)), -math.inf, math.nan, least + 0.5, "2", True, None)
+    span = f", {least} or more" if most is None else f" from {least} to {most}"
+    return ValueKind(f"a whole number{span}", "INTEGER", take, int, wrong)
+
+
+def measure(said: str, word: str, least: float, most: float, *, read: Callable[[str], Any] = float) -> ValueKind:
+    """Return the finite numbers above `least` and up to `most`."""
+
+    def take(value: Any) -> float:
+        found = _real(value)
+        if not least < found <= most:
+            raise ValueError
+        return found
+
+    return ValueKind(said, word, take, read, (least, -1.0, 2.0 * most, math.inf, math.nan, "x", "5", True, None))
+
+
+def seconds() -> ValueKind:
+    """Return the limits of time."""
+    return measure(f"a positive number of seconds, {LONGEST_S:g} at most", "SECONDS", 0.0, LONGEST_S)
+
+
+def megabytes() -> ValueKind:
+    """Return the limits of memory."""
+    return measure(f"a positive number of megabytes, {MOST_MB:g} at most", "MEGABYTES", 0.0, MOST_MB)
+
+
+def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
+    """Return steps; `read` reads a text that may say several, as `also` says."""
+    limits = f"above 0: from {number(SMALLEST, 3)} to {number(LARGEST, 3)}"
+    said = f"a number of seconds such as 1/240 or 0.004{also}, {limits}"
+    return measure(said, "SECONDS", math.nextafter(SMALLEST, 0.0), LARGEST, read=read or fraction)
+
+
+def fraction(text: str) -> float:
+    """Read a number such as ``1/240`` or ``0.004``."""
+    whole, slash, parts = text.partition("/")
+    try:
+        return float(whole) / (float(parts) if slash else 1.0)
+    except ZeroDivisionError:
+        raise ValueError from None
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError
+    return value
+
+
+def name() -> ValueKind:
+    """Return names; whether there is such a one is asked where it is known."""
+    return ValueKind("a name", "NAME", _text, wrong=(5, None, True, 0.5, ["x"]))
+
+
+def _bool(value: Any) -> bool:
+    if not isinstance(value, bool):
+        raise TypeError
+    return value
+
+
+def flag() -> ValueKind:
+    """Return True and False."""
+    return ValueKind("True or False", "", _bool, wrong=("no", 0, 1, None))
+
+
+def one_of(kinds: type[StrEnum]) -> ValueKind:
+    """Return the values of an enumeration, each by its name, too."""
+    listed = ", ".join(one.value for one in kinds)
+    return ValueKind(f"one of {listed}", "|".join(one.value for one in kinds), kinds, wrong=("x", 5, None, True))

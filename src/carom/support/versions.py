@@ -1,0 +1,67 @@
+"""Versions of releases as a user names them: one, or a condition that many meet."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+from carom.errors import InputError
+from carom.support.escaping import release_numbers, shown
+
+#: Whether the numbers of a release meet a condition.
+VersionCondition = Callable[[tuple[int, ...]], bool]
+
+#: What goes to a registry's client as a version: nothing that it could take for an option, a path or a range.
+_VERSION = re.compile(r"[0-9][0-9A-Za-z.+!_-]{0,63}")
+
+_SIGNS: dict[str, Callable[[tuple[int, ...], tuple[int, ...]], bool]] = {
+    ">=": lambda one, other: one >= other,
+    "<=": lambda one, other: one <= other,
+    ">": lambda one, other: one > other,
+    "<": lambda one, other: one < other,
+}
+
+
+def require_version(version: str) -> str:
+    """Return a version as it may go to a client.
+
+    Raises:
+        InputError: It is none.
+    """
+    if not _VERSION.fullmatch(version):
+        raise InputError(
+            f"a version must begin with a digit and hold letters, digits, . + ! _ - alone, got {shown(version)}"
+        )
+    return version
+
+
+def version_condition(word: str) -> VersionCondition | None:
+    """Return what a word such as ">=7" or "3.0..4.0" asks of a release; None where it names one.
+
+    Raises:
+        InputError: What follows the sign is no version.
+    """
+    low, dots, high = word.partition("..")
+    if dots:
+        first, last = release_numbers(require_version(low)), release_numbers(require_version(high))
+        return lambda one: first <= one <= last
+    for sign, meets in _SIGNS.items():
+        if word.startswith(sign):
+            limit = release_numbers(require_version(word.removeprefix(sign).strip()))
+            return lambda one, meets=meets, limit=limit: meets(one, limit)  # type: ignore[misc]
+    return None
+
+
+def version_conditions(text: str) -> tuple[VersionCondition, ...]:
+    """Return the conditions, separated by commas, of a range: ">=7,<8"; a version alone is met by that release.
+
+    Raises:
+        InputError: There is none, or one is neither a condition nor a version.
+    """
+    words = [word.strip() for word in text.split(",")]
+    return tuple(version_condition(word) or _equal(require_version(word)) for word in words)
+
+
+def _equal(version: str) -> VersionCondition:
+    numbers = release_numbers(version)
+    return lambda one: one == numbers

@@ -1,0 +1,28 @@
+// A difference of floats without loss, frexp and ldexp, as Python has them. Every operation is one that ECMAScript rounds
+// correctly, in the order of carom/core, so that rows for the core have the same bits in every browser.
+export const twoDiff = (a, b) => {
+  const s = a - b,
+    p = s - a;
+  return [s, a - (s - p) - (b + p)];
+};
+// math.frexp's exponent and math.ldexp, exact except for results below 2^-1022
+const view = new DataView(new ArrayBuffer(8));
+export const exponent = (x) => {
+  if (x === 0 || !Number.isFinite(x)) return 0;
+  view.setFloat64(0, x);
+  const e = (view.getUint16(0) >> 4) & 2047;
+  return e ? e - 1022 : exponent(x * 2 ** 64) - 64;
+};
+export const ldexp = (x, e) => {
+  while (e > 1000) {
+    x *= 2 ** 1000;
+    e -= 1000;
+  }
+  while (e < -1000) {
+    x *= 2 ** -1000;
+    e += 1000;
+  }
+  return x * 2 ** e;
+};
+
+export const num = (value, other) => (value === undefined ? other : value === "inf" ? Infinity : value);

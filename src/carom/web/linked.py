@@ -1,0 +1,115 @@
+"""An engine of npm as one script for a page: its package, what adapters share, and the adapter's own module.
+
+No bundler is asked for: the imports of these files are few and plain, so they are linked here, line by line, and any
+other import is refused.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from carom.errors import InputError
+from carom.web.packages import PACKAGES, package_script
+
+_IMPORT = re.compile(r'^import (?P<names>\{[^}]*\}|\w+) from "(?P<source>[^"]+)";$', re.MULTILINE)
+_EXPORTED = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
+#: Lines of comment, and what begins a line without being seen: a page does without.
+_UNSEEN = re.compile(r"^[ \t]*//.*\n|^[ \t]+", re.MULTILINE)
+_SHARED = "../serve.mjs"
+
+
+@dataclass(frozen=True)
+class PageEngine:
+    """An engine that runs in the page.
+
+    Attributes:
+        name: The adapter's.
+        label: The engine's name and version.
+        profiles: The settings of each fixed-step profile.
+        script: What the page runs.
+        licence: The text of the package's licence, which goes where the package goes.
+        lacks: Which of what a scene of the page may need it does not have.
+        shared: What all adapters use, which the page runs once, before the engines.
+    """
+
+    name: str
+    label: str
+    profiles: dict[str, dict[str, Any]]
+    script: str
+    licence: str
+    lacks: tuple[str, ...] = ()
+    shared: str = ""
+
+
+def page_engine(name: str, manifest: Path) -> PageEngine | None:
+    """Return an engine from its manifest, ``engine.toml``, or None where its npm package is not installed.
+
+    Raises:
+        InputError: Its adapter imports what is not linked, or its package is another one than the page knows.
+        OSError: A file of an installed package can't be read.
+    """
+    about = tomllib.loads(manifest.read_text(encoding="utf-8"))
+    description = manifest.parent / about["package"]
+    if not description.is_file():
+        return None
+    package = json.loads(description.read_text(encoding="utf-8"))
+    script = linked(
+        name,
+        package=package_script(PACKAGES[name], description.parent),
+        package_name=package["name"],
+        module=(manifest.parent / about["command"][1]).read_text(encoding="utf-8"),
+    )
+    shared = shared_script((manifest.parent / _SHARED).read_text(encoding="utf-8"))
+    licences = [path for path in sorted(description.parent.glob("LICENSE*")) if path.is_file()]
+    licence = licences[0].read_text(encoding="utf-8") if licences else f"{package['name']}: {package['license']}"
+    profiles = {
+        name: profile["settings"] for name, profile in about["profiles"].items() if not profile.get("located", False)
+    }
+    label = f"{about['engine']} {package['version']}"
+    return PageEngine(name, label, profiles, script, licence, shared=shared)
+
+
+def shared_script(shared: str) -> str:
+    """Return a script that gives engines what their adapters share, except for serving requests as node does."""
+    text = re.sub(r"^export async function serve\(.*?^}\n", "", shared, flags=re.MULTILINE | re.DOTALL)
+    exported = ", ".join(_EXPORTED.findall(text))
+    helpers = _UNSEEN.sub("", re.sub(r"^export ", "", _IMPORT.sub("", text), flags=re.MULTILINE))
+    return f"globalThis.caromShared = (() => {{\n{helpers}return {{ {exported} }};\n}})();\n"
+
+
+def linked(name: str, *, package: str, package_name: str, module: str) -> str:
+    """Return a script that runs an engine's module, unchanged except for imports and comments, and hands on its class.
+
+    No string of these modules goes over a line, so that what begins a line is none of it.
+    """
+
+    def bound(match: re.Match[str]) -> str:
+        names, source = match["names"], match["source"]
+        if source == _SHARED:
+            return f"const {names} = caromShared;"
+        if source == package_name:
+            return f"const {names} = {'caromPackage' if names[0] == '{' else 'caromPackage.default ?? caromPackage'};"
+        raise InputError(f"the adapter of {name} imports {source}, which the page does not link")
+
+    own = _UNSEEN.sub("", _IMPORT.sub(bound, module))
+    if re.search(r"^\s*import\b", own, re.MULTILINE):
+        raise InputError(f"the adapter of {name} has an import that the page does not link")
+    key = json.dumps(name)
+    return f"""(async () => {{
+const caromModule = {{ exports: {{}} }};
+(function (module, exports) {{
+{package}
+}}).call(globalThis, caromModule, caromModule.exports);
+await (async () => {{
+"use strict";
+const caromPackage = caromModule.exports;
+const caromShared = {{ ...globalThis.caromShared, serve: (World) => caromEngines[{key}].done(World) }};
+{own}
+}})();
+}})().catch((error) => caromEngines[{key}].fail(error));
+"""

@@ -1,0 +1,145 @@
+// Rows of numbers that the core reads of walls and of driven bodies: carom/core/numbered.py and
+// carom/solvers/event_driven (obstacles.py, driven.py, grounds.py).
+import { isDriven, legsOf } from "./driving.js";
+import { featuresOf, sameFeature } from "./features.js";
+import { Outline } from "./outline.js";
+import { dot, over, plus, rational, times } from "./rational.js";
+
+export const wallBody = (k) => -1 - k;
+const [PLANE, FACE, VERTEX, OUTER_ARC, INNER_ARC] = [0, 1, 2, 3, 4];
+const PAIRS = 7; // of a row
+const exact = (x) => [x, 0];
+
+function row(kind, wall, feature, normal, pairs) {
+  const { whole = false, reflex = false, halfWidth = 0, fitsBelow = 0 } = feature;
+  const filled = [...pairs, ...Array(PAIRS - pairs.length).fill([0, 0])];
+  return [kind, wall, Number(whole), Number(reflex), halfWidth, fitsBelow, ...normal, ...filled.flat()];
+}
+function rowOf(feature, wall) {
+  const { kind, halfWidth } = feature;
+  if (kind === "face") {
+    const [start, end] = [feature.a, feature.b].map((point) => point.map(exact));
+    return row(FACE, wall, { halfWidth }, feature.normal, [...start, feature.length, ...feature.along, ...end]);
+  }
+  if (kind === "vertex") return row(VERTEX, wall, { halfWidth, whole: true }, [0, 0], feature.at.map(exact));
+  const { centre, radius, inside, sector, fitsBelow } = feature,
+    shape = { halfWidth, fitsBelow, whole: sector === null, reflex: sector?.reflex };
+  return row(radius[0] === 0 ? VERTEX : inside ? INNER_ARC : OUTER_ARC, wall, shape, [0, 0], [
+    ...centre,
+    radius,
+    ...(sector ? [...sector.first, ...sector.last] : []),
+  ]);
+}
+
+const SQUARES = [1n, 2n, 3n]; // over 4, of the cosines of 60, 45 and 30 degrees
+const wayOf = ({ along }) => along.map(([high, low]) => plus(rational(high), rational(low)));
+// Whether a disc that meets two features at one instant goes on alike, whichever comes first: `are_decidable` of
+// carom/core/wall_features.py.
+function areOrderFree(one, other, elastic) {
+  if (sameFeature(one, other)) return true;
+  if (one.kind !== "face" || other.kind !== "face") return false;
+  const [a, b] = [wayOf(one), wayOf(other)],
+    inner = dot(a, b);
+  if (inner[0] === 0n) return true;
+  const [n, d] = over(times(inner, inner), times(dot(a, a), dot(b, b)));
+  return elastic && inner[0] < 0n && SQUARES.some((part) => 4n * n === part * d);
+}
+
+// What discs can meet of the walls of a scene, the widest of them being this wide: a half-plane as one row, of a finite
+// wall its features.
+export class Obstacles {
+  constructor(walls, widest) {
+    this.walls = walls;
+    this.outlines = walls.map((wall) => (wall.normal ? null : new Outline(wall)));
+    this.features = []; // of finite walls, by the number of the row
+    this.rows = [];
+    walls.forEach((wall, k) => {
+      if (wall.normal) {
+        const [x, y] = wall.point_m;
+        this.rows.push(row(PLANE, k, {}, wall.normal, [exact(x), exact(y)]));
+        return;
+      }
+      for (const feature of featuresOf(this.outlines[k], widest)) {
+        this.features[this.rows.length] = feature;
+        this.rows.push(rowOf(feature, k));
+      }
+    });
+  }
+  isOrderFree(one, other, elastic) {
+    return areOrderFree(this.features[one], this.features[other], elastic);
+  }
+  // Of each row whether a disc can be in contact with it, the numbers of the vertices over its two ends (-1 for none), and
+  // how many features a disc on it never meets; and the numbers of these.
+  grounds() {
+    const never = [],
+      rows = this.rows.map(([, wall], number) => {
+        const feature = this.features[number],
+          { surface_speed_m_s = 0 } = this.walls[wall];
+        if (surface_speed_m_s || isDriven(legsOf(this.walls[wall]))) return [0, -1, -1, 0];
+        if (!feature) return [1, -1, -1, 0];
+        if (feature.kind !== "face") return [0, -1, -1, 0];
+        const [over, list] = this.around(feature, wall);
+        never.push(...list);
+        return [1, ...over, list.length];
+      });
+    return [rows, never];
+  }
+  // The vertices over the ends of a face, and what a disc on it never meets: the face and its other side, the vertices, and
+  // any arc with which the wall goes on smoothly.
+  around(face, wall) {
+    const numbers = [...this.features.keys()].filter((n) => this.features[n] && this.rows[n][1] === wall),
+      all = (fits) => numbers.filter((n) => fits(this.features[n])),
+      ends = [face.a, face.b],
+      over = ends.map((end) => all(({ kind, at }) => kind === "vertex" && samePoint(at, end))[0] ?? -1);
+    const sides = all(({ kind, a, b }) => kind === "face" && [a, b].every((end) => ends.some((one) => samePoint(one, end))));
+    const beyond = ends.map((end, n) =>
+      over[n] < 0 ? all((feature) => endsAt(this.outlines[wall], feature, end)) : [over[n]],
+    );
+    return [over, [...sides, ...beyond.flat()]];
+  }
+}
+const samePoint = (p, q) => p[0] === q[0] && p[1] === q[1];
+// Whether a feature is of an arc, and ends, or is, at a point.
+function endsAt({ edges: line }, { kind, sector, radius, centre, edges }, at) {
+  if (kind !== "arc" || sector === null) return false;
+  const ends = radius[0] ? [line[edges[0]].a, line[edges.at(-1)].b] : [centre.map(([high]) => high)];
+  return ends.some((end) => samePoint(end, at));
+}
+
+// Rows of driven bodies, walls before discs, and those of the legs of their paths.
+export function drivenRows({ discs, walls }) {
+  const bodies = [
+      ...walls.map((wall, k) => [wallBody(k), wall, wall.surface_speed_m_s ?? 0]),
+      ...discs.map((disc, i) => [i, disc, 0]).filter(([, disc]) => disc.driven),
+    ],
+    rows = [],
+    legs = [];
+  for (const [body, moving, belt] of bodies) {
+    const own = legsOf(moving),
+      path = isDriven(own) ? own : [];
+    if (path.length || belt) rows.push([body, path.length, belt]);
+    legs.push(...path.map(({ begin, end, moved, velocity }) => [begin, end, ...moved, ...velocity]));
+  }
+  return [rows, legs];
+}
+// Rows of finite walls for the frame-sampled loop, a half-plane among them with no edges; and those of their edges.
+export function chainRows({ walls, outlines }) {
+  const edges = [],
+    rows = outlines.map((outline, k) => {
+      if (outline === null) return [0, 0, 0, ...walls[k].point_m, ...walls[k].normal];
+      for (const { edge, centre, radius } of outline.stretches) {
+        const isWhole = samePoint(edge.a, edge.b),
+          [x, y] = centre ?? [0, 0];
+        edges.push([...edge.a, ...edge.b, edge.bulge, x, y, radius, Number(centre !== null), Number(isWhole)]);
+      }
+      const size = lengthsOf(outline).reduce((sum, length) => sum + Math.abs(length), 0);
+      return [outline.stretches.length, outline.halfWidth, size, 0, 0, 0, 0];
+    });
+  return [rows, edges];
+}
+// Coordinates and radii of a finite wall.
+export const lengthsOf = ({ points, halfWidth, stretches }) => [
+  ...points.flat(),
+  halfWidth,
+  ...stretches.flatMap(({ centre, radius }) => (centre === null ? [] : [...centre, radius])),
+];

@@ -1,0 +1,140 @@
+"""The page as one file, with a policy that lets nothing else run or be fetched."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from carom.catalogue import all_scenes
+from carom.errors import InputError
+from carom.model.scene import Scene
+from carom.web.linked import PageEngine
+
+SOURCES = Path(__file__).parent
+#: The solvers, compiled from `carom/core` by `carom.web.build`.
+CORE = SOURCES / "core.wasm"
+#: The modules of the page, each after those that it imports.
+MODULES = (
+    *("arithmetic", "rational", "driving", "outline", "features", "obstacles", "quartic", "core", "units"),
+    *("stage", "places", "index", "scene", "compare", "started"),
+    *("engines", "state", "layout", "edits", "solving", "wording", "charts", "pictures", "dragging", "links", "page"),
+)
+MOST_DISCS = 10
+#: Letters of packed blocks: 91 of ASCII, "!" in place of "<", so that no block ends the element that it is in.
+_LETTERS = bytes(range(35, 126)).replace(b"<", b"!").decode()
+#: Of the byte before a literal, as many bits choose its probabilities; `loader.js` has the same number.
+_LITERAL_BITS = 3
+#: Scenes of the catalogue that a reader is led to, the first of them being shown.
+GALLERY = (
+    *("paper/missed", "paper/late", "paper/wrong-direction", "paper/multiple", "classics/bullet", "classics/graze"),
+    *("classics/cradle-gaps", "tables/seam", "driven/paddle", "spin/throw-stick"),
+)
+_IMPORT = re.compile(r"^import (?:\{[^}]*\} from )?\"\./\w+\.js\";\n", re.MULTILINE)
+_COMMENT = re.compile(r"\s// [^\"'`]*$")
+_RE_EXPORT = re.compile(r"^export \{[^}]*\};\n", re.MULTILINE)
+
+
+def page_script() -> str:
+    """Return all modules as one script: no two of them give one name to different things."""
+    joined = "\n".join((SOURCES / f"{name}.js").read_text(encoding="utf-8") for name in MODULES)
+    own = re.sub(r"^export ", "", _RE_EXPORT.sub("", _IMPORT.sub("", joined)), flags=re.MULTILINE)
+    return without_comments(own)
+
+
+def without_comments(script: str) -> str:
+    """Return a script without indents and comments, but for those with a quote; no text of it goes over lines."""
+    lines = (_COMMENT.sub("", line).strip() for line in script.splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith("//")) + "\n"
+
+
+def page_html(scenes: Sequence[Scene], engines: Sequence[PageEngine] = ()) -> str:
+    """Return the page with scenes to choose from, the first of them being shown, and engines that are installed.
+
+    Raises:
+        InputError: A scene is beyond what the page shows.
+    """
+    script = page_script() + (engines[0].shared if engines else "")
+    loader = without_comments((SOURCES / "loader.js").read_text(encoding="utf-8"))
+    hashes = [_hash(text) for text in (loader, script, *(engine.script for engine in engines))]
+    policy = (
+        f"default-src 'none'; script-src {' '.join(hashes)} 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
+        "base-uri 'none'; form-action 'none'"
+    )
+    about = [{"name": one.name, "label": one.label, "profiles": one.profiles, "lacks": one.lacks} for one in engines]
+    parts = {
+        "policy": policy,
+        "style": packed_block((SOURCES / "page.css").read_bytes()),
+        "licences": "\n".join(engine.licence for engine in engines).replace("--", "- -"),
+        "first": html.escape(scenes[0].name),
+        "scenes": _packed_json({scene.name: _fields(scene) for scene in scenes}),
+        "engines": _packed_json(about),
+        "blocks": "\n".join(
+            f'<script type="text/plain" data-engine="{html.escape(one.name)}">'
+            f"{packed_block(one.script.encode())}</script>"
+            for one in engines
+        ),
+        "core": packed_block(CORE.read_bytes()),
+        "page": packed_block(script.encode()),
+        "loader": loader,
+    }
+    return _filled((SOURCES / "page.html").read_text(encoding="utf-8"), parts)
+
+
+def with_gallery(*own: Scene) -> list[Scene]:
+    """Return scenes, and after them those of the catalogue that a reader is led to."""
+    names = {scene.name for scene in own}
+    return [*own, *(all_scenes()[name].scene for name in GALLERY if name not in names)]
+
+
+def beyond_page(scene: Scene) -> str:
+    """Return what of a scene the page does not show, as a sentence's end; empty where it shows all, numbers aside."""
+    if len(scene.discs) > MOST_DISCS:
+        return f"the page shows {MOST_DISCS} discs at most; {scene.name} has {len(scene.discs)}"
+    return ""
+
+
+def _fields(scene: Scene) -> object:
+    """Return what the page is given of a scene; it checks each number itself."""
+    if beyond := beyond_page(scene):
+        raise InputError(beyond)
+    return json.loads(scene.model_dump_json())
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    return re.sub(r"@(\w+)@", lambda found: parts[found[1]], template)
+
+
+def _packed_json(value: object) -> str:
+    return packed_block(json.dumps(value, allow_nan=False, separators=(",", ":")).encode())
+
+
+def packed_block(content: bytes) -> str:
+    """Return what `loader.js` unpacks: its length, and an LZMA stream, as letters of which two are 13 bits.
+
+    Raises:
+        InputError: This Python was built without LZMA.
+    """
+    try:
+        import lzma
+    except ImportError as error:
+        raise InputError("the page needs Python's module lzma, which this Python was built without") from error
+    filters = [{"id": lzma.FILTER_LZMA1, "preset": 9 | lzma.PRESET_EXTREME, "lc": _LITERAL_BITS, "lp": 0, "pb": 0}]
+    stream = len(content).to_bytes(4, "little") + lzma.compress(content, format=lzma.FORMAT_RAW, filters=filters)
+    held, bits, letters = 0, 0, []
+    for byte in (*stream, 0, 0):
+        held |= byte << bits
+        bits += 8
+        if bits >= 13:
+            letters += [_LETTERS[held % 8192 % 91], _LETTERS[held % 8192 // 91]]
+            held >>= 13
+            bits -= 13
+    return "".join(letters)
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

@@ -1,0 +1,104 @@
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import altered
+
+from carom import solve_pic
+from carom.catalogue import CatalogueScene, catalogue, deviation
+from carom.model.trace import Trace
+
+ENTRIES = list(catalogue().values())
+WITH_IMPACTS = [entry for entry in ENTRIES if entry.known.impacts]
+
+
+@cache
+def solved(entry: CatalogueScene) -> Trace:
+    return solve_pic(entry.scene)
+
+
+def score(trace: Trace, entry: CatalogueScene) -> float:
+    return deviation(trace, entry.known, entry.scene)
+
+
+def others(entry: CatalogueScene) -> Iterator[tuple[str, Trace, float]]:
+    """Yield traces that are not PIC's of a scene: in what, and by how much each deviates."""
+    trace, scene = solved(entry), entry.scene
+    first, second = trace.impacts["first"][0], trace.impacts["second"][0]
+    for k in range(len(trace.impacts)):
+        yield f"without impact {k}", replace(trace, impacts=np.delete(trace.impacts, k)), math.inf
+    yield "one too many", replace(trace, impacts=np.append(trace.impacts, trace.impacts[-1:])), math.inf
+    yield "bodies swapped", altered(trace, 0, first=second, second=first), math.inf
+    known = [v for i in entry.known.impacts for v in (i.velocity_first_after, i.velocity_second_after) if v is not None]
+    speed = max(math.hypot(*v) for v in (*known, *(disc.velocity_m_s for disc in scene.discs)))
+    for name in ("velocity_first_after", *(("velocity_second_after",) if second >= 0 else ())):  # a wall has none
+        velocity = trace.impacts[name][0] + np.array([0.01 * speed, 0.0])
+        yield f"{name}, of the greatest speed", altered(trace, 0, **{name: velocity}), 0.01
+    late = trace.impacts["time_s"][-1] + 0.001 * scene.duration_s
+    yield "a time, of the duration", altered(trace, -1, time_s=late), 0.001
+
+
+def test_another_trace_deviates_by_as_much_as_it_is_off() -> None:
+    """An impact more, less or of another body is infinitely far off, and a number by its part of the scale."""
+    for entry in WITH_IMPACTS:
+        for what, trace, off in others(entry):
+            assert score(trace, entry) == pytest.approx(off), (entry.name, what)
+
+
+def test_swapped_impacts_deviate_infinitely() -> None:
+    """A trace that has two impacts in the wrong order is wrong, however right each of them is."""
+    entry = catalogue()["paper/wrong-direction"]
+    trace = solved(entry)
+    assert score(replace(trace, impacts=trace.impacts[::-1].copy()), entry) == math.inf
+
+
+@pytest.mark.parametrize("name", ["time_s", "velocity_first_after"])
+def test_not_a_number_deviates_infinitely(name: str) -> None:
+    """NaN never passes for agreement, although it compares as neither more nor less."""
+    entry = catalogue()["classics/head-on"]
+    assert score(altered(solved(entry), 0, **{name: math.nan}), entry) == math.inf
+
+
+@pytest.mark.parametrize("name", ["final_position_m", "final_velocity_m_s"])
+@pytest.mark.parametrize("scene", ["classics/head-on", "classics/gas"])
+def test_a_final_state_that_is_not_a_number_deviates_infinitely(name: str, scene: str) -> None:
+    """NaN in the final state counts, also where only a conserved quantity is known."""
+    entry = catalogue()[scene]
+    trace = solved(entry)
+    lost: dict[str, Any] = {name: np.full_like(trace.final_position_m, math.nan)}
+    assert score(replace(trace, **lost), entry) == math.inf
+
+
+def test_a_wrong_final_state_is_seen() -> None:
+    """A doubled final velocity is seen in every scene of the catalogue."""
+    for entry in ENTRIES:
+        trace = solved(entry)
+        doubled = replace(trace, final_velocity_m_s=2 * trace.final_velocity_m_s)
+        assert score(doubled, entry) > 0.05, entry.name
+
+
+def test_final_overlap_is_seen_where_no_impact_is_known() -> None:
+    """A gas that flew through its walls conserves its energy, and is wrong all the same."""
+    entry = catalogue()["classics/gas"]
+    scene = entry.scene
+    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    position = np.array([disc.position_m for disc in scene.discs]) + velocity * scene.duration_s
+    trace = replace(solve_pic(scene), final_position_m=position, final_velocity_m_s=velocity)
+    assert score(trace, entry) > 0.1
+
+
+def test_two_discs_in_one_place_are_seen() -> None:
+    """Discs that overlap at the end deviate by the depth of the overlap."""
+    entry = catalogue()["classics/gas"]
+    trace = solved(entry)
+    position = trace.final_position_m.copy()
+    position[0] = position[1]
+    extent = max(c + disc.radius_m for disc in entry.scene.discs for c in disc.position_m)
+    depth = 2 * entry.scene.discs[0].radius_m / extent
+    assert score(replace(trace, final_position_m=position), entry) == pytest.approx(depth)

@@ -1,0 +1,185 @@
+"""What a study declares is what Python, the command line and the journal follow: nonsense is refused by name."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.command import carom_command
+from tests.lengths import each, long_after
+
+import carom
+from carom import studies
+from carom.cli.options import shown_option
+from carom.errors import InputError, UnknownNameError
+from carom.execution.options import Options
+from carom.solvers.certified.options import CertifyOptions
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.bench.options import BenchPlan, GrowthOptions
+from carom.studies.diff.options import DiffOptions
+from carom.studies.history.options import HistoryOptions
+from carom.studies.stress.options import StressOptions
+from carom.studies.tune.options import TuneOptions
+from carom.support.options import DeclaredOptions, declared
+
+#: Each study with the command of its options; a growth bench has its options from `carom bench`.
+STUDIES: dict[type[DeclaredOptions], tuple[str, ...]] = {
+    Options: ("run", "paper/missed"),
+    BenchPlan: ("bench", "paper/missed"),
+    GrowthOptions: (),
+    AdviceOptions: ("advise", "paper/missed"),
+    StressOptions: ("stress",),
+    TuneOptions: ("tune", "pymunk"),
+    CertifyOptions: ("certify", "paper/missed"),
+    DiffOptions: ("diff", "tests/kept/results-2.jsonl", "tests/kept/results-2.jsonl"),
+    HistoryOptions: ("history", "pymunk"),
+}
+WRONG = [(study, name, value) for study in STUDIES for name, one in declared(study).items() for value in one.wrong]
+
+
+def test_what_a_study_declares_is_held_here() -> None:
+    """Options of each study's folder have a row in `STUDIES`, and each of them a line under Attributes."""
+    modules = [
+        import_module(f"carom.studies.{path.parent.name}.options")
+        for path in Path(studies.__path__[0]).glob("*/options.py")
+    ]
+    found = {
+        one
+        for module in modules
+        for one in vars(module).values()
+        if isinstance(one, type) and issubclass(one, DeclaredOptions) and one.__module__ == module.__name__
+    }
+    assert found == set(STUDIES) - {Options, CertifyOptions}
+    for study in found:
+        told = "".join(base.__doc__ or "" for base in study.__mro__)
+        assert [name for name in declared(study) if f"    {name}: " not in told] == [], study
+
+
+def optional(study: type[DeclaredOptions], name: str) -> bool:
+    return next(field.default for field in dataclasses.fields(study) if field.name == name) is None
+
+
+@each("study", STUDIES)
+def test_what_makes_no_sense_is_refused_from_python(study: type[DeclaredOptions]) -> None:
+    """Each study refuses each value that its declaration calls wrong, and the message begins with the field."""
+    for own, name, value in WRONG:
+        if own is not study:
+            continue
+        if value is None and optional(study, name):
+            study(**{name: None})
+            continue
+        with pytest.raises(InputError, match=rf"^{name}(\[0\])? must be"):
+            study(**{name: value})
+
+
+def texts() -> list[tuple[type[DeclaredOptions], str, str]]:
+    """Every option that a shell has, with each wrong value that is a number or is no number."""
+    found = []
+    for study, name, value in WRONG:
+        one = declared(study)[name]
+        item = value[0] if one.many and isinstance(value, list) else value
+        number = isinstance(item, int | float) and not isinstance(item, bool)
+        if one.many and not isinstance(value, list):
+            continue
+        worded = one.kind.word not in {"", "NAME", "ANGLE", "NAME=VALUE", "OLD=NEW"}
+        if STUDIES[study] and one.flags and worded and (number or item == "x"):
+            found.append((study, name, str(item)))
+    return found
+
+
+@pytest.mark.parametrize(("study", "name", "text"), long_after(1, texts()))
+def test_the_shell_refuses_in_the_same_words(study: type[DeclaredOptions], name: str, text: str) -> None:
+    """A wrong text ends a command with exit code 2 and Python's sentence, under the name that the shell has."""
+    one = declared(study)[name]
+    result = carom_command(*STUDIES[study], one.flags[0], text)
+    assert result.exit_code == 2, result.output
+    assert f"carom: {one.flags[0]} must be {one.kind.said}, got {text!r}" in result.output
+
+
+@each("study", [study for study, command in STUDIES.items() if command])
+def test_help_shows_what_is_declared(study: type[DeclaredOptions]) -> None:
+    """`--help` has each option that the shell has, with its words, its bounds and its default."""
+    result = carom_command(STUDIES[study][0], "--help")
+    shown = "".join(result.output.split())
+    for name, one in declared(study).items():
+        if one.flags:
+            assert one.flags[0].partition("/")[0] in shown
+            assert "".join(shown_option(study, name).help.split()) in shown
+
+
+@each("study", STUDIES)
+def test_the_shells_defaults_are_pythons(study: type[DeclaredOptions]) -> None:
+    """Where the shell says nothing, the options are those that Python has by default."""
+    assert study.said({}) == study()
+    assert study.said(dict.fromkeys(declared(study))) == study()
+
+
+#: Another sensible value of each option that is neither yes or no nor a number, by name.
+OTHER: dict[str, Any] = {
+    "engines": ["pit"],
+    "profiles": ["tuned"],
+    "versions": ["1.0"],
+    "profile": "located",
+    "dts": [0.25],
+    "sizes": [3],
+    "settings": {"iterations": 3},
+    "error": "time",
+    "certified": True,
+    "miss_probability": 0.5,
+    "match": [("pit", "pic")],
+    "fail_on": "close",
+}
+
+
+@each(("study", "name"), [(study, name) for study in STUDIES for name in declared(study)])
+def test_the_stamp_holds_what_changes_answers(study: type[DeclaredOptions], name: str) -> None:
+    """An option on which the answers in a journal depend changes its stamp, and no other does."""
+    usual = study()
+    value = getattr(usual, name)
+    if isinstance(value, bool):
+        other: Any = not value
+    elif name in OTHER:
+        other = OTHER[name]
+    else:
+        assert value is None or isinstance(value, int | float), f"{name} needs another sensible value in OTHER"
+        other = value + 1 if value else 2
+    changed = study(**{name: other})
+    assert getattr(changed, name) != value
+    assert (changed.stamp != usual.stamp) is declared(study)[name].stamped
+
+
+def test_usual_values_are_taken() -> None:
+    """Lists in place of tuples and whole numbers of seconds are what people write; a series is several steps."""
+    assert Options(["pit"], [1, 0.5], ["tuned"], time_limit_s=5).dts == (1, 0.5)
+    assert BenchPlan(engines=("pit",), rounds=3, budget_s=1).rounds == 3
+    assert BenchPlan.said({"dts": ["1/60", "1/100..1/400:3"]}).dts == (1 / 60, 1 / 100, 1 / 200, 1 / 400)
+    assert AdviceOptions.said({"direction_error_rad": "180deg"[1:]}).direction_error_rad == math.radians(80)
+    assert (StressOptions().time_limit_s, StressOptions(quick=True).time_limit_s) == (60.0, 10.0)
+
+
+@each(
+    ("call", "given", "error", "words"),
+    [
+        (carom.run, (7, "pit"), InputError, "^scene must be a Scene or the name of one in the catalogue, got 7"),
+        (partial(carom.run, dt=0.0), ("paper/missed", "pit"), InputError, "^dt must be"),
+        (partial(carom.run, dt=0.1, time_limit_s=-1.0), ("paper/missed", "pit"), InputError, "^time_limit_s must be"),
+        (partial(carom.advise, phases=0), ("paper/late",), InputError, "^phases must be a whole number"),
+        (carom.advise, ("paper/lat",), UnknownNameError, "paper/late"),
+        (carom.advise, ("paper/late", ["pymonk"]), UnknownNameError, "pymunk"),
+        (partial(carom.tune, trials=0), ("pymunk",), InputError, "^trials must be a whole number"),
+        (carom.tune, ("pymunk", ["paper/lat"]), UnknownNameError, "paper/late"),
+        (carom.tune, ("pymonk",), UnknownNameError, "pymunk"),
+    ],
+)
+def test_a_call_of_python_s_refuses_likewise(
+    call: Callable[..., object], given: tuple[object, ...], error: type[Exception], words: str
+) -> None:
+    """What is no scene or no engine, and a wrong option, are refused in a sentence, too."""
+    with pytest.raises(error, match=words):
+        call(*given)

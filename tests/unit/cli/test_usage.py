@@ -1,0 +1,102 @@
+"""Whatever can't be asked of a command is a sentence and exit code 2, before anything is run or written."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+from tests.command import carom_command, told
+
+ROOT = Path(__file__).resolve().parents[3]
+KEPT = ROOT / "tests" / "kept" / "results-2.jsonl"
+
+REFUSED = [
+    # what is named, and is not there, with what may have been meant
+    ("run no-such-file.toml", "can't be read"),
+    ("run paper/mised", "did you mean 'paper/missed'"),
+    ("run paper/missed -e pimunk", "no engine is named 'pimunk' hint: did you mean 'pymunk'?"),
+    ("run paper/missed -e pit -p best", "no engine asked for has a profile 'best'"),
+    ("run paper/missed -e pit -p tunde", "a profile 'tunde' hint: did you mean 'tuned'?"),
+    (
+        "run paper/missed -e pymunk --set iteration=3",
+        "pymunk has no setting 'iteration' hint: did you mean 'iterations'? hint: there are:",
+    ),
+    ("run paper/missed -e pymunk -e pit --set iterations=5", "pit has no setting 'iterations'"),
+    ("certify classics/boxx", "did you mean 'classics/box'"),
+    ("scenes 'nowhere/*'", "no scene is named 'nowhere/*'"),
+    ("engines pymonk", "no engine is named 'pymonk' hint: did you mean 'pymunk'?"),
+    ("engines pymunk --show best", "pymunk has no profile 'best' hint: it has: default, tuned, located"),
+    ("stress grasing", "no stress test is named 'grasing'"),
+    ("stress grazing -e bullet", "no engine is named 'bullet'"),
+    ("stress grazing -p best", "no engine asked for has a profile 'best'"),
+    ("tune pimunk", "no engine is named 'pimunk'"),
+    ("tune pymunk classics/miss -p best", "pymunk has no profile 'best' hint: it has: default, tuned, located"),
+    ("play nowhere.toml", "nowhere.toml"),
+    ("diff {kept} nowhere", "nowhere can't be read: No such file or directory hint: give a report's folder"),
+    ("diff {kept} {docs}", "results.jsonl can't be read"),
+    ("diff {kept} {kept} --engine pit=bullet", "has no 'bullet' hint: it has "),
+    # what a command is not for
+    ("bench", "name the scenes to bench"),
+    ("bench --grow paper/missed", "takes no scene, got 'paper/missed'"),
+    ("advise 'paper/*'", "and advice is for one"),
+    ("tune pit classics/miss", "the adapter of pit declares no knobs"),
+    ("play classics/gas", "10 discs at most"),
+    ("play paper", "name one"),
+    ("play -e pymunk", "the page runs"),
+    ("play -e physx", "the page runs"),
+    ("play --out play.txt", "ends in .html"),
+    ("diff {kept}", "carom diff OLD NEW"),
+    ("engines --show tuned", "--show prints the settings of one engine"),
+    ("engines pymunk --dt 1/60", "go with --show"),
+    ("engines pit --show tuned", "the adapter 'pit' writes no code of its engine"),
+    ("engines pymunk --show located", "profile 'located' of pymunk can't be pasted"),
+    ("engines pymunk --show tuned --scene paper", "--scene must name one scene"),
+    ("run paper/missed -e pit --retry", "--resume continues what lies in the folder of --out"),
+    # what an option can't be
+    ("run paper/missed --dt fast", "--dt must be a number of seconds such as 1/240 or 0.004"),
+    ("run paper/missed --dt 1/0", "--dt must be a number"),
+    ("run paper/missed --dt -1", "above 0"),
+    ("run paper/missed --dt 1e999999999", "above 0: from 1.49e-154"),
+    ("bench paper/missed --dt 1e300..1e-300:5", "above 0: from 1.49e-154 to 6.7e153"),
+    ("bench paper/missed --dt 1/60..1/120:99999999", "of 256 steps at most"),
+    ("bench paper/missed --dt 1/60..x", "--dt must be a number of seconds"),
+    ("bench paper/missed --axes time-error", "'time-error' is not one of 'error-time', 'error-dt'"),
+    ("bench paper/missed --phases 1000000", "--phases must be a whole number from"),
+    ("bench paper/missed --jobs 1000000", "--jobs must be a whole number from"),
+    ("bench paper/missed --rounds 1000000", "--rounds must be a whole number from"),
+    ("bench --grow --discs 1000000000", "--discs must be a whole number from 1 to 100000"),
+    ("bench --grow -e pit --discs 2 --time-limit 1e10", "--time-limit must be a positive"),
+    ("bench paper/missed -e pit --scheduler nan", "--scheduler must be an address such as tcp://"),
+    ("run paper/missed -e pit --dt 0.1 --time-limit nan", "--time-limit must be a positive"),
+    ("run paper/missed -e pymunk --set iterations", "--set must be NAME=VALUE"),
+    ("stress grazing --time-limit 0", "--time-limit must be a positive number of seconds, 1e+07 at most, got '0'"),
+    ("stress small -e pit --memory-limit inf", "--memory-limit must be a positive number of mega"),
+    ("advise paper/missed --budget 0", "--budget must be a whole number from 1 to"),
+    ("advise paper/missed --direction-error 1", "--direction-error must be an angle such as 1deg"),
+    ("advise paper/missed --miss-probability 2", "--miss-probability must be 0 or more and below 1"),
+    ("certify classics/box --time-budget 0", "--time-budget must be a positive number of seconds, 1e+07 at most, got"),
+    ("certify classics/box --max-precision 10", "--max-precision must be a whole number from 64 to 1048576, got '10'"),
+    ("certify classics/box --digits 100000", "--digits must be a whole number from 1 to 10000, got '100000'"),
+    ("tune pymunk classics/miss --time-limit 0", "--time-limit must be a positive"),
+    ("engines pymunk --show tuned --restitution 2", "restitution"),
+    ("diff {kept} {kept} --engine pymunk", "--engine must be OLD=NEW"),
+    # where nothing can be written
+    ("run paper/missed --report /dev/null/report", "Not a directory hint: name another folder by --out"),
+    ("scenes paper --save /dev/null/scenes", "/dev/null/scenes: Not a directory"),
+]
+
+
+@pytest.mark.usefixtures("in_process")
+@pytest.mark.parametrize(("command", "words"), REFUSED, ids=[command for command, _ in REFUSED])
+def test_bad_usage_is_a_sentence_and_exit_code_2(
+    command: str, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every wrong word is named by what it must be, without a traceback, and no file or folder is left."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    result = carom_command(*shlex.split(command.format(kept=KEPT, docs=ROOT / "docs")))
+    assert result.exit_code == 2, result.output
+    assert words in told(result)
+    assert "Traceback" not in result.output
+    assert [*tmp_path.iterdir()] == []

@@ -1,0 +1,217 @@
+"""Every step of a run compared with PIC from the run's own state: what must hold of the catalogue, and of blocks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from functools import partial
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.drawn import drawn, slowing
+from tests.stage import disc_at, staged, sure, wall_at
+
+from carom import Scene
+from carom.catalogue.catalogue import all_scenes
+from carom.comparator import Grade, local_truth
+from carom.comparator.scales import scales_of
+from carom.comparator.stepwise import analysis
+from carom.comparator.stepwise.activity import Activity, activity_of
+from carom.comparator.stepwise.block import Block
+from carom.comparator.stepwise.rest import Rest
+from carom.comparator.stepwise.score import local_score
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import observe_run
+from carom.model.scene import Need
+from carom.model.step_windows import LocalTruth, States
+from carom.model.trace import Outcome
+from carom.solvers.pic import pic_run, solve_pic
+from carom.studies.bench.gas import gas_scene
+
+#: Under gravity, on a table and by driven bodies nothing is damped.
+NOT_DAMPED = {Need.GRAVITY, Need.DAMPING, Need.TABLE_FRICTION, Need.DRIVEN_WALLS, Need.DRIVEN_DISCS, Need.BELTS}
+
+
+def damped(times: float, scenes: list[Scene]) -> list[Scene]:
+    """Return those that can be damped, of few enough discs and frames, damped to exp(-times) over their durations."""
+    return [
+        scene.model_copy(update={"damping_per_s": times / scene.duration_s})
+        for scene in scenes
+        if not scene.needs & NOT_DAMPED and len(scene.discs) <= 40 and scene.step_count(1 / scene.frame_rate_hz) <= 1500
+    ]
+
+
+def named() -> Iterator[Any]:
+    """Yield scenes that have a name, by group: as they are, and damped. Three of four of the classics are long."""
+    for group, found in groupby(all_scenes().values(), lambda entry: entry.group):
+        scenes = [entry.scene for entry in found]
+        short = {"paper": scenes, "classics": scenes[::4]}.get(group, [])
+        for some, marks in ((short, ()), ([scene for scene in scenes if scene not in short], pytest.mark.long)):
+            if some:
+                yield pytest.param(lambda some=some: some, id=f"{len(some)} of {group}", marks=marks)
+    every = [entry.scene for entry in all_scenes().values()]
+    some = [entry.scene for entry in all_scenes().values() if entry.group == "classics"]
+    yield pytest.param(partial(damped, 1.0, some[::6]), id="classics, damped")
+    for times in (1.0, 5.0):
+        yield pytest.param(partial(damped, times, every), id=f"damped {times}", marks=pytest.mark.long)
+
+
+def by_number(law: str, numbers: Iterable[int]) -> list[Scene]:
+    """Return scenes drawn: rough ones and damped ones up to a tenth a step, or on tables that slow discs down."""
+    if law == "slowing":
+        return [slowing(number) for number in numbers]
+    return [
+        Scene(
+            **{
+                **dict(drawn("anywhere", number, rough=number % 2 == 1)),
+                "damping_per_s": (0.1, 1.0, 6.0)[number % 3],
+                "duration_s": 3.0,
+            }
+        )
+        for number in numbers
+    ]
+
+
+def at_random() -> Iterator[Any]:
+    """Yield what to draw of each law, in numbers: a few and, with `-m long`, many."""
+    # Two of 24 and 38 come deep into a wall in a last step of 1.4 s, or meet at what damping has left of their speed.
+    for law, short, more, most in (("damped", 6, (24, 38), 40), ("slowing", 4, (), 150)):
+        yield pytest.param(partial(by_number, law, (*range(short), *more)), id=law)
+        yield pytest.param(partial(by_number, law, range(short, most)), id=f"more {law}", marks=pytest.mark.long)
+
+
+def steps_of(scene: Scene, name: str) -> LocalTruth:
+    return sure(observe_run(load_adapter(name), scene, "tuned", 1.0 / scene.frame_rate_hz).local_truth)
+
+
+def states_of(scene: Scene, dt_s: float) -> States:
+    """PIC's states at every step boundary, by its solver."""
+    run, count = pic_run(scene), scene.step_count(dt_s)
+    times = np.arange(count + 1, dtype=np.float64) * dt_s
+    place, velocity = [scene.arrays.position_m], [scene.arrays.velocity_m_s]
+    for time_s in times[1:]:
+        run.advance_to(float(time_s))
+        place.append(run.positions().copy())
+        velocity.append(run.velocities().copy())
+    return States(times, np.array(place), np.array(velocity), None)
+
+
+@pytest.mark.parametrize("scenes_of", [*named(), *at_random()])
+def test_steps_of_pic_are_exact_and_those_of_pit_pay_its_price(
+    scenes_of: Callable[[], list[Scene]],
+) -> None:
+    """PIC agrees with PIC from each of its states; PIT is off by what PIT pays there, and misses what that misses.
+
+    So it is in crowds, under gravity, with spin, at rest, damped and on tables; PIT's is to 1e-9.
+    """
+    for scene in scenes_of():
+        reference = solve_pic(scene, max_impacts=2000)
+        if reference.outcome is Outcome.GLIDES:  # of infinitely many hops
+            continue
+        scales, steps = scales_of(scene, reference), steps_of(scene, "pic")
+        if reference.outcome is Outcome.CRUSHED:  # in the step in which that comes impacts have no end
+            steps = replace(steps, windows=steps.windows[steps.windows["end_s"] <= reference.end_time_s])
+        exact, sampled = local_score(steps, scales, 64), local_score(steps_of(scene, "pit"), scales, 64)
+        assert (exact.missed, exact.invented, exact.early, exact.ahead, exact.drifts) == (0, 0, 0, 0, 0), scene.name
+        # At a tie PIC from a state that is an ulp away may take the other admissible order.
+        tied = reference.ambiguous and (exact.grade is Grade.SAMPLED or exact.agrees_alone)
+        assert tied or exact.grade is Grade.EXACT, scene.name
+        assert (sampled.invented, sampled.early, sampled.drifts) == (0, 0, 0), scene.name
+        assert sampled.missed == sampled.missed_by_pit, scene.name
+        assert not sampled.ratio[1] > 1.0 + 1e-9, scene.name  # NaN where nothing stands alone
+
+
+def test_blocks_of_any_size_find_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is looked at in many blocks has the windows, meetings and slips of one that is looked at in one."""
+    scene = all_scenes()["classics/gas"].scene
+    states = states_of(scene, 1 / 60)
+    whole = local_truth(scene, states, dt_s=1 / 60)
+    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    pieces = local_truth(scene, states, dt_s=1 / 60)
+    assert len(whole.windows) > 20
+    for name in ("windows", "meetings", "slips"):
+        one, other = getattr(pieces, name), getattr(whole, name)
+        assert [
+            field for field in one.dtype.names if not np.array_equal(one[field], other[field], equal_nan=True)
+        ] == []
+    assert (pieces.steps, pieces.until_s) == (whole.steps, whole.until_s)
+
+
+@pytest.mark.long
+def test_a_crowd_is_looked_at_about_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a dense gas a window is open at any boundary; states go as blocks end still, and none is worked out thrice."""
+    scene = gas_scene(100, packing=0.5, duration_s=400 / 60)
+    sizes: list[int] = []
+
+    def counted(block: Block, rest: Rest) -> Activity:
+        sizes.append(len(block))
+        return activity_of(block, rest)
+
+    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    monkeypatch.setattr(analysis, "activity_of", counted)
+    found = steps_of(scene.model_copy(update={"frame_rate_hz": 60.0}), "pit")
+    begins, ends = found.windows["begin_s"], found.windows["end_s"]
+    middle_s = np.arange(10, 390) / 60
+    assert np.mean([np.any((begins < t) & (ends > t)) for t in middle_s]) > 0.9
+    assert found.steps == 400
+    assert sum(sizes) < 2 * 400
+
+
+def test_sinking_adds_up_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball that sinks slowly for a whole run has sunk as deep as it has, however often it was looked at."""
+    disc = disc_at(0, 0.5, r=0.5)
+    scene = staged("sinking", disc, wall_at(0, 0, 0, 1), duration_s=10.0, gravity_m_s2=(0.0, -10.0))
+    times = np.arange(601, dtype=np.float64) / 60
+    place = np.stack([np.zeros_like(times), 0.5 - 0.01 * times], axis=1)[:, None]
+    states = States(times, place, np.zeros_like(place))
+    whole = local_truth(scene, states, dt_s=1 / 60)
+    monkeypatch.setattr(analysis, "_NUMBERS", 1)
+    pieces = local_truth(scene, states, dt_s=1 / 60)
+    assert whole.sunk_radii == pytest.approx(0.1 / 0.5, rel=1e-9)
+    assert (pieces.sunk_radii, pieces.resting_steps) == (whole.sunk_radii, whole.resting_steps)
+
+
+def test_what_finds_each_impact_late_is_sampled_step_by_step() -> None:
+    """PIT of one impact pays its own price: that is no exact run, though nothing is missed and nothing sinks."""
+    scene = all_scenes()["paper/late"].scene
+    assert local_score(steps_of(scene, "pit"), scales_of(scene, solve_pic(scene)), 64).grade is Grade.SAMPLED
+
+
+def test_a_disc_that_falls_slowly_onto_a_fixed_one_is_due_when_it_is_there() -> None:
+    """A metre at 0.5 m/s^2 takes 2 s: on a straight path a disc that begins at rest would never come."""
+    bodies = disc_at(0.0, 2.0), disc_at(0.0, 0.0, m=math.inf)
+    scene = staged("slow", *bodies, gravity_m_s2=(0.0, -0.5), duration_s=3.0, frame_rate_hz=8.0)
+    assert steps_of(scene, "pic").meetings["due_s"].tolist() == [2.0]
+
+
+def test_a_floor_that_a_disc_leaves_does_not_explain_that_it_is_turned() -> None:
+    """Pushed up by 5 m/s in the step in which it leaves, which is no rest: 2.5 steps of falling are 0.4 m/s."""
+    dt_s = 1 / 60
+    bodies = disc_at(0.0, 0.5, 0.0, 2.0), wall_at(0.0, 0.0, 0.0, 1.0)
+    scene = staged("pushed", *bodies, gravity_m_s2=(0.0, -10.0), duration_s=0.25)
+    times = np.arange(16, dtype=np.float64) * dt_s
+    heights, speeds = 0.5 + 2.0 * times - 5.0 * times**2, 2.0 - 10.0 * times
+    heights[1:] += 5.0 * (times[1:] - dt_s)
+    speeds[1:] += 5.0
+    place, velocity = (np.stack([0.0 * times, part], axis=1)[:, None] for part in (heights, speeds))
+    states = States(times, place, velocity)
+    found = local_score(local_truth(scene, states, dt_s=dt_s), scales_of(scene, solve_pic(scene)), 64)
+    assert (found.invented, found.missed, found.early) == (1, 0, 0)
+
+
+def test_a_pass_is_counted_once_however_long_it_lasts() -> None:
+    """A ball that falls through the floor, and on for a hundred steps, has missed one impact."""
+    scene, dt_s = all_scenes()["gravity/bouncing-ball"].scene, 1 / 60
+    times = np.arange(scene.step_count(dt_s) + 1, dtype=np.float64) * dt_s
+    start, gravity = scene.arrays, np.array(scene.gravity_m_s2)
+    place = start.position_m + start.velocity_m_s * times[:, None, None] + gravity * (times**2 / 2)[:, None, None]
+    velocity = start.velocity_m_s + gravity * times[:, None, None]
+    score = local_score(
+        local_truth(scene, States(times, place, velocity), dt_s=dt_s), scales_of(scene, solve_pic(scene)), 64
+    )
+    assert score.missed == 1
+    assert score.grade is Grade.WRONG
+    assert not math.isnan(score.first_missed_s)

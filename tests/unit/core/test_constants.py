@@ -1,0 +1,104 @@
+"""Constants of the core: each has a reason and a use, and equals that of plain Python where there is one."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from pathlib import Path
+
+from tests.lengths import each
+
+import carom
+
+PACKAGE = Path(carom.__file__).parent
+CORE = PACKAGE / "core"
+HEADER = (CORE / "constants.h").read_text(encoding="utf-8")
+
+#: Constants of plain Python, by their names in the header.
+PLAIN = {
+    "INF": "math.inf",
+    "PAIR_LEAST": "carom.core.pair_time_any_size._LEAST",
+    "PAIR_MOST": "carom.core.pair_time_any_size._MOST",
+    "ORDINARY": "carom.support.limits.ORDINARY",
+    "LEAST_ORDINARY": "carom.solvers.units._LEAST",
+    "ULP": "carom.core.resolution.ULP",
+    "FARTHEST": "carom.core.resolution.FARTHEST",
+}
+
+
+#: Constants of plain Python that are members of enums, by the header with the enum.
+NUMBERED = {
+    "feature.h": {
+        **{name: f"carom.core.numbered._{name}" for name in ("PLANE", "FACE", "VERTEX", "OUTER_ARC", "INNER_ARC")},
+        "FEATURE_NUMBERS": "carom.core.numbered.FEATURE_NUMBERS",
+    },
+    "state.h": {
+        "MOST_OBSTACLES": "carom.solvers.event_driven.obstacles.MOST_OBSTACLES",
+        **{
+            name: f"carom.solvers.event_driven.run._{name}"
+            for name in ("DONE", "LIMIT", "STANDSTILL", "PAUSE", "GLIDES", "CRUSHED")
+        },
+    },
+}
+
+
+def number(text: str) -> float:
+    """Return the value of a C constant: a float, decimal or hexadecimal, or an integer."""
+    if text.endswith("ull"):
+        return int(text.removesuffix("ull"), 16)
+    if text == "INT32_MIN":
+        return -(2**31)
+    return float.fromhex(text) if text.startswith("0x") else float(text.replace("HUGE_VAL", "inf"))
+
+
+def values() -> dict[str, float]:
+    """Return the header's constants, which are numbers and sums of numbers."""
+    found = re.findall(r"^#define CAROM_(\w+) +([-(\dH].*)$", HEADER, re.MULTILINE)
+    return {name: sum(map(number, text.strip("()").split(" + "))) for name, text in found}
+
+
+@each("name", PLAIN)
+def test_plain_python_computes_with_the_same_value(name: str) -> None:
+    """A constant that both forms have is the same number in both."""
+    assert values()[name] == plain(PLAIN[name])
+
+
+def plain(where: str) -> float:
+    """Return the value that plain Python has."""
+    module, attribute = where.rsplit(".", 1)
+    value: float = getattr(importlib.import_module(module), attribute)
+    return value
+
+
+@each("source", NUMBERED)
+def test_plain_python_has_the_numbers_of_enums(source: str) -> None:
+    """A member of an enum of the core has the same number in Python."""
+    text = (CORE / source).read_text(encoding="utf-8")
+    for name, where in NUMBERED[source].items():
+        assert [number(value) for value in re.findall(rf"\b{name} = (-?\w+)", text)] == [plain(where)]
+
+
+def test_every_constant_has_a_reason_and_a_use() -> None:
+    """In the header a comment precedes each constant or its neighbours, and another source uses it."""
+    assert len(values()) > 40
+    for block in re.findall(r"((?:^#define CAROM_\w+ +[-(\dH].*\n)+)", HEADER, re.MULTILINE):
+        above = HEADER[: HEADER.index(block)].rstrip("\n").splitlines()[-1]
+        assert above.endswith("*/"), block
+    used = {name for path in sources() if path.name != "constants.h" for name in re.findall(r"CAROM_(\w+)", text(path))}
+    assert set(values()) <= used
+
+
+def test_no_other_source_defines_a_constant() -> None:
+    """All macros that are numbers are in the header."""
+    for path in sources():
+        if path.name != "constants.h":
+            assert not re.search(r"#define \w+ +[-(]?\d", text(path)), path
+
+
+def sources() -> list[Path]:
+    """Return all sources of the extension."""
+    return [path for kind in ("pyx", "pxd", "h", "c") for path in PACKAGE.rglob(f"*.{kind}")]
+
+
+def text(path: Path) -> str:
+    return path.read_text(encoding="utf-8")

@@ -1,0 +1,253 @@
+"""Times of impact where naive formulas fail; `tests/unit/core/test_pair.py` compares them with exact ones."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.lengths import each
+
+from carom.core import primitives
+from carom.core.time_of_impact import time_of_impact
+from carom.errors import InputError
+
+#: Relative rounding of one operation.
+U = 2.0**-53
+
+
+def array_form(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
+    """Return what `time_of_impact` says of the same relative motion; halving and zero cost no rounding."""
+    half = contact_distance / 2
+    time = time_of_impact((0.0, 0.0), (0.0, 0.0), half, (dx, dy), (ux, uy), half)
+    assert isinstance(time, float)
+    return time
+
+
+def pair_time(dx: float, dy: float, ux: float, uy: float, contact_distance: float) -> float:
+    """The scalar form, of relative position and velocity."""
+    half = contact_distance / 2
+    return primitives.pair_time(0.0, 0.0, 0.0, 0.0, half, dx, dy, ux, uy, half)
+
+
+def wall_time(gap: float, velocity: float) -> float:
+    """The scalar form, of a disc of radius 1 above a wall at height -1."""
+    return primitives.wall_time(0.0, gap, 0.0, velocity, 1.0, (0.0, -1.0, 0.0, 1.0))
+
+
+FORMS = [pytest.param(pair_time, id="scalar"), pytest.param(array_form, id="array")]
+PairTime = Callable[[float, float, float, float, float], float]
+
+
+# Inputs that break a naive least positive root; contact distance 1 ----------------------------------------------------
+
+
+@each("form", FORMS)
+def test_an_overlap_of_one_rounding_is_now_and_not_the_exit(form: PairTime) -> None:
+    """Discs that overlap by 2^-53 and approach collide now; the exit, two seconds later, would be tunnelling."""
+    assert form(1 - 2**-53, 0.0, -1.0, 0.0, 1.0) == 0.0
+
+
+@each("form", FORMS)
+def test_contact_within_rounding_on_an_oblique_line_is_now_and_not_the_exit(form: PairTime) -> None:
+    """At (.6, .8), 2^-54 or so from contact, the impact is within 2^-52 s; the exit would be at 1.2 s."""
+    assert 0.0 <= form(0.6, 0.8, -1.0, -1e-3, 1.0) <= 2**-52
+
+
+@each("form", FORMS)
+@each("gap", [1e-10, 1e-12, 2.0**-52])
+def test_a_gap_however_small_is_crossed_and_not_skipped(form: PairTime, gap: float) -> None:
+    """A head-on impact close by is found at gap over speed: no epsilon in time or distance takes it for done."""
+    # Both factors of c are exact or one rounding off here, and so is the denominator: 4 roundings in all.
+    exact_gap = (1 + gap) - 1
+    assert abs(form(1 + gap, 0.0, -1.0, 0.0, 1.0) - exact_gap) <= 4 * U * exact_gap
+
+
+@each("form", FORMS)
+def test_a_disc_from_afar_keeps_its_miss_distance(form: PairTime) -> None:
+    """From 10^8 contact distances away, half of one off the centre, the hit is found; b^2 - a c loses it."""
+    # 1e8 - sqrt(.75), to the rounding of a number of that size: 2 units in its last place, and the root's own rounding.
+    assert abs(form(1e8, 0.5, -1.0, 0.0, 1.0) - (1e8 - math.sqrt(0.75))) <= 6 * U * 1e8
+
+
+@each("form", FORMS)
+@each("speed", [1e-170, 1e-100, 1e-9, 1e9, 1e100])
+def test_very_slow_and_very_fast_discs_hit(form: PairTime, speed: float) -> None:
+    """A gap of 1 is crossed in 1/speed, however slow or fast, also where the square of the speed underflows."""
+    assert abs(form(2.0, 0.0, -speed, 0.0, 1.0) * speed - 1) <= 8 * U
+
+
+# Approaching, touching, overlapping, never ----------------------------------------------------------------------------
+
+
+@each("form", FORMS)
+@pytest.mark.parametrize(
+    ("d", "u", "time"),
+    [
+        pytest.param((5.0, 0.0), (-2.0, 0.0), 2.0, id="head-on"),
+        pytest.param((4.0, 3.0), (-1.0, 0.0), math.inf, id="passing by"),
+        pytest.param((5.0, 0.0), (2.0, 0.0), math.inf, id="apart and separating"),
+        pytest.param((5.0, 0.0), (0.0, 2.0), math.inf, id="apart and crossing"),
+        pytest.param((5.0, 0.0), (0.0, 0.0), math.inf, id="apart and at rest to each other"),
+        pytest.param((1.0, 0.0), (-1.0, 0.0), 0.0, id="touching and approaching"),
+        pytest.param((1.0, 0.0), (-1e-300, 1e300), 0.0, id="touching and approaching by the least"),
+        pytest.param((1.0, 0.0), (1.0, 0.0), math.inf, id="touching and separating"),
+        pytest.param((1.0, 0.0), (0.0, 1.0), math.inf, id="touching and sliding"),
+        pytest.param((1.0, 0.0), (0.0, 0.0), math.inf, id="touching and at rest to each other"),
+        pytest.param((0.5, 0.0), (-1.0, 0.0), 0.0, id="overlapping and approaching"),
+        pytest.param((0.5, 0.0), (1.0, 0.0), math.inf, id="overlapping and separating"),
+        pytest.param((0.5, 0.0), (0.0, 1.0), math.inf, id="overlapping and crossing"),
+        pytest.param((0.0, 0.0), (1.0, 0.0), math.inf, id="concentric: neither approaching nor separating"),
+        pytest.param((5.0, 1.0), (-1.0, 0.0), math.inf, id="a graze of zero depth"),
+        pytest.param((3.0, -0.6), (-1.0, 0.0), 2.2, id="3-4-5"),
+    ],
+)
+def test_whether_and_when(form: PairTime, d: tuple[float, float], u: tuple[float, float], time: float) -> None:
+    """Approaching decides: a separating, sliding or resting pair never collides, a touching one that approaches now."""
+    # Each of these is exact but the last, whose inputs are decimals: their rounding, and 2 units in the last place.
+    assert form(*d, *u, 1.0) == pytest.approx(time, rel=8 * U, abs=0.0)
+
+
+@each("form", FORMS)
+def test_a_graze_is_an_impact_as_soon_as_it_has_depth(form: PairTime) -> None:
+    """Passing at exactly the contact distance is no impact; one unit in the last place closer is one."""
+    assert form(4.0, 1.0, -1.0, 0.0, 1.0) == math.inf
+    # The depth of half a unit gives D = 2^-53 + ..., far above the one rounding of each of its two squares: a hit.
+    time = form(4.0, 1.0 - 2**-53, -1.0, 0.0, 1.0)
+    # 4 - sqrt(1 - (1 - 2^-53)^2), of which the root is 1.5e-8.
+    assert time == pytest.approx(4 - math.sqrt(2 * 2**-53), rel=16 * U, abs=0.0)
+
+
+coordinates = st.floats(-1e3, 1e3)
+radii = st.floats(1e-3, 1e3)
+
+
+@given(coordinates, coordinates, coordinates, coordinates, radii)
+def test_seen_from_the_other_disc_the_time_is_the_same(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
+    """Exchanging the discs turns both vectors round and changes no bit of the time."""
+    assert pair_time(-dx, -dy, -ux, -uy, r) == pair_time(dx, dy, ux, uy, r)
+
+
+@given(coordinates, coordinates, coordinates, coordinates, radii)
+def test_the_time_is_never_negative_and_never_nan(dx: float, dy: float, ux: float, uy: float, r: float) -> None:
+    """Whatever the motion, the answer is a time from now on, or never."""
+    assert pair_time(dx, dy, ux, uy, r) >= 0.0
+    assert array_form(dx, dy, ux, uy, r) >= 0.0
+
+
+# Walls ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("gap", "velocity", "time"),
+    [
+        pytest.param(3.0, -2.0, 1.5, id="approaching"),
+        pytest.param(3.0, 2.0, math.inf, id="separating"),
+        pytest.param(3.0, 0.0, math.inf, id="along the wall"),
+        pytest.param(3.0, -0.0, math.inf, id="along the wall, negative zero"),
+        pytest.param(0.0, -2.0, 0.0, id="touching and approaching"),
+        pytest.param(0.0, 2.0, math.inf, id="touching and separating"),
+        pytest.param(-0.5, -2.0, 0.0, id="overlapping and approaching"),
+        pytest.param(-0.5, 2.0, math.inf, id="overlapping and separating"),
+        pytest.param(1e-300, -1e-300, 1.0, id="as small as can be"),
+    ],
+)
+def test_wall_time(gap: float, velocity: float, time: float) -> None:
+    """A wall is met after gap over speed, at once where it is touched or overlapped, never where not approached."""
+    assert wall_time(gap, velocity) == time
+
+
+# Arrays ---------------------------------------------------------------------------------------------------------------
+
+
+def test_plain_numbers_give_a_float() -> None:
+    """Two discs given as lists and numbers are answered by a plain float: 9 m of gap at 5 m/s are 1.8 s."""
+    time = time_of_impact([0, 0], [3, 4], 0.5, [6, 8], [0, 0], 0.5)
+    assert type(time) is float
+    # Two units in the last place.
+    assert abs(time - 1.8) <= 4 * U * 1.8
+
+
+@each(
+    ("p1", "v1", "r1", "p2", "v2", "r2", "shape"),
+    [
+        ((2,), (2,), (), (7, 2), (2,), (), (7,)),
+        ((2,), (7, 2), (), (2,), (2,), (), (7,)),
+        ((2,), (2,), (7,), (2,), (2,), (), (7,)),
+        ((5, 1, 2), (2,), (), (7, 2), (2,), (), (5, 7)),
+        ((2,), (2,), (5, 1), (2,), (7, 2), (), (5, 7)),
+        ((3, 5, 7, 2),) * 2 + ((3, 5, 7),) + ((3, 5, 7, 2),) * 2 + ((3, 5, 7), (3, 5, 7)),
+        ((0, 2), (2,), (), (2,), (2,), (), (0,)),
+        ((1, 2), (2,), (), (2,), (2,), (), (1,)),
+    ],
+)
+def test_shapes_broadcast(
+    p1: tuple[int, ...],
+    v1: tuple[int, ...],
+    r1: tuple[int, ...],
+    p2: tuple[int, ...],
+    v2: tuple[int, ...],
+    r2: tuple[int, ...],
+    shape: tuple[int, ...],
+) -> None:
+    """Leading axes broadcast as everywhere in NumPy, and each item is the answer of its own pair."""
+    rng = np.random.default_rng(3)
+    args = [
+        rng.normal(size=p1),
+        rng.normal(size=v1) * 5,
+        rng.uniform(0.1, 0.5, r1),
+        rng.normal(size=p2) + np.array([3, 0]),
+        rng.normal(size=v2) - np.array([5, 0]),
+        rng.uniform(0.1, 0.5, r2),
+    ]
+    times = np.asarray(time_of_impact(*args))
+    assert times.shape == shape
+    full = [
+        np.broadcast_to(a, (*shape, 2) if k % 3 != 2 else shape).reshape((-1, 2) if k % 3 != 2 else -1)
+        for k, a in enumerate(args)
+    ]
+    singles = [time_of_impact(*(a[k] for a in full)) for k in range(times.size)]
+    np.testing.assert_array_equal(times.ravel(), np.array(singles, dtype=float))
+
+
+GOOD: dict[str, Any] = {"p1": [0, 0], "v1": [1, 0], "r1": 1.0, "p2": [5, 0], "v2": [0, 0], "r2": 1.0}
+
+
+@each(
+    ("name", "value", "says"),
+    [
+        ("p1", [math.nan, 0], "p1 must be finite everywhere, got nan"),
+        ("v1", [0, -math.inf], "v1 must be finite everywhere, got -inf"),
+        ("r1", math.inf, "r1 must be finite everywhere, got inf"),
+        ("r1", 0.0, "r1 must be above 0 everywhere, got 0.0"),
+        ("r2", [1.0, -2.0], "r2 must be above 0 everywhere, got -2.0"),
+        ("p2", [1, 2, 3], "p2 must have x and y along its last axis, got shape (3,)"),
+        ("v2", 5.0, "v2 must have x and y along its last axis, got shape ()"),
+        ("p2", "abc", "p2 must be numbers: "),
+        ("v1", [[1, 2], [3]], "v1 must be numbers: "),
+        ("r2", None, "r2 must be finite everywhere, got nan"),
+    ],
+)
+def test_bad_input_is_refused_by_name_and_value(name: str, value: object, says: str) -> None:
+    """An argument outside the function's domain is refused by its name, with the value or shape found."""
+    with pytest.raises(InputError) as caught:
+        time_of_impact(**{**GOOD, name: value})
+    assert str(caught.value).startswith(says)
+
+
+@pytest.mark.parametrize(("name", "shape"), [("p1", (3, 2)), ("r1", (3,))])
+def test_shapes_that_do_not_broadcast_are_refused(name: str, shape: tuple[int, ...]) -> None:
+    """Three discs against four is a mistake, and the message shows the shapes."""
+    with pytest.raises(InputError, match="do not broadcast") as caught:
+        time_of_impact(**{**GOOD, "p2": np.full((4, 2), 9.0), name: np.ones(shape)})
+    assert "(4," in str(caught.value) or "(3," in str(caught.value)
+
+
+def test_numbers_at_the_end_of_the_range_raise_no_warning() -> None:
+    """The array form is as silent as the scalar one where squares overflow."""
+    time = time_of_impact([-1e200, 0], [1e200, 0], 1.0, [1e200, 0], [-1e200, 1e200], 1.0)
+    assert isinstance(time, float)

@@ -1,0 +1,113 @@
+"""What adapters of several engines share: the order of a pair, the time of counted steps, factored restitutions."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from tests.stage import disc_at, staged, sure
+
+from carom.engines.api import (
+    Capabilities,
+    Disc,
+    Scene,
+    StepClock,
+    Wall,
+    factored_frictions,
+    factored_restitutions,
+    flattened,
+    is_fast,
+    oriented_contact,
+    pair_of,
+    reach,
+    unsupported_reason,
+)
+from carom.solvers.pic import solve_pic
+
+
+@pytest.mark.parametrize(("a", "b", "pair"), [(2, 5, (2, 5)), (5, 2, (2, 5)), (3, -1, (3, -1)), (-4, 0, (0, -4))])
+def test_a_contact_is_from_the_lower_disc_to_the_other_body(a: int, b: int, pair: tuple[int, int]) -> None:
+    """In whatever order an engine names two bodies, the disc of the lower number comes first, and a wall second."""
+    assert pair_of(a, b) == pair
+    contact = oriented_contact(a, b, 0.25, (0.6, -0.8), 2.0, -0.5)
+    assert (contact.first, contact.second) == pair
+    assert contact.normal == ((0.6, -0.8) if pair[0] == a else (-0.6, 0.8))
+    # What the second receives across the normal, in the scene's directions: exchanged, it receives the opposite.
+    nx, ny = contact.normal
+    received = (-0.5 * -0.8 * -1, -0.5 * 0.6) if pair[0] == a else (0.5 * -0.8 * -1, 0.5 * 0.6)
+    rub = sure(contact.tangential_impulse_n_s)
+    assert (-ny * rub, nx * rub) == received
+
+
+def test_a_driven_disc_is_as_fast_as_its_fastest_leg() -> None:
+    """Limits on speed and on the way of a step hold of every leg, not of the velocity that a disc has without legs."""
+    legs = [{"from_s": 0.0, "velocity_m_s": (1.0, 0.0)}, {"from_s": 0.5, "velocity_m_s": (0.0, 30.0)}]
+    mallet = disc_at(0, 0, m=math.inf, driven=True, legs=legs)
+    scene = staged("mallet", mallet, disc_at(9, 0), duration_s=1.0)
+    able = Capabilities(driven_discs=True, legs=True)
+    assert unsupported_reason(scene, able, 0.1) == ""
+    assert "a disc moves at 30 m/s" in unsupported_reason(scene, replace(able, max_speed_m_s=29.0), 0.1)
+    assert "moves 3 m in a step" in unsupported_reason(scene, replace(able, max_move_m=2.0), 0.1)
+    assert is_fast(scene.discs[0], 0.02)
+    assert not is_fast(scene.discs[0], 0.01)
+
+
+def test_a_clock_counts_steps_and_does_not_add_them_up() -> None:
+    """Time is the number of steps times their length, so that a thousand steps of a tenth end at a hundred exactly."""
+    clock = StepClock(0.1)
+    for _ in range(1000):
+        clock.count(1)
+    assert clock.now_s == 100.0
+    clock.cut(0.25)
+    clock.count(2)
+    assert (clock.now_s, clock.step_began_s) == (100.5, 100.25)
+    clock.restart(3.0)
+    assert clock.now_s == 3.0
+
+
+@pytest.mark.parametrize("pair", [0.0, 0.25, 1.0])
+@pytest.mark.parametrize("wall", [0.0, 0.5, 1.0])
+def test_products_of_restitutions_are_those_asked_for(pair: float, wall: float) -> None:
+    """Disc times disc is the restitution of a pair, disc times wall that of a wall, also where one of them is zero."""
+    discs = [Disc(position_m=(0.0, 0.0), radius_m=0.5)]
+    walls = [Wall(point_m=(9.0, 0.0), normal=(-1.0, 0.0))]
+    scene = Scene(name="e", discs=discs, walls=walls, restitution=pair, wall_restitution=wall, duration_s=1.0)
+    of_disc, of_wall = factored_restitutions(scene)
+    assert of_disc * of_disc == pytest.approx(pair, rel=1e-15)
+    assert of_disc * of_wall == pytest.approx(wall, rel=1e-15)
+
+
+def test_no_disc_gets_beyond_the_reach() -> None:
+    """A light disc that a heavy one drives away stays within the reach of their scene."""
+    discs = [disc_at(0.0, 0.0, 1.0, 0.0, m=100.0), disc_at(2.0, 0.0)]
+    scene = Scene(name="driven", discs=discs, duration_s=10.0)
+    (x, y), radius = reach(scene, 0.0)
+    end = solve_pic(scene).final_position_m[1]
+    assert math.hypot(end[0] - x, end[1] - y) + 0.5 <= radius
+
+
+def test_a_spin_reaches_as_far_as_its_energy() -> None:
+    """A disc that stands and spins can be thrown by friction: the reach counts the energy of turning."""
+    spinning = Disc(position_m=(0.0, 1.0), radius_m=1.0, spin_rad_s=6.0)
+    floor = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    scene = Scene(name="top", discs=[spinning], walls=[floor], wall_friction=1.0, duration_s=10.0)
+    # m v^2 / 2 = k m (R w)^2 / 2 at most, with k = 1/2.
+    assert reach(scene, 0.0)[1] == pytest.approx(1.0 + 6.0 * math.sqrt(0.5) * 10.0, rel=1e-15)
+
+
+def test_a_push_out_of_the_plane_is_flattened() -> None:
+    """Of 10 N s along (0.48, 0.64, 0.6) a part of 8 lies in the plane, along (0.6, 0.8); of those along z none."""
+    normal, impulse = flattened((0.48, 0.64), 10.0)
+    assert normal == pytest.approx((0.6, 0.8), abs=1e-15)
+    assert impulse == pytest.approx(8.0, abs=1e-14)
+    assert flattened((0.0, 0.0), 10.0)[1] == 0.0
+
+
+def test_frictions_are_factored_as_restitutions_are() -> None:
+    """The products of the factors are the scene's coefficients, also where discs have none and walls have."""
+    for friction, wall_friction in ((0.25, 3.0), (0.0, 0.5), (0.1, 0.0), (0.0, 0.0)):
+        scene = staged("x", disc_at(0, 0, r=1), friction=friction, wall_friction=wall_friction, duration_s=1)
+        disc, wall = factored_frictions(scene)
+        assert disc * disc == pytest.approx(friction, rel=1e-15)
+        assert disc * wall == pytest.approx(wall_friction, rel=1e-15)

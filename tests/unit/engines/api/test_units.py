@@ -1,0 +1,54 @@
+"""Scenes in an engine's own units: what is seen of them, taken back, is the run in metres and seconds, to the bit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.lengths import each
+from tests.stage import disc_at, staged, sure, wall_at
+
+from carom.engines.api import AdapterError, Contact, Observation, scaled, unscaled
+from carom.solvers.pic import solve_pic
+
+SCENE = staged(
+    "thrown",
+    disc_at(0.1, 2.3, 1.7, 0.3, r=0.3, m=1.3, spin_rad_s=2.1),
+    disc_at(2.9, 2.4, -0.7, 0.1, r=0.4, m=2.7),
+    wall_at(0.0, 0.1, 0.1, 1.0),
+    restitution=0.9,
+    friction=0.2,
+    gravity_m_s2=(0.1, -3.3),
+    duration_s=1.3,
+)
+
+
+@pytest.mark.parametrize(("length", "time"), [(2.0**10, 1.0), (1.0, 2.0**-20), (2.0**-3, 2.0**5)])
+def test_units_can_not_be_seen(length: float, time: float) -> None:
+    """Impacts and the end, solved in other units and taken back, have the same bits: powers of two round nothing."""
+    true, found = solve_pic(SCENE), solve_pic(scaled(SCENE, length=length, time=time))
+    seen = Observation(found.final_position_m, found.final_velocity_m_s, (), "", found.final_spin_rad_s)
+    end = unscaled(seen, length=length, time=time)
+    assert len(true.impacts) > 2
+    assert (found.impacts["time_s"] / time).tolist() == true.impacts["time_s"].tolist()
+    assert end.position_m.tolist() == true.final_position_m.tolist()
+    assert end.velocity_m_s.tolist() == true.final_velocity_m_s.tolist()
+    assert sure(end.spin_rad_s).tolist() == sure(true.final_spin_rad_s).tolist()
+
+
+def test_contacts_come_back_in_seconds_and_newton_seconds() -> None:
+    """An impulse is a mass times a speed, and one that is not told stays so."""
+    told = Contact(0, 1, 3.0, (1.0, 0.0), 40.0, tangential_impulse_n_s=-8.0)
+    state = Observation(np.zeros((2, 2)), np.zeros((2, 2)), (told, Contact(0, -1, 3.0, (0.0, 1.0))), "hot")
+    first, second = unscaled(state, length=4.0, time=0.5).contacts
+    assert (first.time_s, first.impulse_n_s, first.tangential_impulse_n_s) == (6.0, 5.0, -1.0)
+    assert (second.impulse_n_s, second.tangential_impulse_n_s) == (None, None)
+    assert unscaled(state, time=0.5).warning == "hot"
+
+
+@each("unit", [100.0, 0.1, 0.0, -2.0, float("inf"), float("nan")])
+def test_a_unit_that_rounds_is_refused(unit: float) -> None:
+    """Pixels of a hundred a metre are no unit: they would round every coordinate."""
+    with pytest.raises(AdapterError, match="length must be a power of two"):
+        scaled(SCENE, length=unit)
+    with pytest.raises(AdapterError, match="time must be a power of two"):
+        scaled(SCENE, time=unit)

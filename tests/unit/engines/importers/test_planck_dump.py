@@ -1,0 +1,72 @@
+"""What Planck's Serializer made of a world becomes a scene; `data/planck-1.5.0.json` is its output as it came."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from carom import Disc, Wall
+from carom.errors import CaromError, InputError
+from carom.execution.scene_import import import_scene
+
+DUMP = Path(__file__).parent / "data" / "planck-1.5.0.json"
+
+
+def test_a_dump_of_planck_s_becomes_the_scene_that_it_is_of() -> None:
+    """A ball of density 2, a fixed disc, an edge and a box as they were built, and what is lost by name."""
+    found = import_scene(DUMP, duration_s=3.0)
+    scene = found.scene
+    ball = Disc(
+        position_m=(1, 2), velocity_m_s=(3, 0), radius_m=0.25, mass_kg=2 * math.pi * 0.25**2, spin_rad_s=0.5
+    )  # the density over its area; an even disc's moment of inertia is half of m r^2
+    assert set(scene.discs) == {ball, Disc(position_m=(4, 2), radius_m=0.5, mass_kg=math.inf)}
+    assert set(scene.walls) == {Wall(point_m=(10, 0), normal=(0, 1)), Wall(point_m=(8, 4), normal=(-1, 0))}
+    assert (scene.gravity_m_s2, scene.duration_s, scene.name) == ((0.0, -10.0), 3.0, "planck-1.5.0")
+    assert (scene.restitution, scene.wall_restitution) == (0.5, 0.75)  # the larger of two
+    assert (scene.friction, scene.wall_friction) == (0.25, 0.25)  # the root of the product
+    told = "\n".join(found.dropped)
+    assert "a polygon: it moves, and scenes have no movable body but discs" in told
+    assert "a revolute-joint" in told
+    assert told.count("its ends, and its skin") == 2
+    assert len(found.dropped) == 4
+
+
+def test_a_dump_in_pixels_becomes_metres() -> None:
+    """Lengths are divided by the pixels of a metre; times and masses stay."""
+    scene, small = import_scene(DUMP).scene, import_scene(DUMP, pixels_per_metre=4.0).scene
+    for disc, less in zip(scene.discs, small.discs, strict=True):
+        assert less.position_m == (disc.position_m[0] / 4, disc.position_m[1] / 4)
+        assert (less.radius_m, less.mass_kg, less.spin_rad_s) == (disc.radius_m / 4, disc.mass_kg, disc.spin_rad_s)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("{", "it is no dump of Planck's Serializer.toJson"),
+        ("[]", "it is no dump of Planck's Serializer.toJson"),
+        ('[{"gravity": {"x": 0, "y": 0}, "bodies": [{"refIndex": 7}], "joints": []}]', "a reference to 7"),
+        ('[{"gravity": {"x": 0, "y": 0}, "bodies": [], "joints": []}]', "must hold at least one disc"),
+        ("[" * 100000, "no dump|nested too deeply"),
+    ],
+)
+def test_json_of_another_kind_is_refused_in_a_sentence(tmp_path: Path, content: str, words: str) -> None:
+    """What is no dump, refers to nothing, or has no disc, is told so by the file's name."""
+    path = tmp_path / "world.json"
+    path.write_text(content)
+    with pytest.raises(CaromError, match=words) as refused:
+        import_scene(path)
+    assert "world.json" in str(refused.value)
+
+
+@pytest.mark.parametrize("part", range(1, len(json.loads(DUMP.read_text()))))
+def test_a_dump_with_a_part_that_is_none_is_refused(tmp_path: Path, part: int) -> None:
+    """Whichever entry of the list is no object, the file is refused in a sentence, or is about what is dropped."""
+    entries = json.loads(DUMP.read_text())
+    entries[part] = 7
+    path = tmp_path / "world.json"
+    path.write_text(json.dumps(entries))
+    with pytest.raises(InputError, match=r"world\.json: it is no dump"):
+        import_scene(path)

@@ -1,0 +1,297 @@
+"""An engine that is a program stands behind the seam; whatever it writes becomes an answer or a sentence."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.processes import PATIENT_S
+from tests.unit.engines.protocol.programs import crowd, manifest_of
+
+from carom.engines.api import AdapterError, CuttableWorld
+from carom.engines.protocol import process
+from carom.engines.protocol.adapter import ProgramWorld, program_adapter
+from carom.engines.protocol.messages import protocol_schema
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import observe_run
+from carom.execution.timing import time_run
+from carom.model.scene import Disc, Scene
+
+TEMPLATES = Path(__file__).resolve().parents[4] / "docs" / "templates"
+SESSION = Path(__file__).parent / "session.jsonl"
+#: What a message ends with whose mistake is in an answer.
+REQUESTS = "see docs/reference/engine-protocol.md#the-requests"
+#: Commands that build a template beside its manifest, and the program that each needs; one needs none.
+BUILDS = {
+    "javascript": ("node", []),
+    "cpp": ("g++", ["g++", "-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "engine", "engine.cpp"]),
+    "rust": ("rustc", ["rustc", "-D", "warnings", "-o", "engine", "engine.rs"]),
+}
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wait for the end of a program however slow the machine is: only then is it known how it ended."""
+    monkeypatch.setattr(process, "GRACE_S", PATIENT_S)
+
+
+def still() -> Scene:
+    """Return a scene of one disc at rest."""
+    return Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
+
+
+def world_of(folder: Path, instead: str = "") -> ProgramWorld:
+    """Return a world of the honest program, but for what it does instead."""
+    return program_adapter(manifest_of(folder, instead)).prepare(still(), {"dt_s": 0.5})
+
+
+def test_every_request_has_its_answer(tmp_path: Path) -> None:
+    """A world steps, is looked at, cut, saved and restored, and tells the seconds that the program measured."""
+    world = world_of(tmp_path)
+    assert isinstance(world, CuttableWorld)
+    assert world.settings == {"dt_s": 0.5}
+    world.advance(3)
+    world.advance(1)
+    assert world.seconds == 0.5
+    seen = world.observe()
+    assert seen.position_m.tolist() == [[0.0, 0.0]]
+    assert seen.contacts == ()
+    assert world.touching() == {(0, -1)}
+    world.cut(0.125)
+    world.restore(world.save())
+    world.close()
+
+
+@pytest.mark.parametrize(
+    ("instead", "told"),
+    [
+        ("if do == 'step': answer = {'error': {'kind': 'refused', 'message': 'too fast'}}", "refused 'step': too fast"),
+        (
+            "if do == 'prepare': sys.stderr.write('all is well\\n')\n"
+            "if do == 'step': answer = {'error': {'message': 'boom'}}",
+            "failed 'step': boom",
+        ),
+        (
+            "if do == 'step': sys.stderr.write('inertia is 0\\n'); answer = {'error': {'message': 'boom'}}",
+            "failed 'step': boom; it last printed 'inertia is 0'",
+        ),
+        ("if do == 'step': answer = {}", f"seconds is required, but missing; it wrote b'{{}}'; {REQUESTS}"),
+        ("if do == 'step': answer = {'seconds': 'soon'}", "seconds must be a valid number, got 'soon'"),
+        ("if do == 'step': answer = {'seconds': -1}", "seconds must be greater than or equal to 0, got -1"),
+        (
+            "if do == 'step': print('{\"seconds\": 1, \"seconds\": 2}', flush=True)",
+            "the line is ambiguous: one object has the key 'seconds' twice; it wrote b'{\"seconds\": 1, \"seco",
+        ),
+        (
+            'if do == \'step\': print(\'{"seconds": 1, "more": [{"a": 1, "a": 1}]}\', flush=True)',
+            "one object has the key 'a' twice",
+        ),
+        ("if do == 'step': answer = []", "the line must be an object, got []"),
+        (
+            "if do == 'step': print('debug', flush=True)",
+            f"is no JSON, and standard output is for answers alone; it wrote b'debug'; {REQUESTS}",
+        ),
+        (
+            "if do == 'step': sys.stderr.write('out of ideas\\n'); sys.exit(3)",
+            "exit code 3, it last printed 'out of ideas',",
+        ),
+        ("if do == 'step': import os, signal; os.kill(os.getpid(), signal.SIGKILL)", "signal 9"),
+        ("if do == 'step': sys.stdout.close(); sys.exit()", "closed its output"),
+        ("if do == 'step': sys.stdout.write('{\"seconds\": '); sys.exit(4)", "exit code 4"),
+    ],
+)
+def test_what_goes_wrong_is_said(instead: str, told: str, tmp_path: Path) -> None:
+    """A refusal, an answer of another shape and an end are each an AdapterError that says what was asked, and why."""
+    world = world_of(tmp_path, instead)
+    with pytest.raises(AdapterError) as caught:
+        world.advance(1)
+    assert told in str(caught.value)
+    assert "toy" in str(caught.value)
+    assert "all is well" not in str(caught.value)
+    world.close()
+
+
+@pytest.mark.parametrize(
+    ("instead", "told"),
+    [
+        ("while do == 'step': sys.stdout.write('x' * 65536)", "answered more than 1 MiB in a line"),
+        ("if do == 'step': import os, time; os.close(1); time.sleep(3600)", "closed its output"),
+    ],
+)
+def test_a_program_that_had_to_be_killed_is_told_for_what(
+    instead: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """That it was killed is no news, and not the program's doing."""
+    monkeypatch.setattr(process, "MOST_ANSWER_BYTES", 2**20)
+    monkeypatch.setattr(process, "GRACE_S", 0.02)  # neither ends by itself
+    with pytest.raises(AdapterError, match=told) as caught:
+        world_of(tmp_path, instead).advance(1)
+    assert "signal" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
+def test_a_setting_without_a_number_in_json_is_refused(value: float, tmp_path: Path) -> None:
+    """No program is sent a text for a number: infinity is refused by the setting's name, from Python too."""
+    path = manifest_of(tmp_path)
+    path.write_text(path.read_text() + "[profiles.default.settings]\nslop = 0.1\n")
+    adapter = program_adapter(path)
+    with pytest.raises(AdapterError, match=r"slop must be (finite, as JSON's numbers are|a number), got"):
+        adapter.prepare(still(), {"dt_s": 0.5, "slop": value})
+
+
+def test_a_program_that_has_ended_is_asked_nothing(tmp_path: Path) -> None:
+    """Whoever asks a program that has ended is told so."""
+    world = world_of(tmp_path, "if do == 'step': sys.exit(3)")
+    for told in ("exit code 3", "has ended"):
+        with pytest.raises(AdapterError, match=told):
+            world.advance(1)
+
+
+def test_the_next_world_gets_a_new_program(tmp_path: Path) -> None:
+    """A program that has ended is started again by the next world."""
+    adapter = program_adapter(manifest_of(tmp_path, "if do == 'step': sys.exit(1)"))
+    for _ in range(2):
+        world = adapter.prepare(still(), {"dt_s": 0.5})
+        with pytest.raises(AdapterError, match="exit code 1"):
+            world.advance(1)
+
+
+def test_another_protocol_and_a_program_that_is_not_there_are_refused(tmp_path: Path) -> None:
+    """A program that speaks another version, and one that does not start, are each a sentence."""
+    with pytest.raises(AdapterError, match="version 2 of the protocol"):
+        world_of(tmp_path, "answer['protocol'] = 2")
+    with pytest.raises(AdapterError, match="can't be started"):
+        program_adapter(manifest_of(tmp_path, command=["./none"])).prepare(still(), {"dt_s": 0.5})
+
+
+def test_a_file_that_is_not_found_from_an_empty_folder_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file beside the manifest, written without ./, is named with what to write, and with the program's own words."""
+    path = manifest_of(tmp_path, command=[sys.executable, "program.py"])
+    (tmp_path / "empty").mkdir()
+    monkeypatch.chdir(tmp_path / "empty")
+    with pytest.raises(AdapterError, match=r"open file .*program\.py next to its manifest .* \./program\.py") as caught:
+        program_adapter(path).prepare(still(), {"dt_s": 0.5})
+    assert str(tmp_path / "empty") not in str(caught.value)  # a worker's folder, another one each time
+
+
+def test_a_program_that_prints_much_is_not_waited_for(tmp_path: Path) -> None:
+    """A program may print megabytes on standard error, where nobody waits for them."""
+    world = world_of(tmp_path, "sys.stderr.write('chatter ' * 500_000)")
+    world.advance(1)
+    world.close()
+
+
+#: JSON of any shape.
+ANYTHING = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+
+
+#: Answers the request after a `restore` with the bytes that were to be restored.
+ECHO = """
+held, now = (request['state'], '') if do == 'restore' else ('', globals().get('held', ''))
+if now:
+    sys.stdout.buffer.write(bytes.fromhex(now) + b'\\n')
+    sys.stdout.flush()
+    continue
+"""
+
+
+@pytest.fixture(scope="module")
+def echoing(tmp_path_factory: pytest.TempPathFactory) -> ProgramWorld:
+    """Return a world of a program that answers what it is told to."""
+    return world_of(tmp_path_factory.mktemp("echo"), ECHO)
+
+
+@given(told=st.data())
+def test_any_answer_is_a_value_or_a_sentence(told: st.DataObject, echoing: ProgramWorld) -> None:
+    """Whatever line a program answers with, the harness gets a value of the right kind or an AdapterError."""
+    keys = st.sampled_from(["seconds", "world", "settings", "position_m", "velocity_m_s", "contacts", "pairs", "error"])
+    lines = st.dictionaries(keys, ANYTHING).map(json.dumps).map(str.encode) | st.binary(max_size=40)
+    asked: tuple[Callable[[], object], ...] = (
+        lambda: echoing.advance(1),
+        echoing.observe,
+        echoing.touching,
+        echoing.save,
+        lambda: echoing.cut(0.5),
+    )
+    for ask in asked:
+        line = told.draw(lines).replace(b"\n", b" ")
+        echoing.restore(line.hex() or "20")
+        with suppress(AdapterError):
+            ask()
+    assert echoing.observe().position_m.tolist() == [[0.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    "language", [pytest.param(one, marks=[pytest.mark.long] * (one != "javascript")) for one in BUILDS]
+)  # the others are compiled first
+def test_the_templates_are_pit(language: str, tmp_path: Path) -> None:
+    """A template, built as its manifest says, finds the impacts of PIT, which is what its toy engine does."""
+    needed, command = BUILDS[language]
+    if shutil.which(needed) is None:
+        pytest.skip(f"{needed} is not on the PATH")
+    folder = tmp_path / language
+    shutil.copytree(TEMPLATES / language, folder)
+    if command:
+        subprocess.run(command, cwd=folder, check=True)
+    adapter = program_adapter(folder / "engine.toml")
+    assert not adapter.unavailable()
+    scene = crowd(1.0)
+    found, pit = (observe_run(method, scene, "default", 1 / 60) for method in (adapter, load_adapter("pit")))
+    assert len(pit.impacts) > 3
+    for field in ("first", "second"):
+        assert found.impacts[field].tolist() == pit.impacts[field].tolist()
+    np.testing.assert_allclose(found.final_position_m, pit.final_position_m, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.final_velocity_m_s, pit.final_velocity_m_s, rtol=0, atol=1e-12)
+
+
+def test_the_templates_are_short() -> None:
+    """Each template, its toy engine within, has less than 150 lines."""
+    for path in TEMPLATES.glob("*/engine.*"):
+        assert len(path.read_text(encoding="utf-8").splitlines()) < 150, path
+
+
+def test_the_published_schema_is_that_of_the_messages() -> None:
+    """docs/reference/engine-protocol.schema.json is made of the messages."""
+    published = json.loads((TEMPLATES.parent / "reference" / "engine-protocol.schema.json").read_text(encoding="utf-8"))
+    assert published == protocol_schema()
+
+
+def test_a_world_with_a_clock_of_its_own_is_timed_by_it(tmp_path: Path) -> None:
+    """What a bench counts is what the program measured: a quarter of a second a request, whatever the pipes take."""
+    adapter = program_adapter(manifest_of(tmp_path))
+    assert time_run(adapter, still(), "tuned", 0.5, runs=1).advance_s == 0.25
+
+
+def test_a_recorded_session_is_understood(tmp_path: Path) -> None:
+    """What a program once answered to the requests of today gives the same run: version 1 stays as it is."""
+    player = (
+        "import json, sys\n"
+        f"with open({str(SESSION)!r}) as session:\n"
+        "    for request, answer in map(json.loads, session):\n"
+        "        asked = json.loads(sys.stdin.readline())\n"
+        "        if asked != request: sys.exit(f'asked {asked}, and recorded is {request}')\n"
+        "        print(json.dumps(answer), flush=True)\n"
+        "sys.stdin.readline()\n"
+    )
+    path = manifest_of(tmp_path)
+    (tmp_path / "program.py").write_text(player, encoding="utf-8")
+    text = (TEMPLATES / "javascript" / "engine.toml").read_text(encoding="utf-8")
+    path.write_text(text.replace('["node", "./engine.mjs"]', json.dumps([sys.executable, "./program.py"])))
+    trace = observe_run(program_adapter(path), crowd(0.0), "default", 1 / 8)
+    pit = observe_run(load_adapter("pit"), crowd(0.0), "default", 1 / 8)
+    assert trace.impacts["second"].tolist() == pit.impacts["second"].tolist()
+    np.testing.assert_allclose(trace.final_position_m, pit.final_position_m, rtol=0, atol=1e-13)

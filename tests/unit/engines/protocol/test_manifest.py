@@ -1,0 +1,239 @@
+"""A manifest: what it may hold, and how it makes its engine known, asked for and listed like any other."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.clocks import Clock
+from tests.command import carom_command, told
+from tests.processes import ended, noted
+from tests.unit.engines.protocol.programs import manifest_of
+
+import carom
+from carom.engines.api import ContactTimes, Stamp
+from carom.engines.protocol.manifest import load_manifest
+from carom.engines.registry import MANIFESTS, adapter_points, asked_as, engine_named, load_adapter
+from carom.errors import AdapterError
+from carom.execution.engine_run import Observe
+from carom.execution.engines import described
+from carom.execution.job import Job, Method, Status
+from carom.execution.pool import InProcess, Lane
+from carom.model.scene import Disc, Scene
+
+WHOLE = """
+name = "toy"
+engine = "Toy engine"
+version = "1.2"
+command = ["./toy", "--quiet", "../shared.js"]
+install = "make toy"
+[capabilities]
+walls = false
+restitution = [0.0, 1.0]
+contact_times = "solved"
+stamp = "instant"
+max_speed_m_s = 400.0
+[profiles.default]
+description = "As shipped."
+settings = { iterations = 4, solver = "pgs", warm = true, slop = 0.005 }
+accuracy = { late_steps = 1.0 }
+changed = { friction = "the scene's" }
+[profiles.tuned]
+description = "The best."
+located = true
+[profiles.tuned.capabilities]
+walls = true
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    """Write a manifest."""
+    path = folder / "engine.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_every_field_is_taken_over(tmp_path: Path) -> None:
+    """Capabilities, accuracy and settings arrive as what an adapter in Python declares, enumerations by their names."""
+    found = load_manifest(written(tmp_path, WHOLE))
+    assert (found.name, found.engine, found.version) == ("toy", "Toy engine", "1.2")
+    assert found.capabilities.contact_times is ContactTimes.SOLVED
+    assert found.capabilities.stamp is Stamp.INSTANT
+    assert found.capabilities.restitution == (0.0, 1.0)
+    assert not found.capabilities.walls
+    default, tuned = found.profiles["default"], found.profiles["tuned"]
+    assert default.settings == {"iterations": 4, "solver": "pgs", "warm": True, "slop": 0.005}
+    assert default.accuracy.late_steps == 1.0
+    assert default.changed == {"friction": "the scene's"}
+    assert found.profiles["tuned"].changed == {}
+    assert tuned.located
+    assert tuned.capabilities is not None
+    assert tuned.capabilities.walls
+    assert tuned.capabilities.max_speed_m_s == 400.0  # what it leaves out is the engine's
+
+
+def test_files_beside_the_manifest_are_found_from_anywhere(tmp_path: Path) -> None:
+    """A word of the command that begins with a dot and a slash is a file beside the manifest, any other is as it is."""
+    command = load_manifest(written(tmp_path, WHOLE)).command_from(tmp_path)
+    assert command == (str(tmp_path / "toy"), "--quiet", str(tmp_path.parent / "shared.js"))
+
+
+def test_a_program_that_is_not_there_is_a_reason(tmp_path: Path) -> None:
+    """What is missing is named, with the command that installs it."""
+    found = load_manifest(written(tmp_path, WHOLE))
+    assert found.missing(tmp_path) == f"there is no program {tmp_path / 'toy'}; make toy"
+    other = load_manifest(written(tmp_path, WHOLE.replace('"./toy"', '"no-such-program-of-carom"')))
+    assert other.missing(tmp_path) == "no-such-program-of-carom is not on the PATH; make toy"
+
+
+def test_an_npm_package_that_is_not_there_is_a_reason_and_one_that_is_tells_its_version(tmp_path: Path) -> None:
+    """Without its package an engine is unavailable, with the command that brings it; the package has the version."""
+    whole = WHOLE.replace('version = "1.2"', 'package = "../packages/toys/package.json"')
+    whole = whole.replace('"./toy"', f'"{Path(sys.executable).as_posix()}"').replace(
+        '"make toy"', '"npm --prefix ../p"'
+    )
+    found = load_manifest(written(tmp_path, whole))
+    assert found.missing(tmp_path) == f"toys is not installed; npm --prefix {tmp_path.parent / 'p'}"
+    assert found.version_from(tmp_path) == ""
+    package = tmp_path.parent / "packages/toys/package.json"
+    package.parent.mkdir(parents=True)
+    package.write_text('{"name": "toys", "version": "3.4.5"}')
+    assert found.missing(tmp_path) == ""
+    assert found.version_from(tmp_path) == "3.4.5"
+    package.write_text("{")
+    assert found.version_from(tmp_path) == ""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('name = "toy"', "", "name: is required"),
+        ('version = "1.2"', "version = 1.2", "version: must be a valid string, got 1.2;"),
+        ("restitution = [0.0, 1.0]", "restitution = 1", "capabilities.restitution: must be a list, got 1;"),
+        ('"instant"', '"middle"', "capabilities: stamp must be one of start, end, instant, got 'middle';"),
+        ('name = "toy"', 'name = "../toy"', "name"),
+        ('name = "toy"', 'name = "toy"\nprotocol = 2', "protocol"),
+        ('command = ["./toy", "--quiet", "../shared.js"]', "command = []", "command"),
+        ("walls = false", "wals = false", "'wals'"),
+        ('"solved"', '"sometimes"', "contact_times"),
+        ("late_steps = 1.0", 'late_steps = "one"', "late_steps"),
+        ('description = "As shipped."', "", "profiles.default.description"),
+        ("slop = 0.005", "slop = [1]", "settings.slop: must be a number, true, false or a text, got [1]"),
+        ("slop = 0.005", "slop = inf", "settings.slop: must be finite, as JSON's numbers are, got inf"),
+        ("name = ", "nam = ", "nam"),
+    ],
+)
+def test_what_is_wrong_is_named(old: str, new: str, told: str, tmp_path: Path) -> None:
+    """A manifest with a slip is refused with the file, the field or its value, and where to read on."""
+    path = written(tmp_path, WHOLE.replace(old, new, 1))
+    with pytest.raises(AdapterError) as caught:
+        load_manifest(path)
+    assert str(path) in str(caught.value)
+    assert told in str(caught.value)
+    assert "see docs/reference/engine-protocol.md#the-manifest" in str(caught.value)
+
+
+def test_a_manifest_that_is_not_there_or_no_text_is_refused(tmp_path: Path) -> None:
+    """A missing file, a folder, bytes that are no UTF-8, and a file of megabytes are each a sentence."""
+    for data in (None, b"\xff\xfe", b"[capabilities", b"#" * 2**21):
+        path = tmp_path / "other.toml"
+        if data is not None:
+            path.write_bytes(data)
+        with pytest.raises(AdapterError, match=r"other\.toml"):
+            load_manifest(path)
+    with pytest.raises(AdapterError):
+        load_manifest(tmp_path)
+
+
+@pytest.fixture(autouse=True)
+def _environment(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv(MANIFESTS, "")
+    adapter_points.cache_clear()
+    yield
+    monkeypatch.undo()
+    adapter_points.cache_clear()
+
+
+def test_a_manifest_makes_its_engine_known(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A manifest, or its folder, is its engine's name from then on, for worker processes too; a name stays as it is."""
+    path = manifest_of(tmp_path)
+    assert engine_named("pit") == "pit"
+    assert engine_named(str(path)) == "toy"
+    assert engine_named(f"{tmp_path}/") == "toy"
+    monkeypatch.chdir(tmp_path)
+    assert engine_named(".") == "toy"
+    assert os.environ[MANIFESTS] == str(path)
+    assert (asked_as("toy"), asked_as("pit")) == (str(path), "pit")
+
+
+def test_one_program_serves_whoever_loads_its_adapter(tmp_path: Path) -> None:
+    """Each run of a worker loads the adapter by its name, and none but the first starts the program."""
+    name = engine_named(str(manifest_of(tmp_path)))
+    assert load_adapter(name) is load_adapter(name)
+
+
+def test_listing_reads_the_manifest_and_starts_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The version and the profiles are the manifest's; a program that is missing is a reason, with what installs it."""
+    for name, command in (("there", [sys.executable, "-c", "raise SystemExit(1)"]), ("gone", ["./gone"])):
+        (tmp_path / name).mkdir()
+        manifest_of(tmp_path / name, name=name, command=command, version="3.2", install="make it")
+    (tmp_path / "broken.toml").write_text("name = 5")
+    known = [str(tmp_path / name) for name in ("there", "gone", "broken.toml")]
+    monkeypatch.setenv(MANIFESTS, os.pathsep.join(known))
+    infos = {info.name: info for info in described(["there", "gone", "broken"], InProcess())}
+    assert (infos["there"].version, infos["there"].unavailable) == ("3.2", "")
+    assert sorted(infos["there"].profiles) == ["default", "tuned"]
+    assert infos["gone"].unavailable == f"there is no program {tmp_path / 'gone' / 'gone'}; make it"
+    assert f"{tmp_path / 'broken.toml'}: name" in infos["broken"].unavailable
+
+
+def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A manifest that is not there, one with the name of another engine, and a relative path are each a sentence."""
+    with pytest.raises(AdapterError, match=r"none\.toml"):
+        engine_named(str(tmp_path / "none.toml"))
+    with pytest.raises(AdapterError, match="'pit', and so does"):
+        engine_named(str(manifest_of(tmp_path, name="pit")))
+    monkeypatch.setenv(MANIFESTS, "here/engine.toml")
+    adapter_points.cache_clear()
+    with pytest.raises(AdapterError, match="absolute"):
+        adapter_points()
+
+
+@pytest.mark.long
+def test_a_program_that_is_not_there_is_unavailable_to_the_command_line(tmp_path: Path) -> None:
+    """The exit code is that of an engine that is missing, and no crash; what installs it is said."""
+    path = manifest_of(tmp_path, command=["./gone"], install="make it")
+    result = carom_command("run", "paper/missed", "-e", str(path), "-p", "tuned", "--dt", "1/60")
+    assert result.exit_code == 3, result.output
+    assert "make it" in told(result)
+
+
+@pytest.mark.long
+def test_a_program_that_hangs_ends_with_its_worker(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that gives no answer in time is a row, and its program is gone with the worker that started it."""
+    pid = tmp_path / "pid"
+    hangs = f"if do == 'step': import os, time; print(os.getpid(), file=open({str(pid)!r}, 'w')); time.sleep(3600)"
+    name = engine_named(str(manifest_of(tmp_path, hangs)))
+    scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
+    # No time passes until the program hangs: a busy machine may take long to start it.
+    monkeypatch.setattr("carom.execution.process.time", Clock(1.0, starts=pid.exists))
+    with Lane(1.0) as lane:
+        answer = lane.ask(Observe(Job(scene, Method(name, "tuned"), 0.5)))
+    assert answer.status is Status.TIMED_OUT
+    assert ended(noted(pid))
+
+
+@pytest.mark.long
+def test_the_command_line_takes_a_manifest(tmp_path: Path) -> None:
+    """`carom run -e engine.toml` runs the program: here one that misses every impact. So does `carom.run`."""
+    path = manifest_of(tmp_path)
+    arguments = ["-p", "tuned", "--dt", "1/60", "--no-timing"]
+    result = carom_command("run", "paper/missed", "-e", str(path), *arguments)
+    assert "toy" in result.output
+    refused = carom_command("run", "-e", str(tmp_path / "no.toml"))
+    assert refused.exit_code == 2
+    still = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1.0)
+    assert carom.run(still, str(path), dt=0.5).method == "toy"

@@ -1,0 +1,198 @@
+"""`carom serve`: an adapter in Python, behind the protocol, gives the digits that it gives without it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from tests.distribution import lay
+from tests.lengths import long_after
+from tests.processes import ran
+from tests.unit.engines.protocol.programs import crowd
+
+from carom.engines.api import Adapter
+from carom.engines.protocol.adapter import ProgramAdapter, program_adapter
+from carom.engines.protocol.manifest import load_manifest
+from carom.engines.protocol.serve import PROFILE, Server, served_manifest
+from carom.engines.registry import adapter_points, load_adapter, why_unavailable
+from carom.execution.engine_run import capabilities_of, observe_run
+from carom.model.trace import Trace
+
+#: Discs that bounce from each other and from a floor.
+SCENE = crowd(1.0, duration_s=2.0)
+#: Those of Carom's adapters whose engine is a Python package.
+PYTHON = ("box2d", "dart", "drake", "mujoco", "newton", "ode", "pybullet", "pymunk", "rapier")
+
+
+def available(name: str) -> Adapter:
+    adapter = load_adapter(name)
+    if reason := why_unavailable(adapter):
+        pytest.skip(reason)
+    return adapter
+
+
+def served(folder: Path, name: str) -> ProgramAdapter:
+    """Return an adapter behind the protocol."""
+    path = folder / "engine.toml"
+    command = [sys.executable, "-m", "carom", "serve", name]
+    path.write_text(served_manifest(load_adapter(name), f"{name}-served", "1.0", command), encoding="utf-8")
+    return program_adapter(path)
+
+
+def physics(trace: Trace) -> Trace:
+    """Return a run without what it is called, and without counts of the engine's own, which do not travel."""
+    ours = {name: count for name, count in trace.counts.items() if name in {"steps", "pieces", "probes"}}
+    own = {name: value for name, value in trace.settings.items() if name != PROFILE}
+    return replace(trace, method="", settings=own, counts=ours)
+
+
+@pytest.mark.parametrize("name", long_after(1, ["pymunk", "mujoco"]))
+def test_a_served_adapter_gives_the_digits_of_the_adapter(name: str, tmp_path: Path) -> None:
+    """Impacts, states, settings read back and local truth are equal to the bit, also where steps are cut."""
+    adapter, behind = available(name), served(tmp_path, name)
+    for profile in (name for name in ("default", "tuned", "located") if name in adapter.profiles):
+        here, there = (observe_run(one, SCENE, profile, 1 / 60) for one in (adapter, behind))
+        assert len(here.impacts) >= 2
+        assert there.settings[PROFILE] == profile
+        assert physics(here) == physics(there)
+
+
+@pytest.mark.parametrize("name", PYTHON)
+def test_its_manifest_declares_what_the_adapter_declares(name: str, tmp_path: Path) -> None:
+    """Capabilities, of each profile too, accuracies, knobs and what is not as shipped are read back as they were."""
+    adapter, behind = load_adapter(name), served(tmp_path, name)
+    assert behind.capabilities == adapter.capabilities
+    assert dict(behind.knobs) == dict(getattr(adapter, "knobs", {}))
+    assert list(behind.profiles) == list(adapter.profiles)
+    assert (behind.engine.name, behind.engine.oldest) == (adapter.engine.name, adapter.engine.oldest)
+    for key, profile in adapter.profiles.items():
+        told = behind.profiles[key]
+        assert capabilities_of(behind, key) == capabilities_of(adapter, key)
+        assert (told.accuracy, told.located, dict(told.changed)) == (
+            profile.accuracy,
+            profile.located,
+            dict(profile.changed),
+        )
+
+
+def ask(server: Server, **request: object) -> dict[str, object]:
+    return server.answer(json.dumps(request))
+
+
+@pytest.mark.parametrize(
+    ("line", "kind", "told"),
+    [
+        ("", "refused", "the line: Invalid JSON"),
+        ("[]", "refused", "the line: "),
+        ('{"do": "dance"}', "refused", "the line: Input tag 'dance'"),
+        ('{"do": "step", "world": 1}', "refused", "step.steps: Field required"),
+        ('{"do": "observe", "world": 5}', "failed", "there is no world 5"),
+    ],
+)
+def test_an_odd_line_is_answered_with_an_error(line: str, kind: str, told: str) -> None:
+    """What is no request ends nothing: the next one is answered."""
+    server = Server(load_adapter("pit"), "1.0")
+    error = server.answer(line)["error"]
+    assert error["kind"] == kind
+    assert error["message"].startswith(told)
+    assert ask(server, do="hello") == {"protocol": 1, "version": "1.0"}
+
+
+def test_what_the_protocol_has_no_field_for_is_refused() -> None:
+    """A method that knows the velocities around a contact would lose them: it says so, and gives no other digits."""
+    server = Server(load_adapter("pit"), "1.0")
+    told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "tuned", "dt_s": 0.5})
+    assert "error" not in told
+    seen = []
+    for _ in range(4):  # the scene's duration
+        ask(server, do="step", world=told["world"], steps=1)
+        seen.append(ask(server, do="observe", world=told["world"]))
+    message = "its contacts come with velocities around them, for which the protocol has no field"
+    assert {"error": {"kind": "failed", "message": message}} in seen
+    assert all("error" in one or one["contacts"] == [] for one in seen)
+
+
+def test_a_profile_or_setting_that_the_adapter_lacks_is_refused() -> None:
+    """The message names the profile, and a world that was not made is no world."""
+    server = Server(load_adapter("pit"), "1.0")
+    told = ask(server, do="prepare", scene=SCENE.model_dump(mode="json"), settings={"profile": "best", "dt_s": 0.5})
+    assert told == {"error": {"kind": "refused", "message": "pit has no profile 'best'"}}
+
+
+TALKATIVE = """
+print("imported")
+from carom.engines.api import Capabilities, Engine, Profile
+
+class Adapter:
+    name = "talkative"
+    engine = Engine("Talkative", module="talkative", distribution="talkative", oldest="2.0")
+    capabilities = Capabilities()
+    profiles = {"default": Profile("Talks.", lambda dt_s: {"dt_s": dt_s})}
+
+    def prepare(self, scene, settings):
+        print("preparing")
+        raise RuntimeError("no")
+
+adapter = Adapter()
+"""
+
+
+def talkative(site: Path, version: str, *asked: str) -> subprocess.CompletedProcess[str]:
+    lay(site, "talkative", {"talkative": "talkative:adapter"}, version=version)
+    (site / "talkative.py").write_text(TALKATIVE)
+    requests = [{"do": "hello"}, {"do": "prepare", "scene": SCENE.model_dump(mode="json"), "settings": {"dt_s": 1}}]
+    return ran(
+        [sys.executable, "-m", "carom", "serve", "talkative", *asked],
+        input="".join(json.dumps(one) + "\n" for one in requests),
+        check=False,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(site), *sys.path])},
+    )
+
+
+def test_what_an_engine_prints_stands_not_among_the_answers(tmp_path: Path) -> None:
+    """Standard output holds an answer a line; what the engine prints, from its import on, goes to standard error."""
+    done = talkative(tmp_path, "2.5")
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    assert answers == [
+        {"protocol": 1, "version": "2.5"},
+        {"error": {"kind": "failed", "message": "RuntimeError: no"}},
+    ]
+    assert done.stderr.splitlines() == ["imported", "preparing"]
+    assert done.returncode == 0
+
+
+@pytest.mark.long
+def test_a_release_that_is_too_old_is_not_served_and_its_manifest_says_so(tmp_path: Path) -> None:
+    """The command ends with the reason; the manifest's engine is unavailable for the same reason."""
+    done = talkative(tmp_path / "site", "1.5")
+    assert done.returncode == 2
+    reason = "Talkative 1.5 is older than 2.0, the oldest release that its adapter drives"
+    assert f"talkative: {reason}" in done.stderr
+    shown = ran(
+        [sys.executable, "-m", "carom", "serve", "talkative", "--manifest", "talkative-1.5"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path / "site"), *sys.path])},
+    )
+    path = tmp_path / "engine.toml"
+    path.write_text(shown.stdout.removeprefix("imported\n"))
+    assert load_manifest(path).missing(tmp_path) == reason
+
+
+@pytest.mark.long
+def test_another_release_comes_from_its_folder(tmp_path: Path) -> None:
+    """`--path` is looked in first: the version is that of the release there."""
+    lay(tmp_path / "other", "talkative", {}, version="3.0")
+    done = talkative(tmp_path / "site", "2.5", "--path", str(tmp_path / "other"))
+    assert json.loads(done.stdout.splitlines()[0])["version"] == "3.0"
+
+
+def test_every_adapter_of_a_python_package_is_served() -> None:
+    """The list of this file is that of the entry points that are no program and no method of Carom's."""
+    ours = {name for name, point in adapter_points().items() if point.distribution == "carom"}
+    own = {"pic", "pit"}
+    programs = {name for name in ours - own if isinstance(load_adapter(name), ProgramAdapter)}
+    assert sorted(ours - own - programs) == list(PYTHON)

@@ -1,0 +1,269 @@
+"""Adapters found by entry point, without importing an engine."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.distribution import lay
+from tests.lengths import each
+from tests.processes import ran
+
+from carom.engines.api import Adapter, Engine
+from carom.engines.registry import ENTRY_POINT_GROUP, load_adapter, unavailable_reason, version_of, why_unavailable
+from carom.errors import UnknownNameError
+from carom.execution.engines import engines
+
+GOOD_ADAPTER = """
+from carom.engines.api import Capabilities, Engine, Profile
+
+class Good:
+    name = "good"
+    engine = Engine("Good engine")
+    capabilities = Capabilities()
+    profiles = {"default": Profile("As it comes.", lambda dt_s: {"dt_s": dt_s})}
+
+    def prepare(self, scene, settings):
+        raise NotImplementedError
+
+adapter = Good()
+"""
+
+
+def python(program: str, *extra_path: Path) -> str:
+    """Run a program in a fresh interpreter, with directories ahead on its path, and return what it prints."""
+    path = os.pathsep.join([*map(str, extra_path), os.environ.get("PYTHONPATH", "")]).rstrip(os.pathsep)
+    environment = {**os.environ, "PYTHONPATH": path}
+    result = ran([sys.executable, "-W", "error", "-c", program], check=False, env=environment)
+    assert result.returncode == 0, result.stderr
+    return result.stdout
+
+
+def install(directory: Path, modules: dict[str, str], entry_points: dict[str, str]) -> None:
+    """Make a distribution in a directory, with its modules."""
+    lay(directory, "thirdparty", entry_points, "3.2.1")
+    for name, source in modules.items():
+        (directory / f"{name}.py").write_text(source, encoding="utf-8")
+
+
+def listed(directory: Path) -> dict[str, dict[str, Any]]:
+    """Return what `engines()` says in an interpreter that sees the distribution in this directory."""
+    program = (
+        "import json, carom; print(json.dumps({e.name: dict(engine=e.engine, version=e.version, "
+        "unavailable=e.unavailable, available=e.available, profiles=dict(e.profiles), "
+        "distribution=e.distribution) for e in carom.engines()}))"
+    )
+    found: dict[str, dict[str, Any]] = json.loads(python(program, directory))
+    return found
+
+
+def test_every_entry_point_of_the_group_is_listed_once() -> None:
+    """The engines listed are the entry points installed, Carom's own two first, the others by name."""
+    names = [info.name for info in engines()]
+    assert set(names) == {point.name for point in metadata.entry_points(group=ENTRY_POINT_GROUP)}
+    assert names[:2] == ["pic", "pit"]
+    assert names[2:] == sorted(names[2:])
+
+
+@pytest.mark.parametrize("name", ["pic", "pit"])
+def test_caroms_own_methods_come_in_by_entry_point_and_are_available(name: str) -> None:
+    """Carom's own methods are adapters like any other, of Carom's own version, and need no installation."""
+    (info,) = (info for info in engines() if info.name == name)
+    assert info.available
+    assert info.unavailable == ""
+    assert info.version == metadata.version("carom")
+    assert {"default", "tuned"} <= set(info.profiles)
+    assert isinstance(load_adapter(name), Adapter)
+
+
+def test_an_unknown_engine_is_refused_with_the_names_that_there_are() -> None:
+    """A misspelt engine is answered with its name and all names that would do."""
+    with pytest.raises(UnknownNameError) as caught:
+        load_adapter("pimunk")
+    assert "'pimunk'" in str(caught.value)
+    for info in engines():
+        assert info.name in str(caught.value)
+
+
+HERE = sys.version_info[:2]
+ABSENT = "no_such_module_at_all"
+NO_WHEEL = f"{ABSENT} is not installed, and X has no wheel for CPython 3.0 and later (this is {HERE[0]}.{HERE[1]})"
+#: An engine, and why it is unavailable: empty where it is not.
+REASONS = {
+    "missing": (Engine("X", module=ABSENT, install="pip install x"), f"{ABSENT} is not installed; pip install x"),
+    "no wheel here": (Engine("X", module=ABSENT, no_wheel_from=(3, 0)), NO_WHEEL),
+    "no wheel later": (Engine("X", module=ABSENT, no_wheel_from=(HERE[0] + 1, 0)), f"{ABSENT} is not installed"),
+    "dotted": (Engine("X", module="no_such_package.part"), "no_such_package.part is not installed"),
+    "of no release": (Engine("X", module="json", distribution="no-such-thing", oldest="5.7"), ""),
+    "there": (Engine("X", module="json.decoder"), ""),
+    "of no module": (Engine("X"), ""),
+}
+
+
+@each("row", REASONS)
+def test_an_engine_is_unavailable_for_what_is_missing_and_for_nothing_else(row: str) -> None:
+    """The reason names the module, and what to do or why nothing can be; what is there has none."""
+    engine, reason = REASONS[row]
+    assert unavailable_reason(engine) == reason
+
+
+@pytest.mark.parametrize(
+    ("installed", "oldest", "refused"),
+    [
+        ("5.4.1", "5.7", True),
+        ("5.6.99", "5.7", True),
+        ("4", "5.7", True),
+        ("5.7", "5.7.1", True),
+        ("5.7.0", "5.7", False),
+        ("5.7", "5.7.0", False),
+        ("5.10.0", "5.7", False),
+        ("7.3.1", "5.7", False),
+        ("5.4.1", "", False),
+    ],
+)
+def test_a_release_before_the_oldest_that_an_adapter_drives_is_unavailable(
+    installed: str, oldest: str, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Releases are compared as numbers, not as text, and the reason names both and what to do."""
+    name = f"nonesuch{installed.replace('.', '')}"  # a process reads the release of a distribution once
+    lay(tmp_path, name, {}, version=installed)
+    monkeypatch.syspath_prepend(tmp_path)
+    engine = Engine("Nonesuch", module="json", distribution=name, install="pip install nonesuch", oldest=oldest)
+    reason = f"Nonesuch {installed} is older than {oldest}, the oldest release that its adapter drives"
+    assert unavailable_reason(engine) == (f"{reason}; pip install nonesuch" if refused else "")
+
+
+class Guest:
+    """An adapter, as far as the registry reads one."""
+
+    def __init__(self, engine: Engine, **own: Callable[[], str]) -> None:
+        self.engine = engine
+        self.__dict__ |= own
+
+
+def test_an_adapter_says_itself_why_it_is_unavailable_and_which_version_it_drives() -> None:
+    """Where no module tells, the adapter does; an engine that lies in its adapter alone has the adapter's version."""
+
+    def told(engine: Engine, **own: Callable[[], str]) -> tuple[str, str]:
+        guest: Any = Guest(engine, **own)
+        return why_unavailable(guest), version_of(guest, "carom")
+
+    own = metadata.version("carom")
+    assert told(Engine("In its adapter")) == ("", own)
+    assert told(Engine("Of a module", module="json")) == ("", "unknown")
+    assert told(Engine("Of a distribution", module="json", distribution="carom")) == ("", own)
+    assert told(Engine("Program"), version=lambda: "7.1", unavailable=lambda: "no node") == ("no node", "7.1")
+    assert told(Engine("Program"), version=lambda: "", unavailable=lambda: "") == ("", "unknown")
+    assert told(Engine("Both", module="no_such_module"), unavailable=lambda: "no licence")[0].startswith("no_such")
+
+
+@pytest.mark.long
+def test_listing_imports_no_engine() -> None:
+    """`carom.engines()` leaves every engine out of `sys.modules`."""
+    program = (
+        "import sys, carom; carom.engines(); "
+        "rest = ('pymunk', 'pybullet', 'mujoco', 'Box2D', 'matplotlib');"
+        "print([m for m in rest if m in sys.modules])"
+    )
+    assert python(program).strip() == "[]"
+
+
+@pytest.mark.long
+def test_a_third_party_adapter_is_found_with_the_version_of_its_own_distribution(tmp_path: Path) -> None:
+    """An installed distribution's adapter is listed, and is not given Carom's version."""
+    install(tmp_path, {"good_adapter": GOOD_ADAPTER}, {"good": "good_adapter:adapter"})
+    assert listed(tmp_path)["good"] == {
+        "engine": "Good engine",
+        "version": "3.2.1",
+        "unavailable": "",
+        "available": True,
+        "profiles": {"default": "As it comes."},
+        "distribution": "thirdparty",
+    }
+
+
+@pytest.mark.long
+def test_broken_entry_points_become_reasons_and_spoil_nothing_else(tmp_path: Path) -> None:
+    """Whatever is wrong with an adapter, it is listed as unavailable with why, and every other one stays listed."""
+    raising = GOOD_ADAPTER.replace(
+        "    capabilities = Capabilities()",
+        "    @property\n    def capabilities(self):\n        raise OSError('no licence file')",
+    )
+    install(
+        tmp_path,
+        {
+            "good_adapter": GOOD_ADAPTER,
+            "failing": "raise RuntimeError('no display')",
+            "wrong": "adapter = 42",
+            "raising": raising,
+            "lacking": GOOD_ADAPTER.replace(
+                'name = "good"', "name = property(lambda self: sys.no_such_version)"
+            ).replace("from carom", "import sys\nfrom carom"),
+            "old": GOOD_ADAPTER.replace('"Good engine"', '"Good engine", oldest="v2"'),
+            "odd_profiles": GOOD_ADAPTER.replace("profiles = {", "profiles = {'odd': 'text', "),
+        },
+        {
+            "good": "good_adapter:adapter",
+            "b-module": "no_such_module_at_all:adapter",
+            "b-attribute": "good_adapter:adaptor",
+            "b-failing": "failing:adapter",
+            "b-wrong": "wrong:adapter",
+            "b-raising": "raising:adapter",
+            "b-profiles": "odd_profiles:adapter",
+            "b-lacking": "lacking:adapter",
+            "b-old": "old:adapter",
+        },
+    )
+    found = listed(tmp_path)
+    assert found["good"]["available"]
+    assert found["pic"]["available"]
+    for name, reason in {
+        "b-module": "No module named 'no_such_module_at_all'",
+        "b-attribute": "has no attribute 'adaptor'",
+        "b-failing": "RuntimeError: no display",
+        "b-wrong": "is no adapter: it has no name, engine, capabilities, profiles, prepare",
+        "b-raising": "OSError: no licence file",
+        "b-lacking": "has no attribute 'no_such_version'",
+        "b-old": "engine.oldest must be numbers with dots between them, got 'v2'",
+        "b-profiles": "profiles['odd'] must be a Profile, got 'text' (str)",
+    }.items():
+        assert not found[name]["available"]
+        assert reason in found[name]["unavailable"]
+        assert found[name]["version"] == ""
+        assert found[name]["distribution"] == "thirdparty"
+
+
+@pytest.mark.long
+def test_spoilt_metadata_costs_its_own_line_alone(tmp_path: Path) -> None:
+    """Entry points that can't be read, or name no object, and a distribution without a name, each are a line."""
+    for name, entry_points in (
+        ("bytes", b"[carom.adapters]\nq\xff = module:adapter\n"),
+        ("words", b"[carom.adapters]\nno entry point\n"),
+        ("value", b"[carom.adapters]\nq = no module !\nr =\n"),
+        ("unnamed", b"[carom.adapters]\nu = no_such_module_at_all:adapter\n"),
+    ):
+        lay(tmp_path / name, name, {})
+        (info,) = (tmp_path / name).iterdir()
+        (info / "entry_points.txt").write_bytes(entry_points)
+        if name == "unnamed":
+            (info / "METADATA").write_bytes(b"\xff")
+    path = os.pathsep.join(str(folder) for folder in tmp_path.iterdir())
+    done = ran(
+        [sys.executable, "-m", "carom", "engines"],
+        check=False,
+        env={**os.environ, "PYTHONPATH": path, "COLUMNS": "500"},
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    lines = {line.split()[0]: line for line in done.stdout.splitlines() if line.strip()}
+    for name in ("bytes", "words"):
+        assert "the entry points of a distribution there can't be read" in lines[str(tmp_path / name)]
+    for name in ("q", "r"):
+        assert "unavailable: an entry point must name an object, as module:object, got" in lines[name]
+    assert "unavailable: the adapter 'u' can't be loaded" in lines["u"]
+    assert "unavailable" not in lines["pit"]

@@ -1,0 +1,146 @@
+"""Two clocks, of making a world and of its steps: one that is too coarse, or shows what no clock can, is told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from itertools import count
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged, sure
+from tests.unit.execution.stubs import Makes, Still
+
+from carom import Scene
+from carom.catalogue import all_scenes
+from carom.engines.api import AdapterError, Engine, Observation
+from carom.engines.registry import load_adapter
+from carom.execution.job import Method, UnsupportedError
+from carom.execution.pool import InProcess
+from carom.execution.timing import time_run
+from carom.studies.bench import timing_pass
+from carom.studies.bench.timing_pass import TimeScene
+
+DT_S = 1 / 60
+
+
+class World(Still):
+    """A world whose own clock shows what it is told to, one value after each call."""
+
+    settings: Mapping[str, Any] = {"dt_s": DT_S}
+
+    def __init__(self, scene: Scene, shown: tuple[Any, ...]) -> None:
+        self.scene, self.shown, self.calls = scene, shown, 0
+
+    @property
+    def seconds(self) -> Any:
+        return self.shown[min(self.calls, len(self.shown) - 1)]
+
+    def advance(self, steps: int) -> None:
+        del steps
+        self.calls += 1
+
+    def observe(self) -> Observation:
+        count = len(self.scene.discs)
+        return Observation(np.zeros((count, 2)), np.zeros((count, 2)))
+
+
+class Adapter(Makes):
+    name, engine = "clocked", Engine("Clocked")
+
+    def __init__(self, *shown: Any) -> None:
+        self.shown = shown
+
+    def prepare(self, scene: Scene, settings: Any) -> World:
+        del settings
+        return World(scene, self.shown)
+
+
+SCENE = all_scenes()["paper/missed"].scene
+
+
+def test_a_clock_that_shows_no_time_is_too_coarse() -> None:
+    """Steps that take 0 s by a clock of whole milliseconds have no time; where that may be, it is 0."""
+    with pytest.raises(UnsupportedError, match=r"too short to time: the clock shows 0 s for .* steps"):
+        time_run(Adapter(0.0), SCENE, "tuned", DT_S)
+    assert time_run(Adapter(0.0), SCENE, "tuned", DT_S, zero=True).advance_s == 0.0
+    assert time_run(Adapter(0.0, 0.001), SCENE, "tuned", DT_S).advance_s == 0.001
+
+
+@pytest.mark.parametrize(
+    ("begun", "shown"),
+    [
+        *((begun, 1.0) for begun in ("1", None, math.nan, -math.inf, -(10**400))),
+        *((0.0, shown) for shown in (math.inf, math.nan, -1.0, "1", None)),
+    ],
+)
+def test_a_clock_that_shows_no_number_is_refused_by_value(begun: Any, shown: Any) -> None:
+    """Infinity, NaN, a clock that runs back and what is no number are slips, before the first step and after it."""
+    with pytest.raises(AdapterError, match="seconds of a world must be a finite number that never falls, got"):
+        time_run(Adapter(begun, shown), SCENE, "tuned", DT_S)
+
+
+@pytest.mark.parametrize("shown", [(0.0,), (0.0, math.inf), (0.0, 0.0, 0.001)])
+def test_a_coarse_clock_costs_its_own_timing_alone(monkeypatch: pytest.MonkeyPatch, shown: tuple[float, ...]) -> None:
+    """In a timing pass an engine with such a clock is not timed, with the reason; PIT beside it is."""
+    found = lambda name: Adapter(*shown) if name == "clocked" else load_adapter(name)  # noqa: E731 - of one line
+    monkeypatch.setattr(timing_pass, "load_adapter", found)
+    asked = [(Method("clocked", "tuned"), DT_S), (Method("pit", "tuned"), DT_S)]
+    timing = sure(TimeScene(SCENE, tuple(asked), rounds=3).answer(InProcess()).value)
+    timed = {method.engine for (method, _), _ in timing.timings}
+    untimed = {method.engine: why for (method, _), why in timing.untimed}
+    assert "pit" in timed
+    if "clocked" in untimed:
+        assert "too short to time" in untimed["clocked"] or "seconds of a world" in untimed["clocked"]
+    else:
+        (found_timing,) = (cell for (method, _), cell in timing.timings if method.engine == "clocked")
+        assert found_timing.advance_s.median > 0.0
+
+
+class Timed(World):
+    """Shows an hour for its making, and a quarter of a second more for each step; at its end its disc drifts."""
+
+    seconds = 3600.0
+
+    def __init__(self, scene: Scene, drift_m_s: float) -> None:
+        super().__init__(scene, ())
+        self.drift_m_s = drift_m_s
+
+    def advance(self, steps: int) -> None:
+        self.seconds += 0.25 * steps
+
+    def observe(self) -> Observation:
+        return Observation(np.zeros((1, 2)), np.full((1, 2), self.drift_m_s))
+
+
+class TimedAdapter(Adapter):
+    """Each of its worlds ends by so much faster than the one before."""
+
+    def __init__(self, drift_m_s: float = 0.0) -> None:
+        self.made, self.drift_m_s = count(), drift_m_s
+
+    def prepare(self, scene: Scene, settings: Any) -> World:
+        del settings
+        return Timed(scene, self.drift_m_s * next(self.made))
+
+
+ONE = staged("one", disc_at(0, 0), duration_s=2.0)
+
+
+def test_a_world_s_own_clock_counts_from_the_first_step() -> None:
+    """What an engine's clock showed before, from making the world or from a call of none, is no part of the steps."""
+    for call in (False, True):
+        timing = time_run(TimedAdapter(), ONE, "tuned", 0.5, call=call)
+        assert (timing.advance_s, timing.runs) == (4 * 0.25, 3)
+        assert timing.prepare_s < 3600.0
+
+
+def test_ends_that_differ_in_a_bit_are_counted() -> None:
+    """A method that repeats has one end, and one whose runs differ by 1e-300 m/s as many as there were runs."""
+    assert [time_run(TimedAdapter(drift), ONE, "tuned", 0.5).ends for drift in (0.0, 1e-300)] == [1, 3]
+
+
+def test_runs_that_agree_are_enough() -> None:
+    """Once two runs in a row took as long, but for less than a part, no other is made; where none is named, all are."""
+    assert [time_run(TimedAdapter(), ONE, "tuned", 0.5, agreed=part).runs for part in (0.0, 0.1)] == [3, 2]

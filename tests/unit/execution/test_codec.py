@@ -1,0 +1,100 @@
+"""What comes over a pipe or out of a journal is of the declared type, or a validation error: never another one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from carom import solve_pit
+from carom.catalogue import all_scenes
+from carom.errors import InputError
+from carom.execution.cache_key import JobKey, job_key
+from carom.execution.engine_run import Observe
+from carom.execution.job import Answer, Job, Method, Status
+from carom.execution.journal import Entry, Journal
+from carom.execution.options import Options
+from carom.execution.worker import codec_of
+from carom.model.trace import Trace
+from carom.studies.cross_check.observed import observed_journal
+
+SCENE = all_scenes()["paper/missed"].scene
+
+#: What JSON can hold in the place of anything else.
+WRONG: tuple[Any, ...] = (
+    None, 5, -1, 0.5, True, "", "x", [], {}, [1, 2], [[], ""], [[1], None], ["ab", "cd"], [[10**400], ""],
+    [[float("inf")], ""], [[2, 2], "AAAA"], [[-1], "AAAA"], 10**400, float("inf"), {"a": {}}, [[[1]], ""],
+)  # fmt: skip
+
+
+def spoilt(value: Any) -> Iterator[Any]:
+    """Yield copies of a value of JSON with one thing in it replaced, or taken away."""
+    yield from WRONG
+    items: Any = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, held in items:
+        for other in spoilt(held):
+            copy = value.copy()
+            copy[key] = other
+            yield copy
+        if isinstance(value, dict):
+            yield {name: one for name, one in value.items() if name != key}
+
+
+def test_an_answer_of_wrong_types_is_a_validation_error() -> None:
+    """Whatever stands in the place of a field of a trace, reading it raises a validation error or gives a value."""
+    codec = codec_of(Observe)
+    sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
+    trace = json.loads(sound[1]["value"])
+    refused = 0
+    for line in (*spoilt(sound), *([0, {**sound[1], "value": json.dumps(one)}] for one in spoilt(trace))):
+        try:
+            codec.loads(json.dumps(line).encode())
+        except ValidationError:
+            refused += 1
+    assert refused > 500  # so that it is seen to be tried
+
+
+def test_an_array_that_must_be_there_is_not_null() -> None:
+    """A trace without its final places is refused where it is read, and not where somebody computes with it."""
+    codec = codec_of(Observe)
+    sound = json.loads(codec.dumps((0, Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))))
+    trace = json.loads(sound[1]["value"]) | {"final_position_m": None}
+    with pytest.raises(ValidationError, match="final_position_m"):
+        codec.loads(json.dumps([0, {**sound[1], "value": json.dumps(trace)}]).encode())
+
+
+@pytest.fixture
+def journal_lines(tmp_path: Path) -> tuple[Path, list[Any]]:
+    """A journal of one run, and what its two lines hold."""
+    path, job = tmp_path / "journal.jsonl", Job(SCENE, Method("pit", "tuned"), 1 / 60)
+    entry = Entry(job_key(job), Answer(Status.RAN, value=solve_pit(SCENE, frame_rate_hz=60)))
+    with observed_journal(path, Options().stamp) as journal:
+        journal.add([entry])
+    return path, [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def reopened(path: Path, lines: list[Any]) -> Journal[JobKey, Trace]:
+    path.write_text("".join(f"{json.dumps(line)}\n" for line in lines))
+    return observed_journal(path, Options().stamp, resume=True)
+
+
+def test_a_line_of_a_journal_of_wrong_types_is_refused_in_a_sentence(journal_lines: tuple[Path, list[Any]]) -> None:
+    """A line in the right shape with a value of another type is refused by file, line and field."""
+    path, (head, entry) = journal_lines
+    trace = json.loads(entry["answer"]["value"])
+    for field in trace:
+        value = json.dumps(trace | {field: [[1], 5]})
+        with pytest.raises(InputError, match=r"journal.jsonl, line 2: .*; remove the line"):
+            reopened(path, [head, {**entry, "answer": {**entry["answer"], "value": value}}])
+
+
+@pytest.mark.parametrize("extra", [None, "absent", 5, {}])
+def test_a_head_with_a_name_more_is_refused_by_that_name(journal_lines: tuple[Path, list[Any]], extra: Any) -> None:
+    """A head that says more than this one's is of other work, though what it says be null."""
+    path, (head, entry) = journal_lines
+    with pytest.raises(InputError, match=r"its more is .*, and this one's absent; name another folder"):
+        reopened(path, [head | {"more": extra}, entry])

@@ -1,0 +1,118 @@
+"""What a world must have to be observed, and what is said where reading it fails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged, sure, wall_at
+from tests.unit.execution.stubs import Makes, Still
+
+from carom import solve_pic
+from carom.catalogue import all_scenes
+from carom.engines.api import Setting
+from carom.engines.registry import load_adapter
+from carom.errors import AdapterError
+from carom.execution.engine_run import observe_run
+
+DT = 0.25
+
+
+class UnreadSettings(Still):
+    """Its engine lacks what the adapter reads the settings from."""
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:  # type: ignore[override] # a world may have a property
+        engine: Any = SimpleNamespace()
+        return {"speculative": engine.SPECULATIVE}
+
+
+class UnreadCounts(Still):
+    """The same of counts, which a world need not have."""
+
+    @property
+    def counts(self) -> Mapping[str, int]:
+        engine: Any = SimpleNamespace()
+        return {"solved": engine.solved}
+
+
+class Delegating(Still):
+    """A world whose counts come by its `__getattr__`."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name == "counts":
+            return {"solved": 3}
+        raise AttributeError(name)
+
+
+def observed(world: Any) -> Mapping[str, int]:
+    scene = staged("rest", disc_at(0.0, 0.0), duration_s=1.0)
+    return observe_run(Makes(world), scene, "default", DT).counts
+
+
+@pytest.mark.parametrize(("world", "lacked"), [(UnreadSettings(), "SPECULATIVE"), (UnreadCounts(), "solved")])
+def test_an_attribute_that_the_engine_lacks_is_told_as_that(world: Still, lacked: str) -> None:
+    """An AttributeError inside a property of a world comes out as it is, and the world is closed."""
+    with pytest.raises(AttributeError, match=lacked):
+        observed(world)
+    assert world.closed
+
+
+def test_a_world_that_lacks_a_part_is_refused_by_it() -> None:
+    """What a world does not have is named."""
+    with pytest.raises(AdapterError, match="a SimpleNamespace has no settings, observe"):
+        observed(SimpleNamespace(advance=print, close=print))
+
+
+def test_counts_may_be_absent_or_come_by_any_way() -> None:
+    """A world without counts is told by its steps alone, and counts that `__getattr__` answers for are read."""
+    assert "solved" not in observed(Still())
+    assert observed(Delegating())["solved"] == 3
+
+
+@pytest.mark.parametrize("name", ["contact/drop", "contact/rolling-resistance", "contact/incline-rolls"])
+@pytest.mark.parametrize("steps_per_s", [47, 60])
+def test_a_disc_in_contact_is_at_the_scene_s_end_what_it_is_there(name: str, steps_per_s: int) -> None:
+    """A last step that reaches beyond the end is taken back by what the wall leaves of gravity, not by all of it."""
+    scene = all_scenes()[name].scene
+    scene = scene.model_copy(update={"duration_s": scene.duration_s * 0.9973})
+    truth, seen = solve_pic(scene), observe_run(load_adapter("pic"), scene, "tuned", 1 / steps_per_s)
+    assert seen.end_time_s == scene.duration_s
+    assert np.abs(seen.final_velocity_m_s - truth.final_velocity_m_s).max() <= 1e-12
+    assert np.abs(seen.final_position_m - truth.final_position_m).max() <= 1e-12
+    assert (seen.final_spin_rad_s is None) == (truth.final_spin_rad_s is None)
+    if truth.final_spin_rad_s is not None and seen.final_spin_rad_s is not None:
+        assert np.abs(seen.final_spin_rad_s - truth.final_spin_rad_s).max() <= 1e-12
+
+
+def test_a_disc_that_meets_something_after_the_scene_ended_ends_in_free_flight() -> None:
+    """The last step ends at 1.2 s, and it meets the floor at 1.1: at 1 s it has fallen 5 m, or turns by exp(-1/2)."""
+    floor = wall_at(0, 0, 0, 1)
+    falls = staged("falls", disc_at(0, 6.55), floor, gravity_m_s2=(0.0, -10.0), duration_s=1.0)
+    trace = observe_run(load_adapter("pic"), falls, "tuned", 0.3)
+    assert len(trace.impacts) == 0
+    assert trace.final_position_m[0, 1] == pytest.approx(1.55, rel=1e-14)
+    assert trace.final_velocity_m_s.tolist() == [[0.0, -10.0]]
+
+    way = 2.0 * (1.0 - math.exp(-0.55))
+    turns = disc_at(0, 0.5 + way, 0, -1, spin_rad_s=3.0)
+    slows = staged("slows", turns, floor, wall_friction=0.5, damping_per_s=0.5, duration_s=1.0)
+    trace = observe_run(load_adapter("pic"), slows, "tuned", 0.3)
+    assert len(trace.impacts) == 0
+    assert trace.final_position_m[0, 1] == pytest.approx(0.5 + way - 2.0 * (1.0 - math.exp(-0.5)), rel=1e-14)
+    assert sure(trace.final_spin_rad_s)[0] == pytest.approx(3.0 * math.exp(-0.5), rel=1e-14)
+
+
+def test_what_is_kept_of_a_run_is_what_was_asked_for() -> None:
+    """Places at each step to draw, and states to see rest by only where gravity can press a disc to a wall."""
+    bodies = disc_at(0.0, 0.5, 1.0), wall_at(0.0, 0.0, 0.0, 1.0), wall_at(1.0, 0.0, -1.0, 0.0)
+    for gravity_m_s2, rests in (((0.0, 0.0), False), ((0.0, -1.0), True)):
+        scene = staged("slide", *bodies, gravity_m_s2=gravity_m_s2, duration_s=1.0)
+        trace = observe_run(load_adapter("pic"), scene, "tuned", DT, samples=True)
+        assert sure(trace.samples).time_s.tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
+        assert sure(trace.samples).position_m[:, 0, 0].tolist() == [0.0, 0.25, 0.5, 0.25, 0.0]
+        assert (trace.looks is not None) is rests

@@ -1,0 +1,186 @@
+"""An engine is not driven through free flight; nothing that can still happen is skipped for that."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from tests.lengths import each
+from tests.stage import disc_at, staged
+
+from carom import Scene, Wall, solve_pic, time_of_impact
+from carom.catalogue import find_scenes
+from carom.engines.api import Observation
+from carom.engines.registry import load_adapter
+from carom.execution.engine_run import observe_run
+from carom.execution.free_flight import FreeFlight, near_after
+
+DT = 1 / 60
+
+Array = NDArray[np.float64]
+
+
+def pair(gap: float, velocity: float, *, aside: float = 0.0, walls: tuple[Wall, ...] = ()) -> Scene:
+    return staged("pair", disc_at(0, 0), disc_at(1 + gap, aside, velocity, 0), *walls, duration_s=10.0)
+
+
+def begun_at(scene: Scene, states: Iterable[tuple[Array, Array]], dt_s: float = DT, bits: int = 64) -> int:
+    """Return after which step, from 1, free flight is found; 0 for after none."""
+    flight = FreeFlight(scene, dt_s, bits)
+    found = (flight.begins(k * dt_s, Observation(p, v)) for k, (p, v) in enumerate(states, start=1))
+    return next((k for k, begun in enumerate(found, start=1) if begun), 0)
+
+
+def straight(scene: Scene, steps: int = 5) -> list[tuple[Array, Array]]:
+    """Return the states of discs that move straight on."""
+    start = scene.arrays
+    return [(start.position_m + start.velocity_m_s * (k * DT), start.velocity_m_s) for k in range(1, steps + 1)]
+
+
+PARTING = pair(0.5, 1.0)
+APART, SPEED = np.array([(0.0, 0.0), (1.5, 0.0)]), np.array([(0.0, 0.0), (1.0, 0.0)])
+
+
+def rounded() -> Iterator[tuple[Array, Array]]:
+    """Yield states of which each place is the last one, moved on, in 32 bits."""
+    place = APART.astype(np.float32)
+    for _ in range(20):
+        place = place + (SPEED * DT).astype(np.float32)
+        yield place.astype(np.float64), SPEED
+
+
+@each(
+    ("scene", "states", "bits", "begins"),
+    [
+        pytest.param(PARTING, straight(PARTING), 64, True, id="they part"),
+        *(
+            pytest.param(scene, straight(scene), 64, False, id=why)
+            for why, scene in {
+                "they meet": pair(5.0, -1.0),
+                "they pass near": pair(5.0, -1.0, aside=1.5),
+                "one reaches a wall": pair(0.5, 1.0, walls=(Wall(point_m=(8, 0), normal=(-1, 0)),)),
+            }.items()
+        ),
+        pytest.param(PARTING, [(APART / 2, 0.0 * SPEED)] * 10, 64, False, id="they overlap, and may be pushed apart"),
+        pytest.param(
+            PARTING,
+            [(APART + k * DT * SPEED, SPEED * (1 - 1e-12) ** k) for k in range(1, 50)],
+            64,
+            False,
+            id="the engine damps",
+        ),
+        *(
+            pytest.param(
+                PARTING,
+                [(APART + k * DT * SPEED + np.array([(0.0, off * k), (0.0, 0.0)]), SPEED) for k in range(1, 50)],
+                64,
+                False,
+                id=f"a place drifts by {off} m a step",
+            )
+            for off in (1e-12, 1e-3, 0.01)
+        ),
+        pytest.param(PARTING, [*rounded()], 32, True, id="places of 32 bits, declared"),
+        pytest.param(PARTING, [*rounded()], 64, False, id="places of 32 bits, where 64 are declared"),
+    ],
+)
+def test_free_flight_is_what_moves_straight_on_and_meets_nothing(
+    scene: Scene, states: Iterable[tuple[Array, Array]], bits: int, begins: bool
+) -> None:
+    """Who drifts from step to step by more than rounding, meets, passes near or overlaps is followed to the end."""
+    assert (begun_at(scene, states, bits=bits) > 0) is begins
+
+
+@given(st.tuples(*[st.integers(-1000, 1000)] * 4), st.integers(-120, 120), st.integers(-120, 120), st.floats(1e-6, 1.0))
+def test_no_pair_touches_before_it_is_near(state: tuple[int, ...], length: int, pace: int, radius: float) -> None:
+    """In whatever unit, from whatever distance: two discs come within twice their radii before they touch."""
+    x, y, vx, vy = (0.01 * value for value in state)
+    place, speed = np.array([[x, y]]) * 10.0**length, np.array([[vx, vy]]) * 10.0**pace
+    r = radius * 10.0**length
+    touches = time_of_impact([0.0, 0.0], [0.0, 0.0], r, place[0], speed[0], r)
+    assert float(near_after(place, speed, np.array([4.0 * r]))[0]) <= float(touches)
+
+
+@pytest.mark.parametrize(
+    ("place", "speed", "near_s"),
+    [
+        ((1e12, 0.5), (-1e3, 0.0), 1e9),  # from a million million radii away, by half a radius aside
+        ((math.inf, 0.0), (1.0, 0.0), 0.0),
+        ((3.0, 0.0), (-1.7e308, 1.7e308), 0.0),
+        ((0.0, 3.0), (-1.0, 0.5**30), math.inf),
+        ((0.0, 3.0), (-1.0, 0.0), math.inf),  # as near as they come: they are, and do not approach
+    ],
+)
+def test_a_distant_hit_is_not_rounded_away(place: Any, speed: Any, near_s: float) -> None:
+    """It is still seen to come; where a distance or a speed is beyond the largest float, no time is given away."""
+    found = near_after(np.array([place]), np.array([speed]), np.array([4.0]))
+    assert found[0] == pytest.approx(near_s, rel=1e-9)
+
+
+def test_two_steps_must_leave_every_velocity_as_it_was() -> None:
+    """The first look has nothing to compare with, and two quiet steps follow; a kick at every other leaves no two."""
+    assert begun_at(PARTING, straight(PARTING, 20)) == 3
+    place, states = APART, []
+    for k in range(40):
+        kicked = SPEED * (1.0 + 1e-9 * (k // 2))
+        place = place + kicked * DT
+        states.append((place, kicked))
+    assert begun_at(PARTING, states) == 0
+
+
+@pytest.mark.parametrize(("units", "begins"), [(0, True), (4, True), (5, False), (-5, False)])
+def test_a_position_may_be_off_by_what_rounding_makes_of_it(units: int, begins: bool) -> None:
+    """Just above 4 m a step may be off by four units in the last place, each 2^-50 m, and not by five."""
+    scene, speed = pair(3.5, 1.0), np.array([(0.0, 0.0), (1.0, 0.0)])
+    dt_s = 2.0**-6  # every number below is exact
+    drift = np.array([(0.0, 0.0), (units * 2.0**-50, 0.0)])
+    states = [(np.array([(0.0, 0.0), (4.0, 0.0)]) + (speed * dt_s + drift) * k, speed) for k in range(1, 9)]
+    assert (begun_at(scene, states, dt_s) > 0) is begins
+
+
+@pytest.mark.parametrize(("steps_after_the_end", "begins"), [(1, False), (1.5, False), (2.5, True)])
+def test_what_comes_near_within_two_steps_of_the_end_is_followed(steps_after_the_end: float, begins: bool) -> None:
+    """An engine that looks two steps ahead may act on a contact that comes after the end of the scene."""
+    near_s = 10.0 + steps_after_the_end * DT
+    gap = near_s + 1.0  # at 1 m/s they are near when the centres are 2 m apart: twice the sum of the radii
+    scene = pair(gap, -1.0)
+    assert (begun_at(scene, straight(scene, 600)) > 0) is begins
+
+
+@pytest.mark.parametrize(
+    "name", ["paper/late", "paper/multiple", "classics/deflection", "classics/inelastic-oblique", "issues/nimble-143"]
+)
+def test_a_run_that_ends_early_ends_where_the_whole_run_does(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Impacts are the same; the final state and the samples are those of the whole run, to its own rounding."""
+    (entry,) = find_scenes([name])
+    scene = entry.scene
+    short = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
+    monkeypatch.setattr(FreeFlight, "begins", lambda *_: False)
+    whole = observe_run(load_adapter("pit"), scene, "tuned", DT, samples=True)
+    assert short.counts["steps_skipped"] > 0
+    assert short.counts["steps"] + short.counts["steps_skipped"] == whole.counts["steps"]
+    assert short.impacts.tobytes() == whole.impacts.tobytes()
+    # The whole run adds a step at a time, each to half an ulp.
+    np.testing.assert_allclose(short.final_position_m, whole.final_position_m, rtol=0, atol=100 * math.ulp(8.0))
+    np.testing.assert_array_equal(short.final_velocity_m_s, whole.final_velocity_m_s)
+    assert short.samples is not None
+    assert whole.samples is not None
+    np.testing.assert_array_equal(short.samples.time_s, whole.samples.time_s)
+    np.testing.assert_allclose(short.samples.position_m, whole.samples.position_m, rtol=0, atol=100 * math.ulp(8.0))
+    assert dataclasses.replace(solve_pic(scene)).outcome is short.outcome
+
+
+def test_a_run_that_is_not_watched_is_the_same_run_without_local_truth() -> None:
+    """Who asks for no comparison step by step gets none, and the same impacts and final state."""
+    adapter, scene = load_adapter("pit"), find_scenes(["paper/late"])[0].scene
+    watched, alone = (observe_run(adapter, scene, "tuned", 1 / 60, watched=one) for one in (True, False))
+    assert watched.local_truth is not None
+    assert alone.local_truth is None
+    assert np.array_equal(watched.impacts, alone.impacts)
+    assert np.array_equal(watched.final_position_m, alone.final_position_m)

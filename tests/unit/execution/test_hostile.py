@@ -1,0 +1,337 @@
+"""Whatever an adapter does to its process, Carom ends in bounded time with a truthful row, and nothing is left over."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from tests.clocks import Clock
+from tests.processes import PATIENT_S, ended, limit_only
+from tests.unit.execution.conftest import STANDING
+
+from carom import Disc, Scene, save_scene
+from carom.execution.environment import resident_bytes
+from carom.execution.folder import _clear_abandoned
+from carom.execution.job import Status
+from carom.execution.options import Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import LocalPool
+from carom.execution.results import Row
+from carom.studies.cross_check.run import execute
+
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
+
+#: What an adapter does in its first step; `here` is a folder of its own.
+ACTS = {
+    "answers-garbage": "[write(file, b'\\x00\\xff{garbage\\n') for file in others()]",
+    "answers-ahead": '[write(file, b\'[0, {"status": "ran", "reason": "", "value": null}]\\n\') for file in others()]',
+    "answers-without-end": "[write(file, b'x' * 2**28) for file in others()]",
+    "answers-empty-lines": "[write(file, b'\\n' * 2**20) for file in others()]",
+    "forks-and-aborts": "child(sleep); os.abort()",
+    "forks": "child(sleep)",
+    "forks-and-leaves": "child(lambda: (os.setsid(), child(sleep), os._exit(0)))",
+    "forgets-everything": "child(lambda: (os.setsid(), os.execve('/bin/sleep', ['sleep', '3600'], {})))",
+    "comes-back-twice": "os.fork()",
+    "forgets-and-sleeps": "child(lambda: (os.setsid(), os.execve('/bin/sleep', ['sleep', '3600'], {}))); sleep()",
+    "prints-much": "[os.write(2, b'a line that says nothing\\n' * 1000) for _ in range(4000)]; os.abort()",
+    "prints-for-ever": "thread(lambda: [os.write(2, b'noise\\n' * 1000) for _ in iter(int, 1)])",
+    "stops": "note(os.getpid()); os.kill(os.getpid(), signal.SIGSTOP)",
+    "stops-its-keeper": "os.kill(os.getppid(), signal.SIGSTOP); note(os.getpid()); sleep()",
+    "kills-its-keeper": "note(os.getpid()); os.kill(os.getppid(), signal.SIGKILL); sleep()",
+    "holds-the-lock": "note(os.getpid()); ctypes.PyDLL(None).sleep(3600)",
+    "closes-all": "note(os.getpid()); os.closerange(0, 256); sleep()",
+    "closes-its-answers": "os.closerange(3, 256)",
+    "closes-its-output": "sys.stdout.close()",
+    "has-no-output": "sys.stdout = None",
+    "takes-memory": "self.hoard = [bytearray(2**34)]",
+    "leaves": "sys.exit(0)",
+    "ends": "os._exit(0)",
+    "fails-to-fail": "raise Mute()",
+    "fails-in-surrogates": "raise ValueError('\\ud800' * 10_000)",
+    "kills-its-template": "os.kill(parent(os.getppid()), signal.SIGKILL); sleep()",
+    "tells": "tell()",
+    "leaves-a-link": "cwd = os.getcwd(); os.chdir('/'); os.rmdir(cwd); os.symlink(here, cwd)",
+    "digs-deep": "[(os.mkdir('deep'), os.chdir('deep')) for _ in range(1500)]; os.chdir('/')",
+    "litters": "os.makedirs('a/b'); open('a/b/c', 'w').write('x'); os.chmod('a/b', 0); os.chmod('a', 0)",
+}
+
+SOURCE = (
+    STANDING
+    + """
+import ctypes, json, resource, signal, threading
+from pathlib import Path
+
+here = Path(os.environ["CAROM_TEST_FOLDER"])
+
+def note(pid):
+    (here / str(pid)).touch()
+
+def sleep():
+    time.sleep(3600)
+
+def child(act):
+    pid = os.fork()
+    if not pid:
+        note(os.getpid())
+        act()
+        os._exit(0)
+
+def thread(act):
+    threading.Thread(target=act, daemon=True).start()
+
+def others():
+    return [int(name) for name in os.listdir("/proc/self/fd") if int(name) > 2]
+
+def parent(pid):
+    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+
+def tell():
+    named = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    Path(here.parent / "seen").write_text(json.dumps({
+        "files": [os.path.basename(os.readlink(f"/proc/self/fd/{k}")).partition(":")[0] for k in sorted(others())
+                  if os.path.exists(f"/proc/self/fd/{k}")],
+        "signals": [int(number) for number, how in named.items() if callable(how) or how is signal.SIG_IGN],
+        "limits": resource.getrlimit(resource.RLIMIT_DATA),
+        "path": os.environ["PYTHONPATH"].split(os.pathsep)[-1:],
+        "variables": sorted({**os.environ}),
+        "leads": os.getsid(0) == os.getpid(), "keeper leads": os.getsid(os.getppid()) == os.getppid(),
+        "engines": sorted({"pymunk", "mujoco", "pybullet", "Box2D"} & sys.modules.keys()),
+        "work": os.path.basename(os.getcwd()),
+        "threads": threading.active_count(),
+        "keeper": Path(f"/proc/{os.getppid()}/cmdline").read_text(),
+    }))
+
+def write(file, data):
+    try:
+        while data:
+            data = data[os.write(file, data):]
+    except OSError:
+        pass
+
+class Mute(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+class World(Standing):
+    def advance(self, steps):
+        exec(self.act, {**globals(), "self": self})
+        self.act = ""
+"""
+)
+
+#: Time limit of an act that never answers, from when it has begun.
+LIMIT_S = 2.0
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, install: Callable[[str, dict[str, str]], None]) -> None:
+    """Adapters that do these acts; all that they note and leave lies in folders of their own."""
+    for variable, name in (("CAROM_TEST_FOLDER", "here"), ("TMPDIR", "temp")):
+        (tmp_path / name).mkdir()
+        monkeypatch.setenv(variable, str(tmp_path / name))
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "temp"))
+    made = "".join(f"{name.replace('-', '_')} = Adapter({name!r}, {act!r})\n" for name, act in ACTS.items())
+    install(SOURCE + made, {name: name.replace("-", "_") for name in ACTS})
+
+
+@pytest.fixture
+def forking(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pools fork their workers, as in the command `carom`: no thread and no engine, whatever the runner has."""
+    for engine in ("pymunk", "mujoco", "pybullet", "Box2D"):
+        monkeypatch.delitem(sys.modules, engine, raising=False)
+    monkeypatch.setattr("carom.execution.fork_server._allowed", True)
+    monkeypatch.setattr("threading.active_count", lambda: 1)
+
+
+@pytest.fixture
+def run(
+    installed: None,  # noqa: ARG001 - its adapters are run
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> Callable[..., dict[str, Row]]:
+    """Run a scene on adapters that do these acts, and on PIT."""
+
+    def run(*names: str) -> dict[str, Row]:
+        asked = Options(("pit", *names), [0.1], ["tuned"], timing=False, samples=False)
+        if hang := [name for name in names if SAYS[name][0] is Status.TIMED_OUT]:
+            limit_only(monkeypatch, *hang)
+            # An act notes a process when it begins; until then no time passes, however slowly the worker starts.
+            clock = Clock(1.0, starts=lambda: any((tmp_path / "here").iterdir()))
+            monkeypatch.setattr("carom.execution.process.time", clock)
+        if not any("ran on" in SAYS[name][1] for name in names):
+            monkeypatch.setattr("carom.execution.process.GRACE_S", PATIENT_S)  # each process ends, however slowly
+        with LocalPool(2, LIMIT_S if hang else PATIENT_S, memory_limit_mb=1500) as pool:
+            rows = {row.job.engine: row for row in execute(plan_of([scene()], asked, pool), pool).rows}
+        assert rows["pit"].status is Status.RAN
+        return rows
+
+    return run
+
+
+def scene() -> Scene:
+    return Scene(name="one disc", discs=[Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5)], duration_s=2)
+
+
+def nothing_is_left(tmp_path: Path, noted: int | None = None) -> bool:
+    """Whether each process that was noted has ended, and each folder is gone."""
+    pids = [int(file.name) for file in (tmp_path / "here").iterdir()]
+    assert noted is None or len(pids) == noted
+    return ended(*pids) and not any((tmp_path / "temp").iterdir())
+
+
+#: What the row must say of each act; an empty reason is a run like any other.
+SAYS = {
+    "answers-garbage": (Status.FAILED, "answered nonsense: '..{garbage'"),
+    "answers-ahead": (Status.FAILED, "answered nonsense: '[0, {"),
+    "answers-without-end": (Status.FAILED, "answered nonsense: 'xxxx"),
+    "answers-empty-lines": (Status.FAILED, "answered nonsense: ''"),
+    "forks-and-aborts": (Status.CRASHED, "ended by SIGABRT"),
+    "forks": (Status.RAN, ""),
+    "forks-and-leaves": (Status.RAN, ""),
+    "forgets-everything": (Status.RAN, ""),
+    "forgets-and-sleeps": (Status.TIMED_OUT, "no answer within"),
+    "comes-back-twice": (Status.RAN, ""),
+    "prints-much": (Status.CRASHED, "it last printed: a line that says nothing"),
+    "prints-for-ever": (Status.RAN, ""),
+    "stops": (Status.TIMED_OUT, "no answer within"),
+    "stops-its-keeper": (Status.TIMED_OUT, "no answer within"),
+    "kills-its-keeper": (Status.CRASHED, "ended by SIGKILL"),
+    "holds-the-lock": (Status.TIMED_OUT, "no answer within"),
+    "closes-all": (Status.FAILED, "closed what its process answers by, and ran on"),
+    "closes-its-answers": (Status.FAILED, "closed what its process answers by, which then ended"),
+    "closes-its-output": (Status.RAN, ""),
+    "has-no-output": (Status.RAN, ""),
+    "takes-memory": (Status.FAILED, "--memory-limit"),
+    "leaves": (Status.CRASHED, "exit code 0"),
+    "ends": (Status.CRASHED, "exit code 0"),
+    "fails-to-fail": (Status.FAILED, "Mute: its message can't be made: RuntimeError"),
+    "fails-in-surrogates": (Status.FAILED, "ValueError: \\ud800"),
+    "tells": (Status.RAN, ""),
+    "leaves-a-link": (Status.RAN, ""),
+    "digs-deep": (Status.RAN, ""),
+    "litters": (Status.RAN, ""),
+}
+
+
+@LINUX
+@pytest.mark.long
+@pytest.mark.parametrize("start", ["fresh", "forked"])
+@pytest.mark.parametrize("name", SAYS)
+def test_an_act_is_a_row(
+    run: Callable[..., dict[str, Row]], name: str, start: str, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    """Each act ends in a row that says what happened; the other row stands, and no process or folder is left."""
+    if start == "forked":
+        request.getfixturevalue("forking")
+    row = run(name)[name]
+    status, words = SAYS[name]
+    assert row.status is status, row.reason
+    assert words in row.reason
+    assert len(row.reason) < 3000
+    assert nothing_is_left(tmp_path)
+
+
+@pytest.mark.long
+@LINUX
+def test_some_acts_at_once(run: Callable[..., dict[str, Row]], tmp_path: Path) -> None:
+    """A child that has left its session, garbage and a flood among the answers each cost their own row alone."""
+    names = ("forgets-everything", "answers-garbage", "prints-much", "takes-memory", "fails-to-fail")
+    before = resident_bytes("VmHWM") or 0
+    rows = run(*names)
+    for name in names:
+        status, words = SAYS[name]
+        assert (rows[name].status, words in rows[name].reason) == (status, True), rows[name].reason
+    assert (resident_bytes("VmHWM") or 0) - before < 2**26  # of the 100 MB that were printed, the end is kept
+    assert nothing_is_left(tmp_path, noted=1)
+
+
+def begun(tmp_path: Path, act: str) -> subprocess.Popen[str]:
+    """Start `carom run` on an adapter, and return when its act has begun."""
+    save_scene(scene(), tmp_path / "scene.toml")
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])}
+    command = [sys.executable, "-m", "carom", "run", str(tmp_path / "scene.toml"), "-e", act, "--dt", "0.1"]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=environment)
+    until = time.monotonic() + PATIENT_S
+    while not any((tmp_path / "here").iterdir()):
+        assert process.poll() is None
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    return process
+
+
+def seen(tmp_path: Path) -> dict[str, object]:
+    """Return what an adapter finds of its process, and clear it."""
+    found: dict[str, object] = json.loads((tmp_path / "seen").read_text())
+    (tmp_path / "seen").unlink()
+    return found
+
+
+@pytest.mark.long
+@LINUX
+def test_a_forked_worker_is_as_a_fresh_one(
+    run: Callable[..., dict[str, Row]], tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    """It has the same files, signals, limits, paths and variables, a session of its own, and no engine but its own."""
+    secret = os.open(tmp_path / "secret", os.O_CREAT | os.O_RDWR)
+    os.set_inheritable(secret, True)
+    rows = run("tells")
+    fresh = seen(tmp_path)
+    request.getfixturevalue("forking")
+    forked_rows, forked = run("tells"), seen(tmp_path)
+    os.close(secret)
+    for pair in (rows, forked_rows):
+        assert pair["tells"].status is Status.RAN, pair["tells"].reason
+    assert fresh.pop("keeper") != forked.pop("keeper")  # an interpreter of its own, or a copy of this one
+    assert forked == fresh
+
+
+@pytest.mark.long
+@LINUX
+@pytest.mark.usefixtures("installed", "forking")
+def test_without_its_template_a_worker_is_fresh(tmp_path: Path) -> None:
+    """An adapter that kills the template costs the runs that were going on; those after it start by themselves."""
+    with LocalPool(1, PATIENT_S) as pool:
+        asked = Options(("kills-its-template",), [0.1], ["tuned"], timing=False, samples=False)
+        (row,) = execute(plan_of([scene()], asked, pool), pool).rows
+        asked = Options(("tells",), [0.1], ["tuned"], timing=False, samples=False)
+        (after,) = execute(plan_of([scene()], asked, pool), pool).rows
+    assert (row.status, after.status) == (Status.CRASHED, Status.RAN), (row.reason, after.reason)
+    assert nothing_is_left(tmp_path)
+
+
+@pytest.mark.long  # in short `test_keeper.py` kills a parent, and `test_folder.py` leaves a folder for the next start
+@LINUX
+@pytest.mark.usefixtures("installed")
+@pytest.mark.parametrize("act", ["holds-the-lock", "stops", "stops-its-keeper", "forgets-and-sleeps"])
+def test_a_killed_parent_takes_all_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str, run: Callable[..., dict[str, Row]]
+) -> None:
+    """A worker that hears nothing, and what it started, ends with its parent; the next start clears its folder."""
+    with begun(tmp_path, act) as process:
+        process.kill()
+    assert any((tmp_path / "temp").iterdir())
+    monkeypatch.setattr("carom.execution.folder._clear_abandoned", _clear_abandoned.__wrapped__)  # as in a new process
+    run()
+    assert nothing_is_left(tmp_path, noted=1)
+
+
+@pytest.mark.long
+@LINUX
+@pytest.mark.usefixtures("installed", "heard_interrupts")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
+def test_a_signal_ends_a_command_in_good_order(tmp_path: Path, number: signal.Signals) -> None:
+    """The exit code is 128 and the signal's number, a sentence names it, and no process or folder is left."""
+    with begun(tmp_path, "stops") as process:
+        process.send_signal(number)
+        process.send_signal(number)
+        _, said = process.communicate(timeout=PATIENT_S)
+    assert process.returncode == 128 + number
+    assert said == f"carom: ended by {number.name}; no report was written\n"
+    assert nothing_is_left(tmp_path, noted=1)

@@ -1,0 +1,160 @@
+"""Phases: one scene at many parts of a step, against the closed form of what PIT misses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from tests.lengths import long_after
+from tests.stage import cross_checked, disc_at, staged, sure, wall_at
+
+import carom
+from carom import Scene, solve_pic
+from carom.catalogue import catalogue
+from carom.comparator.shift import begun_earlier, even_phases, shifted_references
+from carom.errors import InputError
+from carom.execution.phases import phase_values, pit_miss_probability
+from carom.model.walls import Leg
+
+
+def test_phases_are_spread_evenly_and_are_the_same_for_the_same_seed() -> None:
+    """A hundred phases leave no gap twice as wide as an even spread would; seeds differ, and repeat themselves."""
+    phases = sorted(phase_values(100, seed=3))
+    gaps = np.diff([*phases, phases[0] + 1.0])
+    assert gaps.max() < 2.0 / 100
+    assert phase_values(100, seed=3) == phase_values(100, seed=3) != phase_values(100, seed=4)
+
+
+def test_a_shifted_scene_is_the_same_scene_begun_later() -> None:
+    """Each impact comes just as much earlier as the start was moved ahead, and is the same impact."""
+    reference = solve_pic(catalogue()["paper/wrong-direction"].scene)
+    dt = 1 / 24
+    phases = phase_values(7)
+    for phase, one in zip(phases, shifted_references(reference, dt, phases), strict=True):
+        shift = reference.impacts["time_s"] - one.impacts["time_s"]
+        # Positions of order 1 to half an ulp, over speeds of order 1, and through one more impact.
+        np.testing.assert_allclose(shift, phase * dt, rtol=0, atol=1e-13)
+        assert one.scene.duration_s == pytest.approx(reference.scene.duration_s - phase * dt, abs=1e-15)
+
+
+def test_a_start_too_near_the_first_impact_is_taken_back_instead() -> None:
+    """Where the way ahead is shorter than a step, the start is moved back by the rest of it."""
+    scene = staged("near", disc_at(0, 0, 1, 0), disc_at(1.25, 0), duration_s=2.0)
+    (one,) = shifted_references(solve_pic(scene), 0.5, [0.75])
+    assert one.impacts["time_s"].tolist() == [0.25 + 0.125]
+
+
+def test_a_scene_begun_earlier_has_the_same_impacts_later() -> None:
+    """Begun a part of a step earlier, a scene has the same impacts so much later, and ends in the same state."""
+    scene = staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
+    now, earlier = solve_pic(scene), solve_pic(begun_earlier(scene, 0.01))
+    assert earlier.impacts["time_s"] - now.impacts["time_s"] == pytest.approx([0.01], abs=1e-14)
+    assert earlier.impacts["normal"] == pytest.approx(now.impacts["normal"], abs=1e-14)
+    assert earlier.final_position_m == pytest.approx(now.final_position_m, abs=1e-13)
+
+
+def test_a_scene_that_can_not_begin_earlier_begins_later() -> None:
+    """Discs that touch and part can't have come from before; the scene then begins later, before anything happens."""
+    parting = staged("parting", disc_at(0, 0, -1, 0), disc_at(1, 0, 1, 0), disc_at(5, 0, -1, 0), duration_s=3.0)
+    shifted = begun_earlier(parting, 0.1)
+    assert shifted.duration_s == pytest.approx(2.9)
+    assert shifted.discs[0].position_m[0] == pytest.approx(-0.1)
+    with pytest.raises(InputError, match="can't begin 2 s earlier or later"):
+        begun_earlier(parting, 2.0)
+
+
+def test_even_phases_are_spread_over_a_step() -> None:
+    """Phases begin at 0 and are evenly spread over a step, its end left out; none is no number of phases."""
+    assert even_phases(4) == (0.0, 0.25, 0.5, 0.75)
+    with pytest.raises(InputError, match="phases must be 1 or more, got 0"):
+        even_phases(0)
+
+
+def dropped() -> Scene:
+    """A disc thrown along a floor from half a metre above it, 4 m/s^2 downwards; one that can't move stands aside."""
+    return staged(
+        "dropped",
+        disc_at(0.0, 1.0, 2.0, 0.0),
+        disc_at(-8.0, 1.0, m=math.inf),
+        wall_at(0.0, 0.0, 0.0, 1.0),
+        gravity_m_s2=(0.0, -4.0),
+        duration_s=1.0,
+    )
+
+
+@pytest.mark.parametrize(("phase", "ahead_s"), [(0.5, 0.125), (0.75, 0.1875)])
+def test_a_falling_scene_is_shifted_along_its_parabola(phase: float, ahead_s: float) -> None:
+    """Under gravity a start moved ahead is a point of the parabola: ``h = 1/2 - g t^2/2``, ``v = -g t``, by hand."""
+    (one,) = shifted_references(solve_pic(dropped()), 0.25, [phase])
+    thrown, fixed = one.scene.discs
+    assert thrown.position_m == (2.0 * ahead_s, 1.0 - 2.0 * ahead_s**2)
+    assert thrown.velocity_m_s == (2.0, -4.0 * ahead_s)
+    assert fixed == dropped().discs[1]
+    # The floor is reached after sqrt(2 h / g) = 1/2 s.
+    assert one.impacts["time_s"][0] == pytest.approx(0.5 - ahead_s, abs=1e-15)
+
+
+def test_a_falling_scene_is_begun_earlier_on_its_parabola() -> None:
+    """Begun 1/8 s earlier, the disc is on its way up to where it stood, and reaches the floor 1/8 s later."""
+    earlier = begun_earlier(dropped(), 0.125)
+    assert earlier.discs[0].position_m == (-0.25, 1.0 - 2.0 * 0.125**2)
+    assert earlier.discs[0].velocity_m_s == (2.0, 0.5)
+    assert earlier.duration_s == 1.125
+    assert solve_pic(earlier).impacts["time_s"][0] == pytest.approx(0.625, abs=1e-15)
+
+
+def missing(offset: float, advance: float) -> Scene:
+    """Two discs of contact distance 1 at 10 frames a second, the relative advance a frame in contact distances."""
+    return staged(
+        "passing",
+        disc_at(-4.0 * advance, 0.0, 10 * advance, 0.0),
+        disc_at(0.0, offset),
+        duration_s=1.0,
+        frame_rate_hz=10.0,
+    )
+
+
+@pytest.mark.parametrize(
+    ("offset", "advance", "phases"), long_after(1, [(0.8, 0.9, 24), (0.8, 0.9, 60), (0.0, 2.0, 60)])
+)
+def test_pit_misses_the_share_of_phases_that_the_closed_form_says(offset: float, advance: float, phases: int) -> None:
+    """Over many phases PIT's misses are the closed form's, to the discrepancy of the sequence.
+
+    Points at multiples of the golden ratio have a discrepancy below (2 + log N)/N.
+    """
+    scene = missing(offset, advance)
+    results = cross_checked([scene], ["pit"], dts=[0.1], profiles=["tuned"], phases=phases)
+    spread = sure(results.rows[0].spread)
+    assert spread.phases == phases
+    expected = max(0.0, 1.0 - math.sqrt(1 - offset**2) / advance)
+    assert spread.pit_miss_probability == pytest.approx(expected, abs=1e-12)
+    assert abs(spread.miss_probability - expected) <= (2 + math.log(phases)) / phases
+
+
+def test_the_closed_form_speaks_of_two_discs_that_meet_only() -> None:
+    """Where nothing is to be missed, or more than two bodies are about, there is no closed form."""
+    for name in ("classics/miss", "classics/touching-apart", "classics/sorting", "classics/galperin-100"):
+        assert math.isnan(pit_miss_probability(catalogue()[name].scene, 1 / 60)), name
+
+
+def test_the_closed_form_is_of_straight_paths_within_the_run() -> None:
+    """What falls onto a fixed disc takes no straight path to it, and who meets after the run is missed by nobody."""
+    small, post = disc_at(-1.0, 0.0, 10.0, 0.0, r=0.1), disc_at(0.0, 0.1, r=0.1)
+    fixed = post.model_copy(update={"mass_kg": math.inf})
+    down = (0.0, -9.81)
+    both, one = (staged("fall", small, other, duration_s=1.0, gravity_m_s2=down) for other in (post, fixed))
+    straight, later = (staged("straight", small, post, duration_s=duration_s) for duration_s in (1.0, 0.05))
+    assert pit_miss_probability(straight, 1 / 5) == pit_miss_probability(both, 1 / 5) > 0.5
+    assert math.isnan(pit_miss_probability(one, 1 / 5))
+    assert math.isnan(pit_miss_probability(later, 1 / 5))
+    legs = (Leg(from_s=0.0, velocity_m_s=(0.0, 0.0)), Leg(from_s=0.05, velocity_m_s=(1.0, 0.0)))
+    turning = fixed.model_copy(update={"driven": True, "legs": legs})
+    assert math.isnan(pit_miss_probability(staged("legs", small, turning, duration_s=1.0), 1 / 5))
+
+
+@pytest.mark.parametrize("phases", [-1, True, 2.5])
+def test_a_number_of_phases_that_is_none_is_refused(phases: int) -> None:
+    """A negative, fractional or logical number of phases is refused by name."""
+    with pytest.raises(InputError, match="phases must be a whole number"):
+        carom.cross_check([missing(0.0, 0.5)], ["pit"], phases=phases)

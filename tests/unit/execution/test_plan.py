@@ -1,0 +1,238 @@
+"""Which jobs a cross-check has, and what a sweep makes of them, by itself and on a cluster, with TLS or without."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+import signal
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.stage import disc_at, staged
+
+from carom import Disc, Scene
+from carom.execution import scheduler
+from carom.execution.cache_key import job_key
+from carom.execution.cluster import ClusterError, ClusterPool
+from carom.execution.job import Answer, Job, Method, Status
+from carom.execution.journal import canonical
+from carom.execution.options import Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import InProcess, LocalPool, Pool
+from carom.execution.scheduler import batches
+from carom.execution.scoring import Measures, ScoreJob, score_journal, steps_of, sweep
+
+SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3.0)
+
+
+def refinements(profile: str, dts: tuple[float, ...] | None = None) -> list[int]:
+    """Return at which steps, numbered from the coarsest, a profile of pymunk's runs."""
+    with InProcess() as pool:
+        plan = plan_of([SCENE], Options(engines=("pymunk",), profiles=("tuned", "located"), dts=dts), pool)
+    return [job.refinement for job in plan.jobs if job.method.profile == profile]
+
+
+def test_a_located_profile_runs_at_the_coarsest_step_alone() -> None:
+    """Its steps are cut where impacts are, so finer ones tell nothing more; the other profiles run at each of three."""
+    assert refinements("tuned") == [0, 1, 2]
+    assert refinements("located") == [0]
+
+
+def test_a_located_profile_runs_at_each_step_that_is_asked_for() -> None:
+    """Who names the steps gets them."""
+    assert refinements("tuned", (0.1, 0.05)) == refinements("located", (0.1, 0.05)) == [0, 1]
+
+
+@pytest.fixture
+def scene() -> Scene:
+    """Two discs that meet obliquely, after a second or so."""
+    return staged("oblique", disc_at(0, 0, 1, 0), disc_at(3, 0.3, -1, 0), duration_s=2.0)
+
+
+def jobs_of(scene: Scene, engines: tuple[str, ...], count: int) -> list[Job]:
+    return [
+        Job(scene, Method(engine, "tuned"), 1 / (20 + k // 2), 0, (k % 2) / 2)
+        for engine in engines
+        for k in range(count)
+    ]
+
+
+def test_a_message_holds_jobs_of_one_engine_and_not_too_many(scene: Scene) -> None:
+    """Every job is in one message; a message is of one engine, and no longer than a worker's fair share."""
+    jobs = jobs_of(scene, ("pit", "pic"), 150)
+    found = batches((k, ScoreJob(job), steps_of(job)) for k, job in enumerate(jobs))
+    assert sorted(k for _, message in found for k, _ in message) == list(range(len(jobs)))
+    assert all({task.engine for _, task in message} == {engine} for engine, message in found)
+    assert max(len(message) for _, message in found) == scheduler.BATCH_QUESTIONS
+
+
+@pytest.mark.long
+@pytest.mark.usefixtures("hostile")
+def test_an_abort_costs_one_cell_and_has_a_name(scene: Scene) -> None:
+    """Where an engine aborts or exits in the middle of a message, each such job says so, and every other is run."""
+    jobs = jobs_of(scene, ("aborts", "exits", "raises", "missing", "pit"), 2)
+    with LocalPool(2) as pool:
+        found = sweep(jobs, pool)
+    by_engine: dict[str, list[Answer[Measures]]] = {}
+    for job in jobs:
+        by_engine.setdefault(job.engine, []).append(found[job_key(job)])
+    assert {engine: {result.status for result in results} for engine, results in by_engine.items()} == {
+        "aborts": {Status.CRASHED},
+        "exits": {Status.CRASHED},
+        "raises": {Status.FAILED},
+        "missing": {Status.UNAVAILABLE},
+        "pit": {Status.RAN},
+    }
+    assert all("SIGABRT" in result.reason for result in by_engine["aborts"])
+    assert all("exit code 7" in result.reason for result in by_engine["exits"])
+
+
+def test_what_is_in_the_journal_is_not_run_again(scene: Scene, tmp_path: Path) -> None:
+    """A sweep that goes on runs what is missing alone, and ends with the content of one that never stopped."""
+    jobs = jobs_of(scene, ("pit", "pic"), 5)
+    with InProcess() as pool:
+        with score_journal(tmp_path / "whole.jsonl") as journal:
+            sweep(jobs, pool, journal)
+        with score_journal(tmp_path / "parts.jsonl") as journal:
+            sweep(jobs[::3], pool, journal)
+        first = (tmp_path / "parts.jsonl").read_bytes()
+        calls: list[tuple[int, int]] = []
+        with score_journal(tmp_path / "parts.jsonl", resume=True) as journal:
+            sweep(jobs, pool, journal, lambda done, total, _: calls.append((done, total)))
+    assert (tmp_path / "parts.jsonl").read_bytes().startswith(first)
+    assert len((tmp_path / "parts.jsonl").read_bytes().splitlines()) == len(jobs) + 1
+    assert canonical(tmp_path / "parts.jsonl") == canonical(tmp_path / "whole.jsonl")
+    assert calls[0] == (1, len(jobs))
+    assert calls[-1] == (len(jobs), len(jobs))
+
+
+def test_the_key_is_of_the_content(scene: Scene) -> None:
+    """Step, phase, profile, engine and any number of the scene make another job; its description does not."""
+    job = Job(scene, Method("pit", "tuned"), 0.1)
+    others = [
+        Job(scene, Method("pit", "tuned"), 0.1, 0, 0.5),
+        Job(scene, Method("pit", "tuned"), 0.1000000001),
+        Job(scene, Method("pit", "default"), 0.1),
+        Job(scene, Method("pic", "tuned"), 0.1),
+        Job(scene.model_copy(update={"duration_s": 2.0000000000000004}), Method("pit", "tuned"), 0.1),
+        Job(scene.model_copy(update={"name": "other"}), Method("pit", "tuned"), 0.1),
+    ]
+    assert len({job_key(other) for other in [job, *others]}) == 7
+    described = Job(scene.model_copy(update={"description": "words"}), Method("pit", "tuned"), 0.1, refinement=3)
+    assert job_key(described) == job_key(job)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
+@pytest.mark.filterwarnings("ignore")  # a worker that is killed leaves sockets behind that Python warns of
+@pytest.mark.usefixtures("hostile")
+def test_a_cluster_gives_the_same_journal_though_a_worker_is_killed(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """On a real Dask cluster, one of whose workers is killed in the middle, a sweep gives the same journal to the bit.
+
+    An engine that aborts is there, too: it costs its own jobs and no worker of the cluster.
+    """
+    from distributed import LocalCluster
+
+    from carom.execution.cluster import ClusterPool
+
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    jobs = [*jobs_of(scene, ("pit", "pic"), 32), *jobs_of(scene, ("aborts",), 2)]
+    monkeypatch.setattr(scheduler, "BATCH_QUESTIONS", 8)
+    with LocalPool(2) as here, score_journal(tmp_path / "here.jsonl") as journal:
+        sweep(jobs, here, journal)
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:  # type: ignore[no-untyped-call] # distributed has no types
+        before = {worker.process.pid for worker in cluster.workers.values()}
+        killed: list[int] = []
+
+        def progress(done: int, _total: int, _what: str) -> None:
+            if done and not killed:
+                killed.append(min(before))
+                os.kill(killed[0], signal.SIGKILL)
+
+        with ClusterPool(cluster.scheduler_address) as pool, score_journal(tmp_path / "there.jsonl") as journal:
+            sweep(jobs, pool, journal, progress)
+    assert killed
+    assert len(canonical(tmp_path / "here.jsonl")) == len(jobs) + 1
+    assert canonical(tmp_path / "there.jsonl") == canonical(tmp_path / "here.jsonl")
+
+
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="distributed, extra cluster, is missing")
+@pytest.mark.filterwarnings("ignore")  # the client that gives up leaves sockets behind, too
+def test_a_scheduler_that_is_not_there_is_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where no scheduler answers, one error says so with the address."""
+    from carom.execution import cluster
+
+    monkeypatch.setattr(cluster, "CONNECT_S", 0.1)
+    with pytest.raises(cluster.ClusterError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
+        cluster.ClusterPool("tcp://127.0.0.1:9")
+
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(shutil.which("openssl") is None, reason="the certificates are made by the command openssl"),
+]
+
+
+@pytest.fixture(scope="module")
+def certificate(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """A certificate that vouches for itself, and its key, as Dask's configuration has them."""
+    folder = tmp_path_factory.mktemp("tls")
+    cert, key = str(folder / "cert.pem"), str(folder / "key.pem")
+    command = ["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "2", "-subj", "/CN=127.0.0.1"]
+    subprocess.run([*command, "-keyout", key, "-out", cert], check=True, capture_output=True)
+    roles = {f"distributed.comm.tls.{role}": {"cert": cert, "key": key} for role in ("client", "scheduler", "worker")}
+    return {"distributed.comm.tls.ca-file": cert, **roles}  # type: ignore[dict-item] # Dask's are nested
+
+
+@pytest.fixture(scope="module")
+def address(certificate: dict[str, str]) -> Iterator[str]:
+    """Where the scheduler of a cluster with one worker listens, on this machine."""
+    dask: Any = importlib.import_module("dask")
+    distributed: Any = importlib.import_module("distributed")
+    with (
+        dask.config.set(certificate),
+        distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            protocol="tls://",
+            security=distributed.Security(require_encryption=True),
+            dashboard_address=None,
+            silence_logs=50,
+        ) as cluster,
+    ):
+        yield cluster.scheduler_address
+
+
+def swept(pool: Pool, path: Path) -> list[bytes]:
+    discs = [Disc(position_m=(3.0 * k, 0.1 * k), velocity_m_s=(1.0 - k, 0.0), radius_m=0.5) for k in range(3)]
+    scene = Scene(name="three", discs=discs, duration_s=3.0)
+    with score_journal(path) as journal:
+        sweep([Job(scene, Method("pit", "tuned"), 0.1 / k) for k in (1, 2, 3)], pool, journal)
+    return canonical(path)
+
+
+def test_a_cluster_with_tls_gives_the_same_journal(address: str, certificate: dict[str, str], tmp_path: Path) -> None:
+    """Over TLS, with the certificates of Dask's configuration, a sweep yields what it yields in this process."""
+    dask: Any = importlib.import_module("dask")
+    assert address.startswith("tls://")
+    with dask.config.set(certificate), ClusterPool(address) as pool:
+        assert swept(pool, tmp_path / "tls.jsonl") == swept(InProcess(), tmp_path / "here.jsonl")
+
+
+@pytest.mark.usefixtures("certificate")
+@pytest.mark.parametrize("protocol", ["tls", "tcp"])
+def test_without_a_certificate_nobody_gets_in(address: str, protocol: str) -> None:
+    """Without certificates, and without TLS, a sentence says that the scheduler does not answer."""
+    dask: Any = importlib.import_module("dask")
+    none = {f"distributed.comm.tls.{role}": {"cert": None, "key": None} for role in ("client", "scheduler", "worker")}
+    with (
+        dask.config.set({"distributed.comm.tls.ca-file": None, **none}),
+        pytest.raises(ClusterError, match="no Dask scheduler answers at"),
+    ):
+        ClusterPool(address.replace("tls://", f"{protocol}://"))

@@ -1,0 +1,132 @@
+"""Wherever jobs are carried out, the same comes of them."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from tests.processes import PATIENT_S, limit_only
+
+from carom import Disc, Scene, Wall
+from carom.execution.job import Status
+from carom.execution.options import Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import InProcess, LocalPool, Pool
+from carom.execution.results import Results
+from carom.studies.cross_check.run import execute
+
+#: Engines that a process survives, and such as end it or never answer.
+SOUND = ("pic", "pit", "raises", "goes-nan", "warns", "only-discs", "missing", "broken", "bad-profile")
+DEADLY = ("aborts", "exits", "hangs")
+#: Time limit of an engine that never answers.
+LIMIT_S = 20.0
+
+
+@contextmanager
+def dask() -> Iterator[Pool]:
+    from distributed import LocalCluster
+
+    from carom.execution.cluster import ClusterPool
+
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None) as cluster,  # type: ignore[no-untyped-call] # distributed has no types
+        ClusterPool(cluster.scheduler_address, LIMIT_S) as pool,
+    ):
+        yield pool
+
+
+CameOf = dict[str, tuple[object, ...]]
+
+POOLS: dict[str, Callable[[], AbstractContextManager[Pool]]] = {
+    "in process": InProcess,
+    "one process": lambda: LocalPool(1, LIMIT_S),
+    "three processes": lambda: LocalPool(3, LIMIT_S),
+    "dask": dask,
+}
+
+
+def came_of(results: Results) -> CameOf:
+    """Return what came of each job: its status, why, its trace to the bit, and its score."""
+    found: CameOf = {}
+    for row in results.rows:
+        trace = {} if row.trace is None else vars(row.trace)
+        bits = {
+            name: value.tobytes() if isinstance(value, np.ndarray) else repr(value) for name, value in trace.items()
+        }
+        found[row.job.engine] = (row.status, row.reason, bits, repr(row.score))
+    return found
+
+
+@pytest.fixture
+def expected(hostile: None) -> CameOf:  # noqa: ARG001 - its adapters are listed
+    return came_of(execute(plan_of([scene()], options(SOUND), InProcess()), InProcess()))
+
+
+def scene() -> Scene:
+    discs = [
+        Disc(position_m=(0, 0), velocity_m_s=(1, 0), radius_m=0.5),
+        Disc(position_m=(3, 0.3), velocity_m_s=(-1, 0), radius_m=0.5),
+    ]
+    return Scene(name="oblique", discs=discs, walls=[Wall(point_m=(-9, 0), normal=(1, 0))], duration_s=2)
+
+
+def options(engines: tuple[str, ...]) -> Options:
+    return Options(engines, [0.1], ["tuned"], timing=False, samples=False)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("where", [name for name in POOLS if name != "in process"])
+@pytest.mark.filterwarnings("ignore")  # a Dask client leaves sockets behind that Python warns of
+def test_a_pool_alters_nothing(where: str, expected: CameOf, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A crash, a hang and a failure each are a row that explains itself; every other row is that of running in process.
+
+    In process, nobody keeps what an engine prints.
+    """
+    limit_only(monkeypatch, "hangs")
+    if where == "dask" and importlib.util.find_spec("distributed") is None:
+        pytest.skip("distributed, extra cluster, is missing")
+    with POOLS[where]() as pool:
+        found = came_of(execute(plan_of([scene()], options((*SOUND, *DEADLY)), pool), pool))
+    for engine, status, words in (
+        ("aborts", Status.CRASHED, "ended by SIGABRT; it last printed: assertion failed in solver.c:42"),
+        ("exits", Status.CRASHED, "exit code 7"),
+        ("raises", Status.FAILED, "; it last printed: chatter on standard error"),
+        ("hangs", Status.TIMED_OUT, f"no answer within {LIMIT_S:g} s"),
+    ):
+        ended, reason, *_ = found.pop(engine)
+        assert ended is status
+        assert words in str(reason)
+    assert found == {name: one for name, one in expected.items() if name != "raises"}
+
+
+@pytest.mark.parametrize("first", [1, 2])
+def test_a_signal_that_comes_while_a_pool_is_started_is_heard(first: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What interrupts the start of a thread leaves the pool as it came, with nothing of the pool at work."""
+    started: list[threading.Thread] = []
+
+    def start(thread: threading.Thread) -> None:
+        started.append(thread)
+        if len(started) == first:
+            raise KeyboardInterrupt
+        begin(thread)
+
+    begin = threading.Thread.start
+    monkeypatch.setattr(threading.Thread, "start", start)
+    with pytest.raises(KeyboardInterrupt), LocalPool(2, LIMIT_S) as pool:
+        list(pool.each([("pit", 1), ("pic", 2)], lambda item, _: [item]))
+    assert not any(thread.is_alive() for thread in started)
+
+
+def test_a_machine_that_sleeps_ends_no_engine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An hour that passes between two looks at a clock is none that an engine has worked: its answer is waited for."""
+    hours = itertools.count()
+    monkeypatch.setattr("carom.execution.process.time", SimpleNamespace(monotonic=lambda: 3600.0 * next(hours)))
+    with LocalPool(1, PATIENT_S) as pool:
+        (row,) = execute(plan_of([scene()], options(("pit",)), pool), pool).rows
+    assert row.status is Status.RAN

@@ -1,0 +1,208 @@
+"""A row whose run, scoring, record or page fails is a failure of that row, with where it came up; the others stand."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.lengths import long_after
+from tests.stage import disc_at, staged, wall_at
+from tests.unit.execution.conftest import STANDING
+
+import carom
+from carom import Disc, Scene
+from carom import compare as score
+from carom.errors import AdapterError
+from carom.execution.engine_run import Observe
+from carom.execution.exception_text import raised
+from carom.execution.job import Job, Method, Status
+from carom.execution.pool import InProcess, Lane
+from carom.execution.results import Results, Row
+from carom.studies.cross_check.document import report_of
+
+SOURCE = (
+    STANDING
+    + """
+def helper(what):
+    return {}[what]
+
+class World(Standing):
+    def advance(self, steps):
+        super().advance(steps)
+        if self.act == "raises":
+            helper("\\x1b[31mred")
+        if self.act == "raises-in-numpy":
+            np.zeros(2).reshape(5)
+
+    def observe(self):
+        still, moved = (0.0, 0.0), (0.0, 1e-17)
+        told = ((1.0, 0.0), still, (-1.0, 0.0), moved if self.act == "moves-a-wall" else still)
+        contacts = (Contact(0, -1, 0.1 * self.steps, (1.0, 0.0), None, told),) if self.steps == 3 else ()
+        return replace(super().observe(), contacts=contacts)
+
+sound, moves_a_wall, raises, raises_in_numpy = map(Adapter, ("sound", "moves-a-wall", "raises", "raises-in-numpy"))
+"""
+)
+NAMES = ("sound", "moves-a-wall", "raises", "raises-in-numpy")
+
+
+def line_of(words: str) -> int:
+    """The number of the line of the source that has these words."""
+    return 1 + next(k for k, line in enumerate(SOURCE.splitlines()) if words in line)
+
+
+@pytest.fixture
+def scene(install: Callable[[str, dict[str, str]], None]) -> Scene:
+    """A disc that flies at a wall, and adapters that tell odd things of it."""
+    install(SOURCE, {name: name.replace("-", "_") for name in NAMES})
+    return staged("wall", disc_at(0, 0, 1, 0), wall_at(2, 0, -1, 0), duration_s=2.0)
+
+
+def checked(scene: Scene, *engines: str, **options: Any) -> Results:
+    asked: dict[str, Any] = {"dts": [0.1], "profiles": ["tuned"], "timing": False, "pool": InProcess(), **options}
+    return carom.cross_check([scene], ("pit", *engines), **asked)
+
+
+def by_engine(results: Results) -> dict[str, Row]:
+    return {row.job.engine: row for row in results.rows}
+
+
+def test_what_can_not_be_scored_is_refused_at_the_door(scene: Scene) -> None:
+    """An engine that moves a wall by 1e-17 m/s has a row that names field and value; all others are scored."""
+    rows = by_engine(checked(scene, "moves-a-wall", "sound"))
+    assert rows["moves-a-wall"].status is Status.FAILED
+    assert "velocities of a contact of bodies 0 and -1 must be 0 for a wall" in rows["moves-a-wall"].reason
+    assert "1e-17" in rows["moves-a-wall"].reason
+    assert rows["sound"].score is not None
+    assert rows["pit"].score is not None
+
+
+@pytest.mark.parametrize("phases", [0, 2])
+def test_a_row_that_can_not_be_scored_costs_no_other(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, phases: int
+) -> None:
+    """Whatever scoring raises, at the scene's own start or at a phase, is that row's reason, with where it came up."""
+
+    def compare(reference: Any, observed: Any, **given: Any) -> Any:
+        if observed.method == "sound" and ("sampling" in given) is (phases == 0):
+            raise ZeroDivisionError("of no length")
+        return score(reference, observed, **given)
+
+    monkeypatch.setattr("carom.studies.cross_check.run.compare", compare)
+    rows = by_engine(checked(scene, "sound", phases=phases))
+    assert rows["sound"].status is Status.FAILED
+    assert re.match(
+        r"what it returned can't be scored: ZeroDivisionError: of no length \(test_row_failures.py, line \d+\)",
+        rows["sound"].reason,
+    )
+    assert rows["sound"].trace is None
+    assert rows["pit"].score is not None
+
+
+def spoilt(results: Results, **fields: Any) -> Results:
+    """Return results in which the trace of one row has other fields."""
+    rows = tuple(
+        replace(row, trace=replace(row.trace, **fields)) if row.job.engine == "sound" and row.trace else row
+        for row in results.rows
+    )
+    return replace(results, rows=rows)
+
+
+@pytest.mark.parametrize(
+    "fields", long_after(1, [{"settings": {"k": object()}}, {"dt_s": "0.1"}, {"end_time_s": float("nan")}])
+)
+def test_a_row_that_can_not_be_reported_costs_no_other(scene: Scene, tmp_path: Path, fields: dict[str, Any]) -> None:
+    """A row whose record or replay can't be made is a failed row of the report; the report is written."""
+    results = spoilt(checked(scene, "sound"), **fields)
+    report = report_of(results)
+    rows = by_engine(report.results)
+    assert rows["sound"].status is Status.FAILED
+    assert "can't be reported: " in rows["sound"].reason
+    assert rows["pit"] == by_engine(results)["pit"]
+    report.write(tmp_path / "report")
+    lines = [json.loads(line) for line in (tmp_path / "report" / "results.jsonl").read_text().splitlines()]
+    assert {line["engine"]: line["status"] for line in lines[1:]} == {"pit": "ran", "sound": "failed"}
+
+
+def test_a_sound_row_is_reported_as_it_is(scene: Scene) -> None:
+    """What can be reported is what was found."""
+    results = checked(scene, "sound")
+    assert report_of(results).results.rows == results.rows
+
+
+@pytest.mark.parametrize(
+    ("act", "words"),
+    long_after(
+        1,
+        [
+            ("raises", rf"KeyError: '.*red' \(hostile_\w+.py, line {line_of('{}[what]')}\)"),
+            ("raises-in-numpy", rf"ValueError: cannot reshape .* \(hostile_\w+.py, line {line_of('reshape')}\)"),
+        ],
+    ),
+)
+@pytest.mark.usefixtures("in_process")
+def test_an_exception_of_an_adapter_is_told_with_file_and_line(scene: Scene, act: str, words: str) -> None:
+    """Whoever wrote the adapter reads where it failed: in the own file, also where a library raised it."""
+    reason = by_engine(checked(scene, act))[act].reason
+    assert re.fullmatch(words, reason), reason
+    assert "\x1b" not in reason
+    with pytest.raises(AdapterError, match=words) as caught:
+        carom.run(scene, act, dt=0.1)
+    assert "\x1b" not in str(caught.value)
+
+
+def test_the_name_of_an_exception_is_shown_as_harmlessly_as_its_words() -> None:
+    """An adapter's class may have any name, and its message any character; a terminal obeys neither."""
+    error = type("Odd\x1b[2JError", (Exception,), {})("with\x07 a bell")
+    assert raised(error) == "Odd\\u001b[2JError: with\\u0007 a bell"
+
+
+SAYING = """
+import ctypes, sys
+from carom.engines.api import Capabilities, Engine, Profile
+
+class Adapter:
+    name, engine, capabilities = "says", Engine("Says"), Capabilities()
+    profiles = {"tuned": Profile("as it comes", lambda dt: {"dt_s": dt})}
+
+    def prepare(self, scene, settings):
+        match settings["dt_s"]:
+            case 1.0:
+                print("a contact too many\\n  ")
+            case 0.5:
+                print("overflow", file=sys.stderr)
+            case 0.25:
+                ctypes.CDLL(None).puts(b"told from C")
+            case 0.125:
+                sys.stderr.close()
+        raise RuntimeError("boom")
+
+adapter = Adapter()
+"""
+
+
+def test_a_failure_is_explained_by_its_own_last_words(install: Callable[[str, dict[str, str]], None]) -> None:
+    """Of tasks in one message each has what it printed itself, from Python or C, and a silent one has nothing."""
+    install(SAYING, {"says": "adapter"})
+    scene = Scene(name="still", discs=[Disc(position_m=(0, 0), radius_m=1)], duration_s=1)
+    steps = (1.0, 0.5, 2.0, 0.25, 0.125, 1.0)
+    with Lane(60.0) as lane:
+        answers = list(lane.ask_each([Observe(Job(scene, Method("says", "tuned"), dt_s)) for dt_s in steps]))
+    assert {answer.status for answer in answers} == {Status.FAILED}
+    line = 1 + SAYING.split("\n").index('        raise RuntimeError("boom")')
+    (said,) = {re.sub(r"\(\S+\.py", "(", answer.reason.partition(";")[0]) for answer in answers}
+    assert said == f"RuntimeError: boom (, line {line})"
+    boom = answers[0].reason.partition(";")[0]
+    assert [answer.reason for answer in answers] == [
+        f"{boom}; it last printed: a contact too many",
+        f"{boom}; it last printed: overflow",
+        boom,
+        f"{boom}; it last printed: told from C",
+        boom,
+        f"{boom}; it last printed: a contact too many",
+    ]

@@ -1,0 +1,123 @@
+"""Adapters that get spin wrong, driven by the harness as any: none of them is graded well on a rough scene."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from tests.lengths import each, long_after
+from tests.stage import sure
+
+from carom import Trace, compare, solve_pic, solve_pit
+from carom.catalogue import all_scenes
+from carom.comparator import Grade, Verdict
+from carom.engines.api import Contact, Observation, Scene, Setting, World
+from carom.execution.engine_run import observe_run
+from carom_adapters.pic import PicAdapter
+
+DT = 1 / 60
+
+#: Where the one right answer has a spin that is not 0; bounces without end are left out, and what takes seconds.
+ROUGH = ("grip", "slide", "edge", "throw-slide", "throw-stick", "gearing", "english-stick", "plates", "superball-table")
+
+
+@dataclass
+class Spoilt:
+    """A PIC world whose observations are spoilt before the harness sees them."""
+
+    world: World
+    spoil: Callable[[Observation], Observation]
+
+    @property
+    def settings(self) -> Mapping[str, Setting]:
+        return self.world.settings
+
+    def advance(self, steps: int) -> None:
+        self.world.advance(steps)
+
+    def observe(self) -> Observation:
+        return self.spoil(self.world.observe())
+
+    def close(self) -> None:
+        self.world.close()
+
+
+class SpoiltAdapter(PicAdapter):
+    """PIC, spoilt."""
+
+    def __init__(self, spoil: Callable[[Observation], Observation], *, smooth: bool = False) -> None:
+        self.spoil, self.smooth = spoil, smooth
+
+    def prepare(self, scene: Scene, settings: Mapping[str, Setting]) -> World:
+        if self.smooth:
+            still = [disc.model_copy(update={"spin_rad_s": 0.0}) for disc in scene.discs]
+            scene = Scene(**{**dict(scene), "discs": still, "friction": 0.0, "wall_friction": 0.0})
+        return Spoilt(super().prepare(scene, settings), self.spoil)
+
+
+def run(name: str, spoil: Callable[[Observation], Observation], *, smooth: bool = False) -> Trace:
+    return observe_run(SpoiltAdapter(spoil, smooth=smooth), all_scenes()[f"spin/{name}"].scene, "tuned", DT)
+
+
+def spins_times(factor: float) -> Callable[[Observation], Observation]:
+    """Spoil every spin after an impact; what is before one is what was after the last, as an engine's states are."""
+
+    def spoil(seen: Observation) -> Observation:
+        contacts = tuple(spun(contact, factor) for contact in seen.contacts)
+        return replace(seen, spin_rad_s=factor * sure(seen.spin_rad_s), contacts=contacts)
+
+    return spoil
+
+
+def spun(contact: Contact, factor: float) -> Contact:
+    a, b, c, d = (factor * spin for spin in sure(contact.spins_rad_s))
+    return replace(contact, spins_rad_s=(a, b, c, d))
+
+
+def without_spin(seen: Observation) -> Observation:
+    """A method that declares spin and tells none: zeros, everywhere."""
+    contacts = tuple(replace(contact, spins_rad_s=(0.0,) * 4) for contact in seen.contacts)
+    return replace(seen, spin_rad_s=np.zeros(len(seen.position_m)), contacts=contacts)
+
+
+def graded(name: str, trace: Trace) -> tuple[Grade, set[Verdict]]:
+    scene = all_scenes()[f"spin/{name}"].scene
+    score = compare(solve_pic(scene), trace, sampling=solve_pit(scene, frame_rate_hz=1 / DT))
+    return score.grade, set(score.verdicts)
+
+
+@each("name", ROUGH)
+def test_pic_as_it_is_is_exact(name: str) -> None:
+    """Unspoilt, the same adapter is exact: what is graded below is the fault."""
+    assert graded(name, run(name, lambda seen: seen)) == (Grade.EXACT, {Verdict.CONFORMS})
+
+
+@pytest.mark.parametrize("name", ROUGH)
+@pytest.mark.parametrize("factor", long_after(1, [-1.0, 1 + 1e-6, 1.001]))
+def test_wrong_spins_are_inaccurate_by_name(name: str, factor: float) -> None:
+    """Spins that are off by a thousandth or a millionth, or turned round, while all velocities are right."""
+    grade, verdicts = graded(name, run(name, spins_times(factor)))
+    # A spin at the start that is turned round in the first step is one that turned with nothing near.
+    turned = factor < 0.0 and any(disc.spin_rad_s for disc in all_scenes()[f"spin/{name}"].scene.discs)
+    assert grade is (Grade.WRONG if turned else Grade.INACCURATE)
+    assert (Verdict.TURNED_ALONE in verdicts) == turned
+    assert verdicts & {Verdict.WRONG_SPIN, Verdict.ANGULAR, Verdict.SPINS}
+    assert Verdict.WRONG_VELOCITY not in verdicts
+
+
+@each("name", ROUGH)
+def test_an_adapter_that_ignores_friction_and_spin_is_not_graded_well(name: str) -> None:
+    """Smooth impacts without any spin, declared as friction: inaccurate, and the spin is named."""
+    grade, verdicts = graded(name, run(name, without_spin, smooth=True))
+    assert grade.is_at_least_as_bad_as(Grade.INACCURATE)
+    assert Verdict.WRONG_SPIN in verdicts
+
+
+def test_a_spin_that_is_no_number_ends_the_run() -> None:
+    """A state with a NaN is cut short there, and wrong."""
+    grade, verdicts = graded("grip", run("grip", spins_times(math.nan)))
+    assert grade is Grade.WRONG
+    assert Verdict.CUT_SHORT in verdicts

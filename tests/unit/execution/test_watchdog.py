@@ -1,0 +1,59 @@
+"""The keeper of a worker ends it, with all that it started, though somebody holds the worker's input open."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from tests.processes import PATIENT_S, ended, noted
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere what leaves its group is not found")
+
+KEEPER = [sys.executable, "-m", "carom.execution.watchdog", str(2**31)]
+
+
+class Starts:
+    """What starts a program outside the worker's session when the worker reads it, and is no task."""
+
+    def __init__(self, note: Path) -> None:
+        self.note = note
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        act = f"__import__('os').system('setsid sleep 3600 & echo $! > {self.note}')"
+        return (eval, (f"[{act}] * 0",))
+
+
+@pytest.fixture
+def pipe() -> Iterator[tuple[int, int]]:
+    """A pipe whose write end this process holds until the test is over."""
+    ends = os.pipe()
+    yield ends
+    for end in ends:
+        os.close(end)
+
+
+@pytest.mark.long
+def test_it_ends_when_it_is_told_to(pipe: tuple[int, int], tmp_path: Path) -> None:
+    """Told to end, it takes along what left its session, though its input is held open."""
+    keeper = subprocess.Popen(KEEPER, stdin=pipe[0], stdout=subprocess.DEVNULL, cwd=tmp_path)
+    os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
+    started = noted(tmp_path / "note")
+    keeper.terminate()
+    keeper.wait(PATIENT_S)
+    assert ended(started)
+
+
+def test_it_ends_when_its_parent_is_gone(pipe: tuple[int, int], tmp_path: Path) -> None:
+    """A parent that is killed leaves nothing behind, though a process that it forked holds the input open."""
+    script = f"import subprocess, time; subprocess.Popen({KEEPER!r}, stdin={pipe[0]}); time.sleep(3600)"
+    parent = subprocess.Popen([sys.executable, "-c", script], pass_fds=[pipe[0]], stdout=subprocess.DEVNULL)
+    os.write(pipe[1], pickle.dumps(Starts(tmp_path / "note")))
+    started = noted(tmp_path / "note")
+    parent.kill()
+    parent.wait(PATIENT_S)
+    assert ended(started)

@@ -1,0 +1,115 @@
+"""The pairs that are near each other are those that comparing all of them gives, however the discs lie."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from carom.model.broad_phase import near_pairs, near_walls
+
+ARRANGEMENTS = ["scattered", "column", "line with jitter", "one place", "two clusters far apart", "lattice"]
+
+
+def arranged(arrangement: str, n: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    scattered = rng.uniform(-5, 5, (n, 2))
+    match arrangement:
+        case "scattered":
+            return scattered
+        case "column":
+            return np.stack([np.full(n, 2.0), rng.permutation(n) * 1.0], axis=1)
+        case "line with jitter":
+            return np.stack([rng.permutation(n) * 1.0, rng.uniform(0, 1e-9, n)], axis=1)
+        case "one place":
+            return np.full((n, 2), 3.0)
+        case "two clusters far apart":
+            return scattered * 1e-3 + np.where(rng.random(n) < 0.5, 0.0, 1e9)[:, None]
+        case _:
+            return np.stack(np.divmod(rng.permutation(n), 7), axis=1).astype(float)
+
+
+def all_pairs(
+    position: NDArray[np.float64], reach: NDArray[np.float64], movable: NDArray[np.bool_]
+) -> set[tuple[int, int]]:
+    i, j = np.triu_indices(len(reach), 1)
+    dx, dy = (position[j] - position[i]).T
+    both = reach[i] + reach[j]
+    near = (both >= 0) & (dx * dx + dy * dy <= both * both) & (movable[i] | movable[j])
+    return set(zip(i[near].tolist(), j[near].tolist(), strict=True))
+
+
+def found(
+    position: NDArray[np.float64], reach: NDArray[np.float64], movable: NDArray[np.bool_]
+) -> list[list[tuple[int, int]]]:
+    blocks = list(near_pairs(position, reach, movable))
+    return [list(zip(first.tolist(), second.tolist(), strict=True)) for first, second in blocks]
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    n=st.integers(1, 150),
+    arrangement=st.sampled_from(ARRANGEMENTS),
+    octaves=st.sampled_from([0.0, 3.0, 20.0]),
+    size=st.sampled_from([-1e-9, 0.0, 1e-9, 0.1, 0.5, 3.0]),
+    immovable=st.sampled_from([0.0, 0.3, 1.0]),
+)
+def test_the_near_pairs_are_those_of_all_pairs(
+    seed: int, n: int, arrangement: str, octaves: float, size: float, immovable: float
+) -> None:
+    """Every near pair comes once, and no other, for reaches of any sizes (below 0 too), movable discs and others."""
+    rng = np.random.default_rng(seed)
+    position = arranged(arrangement, n, rng)
+    reach = size * 2.0 ** -rng.uniform(0, octaves, n)
+    movable = rng.random(n) >= immovable
+    pairs = [pair for block in found(position, reach, movable) for pair in block]
+    assert len(pairs) == len(set(pairs))
+    assert set(pairs) == all_pairs(position, reach, movable)
+
+
+def test_blocks_come_in_the_order_of_their_second_discs() -> None:
+    """Where there are so many pairs that they come in blocks, none has a lower second disc than the block before."""
+    n = 600
+    blocks = found(np.zeros((n, 2)), np.full(n, 0.5), np.ones(n, np.bool_))
+    assert len(blocks) > 1
+    seconds = [[second for _, second in block] for block in blocks]
+    assert all(max(one) < min(next_one) for one, next_one in itertools.pairwise(seconds))
+    assert sum(map(len, blocks)) == n * (n - 1) // 2
+
+
+def test_immovable_discs_upon_one_another_are_not_paired() -> None:
+    """Of many immovable discs at one place and two movable ones, only the pairs with the near one of those come."""
+    n = 20_000
+    position = np.zeros((n + 2, 2))
+    position[[7, n]] = (0.8, 0.0), (0.8, 0.8)
+    movable = np.zeros(n + 2, np.bool_)
+    movable[[7, n]] = True
+    pairs = [pair for block in found(position, np.full(n + 2, 0.5), movable) for pair in block]
+    others = {k for k in range(n + 2) if k not in (7, n)}
+    assert len(pairs) == n + 1
+    assert set(pairs) == {(min(7, k), max(7, k)) for k in others} | {(7, n)}
+
+
+def test_nothing_is_near_nothing() -> None:
+    """No discs, and a single one, have no pairs."""
+    for n in (0, 1):
+        assert not any(found(np.zeros((n, 2)), np.ones(n), np.ones(n, np.bool_)))
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(0, 12))
+def test_discs_near_walls_are_those_of_all_pairs(seed: int, discs: int, walls: int) -> None:
+    """Each movable disc within its reach of a wall, or behind it, comes with that wall, in the order of the discs."""
+    rng = np.random.default_rng(seed)
+    position, reach, movable = rng.uniform(-5, 5, (discs, 2)), rng.uniform(0, 2, discs), rng.random(discs) < 0.7
+    angle = rng.uniform(0, 2 * np.pi, walls)
+    planes = np.stack([*rng.uniform(-9, 9, (2, walls)), np.cos(angle), np.sin(angle)], axis=1)
+    expected = [
+        (i, k)
+        for i in range(discs)
+        for k, (x, y, nx, ny) in enumerate(planes)
+        if movable[i] and (position[i, 0] - x) * nx + (position[i, 1] - y) * ny <= reach[i]
+    ]
+    blocks = near_walls(position, reach, movable, planes)
+    assert [pair for disc, wall in blocks for pair in zip(disc.tolist(), wall.tolist(), strict=True)] == expected

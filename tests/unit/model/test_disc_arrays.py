@@ -1,0 +1,99 @@
+"""A start as arrays: what is refused, and what a scene keeps of its own."""
+
+from __future__ import annotations
+
+import copy
+import math
+import pickle
+
+import numpy as np
+import pytest
+from tests.lengths import each
+from tests.stage import disc_at, staged, wall_at
+
+from carom.errors import InputError
+from carom.model.disc_arrays import DiscArrays
+from carom.model.scene import Disc, Scene
+
+
+def two_discs(**changed: object) -> DiscArrays:
+    fields = {
+        "position_m": np.array([[0.0, 0.0], [3.0, 0.0]]),
+        "velocity_m_s": np.zeros((2, 2)),
+        "radius_m": np.full(2, 0.5),
+        "mass_kg": np.ones(2),
+    }
+    return DiscArrays(**{**fields, **changed})  # type: ignore[arg-type]  # some are wrong on purpose
+
+
+@each(
+    ("changed", "words"),
+    [
+        ({"position_m": np.zeros((0, 2))}, "position_m must hold at least one disc"),
+        ({"radius_m": np.ones(3)}, r"radius_m must have the shape \(2,\), got \(3,\)"),
+        ({"velocity_m_s": np.full((2, 2), math.nan)}, "velocity_m_s must be finite"),
+        ({"mass_kg": np.array([1.0, 0.0])}, "mass_kg must be above 0"),
+        ({"mass_kg": np.array([1.0, math.inf]), "velocity_m_s": np.ones((2, 2))}, r"must be \(0, 0\) for an immovable"),
+        ({"restitution": 1.5}, "must lie in 0 to 1"),
+        ({"friction": -1.0}, "friction must be a number from 0"),
+        ({"wall_friction": math.nan}, "wall_friction must be a number from 0"),
+        ({"tangential_restitution": math.nan}, "tangential_restitution must lie in -1 to 1"),
+        ({"spin_rad_s": np.zeros(3)}, r"spin_rad_s must have the shape \(2,\), got \(3,\)"),
+        ({"inertia_factor": np.array([0.5, 0.0])}, "inertia_factor must lie in"),
+        ({"inertia_factor": np.array([0.5, math.nan])}, "inertia_factor must lie in"),
+        ({"spin_rad_s": np.array([0.0, math.nan])}, "radius_m times spin_rad_s must be finite"),
+        ({"spin_rad_s": np.ones(2), "inertia_factor": np.array([0.5, math.inf])}, "spin_rad_s must be 0 for a disc"),
+        ({"spin_rad_s": np.ones(2), "mass_kg": np.array([1.0, math.inf])}, "spin_rad_s must be 0 for a disc"),
+    ],
+)
+def test_bad_arrays_are_refused_by_name(changed: dict[str, object], words: str) -> None:
+    """Shapes and values that no disc can have are refused in a sentence that names the field."""
+    with pytest.raises(InputError, match=words):
+        two_discs(**changed)
+
+
+def scene() -> Scene:
+    discs = disc_at(0, 0, 1, 2, m=2.0), disc_at(3, 0, r=0.25), disc_at(6, 1, r=1.0, m=math.inf)
+    return staged("three", *discs, wall_at(0, -3, 0, 2), restitution=0.5, wall_restitution=0.25, duration_s=1.0)
+
+
+def test_the_arrays_of_a_scene_hold_its_fields_for_reading() -> None:
+    """A scene's arrays hold what its discs and walls say, are made once, and can't be written to."""
+    made = scene()
+    start = made.arrays
+    assert start is made.arrays
+    assert start.position_m.tolist() == [[0.0, 0.0], [3.0, 0.0], [6.0, 1.0]]
+    assert start.velocity_m_s.tolist() == [[1.0, 2.0], [0.0, 0.0], [0.0, 0.0]]
+    assert start.radius_m.tolist() == [0.5, 0.25, 1.0]
+    assert start.mass_kg.tolist() == [2.0, 1.0, math.inf]
+    assert start.movable.tolist() == [True, True, False]
+    assert start.walls == ((0.0, -3.0, 0.0, 1.0),)
+    assert (start.restitution, start.wall_restitution) == (0.5, 0.25)
+    with pytest.raises(ValueError, match="read-only"):
+        start.position_m[0, 0] = 1.0
+
+
+@pytest.mark.parametrize("made_before", [False, True])
+def test_a_changed_copy_of_a_scene_has_arrays_of_its_own(made_before: bool) -> None:
+    """A copy with another disc has that disc in its arrays, whether those of the first had been made or not."""
+    first = scene()
+    if made_before:
+        assert len(first.arrays) == 3
+    other = first.model_copy(update={"discs": (Disc(position_m=(7, 7), radius_m=1.0),)})
+    assert other.arrays.position_m.tolist() == [[7.0, 7.0]]
+    assert len(first.arrays) == 3
+    deep = copy.deepcopy(first)
+    assert deep.arrays is not first.arrays
+
+
+def test_arrays_are_no_part_of_what_a_scene_is() -> None:
+    """Equal scenes stay equal, and hash and travel alike, whether their arrays have been made or not."""
+    first, second = scene(), scene()
+    assert first.arrays is not second.arrays
+    assert first == second
+    assert hash(first) == hash(second)
+    sent = pickle.dumps(first)
+    assert b"position_m" in sent
+    assert b"DiscArrays" not in sent
+    assert pickle.loads(sent) == first  # noqa: S301 - our own bytes
+    assert "arrays" not in first.model_dump()

@@ -1,0 +1,145 @@
+"""A start in which bodies overlap is refused, in a scene and in arrays alike, and the bodies are named."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from tests.drawn import jittered
+
+from carom.errors import InputError, SceneError
+from carom.model.disc_arrays import DiscArrays
+from carom.model.scene import Disc, Scene, Wall
+from carom.solvers.event_driven.run import EventDrivenRun
+
+INF = math.inf
+
+
+def discs(position: NDArray[np.float64], radius: NDArray[np.float64], mass: float = 1.0) -> DiscArrays:
+    n = len(position)
+    return DiscArrays(position, np.zeros((n, 2)), radius, np.full(n, mass))
+
+
+def named(start: DiscArrays) -> list[tuple[int, int]]:
+    return [(overlap.disc, overlap.other) for overlap in start.overlaps("disc {}", "wall {}")[0]]
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1.0, 30.0]), st.integers(2, 40))
+def test_the_first_ten_overlaps_of_all_pairs_are_named(seed: int, spread: float, n: int) -> None:
+    """The overlaps named are the first ten by the higher number, then the lower; whether there are more is said."""
+    rng = np.random.default_rng(seed)
+    radius = rng.uniform(0.1, 1.0, n) * rng.uniform(1.0 / spread, 1.0, n)
+    start = discs(rng.uniform(-8, 8, (n, 2)), radius)
+    overlapping = [
+        (j, i)
+        for j, i in itertools.product(range(n), repeat=2)
+        if i < j and math.dist(start.position_m[i], start.position_m[j]) < radius[i] + radius[j] - 1e-12
+    ]
+    assert named(start) == overlapping[:10]
+    assert start.overlaps("", "")[1] == (len(overlapping) > 10)
+
+
+@given(
+    angle=st.floats(0, 2 * math.pi),
+    x=st.floats(-1e3, 1e3),
+    y=st.floats(-1e3, 1e3),
+    radii=st.tuples(st.floats(1e-6, 1e3), st.floats(1e-6, 1e3)),
+    units=st.integers(-40, 40),
+)
+def test_rounding_alone_decides_between_three_and_nine_units(
+    angle: float, x: float, y: float, radii: tuple[float, float], units: int
+) -> None:
+    """An exact overlap of up to 3 units in the last place of the largest number is let through, one of over 9 refused.
+
+    Six are forgiven, and the gap as computed is within 3 units of the exact one.
+    """
+    reach = sum(radii) - units * math.ulp(max(abs(x), abs(y), *radii))
+    assume(reach > 0)
+    place = (x + reach * math.cos(angle), y + reach * math.sin(angle))
+    unit = Fraction(math.ulp(max(map(abs, (x, y, *place, *radii)))))
+    distance2 = sum((Fraction(b) - Fraction(a)) ** 2 for a, b in zip((x, y), place, strict=True))
+    contact = Fraction(radii[0]) + Fraction(radii[1])
+    refused = bool(named(discs(np.array([(x, y), place]), np.array(radii))))
+    if contact <= 3 * unit or distance2 >= (contact - 3 * unit) ** 2:
+        assert not refused
+    if contact > 9 * unit and distance2 < (contact - 9 * unit) ** 2:
+        assert refused
+
+
+def test_discs_upon_one_another_are_refused_by_the_first_ten() -> None:
+    """Of 20,000 discs at one place the first ten pairs are named, and that there are more."""
+    start = discs(np.ones((20_000, 2)), np.full(20_000, 0.5))
+    assert named(start) == [(1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2), (4, 0), (4, 1), (4, 2), (4, 3)]
+    with pytest.raises(InputError, match=r"(?s)^position_m\[1\] must not overlap disc 0 .*\nand more of them$"):
+        start.require_apart()
+
+
+def test_discs_smaller_than_rounding_may_lie_upon_one_another() -> None:
+    """Radii below a unit in the last place of the position overlap by nothing that rounding can't explain."""
+    discs(np.ones((20_000, 2)), np.full(20_000, 1e-17)).require_apart()
+
+
+def test_a_scene_names_the_first_ten_overlaps_and_says_that_there_are_more() -> None:
+    """A scene of 100 discs at one place is refused in eleven lines, by scene and by arrays in the same order."""
+    with pytest.raises(SceneError) as refusal:
+        Scene(name="heap", discs=[Disc(position_m=(1, 2), radius_m=0.5)] * 100, duration_s=1.0)
+    lines = str(refusal.value).splitlines()
+    assert len(refusal.value.problems) == 10
+    assert lines[2] == (
+        "discs[2].position_m: must not overlap discs[1] at the start, got (1.0, 2.0): "
+        "the two overlap by 1 m; move them apart"
+    )
+    assert lines[10:] == ["and more of them"]
+
+
+@pytest.mark.parametrize("immovable", [False, True])
+@pytest.mark.parametrize("walls", [1, 3])
+def test_discs_in_walls_are_named_by_disc_and_wall(walls: int, immovable: bool) -> None:
+    """Every movable disc that reaches into a wall is named with each such wall; an immovable one may stand in it."""
+    n = 30
+    place = np.stack([np.arange(n) * 2.0, np.where(np.arange(n) % 7 == 3, 0.25, 1.0)], axis=1)
+    start = DiscArrays(
+        place, np.zeros((n, 2)), np.full(n, 0.5), np.full(n, INF if immovable else 1.0), ((0.0, 0.0, 0.0, 1.0),) * walls
+    )
+    found, more = start.overlaps("disc {}", "wall {}")
+    inside = [] if immovable else [(i, k) for i in (3, 10, 17, 24) for k in range(walls)]
+    assert [(overlap.disc, overlap.other) for overlap in found] == inside[:10]
+    assert more == (len(inside) > 10)
+    assert all("reaches 0.25 m into it" in overlap.message for overlap in found)
+
+
+def test_touching_discs_and_overlapping_immovable_ones_are_let_through() -> None:
+    """Discs that touch are apart; two that never move may overlap, since nothing can come of it."""
+    discs(np.array([[0.1, 0.0], [1.1, 0.0]]), np.array([0.5, 0.5])).require_apart()
+    discs(np.zeros((20_000, 2)), np.full(20_000, 0.5), INF).require_apart()
+
+
+def test_a_run_refuses_overlapping_arrays_and_discs_within_walls() -> None:
+    """A run from arrays says which disc overlaps which other, or which wall, by how much, and what to do."""
+    start = discs(np.array([[0.0, 0.0], [5.0, 0.0], [0.75, 0.0]]), np.full(3, 0.5))
+    with pytest.raises(InputError, match=r"position_m\[2\] must not overlap disc 0 .* by 0.25 m; move them apart"):
+        EventDrivenRun(start)
+    walled = DiscArrays(np.array([[0.25, 1.0]]), np.zeros((1, 2)), np.array([0.5]), np.ones(1), ((0.0, 0.0, 1.0, 0.0),))
+    with pytest.raises(InputError, match=r"position_m\[0\] must not overlap wall 0 .* reaches 0.25 m into it"):
+        EventDrivenRun(walled)
+
+
+def test_jittereds_without_overlap_pass() -> None:
+    """What the tests' own packing of discs keeps apart is let through, with radii from 1 to 100."""
+    jittered(np.random.default_rng(5), 60, spread=100.0).require_apart()
+
+
+def test_many_walls_and_discs_in_a_polygon_are_apart() -> None:
+    """A lattice of discs inside 5,000 walls, the tangents of a circle, is let through; one disc outside is named."""
+    turn = np.linspace(0, 2 * math.pi, 5_000, endpoint=False)
+    walls = [Wall(point_m=(50 * math.cos(a), 50 * math.sin(a)), normal=(-math.cos(a), -math.sin(a))) for a in turn]
+    lattice = [Disc(position_m=(2.0 * (k % 20 - 10), 2.0 * (k // 20 - 10)), radius_m=0.9) for k in range(400)]
+    Scene(name="inside", discs=lattice, walls=walls, duration_s=1.0)
+    with pytest.raises(SceneError, match=r"discs\[400\].position_m: must not overlap walls\["):
+        Scene(name="out", discs=[*lattice, Disc(position_m=(49.5, 0.0), radius_m=0.9)], walls=walls, duration_s=1.0)

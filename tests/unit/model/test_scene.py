@@ -1,0 +1,439 @@
+"""Discs, walls and scenes: what is accepted, what is refused, and how the refusal reads."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.lengths import each
+
+from carom.errors import InputError, SceneError
+from carom.model.scene import Disc, Need, Scene, Wall
+from carom.support.limits import LARGEST, MOST_STEPS, SMALLEST, SPAN
+
+NAN, INF = math.nan, math.inf
+
+
+def disc(**fields: Any) -> dict[str, Any]:
+    """Return a valid disc as a file would hold it, but for the fields given."""
+    return {"position_m": [0.0, 0.0], "radius_m": 1.0, **fields}
+
+
+def scene(**fields: Any) -> Scene:
+    """Return a scene of one disc, but for the fields given."""
+    return Scene(**{"name": "test", "duration_s": 1.0, "discs": [disc()], **fields})
+
+
+def message(make: Callable[[], object]) -> str:
+    """Return the message of the SceneError that `make` raises."""
+    with pytest.raises(SceneError) as caught:
+        make()
+    return str(caught.value)
+
+
+# One row an invalid input: the disc's field, its value, and what the message must say of field and value.
+BAD_DISC_FIELDS = [
+    ("radius_m", NAN, "radius_m: must be a finite number, got nan"),
+    ("radius_m", INF, "radius_m: must be a finite number, got inf"),
+    ("radius_m", -1.5, "radius_m: must be greater than 0, got -1.5"),
+    ("radius_m", 0, "radius_m: must be greater than 0, got 0"),
+    ("radius_m", True, "radius_m: must be a valid number, got True"),
+    ("radius_m", "1.5", "radius_m: must be a valid number, got '1.5'"),
+    ("radius_m", None, "radius_m: must be a valid number, got None"),
+    ("radius_m", [1.0], "radius_m: must be a valid number, got [1.0]"),
+    ("radius_m", np.bool_(True), "radius_m: must be a valid number, got True"),
+    pytest.param(
+        "radius_m", 10**5000, "radius_m: must be a valid number, got an integer of too many digits", id="radius_m-huge"
+    ),
+    ("mass_kg", 0.0, "mass_kg: must be greater than 0, got 0.0"),
+    ("mass_kg", -2.5, "mass_kg: must be greater than 0, got -2.5"),
+    ("mass_kg", -INF, "mass_kg: must be greater than 0, got -inf"),
+    ("mass_kg", NAN, "mass_kg: must be greater than 0, got nan"),
+    ("mass_kg", 1e-310, "mass_kg: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e-310"),
+    ("mass_kg", 1e200, "mass_kg: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e+200"),
+    ("radius_m", 1e-160, "radius_m: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e-160"),
+    ("radius_m", 1e160, "radius_m: must be at most 6.7e153 in magnitude (measure in other units), got 1e+160"),
+    ("position_m", [0, -1e160], "position_m[1]: must be at most 6.7e153 in magnitude (measure in other units), got "),
+    ("velocity_m_s", [1e300, 0], "velocity_m_s[0]: must be at most 6.7e153 in magnitude (measure in other units), "),
+    ("mass_kg", True, "mass_kg: must be a valid number, got True"),
+    ("mass_kg", "heavy", "mass_kg: must be a valid number, got 'heavy'"),
+    ("position_m", [NAN, 0.0], "position_m[0]: must be a finite number, got nan"),
+    ("position_m", [0.0, -INF], "position_m[1]: must be a finite number, got -inf"),
+    ("position_m", [0.0, False], "position_m[1]: must be a valid number, got False"),
+    ("position_m", [0.0, "2"], "position_m[1]: must be a valid number, got '2'"),
+    ("position_m", [1.0, 2.0, 3.0], "position_m: must hold two numbers, got [1.0, 2.0, 3.0]"),
+    ("position_m", [1.0], "position_m[1]: is required, but missing"),
+    ("position_m", "12", "position_m: must be a list, got '12'"),
+    ("position_m", 5.0, "position_m: must be a list, got 5.0"),
+    ("velocity_m_s", [0.0, NAN], "velocity_m_s[1]: must be a finite number, got nan"),
+    ("velocity_m_s", [0.0, 1.0, 2.0, 3.0], "velocity_m_s: must hold two numbers, got [0.0, 1.0, 2.0, 3.0]"),
+    ("velocity_m_s", None, "velocity_m_s: must be a list, got None"),
+    ("spin_rad_s", NAN, "spin_rad_s: must be a finite number, got nan"),
+    ("spin_rad_s", INF, "spin_rad_s: must be a finite number, got inf"),
+    ("spin_rad_s", [1.0], "spin_rad_s: must be a valid number, got [1.0]"),
+    ("spin_rad_s", 1e200, "spin_rad_s: must be at most 6.7e153 in magnitude (measure in other units), got 1e+200"),
+    (
+        "inertia_factor",
+        0.0,
+        'inertia_factor: must lie between 6.22e-61 and 1, where all mass is in the rim, or be "inf"',
+    ),
+    ("inertia_factor", 1.5, "inertia_factor: must lie between"),
+    ("inertia_factor", NAN, "inertia_factor: must lie between"),
+    ("inertia_factor", -INF, "inertia_factor: must lie between"),
+    ("inertia_factor", "heavy", "inertia_factor: must be a valid number, got 'heavy'"),
+    ("inertia_factor", True, "inertia_factor: must be a valid number, got True"),
+]
+
+
+@each(("field", "value", "says"), BAD_DISC_FIELDS)
+def test_a_bad_field_of_a_disc_is_refused_by_field_index_and_value(field: str, value: object, says: str) -> None:
+    """An invalid value in the third disc is refused with the disc's index, the field's name and the value."""
+    discs = [disc(), disc(position_m=[9.0, 0.0]), disc(position_m=[0.0, 9.0]) | {field: value}]
+    assert message(lambda: scene(discs=discs)).startswith(f"discs[2].{says}")
+    assert message(lambda: Disc(**discs[2])).startswith(says)
+
+
+BAD_SCENE_FIELDS = [
+    ("discs", [], "discs: must hold at least one disc, got []"),
+    ("discs", 5, "discs: must be a list, got 5"),
+    ("discs", [7], "discs[0]: must be a valid dictionary or instance of Disc, got 7"),
+    ("walls", [{"point_m": [0.0, -1.0], "normal": [0.0, 0.0]}], "walls[0].normal: must not be of length zero, got "),
+    ("walls", [{"point_m": [0.0, NAN], "normal": [0.0, 1.0]}], "walls[0].point_m[1]: must be a finite number, got nan"),
+    ("walls", [{"normal": [0.0, 1.0]}], "walls[0].point_m: is required, but missing"),
+    ("walls", [{"point_m": [0, -1], "normal": [0, 1, 0]}], "walls[0].normal: must hold two numbers, got [0, 1, 0]"),
+    ("restitution", 1.5, "restitution: must be less than or equal to 1, got 1.5"),
+    ("restitution", -0.25, "restitution: must be greater than or equal to 0, got -0.25"),
+    ("restitution", NAN, "restitution: must be a finite number, got nan"),
+    ("restitution", True, "restitution: must be a valid number, got True"),
+    (
+        "wall_restitution",
+        1.0000000000000002,
+        "wall_restitution: must be less than or equal to 1, got 1.0000000000000002",
+    ),
+    ("wall_restitution", "1", "wall_restitution: must be a valid number, got '1'"),
+    ("friction", -0.1, "friction: must be greater than or equal to 0, got -0.1"),
+    ("friction", INF, "friction: must be a finite number, got inf"),
+    ("wall_friction", NAN, "wall_friction: must be a finite number, got nan"),
+    ("wall_friction", 1e160, "wall_friction: must be at most 6.7e153 in magnitude"),
+    ("tangential_restitution", 1.5, "tangential_restitution: must be less than or equal to 1, got 1.5"),
+    ("wall_tangential_restitution", -2.0, "wall_tangential_restitution: must be greater than or equal to -1, got -2.0"),
+    ("duration_s", 0.0, "duration_s: must be greater than 0, got 0.0"),
+    ("duration_s", INF, "duration_s: must be a finite number, got inf"),
+    ("duration_s", 1e-200, "duration_s: must lie between 1.49e-154 and 6.7e153 (measure in other units), got 1e-200"),
+    ("gravity_m_s2", [0.0, -1e200], "gravity_m_s2[1]: must be at most 6.7e153 in magnitude (measure in other units)"),
+    ("frame_rate_hz", -60, "frame_rate_hz: must be greater than 0, got -60"),
+    ("frame_rate_hz", NAN, "frame_rate_hz: must be a finite number, got nan"),
+    ("gravity_m_s2", [0.0, INF], "gravity_m_s2[1]: must be a finite number, got inf"),
+    ("name", "", "name: must have at least 1 character, got ''"),
+    ("name", "x" * 201, "name: must have at most 200 characters, got 'xxx"),
+    ("name", 5, "name: must be a valid string, got 5"),
+    ("description", None, "description: must be a valid string, got None"),
+]
+
+
+@each(("field", "value", "says"), BAD_SCENE_FIELDS)
+def test_a_bad_field_of_a_scene_is_refused_by_field_and_value(field: str, value: object, says: str) -> None:
+    """An invalid value of a scene is refused with the field's name, the index where it is in a list, and the value."""
+    assert message(lambda: scene(**{field: value})).startswith(says)
+
+
+@pytest.mark.parametrize("field", ["colour", "self", "model_config", "__init__", "radius"])
+def test_an_unknown_field_is_refused_by_its_path(field: str) -> None:
+    """A field that no scene has is named, on whichever level it stands, even one named like Python's own."""
+    says = f"{field}: is not a field of a scene; see `carom scenes --schema`"
+    assert message(lambda: scene(**{field: 1})) == says
+    assert message(lambda: scene(discs=[disc(**{field: 1})])) == f"discs[0].{says}"
+    wall = {"point_m": [0.0, -1.0], "normal": [0.0, 1.0], field: 1}
+    assert message(lambda: scene(walls=[wall])) == f"walls[0].{says}"
+
+
+def test_every_problem_is_reported_at_once() -> None:
+    """Three mistakes in one scene take one run to find, not three."""
+    text = message(lambda: scene(discs=[disc(radius_m=-1.0), disc(mass_kg=0.0)], restitution=2.0))
+    assert [line.partition(":")[0] for line in text.splitlines()] == [
+        "discs[0].radius_m",
+        "discs[1].mass_kg",
+        "restitution",
+    ]
+
+
+def test_a_value_nested_too_deeply_to_show_is_refused_like_any_other() -> None:
+    """A value that Python cannot even print still ends in the error that names its field."""
+    nested: dict[str, Any] = {}
+    inner = nested
+    for _ in range(100_000):
+        inner["a"] = {}
+        inner = inner["a"]
+    assert message(lambda: scene(name=nested)) == "name: must be a valid string, got a value nested too deeply to show"
+
+
+@pytest.mark.parametrize("mass", [INF, "inf"])
+def test_a_mass_of_infinity_is_an_immovable_disc(mass: object) -> None:
+    """Infinity and the string "inf" both mean immovable; a finite mass does not. One that is driven moves and spins."""
+    assert Disc(**disc(mass_kg=mass)).immovable
+    assert Disc(**disc(mass_kg=mass)).mass_kg == INF
+    assert not Disc(**disc(mass_kg=LARGEST)).immovable
+    driven = {"velocity_m_s": [1.0, 0.0], "spin_rad_s": 2.0, "inertia_factor": INF, "driven": True}
+    assert Disc(**disc(mass_kg=mass, **driven)).immovable
+
+
+def test_numpy_values_are_as_good_as_plain_ones() -> None:
+    """Arrays and NumPy scalars give the same scene as the lists and numbers that they stand for."""
+    from_numpy = scene(
+        discs=[disc(position_m=np.array([1, 2]), radius_m=np.float32(0.5), mass_kg=np.int64(3))],
+        duration_s=np.float64(2.0),
+        walls=[Wall(point_m=np.zeros(2), normal=np.array([0.0, 1.0]))],
+    )
+    plain = scene(
+        discs=[disc(position_m=[1.0, 2.0], radius_m=0.5, mass_kg=3.0)],
+        duration_s=2.0,
+        walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}],
+    )
+    assert from_numpy == plain
+
+
+# Sizes that span too much ---------------------------------------------------------------------------------------------
+
+
+def test_sizes_at_the_very_limits_are_accepted() -> None:
+    """The limits themselves are within the limits: of a number, and of what one scene spans."""
+    scene(discs=[disc(radius_m=LARGEST, mass_kg=SMALLEST, position_m=[-LARGEST, LARGEST])], duration_s=SMALLEST)
+    scene(discs=[disc(radius_m=1.0), disc(position_m=[SPAN, 0.0], mass_kg=SPAN)], duration_s=LARGEST)
+    scene(discs=[disc(radius_m=1.0, velocity_m_s=[SPAN, 0.0])], duration_s=1.0)
+    scene(discs=[disc(radius_m=1.0, velocity_m_s=[1 / SPAN, 0.0])], duration_s=1.0)
+
+
+FLOOR = {"point_m": [0.0, -9.0], "normal": [0.0, 1.0]}
+#: What each field could be by itself, and the scene as a whole can't.
+NOT_TOGETHER: list[tuple[dict[str, Any], str]] = [
+    ({"discs": [{"position_m": [0, 0]}]}, "discs[0].radius_m: is required, but missing"),
+    (
+        {"discs": [disc(position_m=[5.0, 0.0]), disc(mass_kg=INF, velocity_m_s=[1.0, 0.0])]},
+        "discs[1].velocity_m_s: must be (0, 0) for an immovable disc (mass_kg = inf), got (1.0, 0.0); "
+        "one that nothing stops is driven = true",
+    ),
+    (
+        {"discs": [disc(spin_rad_s=2.5, mass_kg="inf")]},
+        "discs[0].spin_rad_s: must be 0 for an immovable disc (mass_kg = inf), got 2.5",
+    ),
+    (
+        {"discs": [disc(spin_rad_s=2.5, inertia_factor=INF)]},
+        "discs[0].spin_rad_s: must be 0 for an unturnable one (inertia_factor = inf), got 2.5",
+    ),
+    ({"discs": [disc(driven=True)]}, "discs[0].driven: needs mass_kg = inf: impacts move a disc of 1 kg"),
+    ({"discs": [disc(driven=1, mass_kg=INF)]}, "discs[0].driven: must be a valid boolean, got 1"),
+    (
+        {"walls": [{**FLOOR, "velocity_m_s": [0.0, 1.0]}], "damping_per_s": 0.5},
+        "damping_per_s: must be 0 in a scene with a driven body, whose path is not damped, got 0.5",
+    ),
+    (
+        {"walls": [FLOOR, {"point_m": [0.25, 0.0], "normal": [-4.0, 0.0]}]},
+        "discs[0].position_m: must not overlap walls[1] at the start, got (0.0, 0.0): "
+        "the disc reaches 0.75 m into it; move the disc, or turn the wall's normal round",
+    ),
+    # sizes that no choice of units brings near 1
+    (
+        {"discs": [disc(radius_m=1.0), disc(radius_m=1e-10, position_m=[1e111, 0.0])]},
+        "discs[1].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e111 m, got 1e-10; "
+        "leave out what is so small, or so far away",
+    ),
+    (
+        {"walls": [{"point_m": [0.0, -1e121], "normal": [0.0, 1.0]}]},
+        "discs[0].radius_m: must be at least 6.2e-120 of the greatest length in the scene, 1e121 m, got 1.0; "
+        "leave out what is so small, or so far away",
+    ),
+    (
+        {"discs": [disc(mass_kg=1e61), disc(mass_kg=1e-60, position_m=[9.0, 0.0])]},
+        "discs[1].mass_kg: must be at least 6.2e-120 of the greatest finite mass in the scene, 1e61 kg, got 1e-60; "
+        "make the heavy discs immovable (mass_kg = inf)",
+    ),
+    (
+        {"discs": [disc(velocity_m_s=[0.0, 1e111])], "duration_s": 1e10},
+        "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, "
+        "got 10000000000.0: the way is 1e121 m; shorten it",
+    ),
+    (
+        {"gravity_m_s2": [0.0, -1.0], "duration_s": 1e61},
+        "duration_s: must be so short that no disc flies further than 1.61e119 times the smallest radius, "
+        "got 1e+61: the way is 1e122 m; shorten it",
+    ),
+    (
+        {"discs": [disc(velocity_m_s=[0.0, 1e-130])]},
+        "duration_s: must be so long that the fastest disc moves by 6.2e-120 of the greatest length in the scene, "
+        "1 m, got 1.0: it moves by 1e-130 m; lengthen it",
+    ),
+    ({"discs": [disc(spin_rad_s=1e150)]}, "duration_s: must be so short"),  # the rim is as fast as that
+]
+
+
+@each(("fields", "says"), NOT_TOGETHER)
+def test_what_does_not_go_together_is_refused_with_field_value_and_what_to_do(
+    fields: dict[str, Any], says: str
+) -> None:
+    """A field that another rules out, an overlap, and sizes that span too much are named, with the limit."""
+    assert message(lambda: scene(**fields)).startswith(says)
+
+
+# Overlapping starts ---------------------------------------------------------------------------------------------------
+
+
+TRIPLES = [(3, 4, 5), (5, 12, 13), (8, 15, 17), (7, 24, 25), (20, 21, 29), (0, 1, 1), (1, 0, 1)]
+thousandths = st.integers(-(10**6), 10**6).map(lambda k: Fraction(k, 1000))
+
+
+@given(st.sampled_from(TRIPLES), thousandths, thousandths, st.integers(1, 1000), st.integers(1, 999))
+def test_any_start_that_touches_in_decimals_is_accepted(
+    triple: tuple[int, int, int], x: Fraction, y: Fraction, size: int, share: int
+) -> None:
+    """Two discs at the ends of a Pythagorean hypotenuse, exactly touching in rational numbers, are never refused."""
+    scale, first = Fraction(size, 1000), Fraction(share, 1000)
+    scene(
+        discs=[
+            disc(position_m=[float(x), float(y)], radius_m=float(scale * triple[2] * first)),
+            disc(
+                position_m=[float(x + scale * triple[0]), float(y - scale * triple[1])],
+                radius_m=float(scale * triple[2] * (1 - first)),
+            ),
+        ]
+    )
+
+
+@given(st.sampled_from(TRIPLES), thousandths, thousandths, thousandths, st.integers(1, 1000))
+def test_any_disc_that_touches_an_oblique_wall_in_decimals_is_accepted(
+    triple: tuple[int, int, int], x: Fraction, y: Fraction, along: Fraction, size: int
+) -> None:
+    """A disc that exactly touches a wall in rational numbers, wherever the wall's point lies, is never refused."""
+    nx, ny, length = triple
+    radius = Fraction(size, 1000) * length
+    point = (x - radius * nx / length - along * ny, y - radius * ny / length + along * nx)
+    scene(
+        discs=[disc(position_m=[float(x), float(y)], radius_m=float(radius))],
+        walls=[{"point_m": [float(c) for c in point], "normal": [float(nx), float(ny)]}],
+    )
+
+
+def test_immovable_discs_may_overlap_each_other_and_walls() -> None:
+    """A peg made of several immovable discs, set into a wall, is a legitimate obstacle."""
+    peg = [disc(mass_kg=INF), disc(mass_kg=INF, position_m=[0.5, 0.0])]
+    scene(discs=peg, walls=[{"point_m": [0.0, 0.0], "normal": [0.0, 1.0]}])
+    text = message(lambda: scene(discs=[*peg, disc(position_m=[2.0, 0.0])]))
+    assert "must not overlap discs[1]" in text
+
+
+def test_coordinates_at_the_end_of_the_range_are_handled_in_silence() -> None:
+    """Discs as far out and as large as can be are compared without a warning."""
+    scene(discs=[disc(position_m=[x, 0.0], radius_m=LARGEST) for x in (-LARGEST, LARGEST)])
+
+
+# Walls ----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scale", [1.0, 5.0, 1e-200, 1e200, 5e-324])
+def test_a_wall_stores_its_normal_as_a_unit_vector(scale: float) -> None:
+    """A normal of any length, however small or large, becomes the unit vector of its direction."""
+    assert Wall(point_m=(0, 0), normal=(0, -scale)).normal == (0.0, -1.0)
+    if scale > 1e-300:
+        x, y = Wall(point_m=(0, 0), normal=(3 * scale, 4 * scale)).normal
+        # Each component takes two divisions and a length, 4 units of relative rounding (2^-53) together.
+        assert abs(x - 0.6) <= 5 * 2**-53
+        assert abs(y - 0.8) <= 5 * 2**-53
+
+
+@given(st.floats(-1e6, 1e6), st.floats(-1e6, 1e6))
+def test_a_unit_normal_comes_back_as_it_was(x: float, y: float) -> None:
+    """Making a wall of a wall's own normal changes no bit of it, or saved scenes would load unequal."""
+    if (x, y) == (0.0, 0.0):
+        return
+    normal = Wall(point_m=(0, 0), normal=(x, y)).normal
+    assert Wall(point_m=(0, 0), normal=normal).normal == normal
+
+
+# What a scene is ------------------------------------------------------------------------------------------------------
+
+
+def test_a_scene_is_a_value() -> None:
+    """It can't be changed; scenes of equal fields are equal, one key, and so are those taken apart, sent and remade."""
+    made = scene(
+        discs=[disc(mass_kg=INF), disc(position_m=[5.0, 0.0], velocity_m_s=[0.1, 0.2])],
+        walls=[{"point_m": [0, -1], "normal": [0.1, 1]}],
+    )
+    for thing, field in ((made, "name"), (made.discs[0], "radius_m"), (made.walls[0], "normal")):
+        with pytest.raises(ValueError, match="frozen"):
+            setattr(thing, field, 1.0)
+    assert Scene(**dict(made)) == pickle.loads(pickle.dumps(made)) == made  # noqa: S301 - our own bytes
+    assert scene() == scene() != scene(duration_s=2.0)
+    assert len({scene(), scene(), scene(duration_s=2.0)}) == 2
+
+
+def test_needs_are_what_the_scene_asks_for_and_no_more() -> None:
+    """Each need follows from one part of the scene, and wall restitution without walls asks for nothing."""
+    floor = [{"point_m": [0, -1], "normal": [0, 1]}]
+    assert scene().needs == frozenset()
+    assert scene(wall_restitution=0.5).needs == frozenset()
+    assert scene(walls=floor).needs == {Need.WALLS}
+    assert scene(walls=floor, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
+    assert scene(restitution=0.5).needs == {Need.RESTITUTION}
+    assert scene(discs=[disc(mass_kg=INF)]).needs == {Need.IMMOVABLE}
+    assert scene(gravity_m_s2=[0, -9.81]).needs == {Need.GRAVITY}
+    pair = [disc(), disc(position_m=[9.0, 0.0])]
+    assert scene(discs=[disc(spin_rad_s=-1.0)]).needs == {Need.SPIN}
+    assert scene(friction=0.5, tangential_restitution=1.0).needs == frozenset()
+    assert scene(wall_friction=0.5, wall_tangential_restitution=1.0).needs == frozenset()
+    assert scene(discs=pair, friction=0.5).needs == {Need.FRICTION}
+    assert scene(discs=pair, friction=0.5, tangential_restitution=-1.0).needs == {
+        Need.FRICTION,
+        Need.TANGENTIAL_RESTITUTION,
+    }
+    assert scene(walls=floor, wall_friction=1e19).needs == {Need.WALLS, Need.FRICTION}
+    assert scene(discs=pair, tangential_restitution=1.0).needs == frozenset()
+
+
+# Steps ----------------------------------------------------------------------------------------------------------------
+
+
+@each(
+    ("duration", "dt", "steps"),
+    [(2.0, 1 / 240, 480), (1.0, 0.1, 10), (0.3, 0.1, 3), (1.0, 0.3, 4), (1.0, 2.0, 1), (10.0, 1 / 60, 600), (7, 7, 1)],
+)
+def test_step_count_is_the_number_that_was_meant(duration: float, dt: float, steps: int) -> None:
+    """Two seconds at 1/240 are 480 steps, although neither 1/240 nor their quotient is exact."""
+    assert scene(duration_s=duration).step_count(dt) == steps
+
+
+@pytest.mark.parametrize(
+    ("dt", "says"),
+    [
+        *((dt, f"above 0, got {dt}") for dt in (0.0, -0.1, NAN, INF)),
+        *((dt, f"at least 2.33e-10 of the scene's duration (1.0 s), got {dt}") for dt in (1e-300, 5e-324)),
+        (1 / (MOST_STEPS + 1), "at least 2.33e-10 of the scene's duration"),
+    ],
+)
+def test_a_step_that_counts_no_steps_or_too_many_is_refused_by_value(dt: float, says: str) -> None:
+    """Zero, less, infinity and NaN count none; 2^32 steps are allowed, and one more is taken for a slip."""
+    assert scene().step_count(1 / MOST_STEPS) == MOST_STEPS
+    with pytest.raises(InputError, match=re.escape(says)):
+        scene().step_count(dt)
+
+
+@given(st.integers(1, 10**6), st.integers(1, 10**4))
+def test_step_count_of_whole_frames_is_exact(frames: int, rate: int) -> None:
+    """As many frames as fit into `frames / rate` seconds at `rate` are `frames`, however the two round."""
+    assert scene(duration_s=frames / rate).step_count(1 / rate) == frames
+
+
+@given(st.floats(1e-4, 1e4), st.floats(1e-4, 1e4))
+def test_the_steps_cover_the_duration_and_one_fewer_would_not(duration: float, dt: float) -> None:
+    """The steps reach the end of the scene, to the rounding of the two inputs, and none of them is needless."""
+    steps = scene(duration_s=duration).step_count(dt)
+    slack = Fraction(2, 2**53)  # half a unit of rounding each for duration and step, as `step_count` derives it
+    assert steps >= 1
+    assert steps * Fraction(dt) >= Fraction(duration) * (1 - slack)
+    assert (steps - 1) * Fraction(dt) < Fraction(duration)

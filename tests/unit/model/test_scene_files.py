@@ -1,0 +1,382 @@
+"""Scenes as files: what is loaded, what is refused, and that saving loses nothing."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+import tomllib
+import tracemalloc
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from carom.errors import SceneError
+from carom.model.scene import Disc, Scene, Wall, load_scene, save_scene, scene_schema
+from carom.support.limits import MOST_BYTES
+
+SAMPLE = Scene(
+    name="sample",
+    description='Quotes ", backslashes \\, lines\nand the letter ü.',
+    duration_s=1.5,
+    discs=[
+        Disc(position_m=(0.1, 0.2), velocity_m_s=(1e-300, -1e22), radius_m=0.1, mass_kg=0.3),
+        Disc(position_m=(5, 0), radius_m=1, mass_kg=math.inf),
+    ],
+    walls=[Wall(point_m=(0, -7), normal=(1, 3))],
+    restitution=0.9,
+)
+
+#: One with friction and spin.
+ROUGH = Scene(
+    name="rough",
+    duration_s=1.5,
+    discs=[
+        Disc(position_m=(0, 0), radius_m=1, spin_rad_s=-0.1, inertia_factor=0.4),
+        Disc(position_m=(5, 0), radius_m=1, inertia_factor=math.inf),
+    ],
+    friction=0.1,
+    wall_friction=1e19,
+    tangential_restitution=-0.5,
+    wall_tangential_restitution=1.0,
+)
+
+
+def refusal(path: Path) -> str:
+    """Return the message with which a file is refused; it must name the file on every line."""
+    with pytest.raises(SceneError) as caught:
+        load_scene(path)
+    text = str(caught.value)
+    assert all(line.startswith((f"{path}: ", "and ")) for line in text.splitlines())
+    return text.replace(f"{path}: ", "")
+
+
+def written(path: Path, data: str | bytes) -> Path:
+    """Write the data and return the path."""
+    path.write_bytes(data.encode() if isinstance(data, str) else data)
+    return path
+
+
+def timed(duration_s: str) -> str:
+    """Return a scene as JSON, with these letters for its duration."""
+    return f'{{"name": "x", "duration_s": {duration_s}, "discs": [{{"position_m": [0, 0], "radius_m": -1}}]}}'
+
+
+# Files that hold no scene ---------------------------------------------------------------------------------------------
+
+
+#: By what is wrong: the file's ending, what is in it, and what must be said, from the beginning on.
+NO_SCENES: dict[str, tuple[str, str | bytes, str]] = {
+    "no TOML": ("toml", "name = \n", "is not TOML: Invalid value (at line 1"),
+    "no JSON": ("json", '{"name": }', "is not JSON: Expecting value: line 1 column 10"),
+    "another encoding": ("toml", b"# caf\xe9", "is not TOML: byte 5 is not UTF-8 text"),
+    "another encoding in JSON": ("json", b"# caf\xe9", "is not JSON: byte 5 is not UTF-8 text"),
+    "nested": ("json", "[" * 100_000, "is nested too deeply"),
+    "nested objects": ("json", '{"a":' * 100_000, "is nested too deeply"),
+    "nested in TOML": ("toml", "name = " + "[" * 100_000, "is nested too deeply"),
+    **{
+        f"top level {shown}": ("json", data, f"must hold an object with named fields, got {shown}")
+        for data, shown in (("[1, 2]", "[1, 2]"), ("3", "3"), ("null", "None"), ('"x"', "'x'"))
+    },
+    "digits": ("json", timed("1" * 5000), "is not JSON: "),
+    "digits in TOML": ("toml", f"duration_s = {'1' * 5000}", "is not TOML: "),
+    "hexadecimal digits": (
+        "toml",
+        f"name = 'x'\ndiscs = []\nduration_s = 0x{'1' * 5000}",
+        "duration_s: must be a valid number, got an integer of too many digits",
+    ),
+    **{
+        number: ("json", timed(number), "duration_s: must be a finite number, got ")
+        for number in ("NaN", "Infinity", "-Infinity", "1e999")
+    },
+    "a bad value": ("json", timed("1"), "discs[0].radius_m: must be greater than 0, got -1"),
+    "many values": (
+        "json",
+        '{"a": [' + "[],[]," * 600_000 + "0]}",
+        "holds more than 2097152 values, the limit for JSON",
+    ),
+    "many tables": ("toml", "\n".join(f"[t{k}]" for k in range(263_000)), "the limit for TOML; JSON holds more"),
+    "many walls": (
+        "json",
+        '{"walls": [' + "{}," * 1000 + "{}]}",
+        "walls: a file of a scene holds 1000 of them at",
+    ),
+    "many discs": (
+        "json",
+        '{"discs": [' + "0," * 100_000 + "0]}",
+        "a scene holds 100000 of them at most, got 10",
+    ),
+    "a key twice": ("json", '{"name": "a", "name": "b"}', "is ambiguous: one object has the key 'name' twice"),
+    "a long key": ("toml", f"{'a' * 10_000} = 1", f"{'a' * 57}...: is not a field of a scene"),
+    "controls": ("toml", '"\\u001b[31m\u202e" = 1', "\\u001b[31m\\u202e: is not a field of a scene"),
+}
+
+
+@pytest.mark.parametrize("what", NO_SCENES)
+def test_a_file_that_holds_no_scene_is_refused_in_a_sentence(what: str, tmp_path: Path) -> None:
+    """What its parser says comes with its place, a field with its value, and a limit with its number."""
+    ending, data, says = NO_SCENES[what]
+    text = refusal(written(tmp_path / f"x.{ending}", data))
+    assert says in text
+    assert len(text) < 2000
+
+
+def test_what_is_no_file_is_refused_in_the_system_s_words(tmp_path: Path) -> None:
+    """A directory of a scene's name is not read; a file that is not there is told so."""
+    for name in ("x.toml", "x.json"):
+        assert refusal(tmp_path / name) == f"can't be read: {os.strerror(2)}"
+        (tmp_path / name).mkdir()
+        assert refusal(tmp_path / name).startswith("can't be read: ")
+
+
+@cache
+def schema() -> jsonschema.Draft202012Validator:
+    return jsonschema.Draft202012Validator(scene_schema())
+
+
+def checked_by_schema(scene: dict[str, Any]) -> None:
+    schema().validate(scene)
+
+
+@pytest.mark.parametrize("data", ["name.{} = 1", "[name.{}]\nx = 1"])
+def test_a_toml_name_of_very_many_parts_is_refused(tmp_path: Path, data: str) -> None:
+    """Dotted keys nest without brackets, and are read in a time that grows with the square of their parts."""
+    for separator in (".", " . ", '."b".', ".'b'\t."):
+        text = refusal(written(tmp_path / "x.toml", data.format(separator.join("a" * 3000))))
+        assert text == "holds a key of more than 4 parts with full stops between them"
+
+
+@pytest.mark.parametrize("depth", range(940, 1000, 4))
+def test_no_depth_of_nesting_ends_in_another_error(tmp_path: Path, depth: int) -> None:
+    """Between what the parser can read and what it cannot there is no depth that slips through as another error."""
+    assert refusal(written(tmp_path / "x.json", '{"name":' + "[" * depth + "]" * depth + "}"))
+
+
+@pytest.mark.parametrize(("name", "shown"), [("x.yaml", "'.yaml'"), ("x", "'nothing'"), ("x.TOML", "'.TOML'")])
+def test_an_unknown_suffix_is_refused_by_name_on_loading_and_saving(tmp_path: Path, name: str, shown: str) -> None:
+    """A file of another kind is refused by its ending before it is opened, and nothing is written."""
+    says = f"a scene file ends in .toml or .json, not in {shown}"
+    assert refusal(tmp_path / name) == says
+    with pytest.raises(SceneError, match="a scene file ends in"):
+        save_scene(SAMPLE, tmp_path / name)
+    assert not (tmp_path / name).exists()
+
+
+def test_a_file_above_the_limit_is_refused_without_being_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a file of two gigabytes no more than the limit is ever held in memory."""
+    monkeypatch.setitem(MOST_BYTES, ".toml", 2**20)
+    path = tmp_path / "x.toml"
+    with path.open("wb") as file:
+        file.truncate(2 * 2**30)
+    tracemalloc.start()
+    text = refusal(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert text == "is larger than 1 MiB, the limit for TOML"
+    assert peak < 8 * 2**20
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="there is no /dev/zero here")
+def test_a_device_without_end_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A device that reports no size and never ends is read up to the limit and refused."""
+    monkeypatch.setitem(MOST_BYTES, ".toml", 2**20)
+    path = tmp_path / "x.toml"
+    path.symlink_to("/dev/zero")
+    assert refusal(path) == "is larger than 1 MiB, the limit for TOML"
+
+
+def test_a_file_of_exactly_the_limit_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The limit itself is still allowed; one byte more is not."""
+    save_scene(SAMPLE, tmp_path / "x.toml")
+    size = (tmp_path / "x.toml").stat().st_size
+    monkeypatch.setitem(MOST_BYTES, ".toml", size)
+    assert load_scene(tmp_path / "x.toml") == SAMPLE
+    monkeypatch.setitem(MOST_BYTES, ".toml", size - 1)
+    assert "is larger than" in refusal(tmp_path / "x.toml")
+
+
+# Round trip -----------------------------------------------------------------------------------------------------------
+
+# Sizes that one scene may hold side by side, see `carom.support.limits`; the sample above has others.
+finite = st.floats(-1e10, 1e10)
+positive = st.floats(1e-10, 1e10)
+coefficient = st.floats(0, 1)
+pairs = st.tuples(finite, finite)
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    """Draw any valid scene; those whose random bodies overlap, or all but stand still, are drawn again."""
+    discs = []
+    for _ in range(draw(st.integers(1, 3))):
+        immovable = draw(st.booleans())
+        discs.append(
+            {
+                "position_m": draw(pairs),
+                "radius_m": draw(positive),
+                "mass_kg": math.inf if immovable else draw(positive),
+                "velocity_m_s": (0.0, 0.0) if immovable else draw(pairs),
+            }
+        )
+    normals = pairs.filter(lambda normal: normal != (0.0, 0.0))
+    walls = draw(st.lists(st.fixed_dictionaries({"point_m": pairs, "normal": normals}), max_size=2))
+    fields: dict[str, Any] = {
+        "name": draw(st.text(st.characters(codec="utf-8", exclude_categories=["Cc"]), min_size=1, max_size=20)),
+        "description": draw(st.text(max_size=50)),
+        "discs": discs,
+        "walls": walls,
+        "restitution": draw(coefficient),
+        "wall_restitution": draw(coefficient),
+        "gravity_m_s2": draw(pairs),
+        "duration_s": draw(positive),
+        "frame_rate_hz": draw(positive),
+    }
+    try:
+        return Scene(**fields)
+    except SceneError as error:
+        assume("overlap" not in str(error) and "so long that the fastest" not in str(error))
+        raise
+
+
+@given(scenes())
+def test_a_saved_scene_loads_equal(scene: Scene) -> None:
+    """Whatever a scene holds, saving and loading it in either format gives an equal scene, to the last bit."""
+    with tempfile.TemporaryDirectory() as directory:
+        for suffix in (".toml", ".json"):
+            path = Path(directory) / f"scene{suffix}"
+            save_scene(scene, path)
+            loaded = load_scene(path)
+            assert loaded == scene
+            assert hash(loaded) == hash(scene)
+
+
+def test_infinite_mass_is_the_string_inf_in_json_and_inf_in_toml(tmp_path: Path) -> None:
+    """JSON has no infinity, so there the mass is a string; TOML has one."""
+    save_scene(SAMPLE, tmp_path / "x.json")
+    save_scene(SAMPLE, tmp_path / "x.toml")
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    as_json = json.loads((tmp_path / "x.json").read_text(encoding="utf-8"), parse_constant=refuse)
+    as_toml = tomllib.loads((tmp_path / "x.toml").read_text(encoding="utf-8"))
+    assert as_json["discs"][1]["mass_kg"] == "inf"
+    assert as_toml["discs"][1]["mass_kg"] == math.inf
+
+
+def test_what_a_file_leaves_out_takes_its_default(tmp_path: Path) -> None:
+    """The shortest scene file has a name, a duration and one disc."""
+    path = written(
+        tmp_path / "x.toml", 'name = "short"\nduration_s = 1\n[[discs]]\nposition_m = [0, 0]\nradius_m = 1\n'
+    )
+    assert load_scene(str(path)) == Scene(
+        name="short", duration_s=1.0, discs=[Disc(position_m=(0, 0), radius_m=1, mass_kg=1)], frame_rate_hz=60
+    )
+
+
+def test_saving_to_a_place_that_cannot_be_written_is_the_systems_own_error(tmp_path: Path) -> None:
+    """A missing directory is reported by the error that Python has for it."""
+    with pytest.raises(FileNotFoundError):
+        save_scene(SAMPLE, tmp_path / "missing" / "x.toml")
+
+
+@pytest.mark.parametrize("name", ["x.toml", "x.json"])
+def test_friction_and_spin_are_saved_and_loaded(tmp_path: Path, name: str) -> None:
+    """Every field of friction and spin comes back from a file to the bit, an infinite inertia included."""
+    save_scene(ROUGH, tmp_path / name)
+    assert load_scene(tmp_path / name) == ROUGH
+    assert set(as_json(ROUGH)) - set(as_json(SAMPLE)) == {
+        "friction",
+        "wall_friction",
+        "tangential_restitution",
+        "wall_tangential_restitution",
+    }
+
+
+def test_a_scene_without_friction_and_spin_is_written_without_them() -> None:
+    """Its file, and so its digest, is that of the time before there were such fields, also where they are given."""
+    spelt_out = {"spin_rad_s": 0, "inertia_factor": 0.5}
+    discs = [{**disc.model_dump(), **spelt_out} for disc in SAMPLE.discs]
+    same = Scene(**{**SAMPLE.model_dump(), "discs": discs, "friction": 0, "wall_tangential_restitution": 0.0})
+    assert same == SAMPLE
+    assert same.model_dump_json() == SAMPLE.model_dump_json()
+    assert set(as_json(same)["discs"][0]) == {"position_m", "velocity_m_s", "radius_m", "mass_kg"}
+    assert "friction" not in same.model_dump_json()
+
+
+# JSON Schema ----------------------------------------------------------------------------------------------------------
+
+
+def as_json(scene: Scene) -> Any:
+    """Return the scene as a JSON file of it reads."""
+    return json.loads(scene.model_dump_json())
+
+
+def test_the_published_schema_is_the_one_of_the_code_and_accepts_what_is_saved() -> None:
+    """It is a schema, the file equals what the code generates, and saved scenes keep to it, infinite mass included."""
+    jsonschema.Draft202012Validator.check_schema(scene_schema())
+    for saved in (SAMPLE, ROUGH):
+        checked_by_schema(as_json(saved))
+    published = resources.files("carom").joinpath("scene.schema.json").read_text(encoding="utf-8")
+    assert published == json.dumps(scene_schema(), indent=2, sort_keys=True) + "\n"
+
+
+#: In place of a value, for its being left out.
+MISSING = object()
+BAD_EDITS: list[tuple[list[str | int], object]] = [
+    (["name"], MISSING),
+    (["discs"], MISSING),
+    (["duration_s"], MISSING),
+    (["discs", 0, "radius_m"], -1.0),
+    (["discs", 0, "radius_m"], 0),
+    (["discs", 0, "radius_m"], "1"),
+    (["discs", 0, "radius_m"], True),
+    (["discs", 0, "mass_kg"], 0.0),
+    (["discs", 0, "mass_kg"], "heavy"),
+    (["discs", 0, "position_m"], [1.0]),
+    (["discs", 0, "position_m"], [1.0, 2.0, 3.0]),
+    (["discs", 0, "colour"], "red"),
+    (["discs"], []),
+    (["walls", 0, "normal"], [1.0, "2"]),
+    (["restitution"], 1.5),
+    (["wall_restitution"], -0.1),
+    (["duration_s"], 0.0),
+    (["frame_rate_hz"], -60.0),
+    (["name"], ""),
+    (["gravity"], 9.81),
+    (["friction"], -0.1),
+    (["tangential_restitution"], 1.5),
+    (["discs", 0, "inertia_factor"], 0),
+    (["discs", 0, "inertia_factor"], "infinite"),
+    (["discs", 0, "spin_rad_s"], "1"),
+]
+
+
+@pytest.mark.parametrize(("path", "value"), BAD_EDITS)
+def test_the_schema_rejects_what_loading_rejects(path: list[str | int], value: object, tmp_path: Path) -> None:
+    """Each of these mistakes is caught by the schema, as in an editor, and by loading alike."""
+    edited = as_json(SAMPLE)
+    target = edited
+    for part in path[:-1]:
+        target = target[part]
+    target[path[-1]] = value
+    if value is MISSING:
+        del target[path[-1]]
+    with pytest.raises(jsonschema.ValidationError):
+        checked_by_schema(edited)
+    assert refusal(written(tmp_path / "x.json", json.dumps(edited)))
+
+
+def test_a_million_problems_are_not_listed(tmp_path: Path) -> None:
+    """Of what is wrong in a file no more is looked for than a message shows; it says that there is more."""
+    disc = ",".join(f'"k{k}":1' for k in range(100))
+    lines = refusal(written(tmp_path / "x.json", '{"discs": [' + f"{{{disc}}}," * 5000 + "0]}")).splitlines()
+    assert len(lines) == 11
+    assert lines[-1].endswith("others at least")

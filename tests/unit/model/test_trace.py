@@ -1,0 +1,66 @@
+"""The record of one run."""
+
+from __future__ import annotations
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from tests.stage import disc_at, staged
+
+from carom.model.trace import IMPACT_DTYPE, ImpactRecord, Outcome, impact_array, kinetic_energy, wall_body, wall_index
+from carom.solvers.pic import solve_pic
+
+RECORD = ImpactRecord(1.5, 0, 3, (0.6, 0.8), (1.0, 2.0), (3.0, 4.0), (5.0, 6.0), (7.0, 8.0))
+
+
+def test_an_impact_record_has_the_fields_of_the_array_in_its_order() -> None:
+    """A record turns into a row as it is: both list the same fields in one order, and then the spins and the edge."""
+    assert (*(IMPACT_DTYPE.names or ()), "spins", "edge") == ImpactRecord._fields
+
+
+def test_impact_array_holds_every_field_of_every_record() -> None:
+    """What goes in as a record comes out field by field, for reading alone; of no record the fields are there, too."""
+    array = impact_array([RECORD, RECORD._replace(time_s=2.5, second=wall_body(1))])
+    assert array.shape == (2,)
+    assert array["time_s"].tolist() == [1.5, 2.5]
+    assert array["second"].tolist() == [3, -2]
+    for name in IMPACT_DTYPE.names or ():
+        np.testing.assert_array_equal(array[name][0], getattr(RECORD, name))
+    with pytest.raises(ValueError, match="read-only"):
+        array["time_s"] = 0.0
+    assert impact_array([])["velocity_first_after"].shape == (0, 2)
+    assert [wall_body(k) for k in range(3)] == [-1, -2, -3]
+    assert [wall_index(wall_body(k)) for k in range(3)] == [0, 1, 2]
+
+
+def test_every_outcome_reads_as_a_sentence() -> None:
+    """The value of each outcome is what a report shows, and no two read the same."""
+    texts = [outcome.value for outcome in Outcome]
+    assert all(len(text.split()) > 3 for text in texts)
+    assert len(set(texts)) == len(texts)
+
+
+def test_kinetic_energy_is_half_m_v_squared_of_the_movable_discs() -> None:
+    """Masses 2 and 4 at speeds 5 and 1 have 25 J and 2 J, and an immovable disc has none."""
+    scene = staged(
+        "energy",
+        disc_at(0, 0, 3, 4, r=1, m=2),
+        disc_at(9, 0, 0, 1, r=1, m=4),
+        disc_at(0, 9, r=1, m=math.inf),
+        duration_s=1,
+    )
+    velocity = np.array([disc.velocity_m_s for disc in scene.discs])
+    assert kinetic_energy(scene, velocity) == 27.0
+
+
+def test_a_trace_survives_pickling() -> None:
+    """A worker process can send a whole trace home."""
+    scene = staged("head-on", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=3)
+    trace = solve_pic(scene)
+    copy = pickle.loads(pickle.dumps(trace))  # noqa: S301 - our own bytes
+    assert copy.impacts.tobytes() == trace.impacts.tobytes()
+    assert copy.outcome is trace.outcome
+    assert copy.scene == scene
+    np.testing.assert_array_equal(copy.final_position_m, trace.final_position_m)

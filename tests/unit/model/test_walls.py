@@ -1,0 +1,181 @@
+"""The walls of a scene: told apart by their fields, refused with edge and numbers, written as they were read."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.lengths import each
+
+from carom import Chain, Disc, Ring, Scene, SceneError, Wall, load_scene, save_scene
+from carom.model.scene import Need
+from carom.solvers.units import Units
+
+DISC = Disc(position_m=(0.0, 0.0), radius_m=0.5)
+STADIUM = Chain(points_m=[(-2, -2), (2, -2), (2, 2), (-2, 2)], bulges=[0, 1, 0, 1], closed=True)
+
+
+def scene(*walls: Any, **fields: Any) -> Scene:
+    """Return a scene of one disc at the origin and some walls."""
+    return Scene(name="walls", discs=[DISC], walls=walls, duration_s=1.0, **fields)
+
+
+def test_walls_are_told_apart_by_their_fields() -> None:
+    """A point and a normal make a half-plane, points a chain, a centre and a radius a circle."""
+    made = scene(
+        {"point_m": [0, -9], "normal": [0, 2]}, {"points_m": [[1, 1], [2, 2]]}, {"centre_m": [0, 0], "radius_m": 3}
+    )
+    assert made.walls == (
+        Wall(point_m=(0, -9), normal=(0, 1)),
+        Chain(points_m=[(1, 1), (2, 2)]),
+        Ring(centre_m=(0, 0), radius_m=3),
+    )
+
+
+@pytest.mark.parametrize("suffix", [".toml", ".json"])
+def test_every_kind_of_wall_is_loaded_as_it_was_saved(tmp_path: Path, suffix: str) -> None:
+    """A scene with all kinds of walls, in a file and back, is equal."""
+    made = scene(
+        STADIUM,
+        Chain(points_m=[(9, 9), (10, 9), (10, 10)], closed=True, solid=True, half_width_m=0.1, pieces=7, friction=0.5),
+        Ring(centre_m=(0.1, 0.2), radius_m=1.1, half_width_m=0.01, restitution=0.3),
+        Wall(point_m=(0, -9), normal=(0.6, 0.8), restitution=0.25),
+    )
+    save_scene(made, path := tmp_path / f"walls{suffix}")
+    assert load_scene(path) == made
+
+
+def test_a_half_plane_is_written_as_ever() -> None:
+    """Fields that are not used are in no file, and in no digest."""
+    assert Wall(point_m=(0, 1), normal=(0, 1)).model_dump() == {"point_m": (0.0, 1.0), "normal": (0.0, 1.0)}
+    assert set(Chain(points_m=[(0, 0), (1, 0)]).model_dump()) == {"points_m"}
+
+
+@pytest.mark.parametrize(
+    ("wall", "said"),
+    [
+        ({"points_m": [[0, 0]]}, "walls[0].points_m: must be 2 points at least, got 1"),
+        ({"points_m": [[3, 0], [4, 0]], "closed": True}, "3 points of a closed chain without bulges at least, got 2"),
+        ({"points_m": [[3, 0], [4, 0], [4, 0]]}, "points_m[2]: must not be where edge 1 begins, got (4.0, 0.0)"),
+        (
+            {"points_m": [[0, 0], [1e-160, 0], [3, 4]]},
+            "points_m[1]: makes edge 0 1e-160 m long: 1.49e-154 m is the least",
+        ),
+        (
+            {"points_m": [[0, 0], [1e-150, 0], [3, 4]]},
+            "points_m[1]: makes edge 0 1e-150 m long, which must be at least 6.2e-120 of the greatest length",
+        ),
+        ({"points_m": [[3, 0], [4, 0]], "bulges": [1, 1]}, "bulges: must be one for each of the 1 edges"),
+        (
+            {"points_m": [[3, 0], [4, 0]], "bulges": [5e-324]},
+            "bulges[0]: makes edge 0 an arc of a radius above",
+        ),
+        ({"points_m": [[3, 0], [4, 0]], "bulges": [math.inf]}, "bulges[0]: must be a finite number, got inf"),
+        ({"points_m": [[3, 0], [4, 0]], "solid": True}, "solid: needs closed = true"),
+        ({"points_m": [[3, 0], [5, 0], [4, 1], [4, -1]]}, "edge 2 meets edge 0 at (4, 0)"),
+        ({"points_m": [[3, 0], [5, 0], [4, 0]]}, "edge 1 meets edge 0 at (4, 0)"),
+        ({"points_m": [[3, 0], [5, 0]], "half_width_m": -1.0}, "half_width_m: must be greater than or equal to 0"),
+        ({"points_m": [[3, 0], [5, 0]], "pieces": 0}, "pieces: must be greater than or equal to 1, got 0"),
+        ({"points_m": [[3, 0], [5, 0]], "restitution": 1.5}, "restitution: must be 1 at most: a bumper"),
+        ({"points_m": [[3, 0], [5, 0]], "normal": [0, 1]}, "normal: is a field of another kind of wall"),
+        ({"points_m": [[3, 0], [5, 0]], "speed_m_s": 1.0}, "speed_m_s: is not a field of a scene"),
+        ({"points_m": [[3, 0], [5, 0]], "velocity_m_s": 1.0}, "velocity_m_s: must be a list, got 1.0"),
+        ({"centre_m": [9, 0]}, "walls[0].radius_m: is required, but missing"),
+        ({"point_m": [0, -9], "normal": [0, 1], "friction": -1.0}, "friction: must be greater than or equal to 0"),
+        (5, "walls[0]: must be a table of fields, or a wall, got 5"),
+        ({}, "walls[0].point_m: is required, but missing"),
+    ],
+)
+def test_what_is_no_wall_is_refused_with_its_edge_and_its_numbers(wall: Any, said: str) -> None:
+    """Each refusal names the wall, the field, the edge and what was found."""
+    with pytest.raises(SceneError) as refused:
+        scene(wall)
+    assert said in str(refused.value)
+
+
+@each(
+    ("wall", "said"),
+    [
+        (Chain(points_m=[(-1, 0.25), (1, 0.25)]), "the disc reaches 0.25 m into edge 0 of it"),
+        (Chain(points_m=[(-1, 1), (1, 1)], half_width_m=0.75), "the disc reaches 0.25 m into edge 0 of it"),
+        (
+            Chain(points_m=[(-9, -9), (9, -9), (0, 9)], closed=True, solid=True),
+            "the disc is inside it, and it is solid",
+        ),
+        (Ring(centre_m=(0.0, 0.25), radius_m=0.5), "the disc reaches 0.25 m into it"),
+        (Ring(centre_m=(1.0, 0.0), radius_m=0.25, half_width_m=0.5), "the disc reaches 0.25 m into it"),
+        (Ring(centre_m=(0.25, 0.0), radius_m=0.0), "the disc reaches 0.25 m into it"),
+    ],
+)
+def test_a_disc_in_a_wall_is_refused(wall: Any, said: str) -> None:
+    """The start has no overlap with a finite wall, wherever it is met, and no disc inside one that is solid."""
+    with pytest.raises(SceneError) as refused:
+        scene(wall)
+    assert str(refused.value).startswith("discs[0].position_m: must not overlap walls[0] at the start")
+    assert said in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    "wall",
+    [
+        Chain(points_m=[(-1, 0.5), (1, 0.5)]),
+        Chain(points_m=[(-9, -9), (9, -9), (0, 9)], closed=True),
+        Ring(centre_m=(0, 0), radius_m=0.5),
+        STADIUM,
+    ],
+)
+def test_a_disc_may_touch_a_wall_and_stand_in_a_hollow_one(wall: Any) -> None:
+    """Touching is no overlap, and the inside of a chain that is not solid is free."""
+    assert scene(wall).walls == (wall,)
+
+
+def test_what_a_scene_with_finite_walls_needs() -> None:
+    """Straight edges, arcs and materials are needs of their own, so that a method without them skips the scene."""
+    assert scene(Wall(point_m=(0, -9), normal=(0, 1))).needs == {Need.WALLS}
+    assert scene(Chain(points_m=[(1, 1), (2, 2)])).needs == {Need.WALLS, Need.SEGMENTS}
+    assert scene(STADIUM).needs == {Need.WALLS, Need.SEGMENTS, Need.ARCS}
+    assert scene(Ring(centre_m=(0, 0), radius_m=3)).needs == {Need.WALLS, Need.ARCS}
+    assert scene(Ring(centre_m=(0, -3), radius_m=1)).needs == {Need.WALLS, Need.POSTS}
+    own = {Need.WALLS, Need.WALL_MATERIALS, Need.RESTITUTION}
+    assert scene(Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5)).needs == own
+    rubs = scene(Wall(point_m=(0, -9), normal=(0, 1), friction=0.5))
+    assert rubs.needs == {Need.WALLS, Need.WALL_MATERIALS, Need.FRICTION}
+    same = Wall(point_m=(0, -9), normal=(0, 1), restitution=0.5, friction=0.0)
+    assert scene(same, wall_restitution=0.5).needs == {Need.WALLS, Need.RESTITUTION}
+
+
+def test_a_file_holds_a_thousand_edges_at_most(tmp_path: Path) -> None:
+    """Edges are counted, not chains."""
+    points = ", ".join(f"[{k}.0, 5.0]" for k in range(600))
+    text = 'name = "x"\nduration_s = 1.0\ndiscs = [{position_m = [0.0, 0.0], radius_m = 0.5}]\n'
+    (path := tmp_path / "many.toml").write_text(f"{text}walls = [{{points_m = [{points}]}}]\n", encoding="utf-8")
+    assert len(load_scene(path).walls[0].outline.edges) == 599  # type: ignore[union-attr] # it is a chain
+    path.write_text(f"{text}walls = [{{points_m = [{points}]}}, {{points_m = [{points}]}}]\n", encoding="utf-8")
+    with pytest.raises(SceneError, match="holds 1000 of them at most, got 2, their edges counted: 1200"):
+        load_scene(path)
+
+
+def test_pixels_are_taken_for_metres_in_every_length_of_a_wall(tmp_path: Path) -> None:
+    """A file in pixels holds chains and circles, too."""
+    (path := tmp_path / "px.toml").write_text(
+        'name = "x"\nduration_s = 1.0\nlength_unit = "px"\npixels_per_metre = 100\n'
+        "discs = [{position_m = [0, 0], radius_m = 50}]\n"
+        "walls = [{points_m = [[100, 0], [100, 100], [200, 0], [400, 0]], half_width_m = 10}, "
+        "{centre_m = [0, 0], radius_m = 900}]\n",
+        encoding="utf-8",
+    )
+    chain, ring = load_scene(path).walls
+    assert chain == Chain(points_m=[(1, 0), (1, 1), (2, 0), (4, 0)], half_width_m=0.1)
+    assert ring == Ring(centre_m=(0, 0), radius_m=9)
+
+
+def test_units_of_a_run_scale_every_length_of_a_wall() -> None:
+    """In units of two to a power, a wall has the same digits."""
+    made = scene(STADIUM.model_copy(update={"half_width_m": 0.125}), Ring(centre_m=(1, 2), radius_m=7))
+    chain, ring = Units(10, 0, 0).start(made).arrays.walls
+    assert not isinstance(chain, tuple)
+    assert not isinstance(ring, tuple)
+    assert chain.points[0] == (-2 / 1024, -2 / 1024)
+    assert (chain.half_width, ring.points, ring.radius) == (0.125 / 1024, ((1 / 1024, 2 / 1024),), 7 / 1024)

@@ -1,0 +1,81 @@
+"""Data frames: every number of a trace and of results under a name that says its unit."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from tests.stage import cross_checked
+
+import carom
+from carom import Disc, Scene, Wall
+from carom.catalogue import find_scenes
+from carom.engines.registry import load_adapter
+from carom.errors import MissingExtraError
+from carom.execution.engine_run import observe_run
+
+
+def scene() -> Scene:
+    """A disc that spins and falls at 45 degrees onto a rough wall, 1 m below it, at 1 s."""
+    disc = Disc(position_m=(0.0, 1.5), velocity_m_s=(1.0, -1.0), radius_m=0.5, spin_rad_s=4.0)
+    wall = Wall(point_m=(0.0, 0.0), normal=(0.0, 1.0))
+    return Scene(name="roll", discs=[disc], walls=[wall], wall_friction=0.25, duration_s=2.0)
+
+
+def test_a_trace_is_a_row_an_impact() -> None:
+    """The impact with its time, bodies, normal, velocities and spins; each number is that of the trace."""
+    pytest.importorskip("pandas")
+    trace = carom.solve_pic(scene())
+    frame = trace.to_pandas()
+    (row,) = frame.to_dict("records")
+    assert (row["time_s"], row["first"], row["second"]) == (pytest.approx(1.0), 0, -1)
+    assert (row["velocity_first_before_x_m_s"], row["velocity_first_before_y_m_s"]) == (1.0, -1.0)
+    assert row["velocity_first_after_y_m_s"] == pytest.approx(1.0)
+    assert row["spin_first_before_rad_s"] == 4.0
+    # Coulomb: the tangential impulse is the coefficient times the normal one, 0.25 of 2 m/s, against the slip.
+    assert row["velocity_first_after_x_m_s"] == pytest.approx(0.5)
+    assert trace.spins is not None
+    assert row["spin_first_after_rad_s"] == trace.spins["first_after"][0]
+    assert frame.index.name == "impact"
+
+
+def test_a_trace_without_impacts_is_a_table_without_rows() -> None:
+    """The columns are there all the same; an engine's has the times at which its paths turned beside them."""
+    pytest.importorskip("pandas")
+    (entry,) = find_scenes(["paper/missed"])
+    missed = observe_run(load_adapter("pit"), entry.scene, "tuned", 1 / 24).to_pandas()
+    found = carom.solve_pic(entry.scene).to_pandas()
+    assert len(missed) == 0
+    assert set(found) - set(missed) == set()
+    assert "effective_time_s" in missed
+
+
+def test_results_are_a_row_a_run() -> None:
+    """Each run with its grade, counts and errors; what was not run or has no error is NaN, never 0."""
+    pytest.importorskip("pandas")
+    results = cross_checked(find_scenes(["paper/missed", "paper/late"]), ["pic", "pit"], dts=[1 / 24])
+    frame = results.to_pandas()
+    assert len(frame) == len(results.rows)
+    for (_, said), row in zip(frame.iterrows(), results.rows, strict=True):
+        assert row.score is not None
+        assert (said["scene"], said["engine"], said["dt_s"]) == (row.job.scene.name, row.job.engine, row.job.dt_s)
+        assert (said["missed"], said["invented"]) == (len(row.score.missed), len(row.score.spurious))
+        assert said["grade"] == row.score.grade.name.lower()
+        for column, value in (
+            ("time_error_s", row.score.total.time_s),
+            ("reported_time_error_s", row.score.total.reported_time_s),
+            ("direction_error_rad", row.score.total.direction_rad),
+            ("velocity_error", row.score.total.velocity),
+            ("final_position_error", row.score.total.final_position),
+            ("price_paid", row.score.price_paid),
+            ("advance_s", np.nan),
+        ):
+            assert said[column] == pytest.approx(value, nan_ok=True)
+
+
+def test_without_pandas_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The error names the extra."""
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'carom\[pandas\]'"):
+        carom.solve_pic(scene()).to_pandas()

@@ -1,0 +1,347 @@
+"""What each file of a report must be, whatever the names and messages in it."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import io
+import json
+import math
+import re
+import shutil
+import sys
+from collections import Counter
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote
+from xml.etree import ElementTree as ET
+
+import pytest
+from rich.console import Console
+from tests.stage import sure
+
+import carom
+from carom.catalogue import find_scenes
+from carom.comparator import Grade
+from carom.errors import InputError, MissingExtraError
+from carom.execution.job import Status
+from carom.execution.results import Results, violates
+from carom.report.document import Column, Document, Headline, Medium, Section, Table
+from carom.report.record import text_of
+from carom.report.records import junit, raw_records, read_records
+from carom.report.render.html import html as html_of
+from carom.report.render.markdown import markdown as markdown_of
+from carom.report.render.terminal import terminal
+from carom.studies.cross_check.document import cross_check_document, report_of
+from carom.support.escaping import visible
+from carom.support.folders import MARKER
+from carom.support.limits import MOST_BYTES, MOST_VALUES
+
+ROOT = Path(__file__).resolve().parents[3]
+
+VOID = {"meta", "br", "link", "img", "input", "hr", "use", "path"}
+
+
+class _Page(HTMLParser):
+    """Collects tags and text, and whether each element is closed in its turn."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: Counter[str] = Counter()
+        self.attributes: list[tuple[str, str, str]] = []
+        self.faults: list[str] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags[tag] += 1
+        self.attributes += [(tag, name, value or "") for name, value in attrs]
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in VOID:
+            return
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> at line {self.getpos()[0]}")
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+@pytest.fixture(scope="module")
+def folder(results: Results, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return report_of(results).write(tmp_path_factory.mktemp("report") / "new" / "folder").parent
+
+
+@pytest.fixture(scope="module")
+def source(folder: Path) -> str:
+    return (folder / "index.html").read_text(encoding="utf-8")
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.fixture(scope="module")
+def page(source: str) -> _Page:
+    page = _Page()
+    page.feed(source)
+    page.close()
+    return page
+
+
+def test_html_is_well_formed(page: _Page) -> None:
+    """Every element is closed in its turn, and nothing is left open."""
+    assert page.faults == []
+    assert page.open == []
+
+
+def test_html_fetches_nothing(page: _Page, source: str) -> None:
+    """The page is one file: no address, no style sheet, and every reference leads to a place or to a replay in it."""
+    assert "http://" not in source
+    assert "https://" not in source
+    assert page.tags["link"] == page.tags["img"] == page.tags["iframe"] == 0
+    scenes = [value for _, name, value in page.attributes if name == "data-scene"]
+    ids = [value for _, name, value in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+    targets = [value for _, name, value in page.attributes if name in {"href", "src", "xlink:href"}]
+    targets += [f"#{name}" for name in re.findall(r"url\(#?([^)]+)\)", source)]
+    places = {unquote(target.removeprefix("#")) for target in targets} - set(ids)
+    assert all(any(place.startswith(f"{scene}/") for scene in scenes) for place in places)
+
+
+def test_html_runs_one_script_and_no_other(page: _Page, source: str) -> None:
+    """What the page allows is the one script that plays replays, by its hash; what else is a script element is data."""
+    (script,) = re.findall(r"<script>(.*?)</script>", source, flags=re.DOTALL)
+    digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    assert f"script-src &#39;sha256-{digest}&#39;;" in source
+    assert page.tags["script"] - 1 == source.count('<script type="text/plain" data-')
+    assert not [name for _, name, _ in page.attributes if name.startswith("on")]
+
+
+def test_html_escapes_names(page: _Page, source: str) -> None:
+    """A scene's name, an engine's message and the machine's name are text, never markup."""
+    assert "<script>alert" not in source
+    assert "<nothing>" not in source
+    assert page.tags["b"] == source.count("<b>") - source.count("<b><")
+    assert any("<script>alert" in text for text in page.text)
+    assert any("A <CPU>" in text for text in page.text)
+
+
+def test_html_pictures_have_names_and_tables_have_headings(page: _Page) -> None:
+    """Every picture says what it shows, and every table has headings that say what they head."""
+    labels = [value for tag, name, value in page.attributes if tag == "svg" and name == "aria-label"]
+    assert page.tags["svg"] == len(labels)
+    assert all(labels)
+    scopes = [value for tag, name, value in page.attributes if tag == "th" and name == "scope"]
+    assert len(scopes) == page.tags["th"]
+
+
+def test_html_shows_the_papers_cases(source: str) -> None:
+    """The paper's cases are drawn under PIT, with both numbers of impacts, and the missed impact's frames dashed."""
+    section = source[source.index("What goes wrong</h2>") :]
+    assert "dashed: those just before and just after what is missed" in section
+    section = section[section.index("The source paper") :]
+    assert "paper/missed" in section
+    assert "PIT tuned: 0 impacts" in section
+
+
+@pytest.fixture(scope="module")
+def one_scene(results: Results) -> Results:
+    """As little as a report can be of, for tests that write several."""
+    return replace(results, rows=tuple(row for row in results.rows if row.job.scene.name == "paper/late"))
+
+
+@pytest.mark.long
+def test_report_is_the_same_when_written_again(results: Results, folder: Path, tmp_path: Path) -> None:
+    """The same results give the same bytes, so that a committed report differs only where its results do."""
+    report_of(results).write(tmp_path)
+    assert files_of(tmp_path) == files_of(folder)
+
+
+def test_report_replaces_an_older_one(one_scene: Results, folder: Path, tmp_path: Path) -> None:
+    """A report written into a folder with an older one replaces its files, and leaves others and no rubbish."""
+    shutil.copytree(folder, tmp_path, dirs_exist_ok=True)
+    (tmp_path / "index.html").write_text("old")
+    (tmp_path / "notes.txt").write_text("mine")
+    assert report_of(one_scene).write(tmp_path) == tmp_path / "index.html"
+    assert (tmp_path / "index.html").read_text(encoding="utf-8") != "old"
+    names = {"index.html", "play.html", "report.md", "results.jsonl", "junit.xml", "notes.txt", MARKER}
+    assert {path.name for path in tmp_path.iterdir()} == names
+
+
+@pytest.mark.long
+def test_names_that_command_a_terminal_or_turn_the_writing_reach_no_file(tmp_path: Path) -> None:
+    """Escape sequences, bidirectional controls and separators of lines in a name are visible text in every file."""
+    name = "evil\x9b31m\u202egnp\u2028x"
+    scene = find_scenes(["paper/late"])[0].scene.model_copy(update={"name": name})
+    report_of(carom.cross_check([scene], ["pic", "pit"], dts=[0.1], timing=False, jobs=1)).write(tmp_path)
+    for content in files_of(tmp_path).values():
+        text = content.decode()
+        assert visible(text) == text
+    assert "evil\\u009b31m\\u202egnp\\u2028x" in (tmp_path / "index.html").read_text(encoding="utf-8")
+    _, rows = raw_records(tmp_path / "results.jsonl")
+    assert {row["scene"] for row in rows} == {name}
+
+
+@pytest.mark.parametrize("module", ["jinja2", "matplotlib"])
+def test_a_missing_extra_is_named(
+    results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: str
+) -> None:
+    """Without a part of the extra the error says how to install it, and nothing is written."""
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtraError, match=re.escape("pip install 'carom[report]'")):
+        report_of(results).write(tmp_path / "none")
+    assert not (tmp_path / "none").exists()
+
+
+def test_jsonl_is_strict_and_complete(results: Results, folder: Path) -> None:
+    """A line for the whole run, then one a row in order, all JSON without NaN or infinity; the machine is told once."""
+
+    def refuse(text: str) -> None:
+        raise AssertionError(text)
+
+    lines = (folder / "results.jsonl").read_text(encoding="utf-8").splitlines()
+    head, *found = (json.loads(line, parse_constant=refuse) for line in lines)
+    assert [(line["scene"], line["engine"], line["dt_s"]) for line in found] == [
+        (row.job.scene.name, row.job.engine, row.job.dt_s) for row in results.rows
+    ]
+    assert head["environment"]["processor"] == "A <CPU>"
+    assert not any("environment" in line for line in found)
+    for line, row in zip(found, results.rows, strict=True):
+        assert line["status"] == row.status.name.lower()
+        assert line["reason"] == row.reason
+        assert bool(line["verdicts"]) == (row.status is Status.RAN)
+    missed = next(line for line in found if line["scene"] == "paper/missed" and line["engine"] == "pit")
+    assert missed["grade"] == "wrong"
+    assert missed["missed"] == [0]
+    assert missed["total"]["velocity"] is None
+    assert missed["price_paid"] == pytest.approx(1.0)
+    assert raw_records(folder / "results.jsonl") == (head, found)
+
+
+#: By what is wrong: what a file of results holds, what is said of it, and what is to be done.
+AGAIN, ANOTHER = "; this Carom reads .* run the cross-check again", ".*give a report's folder"
+NO_RESULTS = {
+    "empty": (b"", f"is of format None{AGAIN}"),
+    "earlier": (b'{"format": 1, "scene": "paper/late", "environment": {}}', f"is of format 1{AGAIN}"),
+    "cut": (b'{"format": 2, "rows": 3}\n{}\n', f"has 1 of 3 rows{AGAIN}"),
+    "no environment": (b'{"format": 2, "rows": 0}\n', "line 1: environment: Field required"),
+    "no JSON": (b"{}\n{\n", f"line 2: no JSON{ANOTHER}"),
+    "no object": (b"[]\n", f"line 1: no JSON object{ANOTHER}"),
+    "deep": (b"[" * 100_000, f"line 1: no JSON{ANOTHER}"),
+    "digits": (b'{"a":' + b"9" * 5000 + b"}", f"line 1: no JSON{ANOTHER}"),
+    "large": (b" " * (2**20 + 1), f"is larger than 1 MiB{ANOTHER}"),
+    "many": (b"[]," * 2**17, f"or 131,072 values, the limit for results{ANOTHER}"),
+    "bytes": (b"\xff", f"can't be read{ANOTHER}"),
+}
+
+
+@pytest.mark.parametrize("what", NO_RESULTS)
+def test_what_no_report_holds_is_refused_in_a_sentence(
+    what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another format, half a file, and what would take all memory or end the reader, are named with what to do."""
+    monkeypatch.setitem(MOST_BYTES, ".jsonl", 2**20)
+    monkeypatch.setitem(MOST_VALUES, ".jsonl", 2**17)
+    path, (data, words) = tmp_path / "results.jsonl", NO_RESULTS[what]
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=rf"results\.jsonl.*{words}"):
+        read_records(path)
+
+
+def test_every_row_of_the_sample_is_read_and_can_be_written_back() -> None:
+    """The type of a line takes each line of the committed sample, and of one in five makes the same line again."""
+    path = ROOT / "reports" / "sample" / "results.jsonl"
+    head, rows = raw_records(path)
+    summary, lines = read_records(path)
+    assert len(lines) == head["rows"] > 1000
+    assert json.loads(text_of(summary)) == head
+    for line, row in zip(lines[::5], rows[::5], strict=True):
+        assert json.loads(text_of(line, spins="spin" in (row["total"] or {}))) == row
+
+
+def test_what_is_not_finite_is_null_and_nan_again(results: Results, folder: Path) -> None:
+    """A NaN of a score is null in the file and NaN where the line is read; where null has a meaning, it stays None."""
+    _, lines = read_records(folder / "results.jsonl")
+    missed = next(line for line in lines if (line.scene, line.engine) == ("paper/missed", "pit"))
+    assert math.isnan(sure(missed.total).velocity)
+    assert missed.parted_s is None
+    row = next(row for row in results.rows if (row.job.scene.name, row.job.engine) == ("paper/missed", "pit"))
+    assert missed.grade is sure(row.score).grade
+
+
+def test_junit_counts_are_those_of_the_rows(results: Results, folder: Path) -> None:
+    """Wrong and inaccurate cells are failures, broken engines errors, and what was not run is skipped, with reasons."""
+    root = ET.parse(folder / "junit.xml").getroot()  # noqa: S314 - our own file
+    cases = list(root.iter("testcase"))
+    assert len(cases) == len(results.rows) == int(root.attrib["tests"])
+    for tag, attribute in (("failure", "failures"), ("error", "errors"), ("skipped", "skipped")):
+        found = list(root.iter(tag))
+        assert (
+            len(found) == int(root.attrib[attribute]) == sum(int(s.attrib[attribute]) for s in root.iter("testsuite"))
+        )
+        assert all(entry.attrib["message"] for entry in found)
+    grades = Counter(row.grade.name if row.grade else "" for row in results.rows)
+    assert int(root.attrib["failures"]) == grades["WRONG"] + grades["INACCURATE"] > 0
+    assert int(root.attrib["errors"]) == sum(
+        row.status in {Status.CRASHED, Status.TIMED_OUT, Status.FAILED} for row in results.rows
+    )
+    assert any("gone is not installed" in entry.attrib["message"] for entry in root.iter("skipped"))
+
+
+@pytest.mark.parametrize("fail_on", [Grade.SAMPLED, Grade.WRONG, None])
+def test_junit_fails_what_the_exit_code_fails(results: Results, fail_on: Grade | None) -> None:
+    """A case fails where the row violates the line that was asked for, and for no other grade."""
+    cases = ET.fromstring(junit(results, fail_on)).iter("testcase")  # noqa: S314 - our own text
+    failed = sorted(f"{case.get('classname')} {case.get('name')}" for case in cases if case.find("failure") is not None)
+    rows = [row for row in results.rows if fail_on is not None and violates(row, fail_on)]
+    assert len(failed) == len(rows)
+    assert bool(failed) is (fail_on is not None)
+
+
+def test_markdown_tables_are_well_formed(folder: Path) -> None:
+    """Every row of a table has as many cells as its head, whatever stands in a name; no name becomes markup."""
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    blocks = [block.splitlines() for block in text.split("\n\n") if block.startswith("|")]
+    assert len(blocks) >= 4
+    for block in blocks:
+        widths = {len(re.findall(r"(?<!\\)\|", line)) for line in block}
+        assert len(widths) == 1, block
+    assert "<script" not in text.replace("\\<", "")
+    assert "carom run --report 'a & b'" in text
+
+
+def test_page_and_markdown_have_the_same_sections_in_order(results: Results, folder: Path) -> None:
+    """The headings of the page and of the Markdown are one list but for what the document keeps for one of them."""
+    shown = {
+        medium: [section.heading for section in cross_check_document(results).shown(medium)]
+        for medium in (Medium.PAGE, Medium.MARKDOWN)
+    }
+    headings = re.findall(r"<h[23]>(.*?)</h[23]>", (folder / "index.html").read_text(encoding="utf-8"))
+    assert [html.unescape(heading) for heading in headings] == shown[Medium.PAGE]
+    text = (folder / "report.md").read_text(encoding="utf-8")
+    assert re.findall(r"^#{2,3} (.*)$", text, re.MULTILINE) == shown[Medium.MARKDOWN]
+    assert [heading for heading in shown[Medium.PAGE] if heading != "Every cell, at every step"] == shown[
+        Medium.MARKDOWN
+    ]
+
+
+def test_a_column_is_shown_wherever_its_table_is() -> None:
+    """A column that is added to a table appears in the page, in the Markdown and on the terminal."""
+    table = Table((Column("scene", str.title), Column("discs", lambda _: "2")), ["one"], title="Sizes")
+    wider = replace(table, columns=(*table.columns, Column("added", lambda _: "here")))
+    document = Document("A report", Headline("It is a report."), (Section("Sizes", (wider,)),))
+    _answer, _heading, printed = terminal(document, 160)
+    buffer = io.StringIO()
+    Console(file=buffer, width=100).print(printed)
+    for text in (html_of(document), markdown_of(document), buffer.getvalue()):
+        assert "added" in text
+        assert "here" in text

@@ -1,0 +1,77 @@
+"""`carom explain`: what each word of a report means, from the one place where it stands."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from tests.command import carom_command
+
+from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
+from carom.comparator.grades import Grade
+from carom.comparator.verdict import Verdict
+from carom.report.glossary import explained, glossary
+from carom.report.grid import Mark
+
+PAGE = (Path(__file__).resolve().parents[3] / "docs" / "theory" / "scoring.md").read_text(encoding="utf-8")
+
+
+def table(heading: str) -> list[tuple[str, str]]:
+    """Return the rows of the page's table with this heading."""
+    rows = re.findall(rf"^\| {heading} \| when \|\n\|[-| ]+\|\n((?:\|.*\n)+)", PAGE, re.MULTILINE)
+    assert len(rows) == 1
+    return re.findall(r"^\| (.+?) \| (.+) \|$", rows[0], re.MULTILINE)
+
+
+def test_the_page_says_of_verdicts_what_the_command_says() -> None:
+    """Each verdict is explained, and the table of docs/theory/scoring.md has the same words: edit both, or neither."""
+    assert list(SAID_WHEN) == list(Verdict)
+    assert sorted(table("verdict")) == sorted((verdict.value, when) for verdict, when in SAID_WHEN.items())
+
+
+def test_the_page_says_of_grades_what_the_command_says() -> None:
+    """So is each grade."""
+    assert list(GRADED_WHEN) == list(Grade)
+    assert table("grade") == [(Mark[grade.name].word, when) for grade, when in GRADED_WHEN.items()]
+
+
+def test_every_word_of_a_report_is_explained() -> None:
+    """A verdict, a grade and a mark are found by their names; those of one name are all told."""
+    for word in {entry.word for entry in glossary()}:
+        found = explained(word)
+        assert word in {entry.word for entry in found}
+        assert all(str(entry).endswith(".") for entry in found), word
+
+
+def test_a_verdict_is_found_by_its_sentence() -> None:
+    """What stands in a report can be asked for as it stands there."""
+    (entry,) = explained("Velocities after an impact are off.")
+    assert entry.word == "wrong velocity"
+
+
+@pytest.mark.parametrize(
+    ("word", "near"),
+    [("mised", "'missed'"), ("inacurate", "'inaccurate'"), ("zzz", ""), ("NaN", "'not finite'")],
+)
+def test_a_misspelt_word_gets_the_nearest_one(word: str, near: str) -> None:
+    """An unknown word ends in a sentence and exit code 2, with what may have been meant, or where the words are."""
+    result = carom_command("explain", word)
+    assert result.exit_code == 2
+    assert f"no report says {word!r}" in result.output
+    assert (near or "`carom explain` lists the words") in result.output
+
+
+@pytest.mark.parametrize(("word", "meant"), [("tunnelling", "missed"), ("invented", "spurious")])
+def test_words_that_people_search_for_lead_to_carom_s(word: str, meant: str) -> None:
+    """A word of the field that no report uses is answered with the report's own."""
+    assert [entry.word for entry in explained(word)] == [meant]
+
+
+def test_the_command_explains_and_lists() -> None:
+    """`carom explain missed` says what it means and when; without a word every word has a line."""
+    told = carom_command("explain", "missed").output
+    assert "missed (verdict): an impact is missed." in told
+    assert "passed through each other" in told
+    assert carom_command("explain", "wrong", "direction").output.startswith("wrong direction (verdict)")
+    assert len(carom_command("explain").output.splitlines()) == len(list(glossary()))

@@ -1,0 +1,195 @@
+"""What a notebook shows: pictures that are of the result, names that stay text, and nothing where no report can be."""
+
+from __future__ import annotations
+
+from collections import Counter
+from html.parser import HTMLParser
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Rectangle
+from matplotlib.quiver import Quiver
+from tests.stage import altered, cross_checked
+
+import carom
+from carom import Disc, Scene, Wall
+from carom.catalogue import find_scenes
+from carom.errors import InputError
+from carom.report.grid import mark_of
+
+HOSTILE = "<script>alert('x')</script>&$\\frac$"
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    """Two discs that meet obliquely over a wall."""
+    discs = [
+        Disc(position_m=(0.0, 0.0), velocity_m_s=(2.0, 0.1), radius_m=0.5),
+        Disc(position_m=(3.0, 0.25), velocity_m_s=(-1.0, 0.0), radius_m=0.25),
+    ]
+    return Scene(
+        name=HOSTILE, discs=discs, walls=[Wall(point_m=(0.0, -2.0), normal=(0.0, 1.0))], duration_s=2.0, frame_rate_hz=8
+    )
+
+
+class Seen(HTMLParser):
+    """The elements and the text of some HTML."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.elements: Counter[str] = Counter()
+        self.text = ""
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag: str, _attrs: object) -> None:
+        self.elements[tag] += 1
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def circles(axes: object) -> list[Circle]:
+    return [artist for artist in axes.get_children() if isinstance(artist, Circle)]  # type: ignore[attr-defined]
+
+
+def test_a_cell_has_the_lines_and_the_picture_and_no_name_becomes_a_tag(scene: Scene) -> None:
+    """Everything that has a picture shows it beside its lines; a name with tags and dollars is read as it is."""
+    reference, observed = carom.solve_pic(scene), carom.solve_pit(scene)
+    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8])
+    for thing in (scene, reference, observed, results, carom.certify(scene)):
+        page = thing._repr_html_()
+        assert page
+        seen = Seen(page)
+        assert seen.elements["svg"] == 1
+        assert not seen.elements["script"]
+        assert str(thing) in seen.text
+
+
+def test_a_score_is_a_table_of_its_numbers(scene: Scene) -> None:
+    """Grade, counts, every metric that was measured and every verdict with its reason stand in the table."""
+    score = carom.compare(carom.solve_pic(scene), carom.solve_pit(scene))
+    seen = Seen(score._repr_html_() or "")
+    assert seen.elements["table"] == 1
+    for said in (score.grade.value, "final velocity", score.findings[0].reason):
+        assert said in seen.text
+    assert "n/a" not in seen.text
+
+
+def test_without_the_extra_a_notebook_falls_back_to_the_lines(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where matplotlib is missing there is no HTML, and a plot names what to install."""
+    monkeypatch.setattr("carom.report.files.importlib.util.find_spec", lambda _: None)
+    reference = carom.solve_pic(scene)
+    assert scene._repr_html_() is None
+    assert carom.replay(reference, reference)._repr_html_() is None
+    with pytest.raises(ImportError, match=r"pip install 'carom\[report\]'"):
+        scene.plot()
+
+
+def test_large_results_are_told_without_a_picture() -> None:
+    """A grid of 100 discs would show nothing in a cell."""
+    discs = [Disc(position_m=(float(k % 10), float(k // 10)), radius_m=0.25) for k in range(100)]
+    page = Scene(name="many", discs=discs, duration_s=1.0)._repr_html_()
+    assert page
+    assert Seen(page).elements == {"div": 1, "pre": 1}
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("field", ["time_s", "normal", "velocity_first_after"])
+def test_a_trace_that_is_not_finite_is_told_and_not_drawn(scene: Scene, field: str, bad: float) -> None:
+    """NaN and infinity have no place in a picture: a cell has the lines alone, a plot and a replay say which."""
+    trace = carom.solve_pic(scene)
+    broken = altered(trace, 0, **{field: bad})
+    assert Seen(broken._repr_html_() or "").elements == {"div": 1, "pre": 1}
+    with pytest.raises(InputError, match=f"{field}.*can't be drawn"):
+        broken.plot(Figure().add_subplot())
+    with pytest.raises(InputError, match=f"{field}.*can't be played"):
+        carom.replay(trace, broken)
+
+
+def test_a_scene_is_drawn_where_it_starts_on_the_axes_given(scene: Scene) -> None:
+    """Each disc stands at its place in its size, to scale, with its velocity as an arrow."""
+    axes = Figure().add_subplot()
+    assert scene.plot(axes) is axes
+    assert axes.get_aspect() == 1.0
+    drawn = {(*np.array(circle.get_center()).tolist(), circle.get_radius()) for circle in circles(axes)}
+    assert drawn == {(*disc.position_m, disc.radius_m) for disc in scene.discs}
+    (arrows,) = [artist for artist in axes.collections if isinstance(artist, Quiver)]
+    assert np.column_stack([arrows.U, arrows.V]).tolist() == [list(disc.velocity_m_s) for disc in scene.discs]
+
+
+def test_a_trace_is_drawn_with_its_impacts(scene: Scene) -> None:
+    """A disc's line turns where the impact is, and both discs stand there, touching; it ends at the final place."""
+    trace = carom.solve_pic(scene)
+    (impact,) = trace.impacts
+    axes = trace.plot(Figure().add_subplot())
+    turns = []
+    for k, disc in enumerate(scene.discs):
+        turn = np.array(disc.position_m) + impact["time_s"] * np.array(disc.velocity_m_s)
+        points = axes.lines[k].get_xydata()
+        assert points == pytest.approx(np.array([disc.position_m, turn, trace.final_position_m[k]]), abs=1e-12)
+        assert any(circle.get_center() == pytest.approx(turn, abs=1e-12) for circle in circles(axes))
+        turns.append(turn)
+    assert np.hypot(*(turns[1] - turns[0])) == pytest.approx(0.75, abs=1e-12)
+
+
+def test_motion_along_a_line_is_drawn_against_time() -> None:
+    """Discs on one line have an axis of time; the dots are the trace's impacts."""
+    (entry,) = find_scenes(["classics/cradle-gaps"])
+    trace = carom.solve_pic(entry.scene)
+    axes = trace.plot(Figure().add_subplot())
+    assert axes.get_ylabel() == "time in s"
+    dots = np.concatenate([line.get_ydata() for line in axes.lines if line.get_marker() == "o"])
+    assert sorted(dots) == pytest.approx(sorted(np.repeat(trace.impacts["time_s"], 2)))
+
+
+def test_results_are_drawn_as_counts_of_marks(scene: Scene) -> None:
+    """The bars of each mark are as long as there are runs that it came of, end to end."""
+    results = cross_checked([scene], ["pic", "pit"], dts=[1 / 8, 1 / 16])
+    axes = results.plot(Figure().add_subplot())
+    methods = [label.get_text() for label in axes.get_yticklabels()]
+    drawn: Counter[tuple[str, str]] = Counter()
+    for bars in axes.containers:
+        for method, bar in zip(methods, bars, strict=True):
+            assert isinstance(bar, Rectangle)
+            drawn[method, str(bars.get_label())] += round(bar.get_width())
+    marks = [(row.job.method.name, mark_of(row)) for row in results.rows]
+    assert +drawn == Counter((method, f"{mark.symbol} {mark.word}") for method, mark in marks)
+    for row in range(len(methods)):
+        bars_of_row = [bars[row] for bars in axes.containers]
+        assert all(b.get_x() == a.get_x() + a.get_width() for a, b in pairwise(bars_of_row))
+
+
+def test_a_plot_without_axes_makes_a_figure_of_pyplots(scene: Scene) -> None:
+    """A notebook shows what pyplot knows of."""
+    from matplotlib import pyplot as plt
+
+    axes = scene.plot()
+    assert plt.gcf() is axes.figure
+    plt.close(axes.figure)
+
+
+def test_traces_beside_each_other_have_one_scale(scene: Scene) -> None:
+    """Both show the same part of the plane, also where one of the two goes farther than the other."""
+    from matplotlib import pyplot as plt
+
+    far = carom.solve_pit(scene, frame_rate_hz=1)  # looks so seldom that the discs pass through
+    several = carom.plot_beside(carom.solve_pic(scene), far)
+    assert len(several) == 2
+    assert {axes.get_xlim() for axes in several} == {several[0].get_xlim()}
+    assert {axes.get_ylim() for axes in several} == {several[0].get_ylim()}
+    (low, high) = several[0].get_xlim()
+    assert low < min(far.final_position_m[:, 0])
+    assert max(far.final_position_m[:, 0]) < high
+    assert [axes.get_title() for axes in several] == ["pic", "pit"]
+    plt.close("all")
+
+
+def test_traces_of_two_scenes_are_not_drawn_beside_each_other(scene: Scene) -> None:
+    """One scale for two scenes would say nothing; nor are there pictures of no trace."""
+    with pytest.raises(InputError, match="the traces are of two scenes"):
+        carom.plot_beside(carom.solve_pic(scene), carom.solve_pic("paper/missed"))
+    with pytest.raises(InputError, match="one at least"):
+        carom.plot_beside()

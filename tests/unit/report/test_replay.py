@@ -1,0 +1,179 @@
+"""Replays: what a page is given of a run, and of each of its impacts."""
+
+from __future__ import annotations
+
+import base64
+import dataclasses
+import gzip
+import json
+import math
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.stage import cross_checked, sure
+
+import carom
+from carom.catalogue import find_scenes
+from carom.execution.results import Results
+from carom.report.grid import build_grid
+from carom.report.replay import first_fault, impact_rows, replay_data, scene_replays
+
+
+@pytest.fixture(scope="module")
+def results() -> Results:
+    scenes = find_scenes(("paper/missed", "paper/late", "classics/miss", "gravity/ladder"))
+    return cross_checked(scenes, ["pic", "pit"], dts=[1 / 24], profiles=["tuned"])
+
+
+@pytest.fixture(scope="module")
+def replays(results: Results) -> dict[str, dict[str, Any]]:
+    found = scene_replays(results, build_grid(results))
+    return {name: json.loads(gzip.decompress(base64.b64decode(data))) for name, data in found}
+
+
+def test_every_graded_cell_has_a_replay(results: Results, replays: dict[str, dict[str, Any]]) -> None:
+    """Each row at a scene's own frame rate that was scored is one of the scene's replays, by a key of its own."""
+    graded = {
+        f"{row.job.scene.name}/{row.job.engine}/{row.job.profile}"
+        for row in results.rows
+        if row.score is not None and row.job.refinement == 0
+    }
+    assert {run["key"] for data in replays.values() for run in data["runs"]} == graded
+
+
+def test_an_impact_is_told_as_what_became_of_it(replays: dict[str, dict[str, Any]]) -> None:
+    """PIT misses the impact of the first case, and finds that of the second late: it checks once per step."""
+    runs = {run["key"]: run["impacts"] for data in replays.values() for run in data["runs"]}
+    (missed,) = runs["paper/missed/pit/tuned"]
+    (late,) = runs["paper/late/pit/tuned"]
+    (found,) = runs["paper/late/pic/tuned"]
+    assert (missed["flag"], missed["cause"]) == ("missed", "checking once per step")
+    assert (late["flag"], late["cause"]) == ("late", "checking once per step")
+    assert late["reported"] > late["true"]
+    assert (found["flag"], found["became"], found["cause"]) == ("found", "found", "")
+
+
+def test_how_a_disc_moves_in_contact_is_told_from_when_to_when() -> None:
+    """A disc that slides to rolling does so at ``u / (g f (1 + k))``, and no strip is told of what only flies."""
+    scene = find_scenes(("contact/slide-to-roll",))[0].scene
+    (disc,) = scene.discs
+    reference = carom.solve_pic(scene)
+    ((number, changes),) = replay_data(reference, [])["modes"]
+    pull, slip = -scene.gravity_m_s2[1], disc.velocity_m_s[0] + disc.radius_m * disc.spin_rad_s
+    rolls_s = slip / (pull * scene.wall_friction * (1.0 + 1.0 / disc.inertia_factor))
+    assert number == 0
+    assert [word for _, word in changes] == ["slides", "rolls", ""]
+    assert [time_s for time_s, _ in changes] == pytest.approx([0.0, rolls_s, scene.duration_s])
+    assert replay_data(carom.solve_pic("paper/missed"), [])["modes"] == []
+
+
+def test_why_an_impact_is_missed_is_told_by_the_states(results: Results) -> None:
+    """Without states, what PIT does is said and no more; a run that its own states lead elsewhere did not pass by."""
+    row = next(row for row in results.rows if row.score and row.score.missed)
+    score, trace, reference = row.score, row.trace, results.references["paper/missed"]
+    assert score is not None
+    assert trace is not None
+    unseen = dataclasses.replace(trace, local_truth=None)
+    (found,) = impact_rows(reference, unseen, dataclasses.replace(score, pit_missed=()))
+    assert (found["flag"], found["cause"]) == ("missed", "PIT finds it")
+    (found,) = impact_rows(reference, unseen, score)
+    assert found["cause"] == "PIT misses it, too"
+    meetings = sure(trace.local_truth).meetings.copy()
+    for pit_missed, cause in ((True, "checking once per step"), (False, "the method's own: PIT finds it from there")):
+        meetings["pit_missed"] = pit_missed
+        truth = dataclasses.replace(sure(trace.local_truth), meetings=meetings)
+        (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=truth), score)
+        assert found["cause"] == cause
+    elsewhere = dataclasses.replace(sure(trace.local_truth), meetings=meetings[:0])
+    (found,) = impact_rows(reference, dataclasses.replace(trace, local_truth=elsewhere), score)
+    assert "errors before this impact led it elsewhere" in found["cause"]
+
+
+def test_the_scene_goes_with_it_as_a_file(replays: dict[str, dict[str, Any]]) -> None:
+    """What is offered for copying loads as the scene that was run."""
+    for name, data in replays.items():
+        assert carom.Scene(**tomllib.loads(data["file"])) == find_scenes([name])[0].scene
+
+
+def test_the_same_results_give_the_same_text(results: Results) -> None:
+    """Packing has no clock in it: a report made twice is the same file."""
+    grid = build_grid(results)
+    assert list(scene_replays(results, grid)) == list(scene_replays(results, grid))
+
+
+def test_a_run_that_is_not_finite_plays_as_far_as_it_is(results: Results) -> None:
+    """Where an engine's numbers end in NaN, the replay ends with the last place that is known, as plain JSON."""
+    row = next(row for row in results.rows if row.job.scene.name == "paper/late" and row.job.engine == "pit")
+    impacts = sure(row.trace).impacts.copy()
+    for name in ("velocity_first_after", "velocity_second_after", "time_s"):
+        impacts[name] = math.nan
+    broken = dataclasses.replace(
+        sure(row.trace),
+        impacts=impacts,
+        final_position_m=np.full((2, 2), math.nan),
+        final_velocity_m_s=np.full((2, 2), math.inf),
+    )
+    for trace in (broken, dataclasses.replace(broken, samples=None)):
+        reference = results.references["paper/late"]
+        score = carom.compare(reference, trace)
+        data = replay_data(reference, [(trace, score, {})])
+        (run,) = json.loads(json.dumps(data, allow_nan=False))["runs"]
+        assert all(len(track[0]) >= 1 for track in run["tracks"])
+
+
+def test_where_bodies_touch_and_how_long_they_would_overlap(results: Results) -> None:
+    """The roots of |p + v t| = reach are when two discs that fly on touch and part; there their rims meet."""
+    reference = results.references["paper/missed"]
+    one, other = reference.scene.discs
+    place, passing = (np.subtract(getattr(other, name), getattr(one, name)) for name in ("position_m", "velocity_m_s"))
+    reach = one.radius_m + other.radius_m
+    begin_s, end_s = np.sort(np.roots([passing @ passing, 2 * place @ passing, place @ place - reach**2]).real)
+    data = replay_data(reference, [])
+    ((x, y, overlap_s),) = data["meetings"]
+    assert overlap_s == pytest.approx(end_s - begin_s, rel=1e-5)  # as it is rounded for the page
+    for disc in (one, other):
+        centre = np.add(disc.position_m, begin_s * np.array(disc.velocity_m_s))
+        assert math.hypot(x - centre[0], y - centre[1]) == pytest.approx(disc.radius_m, rel=1e-5)
+
+
+def test_no_overlap_is_told_at_a_wall_nor_of_one_that_falls_beside_a_fixed_one() -> None:
+    """Their paths while they overlapped are no straight lines of each other, or have no end."""
+    wall = carom.Wall(point_m=(2.0, 0.0), normal=(-1.0, 0.0))
+    ball = carom.Disc(position_m=(0.0, 2.0), velocity_m_s=(0.0, 0.0), radius_m=0.5)
+    fixed = carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(0.0, 0.0), radius_m=0.5, mass_kg=math.inf)
+    flying = carom.Disc(position_m=(0.0, 2.0), velocity_m_s=(2.0, 0.0), radius_m=0.5)
+    to_wall = carom.Scene(name="to-wall", discs=[flying], walls=[wall], duration_s=1.0)
+    falling = carom.Scene(name="falling", discs=[ball, fixed], gravity_m_s2=(0.0, -9.81), duration_s=0.6)
+    for scene in (to_wall, falling):
+        ((_, _, overlap_s), *_) = replay_data(carom.solve_pic(scene), [])["meetings"]
+        assert overlap_s is None
+
+
+def test_a_replay_holds_at_what_is_missed_before_what_is_late(replays: dict[str, dict[str, Any]]) -> None:
+    """The missed impact and its reason are told in a sentence; a run that finds all of them has no fault."""
+    runs = {run["key"]: run for data in replays.values() for run in data["runs"]}
+    missed, late, exact = (
+        runs[key] for key in ("paper/missed/pit/tuned", "paper/late/pit/tuned", "paper/late/pic/tuned")
+    )
+    assert missed["impacts"][missed["fault"]["row"]]["flag"] == "missed"
+    assert (
+        "approach in overlap for 24.9 ms, and a step lasts 41.7 ms: missed (checking once per step)."
+        in missed["fault"]["said"]
+    )
+    assert late["impacts"][late["fault"]["row"]]["flag"] == "late"
+    assert exact["fault"] is None
+
+
+def test_a_replay_holds_at_what_is_most_off_if_nothing_is_missed() -> None:
+    """Not at the first impact that is late by a twentieth of a step, but at the one whose velocity is most off."""
+    rows: list[dict[str, Any]] = [
+        {"flag": "late", "velocity": 0.01},
+        {"flag": "late", "velocity": 0.4},
+        {"flag": "found", "velocity": 0.9},
+        {"flag": "early", "velocity": None},
+    ]
+    assert first_fault(rows) == 1
+    assert first_fault([*rows, {"flag": "missed", "velocity": None}]) == 4
+    assert first_fault([*rows, {"flag": "invented", "reported": None}]) == 1  # it has no instant to hold at

@@ -1,0 +1,177 @@
+"""Results in a few lines: the answer within the width there is, in signs that a terminal has, and what matters."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from dataclasses import replace
+
+import pytest
+from rich.console import Console
+from tests.stage import cross_checked, disc_at, staged
+
+import carom
+from carom import Disc, Scene, Wall
+from carom.catalogue import find_scenes
+from carom.cli.ascii import ERRORS
+from carom.report.document import Document
+from carom.report.render.terminal import terminal
+from carom.report.summary import MOST_LINES, WIDTH, printable
+from carom.studies.cross_check.document import cross_check_document
+
+
+@pytest.fixture(scope="module")
+def document() -> Document:
+    """Scenes of three groups, one of a long name, by PIC, PIT and pymunk."""
+    classics = [f"classics/{name}" for name in ("perfectly-inelastic", "three-in-line")]
+    scenes = find_scenes(["paper/late", "paper/missed", "gravity/falling-pair", *classics])
+    results = cross_checked(scenes, ["pic", "pit", "pymunk"], dts=[1 / 60])
+    return cross_check_document(results)
+
+
+def printed(document: Document, width: int, *, full: bool = False) -> list[str]:
+    """Return the lines that a terminal of a width shows."""
+    buffer = io.StringIO()
+    console = Console(file=buffer, width=width, highlight=False, markup=False)
+    for item in terminal(document, width, full=full):
+        console.print(item)
+    return buffer.getvalue().splitlines()
+
+
+def test_the_whole_suite_is_one_screen(document: Document) -> None:
+    """At 80 columns the answer has a line a method, and the rest is the same for any number of them."""
+    lines = printed(document, 80)
+    methods = [line for line in lines if re.match(r"(PIT|pymunk) (default|tuned|located) ", line)]
+    assert len(methods) == 4
+    pit_and_four_engines_with_three_profiles = 13
+    assert len(lines) - len(methods) + pit_and_four_engines_with_three_profiles <= 25
+
+
+@pytest.mark.parametrize("width", [60, 80, 120, 200])
+@pytest.mark.parametrize("full", [False, True])
+def test_nothing_is_wider_than_the_terminal(document: Document, width: int, full: bool) -> None:
+    """No line is longer than the terminal, and in tables no name is cut: a wide one is shown in parts."""
+    lines = printed(document, width, full=full)
+    assert max(map(len, lines)) <= width
+    if full:
+        assert sum(line.strip().startswith("classics/perfectly-inelastic") for line in lines) >= 1
+
+
+def test_another_alphabet_gets_marks_that_it_has(document: Document) -> None:
+    """In ASCII each grade still has a sign of its own, and nothing raises."""
+    text = "\n".join(printed(document, 80, full=True))
+    plain = " ".join(text.encode("ascii", ERRORS).decode().split())
+    assert "= exact ~ close s sampled i inaccurate / parted % parted inaccurate X wrong" in plain
+    assert "?" not in plain
+
+
+RIGHT_TO_LEFT = "\N{RIGHT-TO-LEFT OVERRIDE}"
+
+
+def scene(discs: int = 2, name: str = "head-on") -> Scene:
+    """Disc 0 reaches disc 1, at rest 3 m on, after the 2 m between them, at 2 s: radii of half a metre, 1 m/s."""
+    bodies = [Disc(position_m=(3.0 * k, 0.0), velocity_m_s=(float(k == 0), 0.0), radius_m=0.5) for k in range(discs)]
+    return Scene(name=name, discs=bodies, duration_s=2.75, frame_rate_hz=4.0)
+
+
+def every_kind(of: Scene) -> list[object]:
+    reference, observed = carom.solve_pic(of), carom.solve_pit(of)
+    results = cross_checked([of], ["pic", "pit"], dts=[1 / 24])
+    return [of, reference, carom.compare(reference, observed), results, carom.certify(of)]
+
+
+@pytest.mark.parametrize("of", [scene(), scene(20, f"<b>{RIGHT_TO_LEFT}{'x' * 150}")], ids=["plain", "hostile"])
+def test_every_result_fits_a_corner_of_the_screen(of: Scene) -> None:
+    """`repr` and `str` are the same few lines of printing characters, whatever the size and the name."""
+    for thing in every_kind(of):
+        lines = repr(thing).splitlines()
+        assert lines[0].startswith(type(thing).__name__)
+        assert 2 <= len(lines) <= MOST_LINES
+        assert max(map(len, lines)) <= WIDTH
+        assert all(line.isprintable() for line in lines)
+        assert str(thing) == repr(thing)
+
+
+def test_a_scene_says_its_laws_and_bodies() -> None:
+    """Each number of the scene that decides what happens stands in its lines; what is not shown is counted."""
+    wall = Wall(point_m=(0.0, -2.0), normal=(0.0, 2.0))
+    post = Disc(position_m=(9.0, 0.0), radius_m=0.25, mass_kg=math.inf)
+    rough = scene().model_copy(
+        update={
+            "discs": (*scene().discs, post),
+            "walls": (wall,),
+            "restitution": 0.5,
+            "friction": 0.3,
+            "gravity_m_s2": (0.0, -9.81),
+        }
+    )
+    text = repr(rough)
+    for said in (
+        "'head-on': 3 discs, 1 wall; 2.75 s at 4 frames a second",
+        "restitution 0.5, of walls 1, friction 0.3, gravity (0, -9.81) m/s²",
+        "disc 0: at (0, 0) m, (1, 0) m/s, radius 0.5 m, 1 kg",
+        "disc 2: at (9, 0) m, (0, 0) m/s, radius 0.25 m, immovable",
+        "wall 0: through (0, -2) m, free towards (0, 1)",
+    ):
+        assert said in text
+    assert repr(scene(40)).endswith("and 35 more")
+
+
+def test_a_trace_says_when_who_met_and_what_followed() -> None:
+    """Equal masses swap their velocities at 2 s; a step and a warning are told where there are any."""
+    trace = carom.solve_pic(scene())
+    assert "'head-on' by pic: 1 impact\n  until 2.75 s: ran to the end of the scene" in repr(trace)
+    assert "2 s: disc 0 and disc 1, then at (0, 0) and (1, 0) m/s" in repr(trace)
+    assert "by pit at 1/4 s: 1 impact" in repr(carom.solve_pit(scene()))
+    assert "it warned: careful" in repr(replace(trace, notes=("careful",)))
+
+
+def test_a_score_says_the_grade_the_counts_and_why() -> None:
+    """PIT at 24 frames a second misses the one impact of the paper's first case, which is wrong."""
+    (entry,) = find_scenes(["paper/missed"])
+    observed = carom.solve_pit(entry.scene)
+    score = carom.compare(carom.solve_pic(entry.scene), observed, sampling=observed)
+    assert repr(score).startswith("Score: wrong\n  0 of 1 impact found, 1 missed, 0 invented\n")
+    assert "error / PIT's: 1\n" in repr(score)
+    assert f"  {score.findings[0].verdict.value} ({score.findings[0].reason})" in repr(score)
+
+
+def test_results_count_what_became_of_each_method() -> None:
+    """Every row is counted, by its method and its grade; what an engine can't do is told in its own word."""
+    results = cross_checked(find_scenes(["paper/missed"]), ["pic", "pit"], dts=[1 / 24])
+    lines = repr(results).splitlines()
+    assert lines[0].startswith(f"Results: {len(results.rows)} runs of 1 scene by 3 methods")
+    for engine, profile in (("pic", "default"), ("pic", "tuned"), ("pit", "tuned")):
+        (line,) = [line.strip() for line in lines if line.strip().startswith(f"{engine}/{profile}: ")]
+        grades = [row.grade for row in results.rows if (row.job.engine, row.job.profile) == (engine, profile)]
+        for grade in filter(None, set(grades)):
+            assert f"{grades.count(grade)} {grade.name.lower()}" in line
+
+
+def test_a_certified_trace_shows_proven_digits_only() -> None:
+    """The impact at 1/3 s is told with as many threes as were asked for, and the end that was reached."""
+    thirds = staged("thirds", disc_at(0.0, 0.0, 3.0, 0.0), disc_at(2.0, 0.0), duration_s=1.0)
+    text = repr(carom.certify(thirds, digits=30))
+    assert text.startswith("CertifiedTrace of 'thirds': 1 impact, 30 digits asked for\n")
+    assert "certified to the end of the scene" in text
+    assert f"  0.{'3' * 30}" in text
+    assert "  0.33333" in repr(carom.certify(thirds))
+
+
+def test_what_does_not_print_is_escaped_and_a_long_line_cut() -> None:
+    """No control character and no change of direction reaches a terminal; a cut is seen as one."""
+    assert printable(f"a\x1b{RIGHT_TO_LEFT}b", 40) == r"a\x1b\u202eb"
+    assert printable("x" * 50, 10) == f"{'x' * 9}…"
+
+
+def test_exact_says_to_the_rounding_of_which_floats() -> None:
+    """What declares 32-bit floats is exact in 32 bits wherever a word stands for its grade."""
+    reference = carom.solve_pic(scene())
+    score = carom.compare(reference, replace(reference, float_bits=32))
+    results = cross_checked([scene()], ["pic"], profiles=["tuned"], dts=[1 / 24])
+    narrow = replace(results, rows=tuple(replace(row, score=score) for row in results.rows))
+    shown = (repr(score), repr(narrow), score._repr_html_(), narrow._repr_html_())
+    assert all("exact (float32)" in (text or "") for text in shown)
+    ungraded = replace(narrow, rows=tuple(replace(row, score=None) for row in results.rows))
+    assert "not scored" in repr(ungraded)

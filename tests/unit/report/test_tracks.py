@@ -1,0 +1,119 @@
+"""Tracks, drawn paths and angles: where each disc of a run is at any time, and how far it has turned."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.lengths import long_after
+from tests.stage import cross_checked, sure
+
+import carom
+from carom import Scene, Wall, compare, solve_pic
+from carom.catalogue import all_scenes
+from carom.execution.reference import reference_trace
+from carom.model.trace import Trace, wall_index
+from carom.model.walls import drive_of
+from carom.report.paths import exact_paths, extent_of, observed_paths
+from carom.report.replay import replay_data
+from carom.report.tracks import SHARPNESS, observed_tracks, reference_tracks, turnings
+
+
+def gap_of(scene: Scene, impact: Any, places: Sequence[Any]) -> float:
+    """Return how far a disc is from the body that it strikes, where its centre, and that of a second disc, stand."""
+    first, second = int(impact["first"]), int(impact["second"])
+    here, radius = places[0], scene.discs[first].radius_m
+    if second >= 0:
+        return float(np.hypot(*(places[1] - here))) - radius - scene.discs[second].radius_m
+    wall = scene.walls[wall_index(second)]
+    here = here - drive_of(wall.legs, wall.velocity_m_s).moved_at(impact["time_s"])  # as seen from the wall
+    if isinstance(wall, Wall):
+        return float(np.dot(here - np.array(wall.point_m), wall.normal)) - radius
+    return wall.outline.gap(float(here[0]), float(here[1]), radius)
+
+
+@pytest.mark.parametrize("one_in", long_after(1, [3, 1]))
+def test_the_bodies_of_every_impact_touch(one_in: int) -> None:
+    """At each impact of the reference a disc touches what it strikes, to 1e-9 of the extent, played and drawn."""
+    scenes = [entry.scene for entry in all_scenes().values()][::one_in]
+    for scene in scenes:
+        trace = sure(reference_trace(scene)) if len(scene.discs) > 16 else solve_pic(scene, max_impacts=100)
+        assert isinstance(trace, Trace)
+        tracks, near = reference_tracks(trace), 1e-9 * extent_of(trace)
+        stands = iter(exact_paths(trace).stands if len(scene.discs) <= 16 else ())
+        for impact in trace.impacts:
+            bodies = [body for body in (int(impact["first"]), int(impact["second"])) if body >= 0]
+            played = [tracks[body].at(np.array([impact["time_s"]]))[0] for body in bodies]
+            drawn = [next(stands).position_m for _ in bodies] if len(scene.discs) <= 16 else played
+            assert max(abs(gap_of(scene, impact, places)) for places in (played, drawn)) <= near, scene.name
+
+
+@pytest.mark.parametrize("name", long_after(1, ["paper/missed", "classics/gas", "gravity/box", "gravity/ladder"]))
+def test_a_sampled_run_stands_where_its_states_are(name: str) -> None:
+    """A track passes every state that was kept, to `SHARPNESS` of the extent, and holds no more knots than states."""
+    scene = all_scenes()[name].scene
+    results = cross_checked([scene], ["pit"], profiles=["tuned"], dts=[1 / 60])
+    trace = sure(results.rows[0].trace)
+    extent_m = extent_of(results.references[name])
+    times = sure(trace.samples).time_s[sure(trace.samples).time_s < trace.end_time_s]
+    for disc, track in enumerate(observed_tracks(trace, extent_m)):
+        away = track.at(times) - sure(trace.samples).position_m[: len(times), disc]
+        assert np.abs(away).max() <= SHARPNESS * extent_m
+        assert len(track.time_s) <= len(times) + len(trace.impacts) + 2
+
+
+def test_a_track_flies_a_parabola_between_its_knots() -> None:
+    """Halfway through a fall of one second the disc has fallen a quarter of the way, whatever the knots say."""
+    scene = carom.Scene(
+        name="fall", duration_s=1.0, gravity_m_s2=(0.0, -8.0), discs=[carom.Disc(position_m=(0.0, 0.0), radius_m=0.5)]
+    )
+    (track,) = reference_tracks(carom.solve_pic(scene))
+    assert track.at(np.array([0.0, 0.5, 1.0]))[:, 1] == pytest.approx([0.0, -1.0, -4.0], abs=1e-15)
+
+
+# How discs turn: angles worked out by hand from spins -----------------------------------------------------------------
+
+
+def test_a_disc_turns_by_its_spin_from_impact_to_impact() -> None:
+    """At 6 rad/s to the impact, then at 4: and the disc that was struck at -2, from rest."""
+    entry = all_scenes()["spin/english-stick"]
+    trace, hit_s, end_s = solve_pic(entry.scene), entry.known.impacts[0].time_s, entry.scene.duration_s
+    first, second = turnings(trace)
+    np.testing.assert_allclose([first.time_s, second.time_s], [[0.0, hit_s, end_s]] * 2, rtol=1e-15)
+    np.testing.assert_allclose(first.angle_rad, [0.0, 6 * hit_s, 6 * hit_s + 4 * (end_s - hit_s)], rtol=1e-14)
+    np.testing.assert_allclose(second.angle_rad, [0.0, 0.0, -2 * (end_s - hit_s)], rtol=1e-14)
+    assert first.at(end_s - 0.25) == pytest.approx(first.angle_rad[-1] - 1.0)
+    assert observed_paths(trace).turned[0].at(0.25) == pytest.approx(1.5)
+
+
+def test_nothing_turns_without_spins() -> None:
+    """A scene without friction and spin has no marks: neither in a replay nor in a picture."""
+    trace = solve_pic(all_scenes()["paper/late"].scene)
+    assert turnings(trace) == ()
+    data = replay_data(trace, [(trace, compare(trace, trace), {})])
+    assert data["turned"] == data["runs"][0]["turned"] == []
+
+
+def test_a_disc_whose_spin_is_no_number_turns_no_further() -> None:
+    """An engine's NaN must not reach the page, which has no number for it."""
+    trace = solve_pic(all_scenes()["spin/english-stick"].scene)
+    spins = sure(trace.spins).copy()
+    spins["first_after"] = math.nan
+    first, _ = turnings(dataclasses.replace(trace, spins=spins))
+    assert first.angle_rad[0] == 0.0
+    assert first.angle_rad[1] == first.angle_rad[2] > 2.0
+
+
+def test_the_replay_says_how_wrong_a_spin_is_and_why() -> None:
+    """An impact whose velocities are right and whose spin is not has the error beside it, and the cause."""
+    trace = solve_pic(all_scenes()["spin/grip"].scene)
+    spins = sure(trace.spins).copy()
+    spins["first_after"] = -1.0
+    wrong = dataclasses.replace(trace, spins=spins, dt_s=1 / 60)
+    (row,) = replay_data(trace, [(wrong, compare(trace, wrong), {})])["runs"][0]["impacts"]
+    assert row["spin"] == pytest.approx(0.2)
+    assert row["cause"] == "the method's own"

@@ -1,0 +1,274 @@
+"""A replay as an object: a cell, a page and a film of the same two runs."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import json
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib import rc_context
+from matplotlib.animation import FFMpegWriter, FuncAnimation
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, Rectangle
+from PIL import Image
+from tests.stage import disc_at, staged
+
+import carom
+from carom import Scene
+from carom.catalogue import find_scenes
+from carom.errors import InputError, MissingExtraError
+from carom.studies.cross_check import film as films
+from carom.studies.cross_check.replay import Replay
+
+HOSTILE = "</script><b>'\""
+
+
+@pytest.fixture(scope="module")
+def shown() -> Replay:
+    """The paper's first case, whose one impact PIT misses, under a name that would end a script."""
+    scene = find_scenes(["paper/missed"])[0].scene.model_copy(update={"name": HOSTILE})
+    return carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
+
+
+def test_it_is_scored_where_no_score_is_given(shown: Replay) -> None:
+    """A score that is given is taken; without one the two are compared."""
+    assert shown.score.missed == (0,)
+    given = carom.compare(shown.reference, shown.observed, sampling=shown.observed)
+    assert carom.replay(shown.reference, shown.observed, score=given).score is given
+
+
+def test_the_cell_is_an_isolated_frame_that_holds_the_page(shown: Replay) -> None:
+    """One iframe that may run scripts and nothing else; what is in it is the page to the letter."""
+    cell = shown._repr_html_()
+    assert cell
+    found = re.fullmatch(r'<iframe [^<>]*sandbox="allow-scripts"[^<>]* srcdoc="([^"<>]*)"></iframe>', cell)
+    assert found
+    assert unescape(found[1]) == shown.html()
+
+
+def test_the_page_holds_both_runs_and_one_script_by_its_hash(shown: Replay, tmp_path: Path) -> None:
+    """The page has one block of data, that of the replay; the name is text; no other script may run."""
+    path = shown.save(tmp_path / "replay.html")
+    page = path.read_text(encoding="utf-8")
+    assert page == shown.html()
+    (block,) = re.findall(r'<script type="text/plain" data-scene="[^"<>]*">([\w+/=]+)</script>', page)
+    data = json.loads(gzip.decompress(base64.b64decode(block)))
+    (run,) = data["runs"]
+    assert [row["flag"] for row in run["impacts"]] == ["missed"]
+    assert (data["name"], run["engine"], run["sampled"]) == (HOSTILE, "pit", True)
+    assert page.count("<script") == 2
+    assert HOSTILE not in page
+    assert "script-src 'sha256-" in unescape(page)
+    assert 'id="replay-alone"' in page
+
+
+def test_a_run_that_looks_at_no_frames_is_not_said_to(shown: Replay) -> None:
+    """PIC has no step: the page steps by the scene's frames, and does not say that PIC looks at them."""
+    page = carom.replay(shown.reference, shown.reference).html()
+    (block,) = re.findall(r'data-scene="[^"<>]*">([\w+/=]+)</script>', page)
+    (run,) = json.loads(gzip.decompress(base64.b64decode(block)))["runs"]
+    assert (run["dt"], run["sampled"]) == (pytest.approx(1 / 24), False)
+
+
+@pytest.mark.long
+def test_a_gif_moves_and_is_held_where_the_impact_is_missed(
+    shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It has 25 frames a second, which differ, and one that stands longer, the time of the fault."""
+    monkeypatch.setattr(films, "_FILM_S", 1)
+    with Image.open(shown.save(tmp_path / "replay.gif")) as film:
+        lasts = []
+        for frame in range(film.n_frames):  # type: ignore[attr-defined]
+            film.seek(frame)
+            lasts.append(film.info["duration"])
+        film.seek(0)
+        first = film.convert("RGB").tobytes()
+        film.seek(5)
+        assert film.convert("RGB").tobytes() != first
+    assert min(lasts) == 40
+    assert max(lasts) >= 1000 * (films._HELD_S - films._FLASH_S)  # noqa: SLF001 - while looks fade frames differ
+    assert sum(lasts) == 40 * _frames(shown)
+
+
+@dataclass(frozen=True)
+class _Film:
+    """A film, looked at frame by frame."""
+
+    made: FuncAnimation
+    times: np.ndarray
+
+    def show(self, frame: int) -> tuple[list[Axes], list[list[Circle]]]:
+        """Return left, right and what is magnified, and the circles of each."""
+        self.made._func(frame)  # type: ignore[attr-defined]  # noqa: SLF001
+        left, right = self.made._fig.axes[:2]  # type: ignore[attr-defined]  # noqa: SLF001
+        pictures = [left, right, *right.child_axes]
+        return pictures, [[part for part in axes.patches if isinstance(part, Circle)] for axes in pictures]
+
+
+@pytest.fixture
+def film(shown: Replay) -> Iterator[_Film]:
+    made = films.film(shown.reference, shown.observed, shown.score)
+    yield _Film(made, films._times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+def _deepest_s(shown: Replay) -> float:
+    """Return when two discs that fly on are nearest to each other."""
+    one, other = shown.reference.scene.discs
+    apart, passing = (np.subtract(getattr(other, of), getattr(one, of)) for of in ("position_m", "velocity_m_s"))
+    return float(-(apart @ passing) / (passing @ passing))
+
+
+def _at(cross: Line2D) -> np.ndarray:
+    place: np.ndarray = np.array(cross.get_xydata(), dtype=float)[0]
+    return place
+
+
+def _frames(shown: Replay) -> int:
+    return len(films._times(shown.reference.scene, _deepest_s(shown)))  # noqa: SLF001
+
+
+def test_a_film_shows_the_discs_where_they_are(shown: Replay, film: _Film) -> None:
+    """At the end each circle is where its trace ends; the exact run goes along on the right, and the last look."""
+    _, circles = film.show(len(film.times) - 1)
+    left, right = ([circle.get_center() for circle in drawn] for drawn in circles[:2])
+    exact, seen = shown.reference.final_position_m, shown.observed.final_position_m
+    assert np.array(left) == pytest.approx(exact, abs=1e-5)
+    assert np.array(right[:6]) == pytest.approx(np.concatenate([seen, exact, seen]), abs=1e-5)
+
+
+def test_a_cross_stays_where_the_impact_is_missed(shown: Replay, film: _Film) -> None:
+    """It is where the two would have touched, from that instant to the end, and not before."""
+    pictures, _ = film.show(0)
+    (cross,) = [line for line in pictures[1].lines if line.get_marker() == "x"]
+    (impact,) = shown.reference.impacts
+    met_s, one = impact["time_s"], shown.reference.scene.discs[0]
+    centre = np.add(one.position_m, met_s * np.array(one.velocity_m_s))
+    assert np.hypot(*(_at(cross) - centre)) == pytest.approx(one.radius_m)
+    for frame, visible in ((0, False), (len(film.times) - 1, True)):
+        film.show(frame)
+        assert cross.get_visible() is visible
+
+
+def test_a_look_is_never_after_the_frame_that_shows_it(shown: Replay, film: _Film) -> None:
+    """The run looks every 24th of a second: its dashed disc is where it was at the last of them."""
+    _, (_, right, _) = film.show(int(np.searchsorted(film.times, 2.5 / 24)))
+    dashed = [circle for circle in right if circle.get_linestyle() == "--"]
+    discs = shown.reference.scene.discs
+    looked = [np.add(disc.position_m, 2 / 24 * np.array(disc.velocity_m_s)) for disc in discs]
+    assert np.array([circle.get_center() for circle in dashed]) == pytest.approx(np.array(looked), abs=1e-5)
+
+
+def test_a_look_flashes_where_it_was_taken_and_fades(shown: Replay, film: _Film) -> None:
+    """The tenth look's outline is full at its first frame, a third of it is gone .16 s later, and in the end all."""
+    first = int(np.searchsorted(film.times, 10 / 24 - 1e-9))
+    place = np.add(
+        shown.reference.scene.discs[0].position_m, 10 / 24 * np.array(shown.reference.scene.discs[0].velocity_m_s)
+    )
+    for frame, alpha in ((first, 1.0), (first + 4, 1 - 4 / 11.25), (first + 12, 0.0)):
+        _, (_, right, _) = film.show(frame)
+        strengths = [
+            circle.get_alpha() or 0.0
+            for circle in right
+            if circle.get_linewidth() == 2.5 and np.hypot(*np.subtract(circle.get_center(), place)) < 1e-5
+        ]
+        assert max(strengths, default=0.0) == pytest.approx(alpha)
+
+
+def test_a_film_slows_towards_the_miss_and_is_held_there(shown: Replay, film: _Film) -> None:
+    """Far from it a frame is a 150th of the scene, just before it an eighth of that; it stands for 1.5 seconds."""
+    steps, held_s = np.diff(film.times), _deepest_s(shown)
+    even_s = shown.reference.scene.duration_s / 150
+    assert steps[0] == pytest.approx(even_s)
+    assert steps[-1] == pytest.approx(even_s, rel=0.02)
+    (held,) = np.nonzero(np.abs(film.times - held_s) < 1e-12)
+    assert len(held) == 38
+    assert steps[held[0] - 2] == pytest.approx(even_s / 8)
+    assert (steps >= 0).all()
+    assert film.times[-1] == shown.reference.scene.duration_s
+
+
+def test_what_fails_is_magnified_while_the_film_is_slow(shown: Replay, film: _Film) -> None:
+    """Two and a half radii about where the two touch, in a corner where that is not; before it nothing is magnified."""
+    pictures, _ = film.show(0)
+    _, right, inset = pictures
+    (frame,) = [part for part in right.patches if isinstance(part, Rectangle)]
+    assert not inset.get_visible()
+    assert not frame.get_visible()
+    film.show(int(np.searchsorted(film.times, _deepest_s(shown))))
+    assert inset.get_visible()
+    assert frame.get_visible()
+    (cross,) = [line for line in right.lines if line.get_marker() == "x"]
+    place, radius = _at(cross), shown.reference.scene.discs[0].radius_m
+    assert np.transpose([inset.get_xlim(), inset.get_ylim()]) == pytest.approx(
+        np.array([place - 2.5 * radius, place + 2.5 * radius])
+    )
+    right.figure.canvas.draw()
+    box, at = inset.get_window_extent(), right.transData.transform(place)
+    assert box.width > 1.4 * 5 * radius * right.transData.get_matrix()[0, 0]
+    assert not box.contains(*at)
+
+
+def test_what_a_film_would_not_magnify_has_no_inset() -> None:
+    """A disc a fifth of the picture's height is seen as it is."""
+    scene = staged("large", disc_at(0, 0, 1, r=1), disc_at(3, 0, r=1), duration_s=2.0, frame_rate_hz=3.0)
+    shown = carom.replay(carom.solve_pic(scene), carom.solve_pit(scene))
+    made = films.film(shown.reference, shown.observed, shown.score)
+    assert made._fig.axes[1].child_axes == []  # type: ignore[attr-defined]  # noqa: SLF001
+    made._draw_was_started = True  # type: ignore[attr-defined]  # noqa: SLF001 - it was looked at, and need not warn
+
+
+@pytest.mark.long
+def test_an_mp4_is_made_of_every_frame(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The program that matplotlib calls ffmpeg gets each frame whole, and what it writes is the file."""
+    monkeypatch.setattr(films, "_FILM_S", 1)
+    program = tmp_path / "ffmpeg"
+    program.write_text(f"#!{sys.executable}\nimport sys\nopen(sys.argv[-1], 'wb').write(sys.stdin.buffer.read())\n")
+    program.chmod(0o755)
+    with rc_context({"animation.ffmpeg_path": str(program)}):
+        frames = shown.save(tmp_path / "replay.mp4").read_bytes()
+    size = 4 * 640 * 352  # four bytes a pixel, 8 by 4.4 inches of 80
+    assert len(frames) == size * _frames(shown)
+    assert frames[:size] != frames[-size:]
+
+
+def test_what_cant_be_saved_is_said(shown: Replay, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Another ending is refused by name, an .mp4 without ffmpeg says what is missing, and no file is left."""
+    with pytest.raises(InputError, match=r"\.html, \.gif or \.mp4, not as '\.avi'"):
+        shown.save(tmp_path / "replay.avi")
+    monkeypatch.setattr(FFMpegWriter, "isAvailable", classmethod(lambda _: False))
+    with pytest.raises(MissingExtraError, match="needs the program ffmpeg"):
+        shown.save(tmp_path / "replay.mp4")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_traces_of_two_scenes_are_refused(shown: Replay) -> None:
+    """What can't be compared can't be played beside each other."""
+    other: Scene = find_scenes(["paper/late"])[0].scene
+    with pytest.raises(InputError, match="only traces of one scene"):
+        carom.replay(shown.reference, carom.solve_pic(other))
+
+
+@pytest.mark.long
+def test_an_engine_is_named_in_place_of_its_run() -> None:
+    """A scene by name and an engine by name make a replay of its run at the scene's frame, or at the step asked for."""
+    shown = carom.replay("paper/missed", "pit")
+    assert shown.reference == carom.solve_pic("paper/missed")
+    assert shown.observed.dt_s == 1 / shown.reference.scene.frame_rate_hz
+    assert len(shown.score.missed) == 1
+    assert carom.replay(shown.reference, "pit", dt=0.01).observed.dt_s == 0.01
+
+
+def test_a_run_that_is_given_has_a_step_of_its_own(shown: Replay) -> None:
+    """A step beside a run that is there already would be of no effect, and is refused."""
+    with pytest.raises(InputError, match="dt is the step of an engine that is named"):
+        carom.replay(shown.reference, shown.observed, dt=0.1)

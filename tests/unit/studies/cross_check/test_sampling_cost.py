@@ -1,0 +1,213 @@
+"""Of each engine a line, with numbers: what it pays of the price of sampling, and what is its own."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import statistics
+from dataclasses import fields, replace
+from html import unescape
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+from tests.stage import cross_checked, sure
+
+from carom.catalogue import find_scenes
+from carom.comparator import Errors, compare
+from carom.execution.job import Method
+from carom.execution.phases import PhaseSpread
+from carom.execution.results import Results, Row
+from carom.model.trace import Trace
+from carom.report.document import Column, Document, Headline, Medium, Section, Table
+from carom.report.formatting import number
+from carom.report.grid import build_grid
+from carom.report.record import OF_SPINS
+from carom.report.records import records
+from carom.report.render.html import html
+from carom.report.render.markdown import markdown
+from carom.report.render.terminal import terminal
+from carom.studies.cross_check import sampling_cost as price
+from carom.studies.cross_check.document import cross_check_document
+from carom.studies.cross_check.overview import overview
+from carom.studies.cross_check.sampling_cost import price_chart, price_section, prices
+from carom.studies.cross_check.tables import cell_sections, spread_section
+
+
+def with_toy(results: Results, change: dict[str, float]) -> Results:
+    """The results with the toy engine's velocities after each impact made faster, by scene."""
+    rows = []
+    for row in results.rows:
+        if row.job.engine == "toy" and row.trace is not None and row.score is not None:
+            rows.append(rescored(results, row, change.get(row.job.scene.name, 1.0)))
+        else:
+            rows.append(row)
+    return replace(results, rows=tuple(rows))
+
+
+def rescored(results: Results, row: Row, factor: float) -> Row:
+    impacts = sure(row.trace).impacts.copy()
+    impacts["velocity_first_after"] *= factor
+    trace: Trace = replace(sure(row.trace), impacts=impacts)
+    pit = next(
+        other.trace
+        for other in results.rows
+        if other.job.engine == "pit" and other.job.scene == row.job.scene and other.job.dt_s == row.job.dt_s
+    )
+    score = compare(results.references[row.job.scene.name], trace, sampling=pit)
+    return replace(row, trace=trace, score=score)
+
+
+def table_of(section: Section) -> Table:
+    """The one table of a section."""
+    (table,) = (block for block in section.blocks if isinstance(block, Table))
+    return table
+
+
+def price_of(results: Results) -> Section:
+    return price_section(prices(build_grid(results)))
+
+
+def of_toy(results: Results) -> dict[str, str]:
+    """What the table of prices says of the toy engine, by heading."""
+    columns, rows = table_of(price_of(results)).shown(Medium.PAGE)
+    (row,) = (row for row in rows if row[0].text == "toy tuned")
+    return {column.head: cell.line for column, cell in zip(columns, row, strict=True)}
+
+
+def in_every_medium(section: Section) -> tuple[str, str, str]:
+    """A section, alone, as a page, as Markdown and on a terminal."""
+    document, printed = Document("A section", Headline(""), (section,)), io.StringIO()
+    console = Console(file=printed, width=300)
+    for block in terminal(document, 160, full=True):
+        console.print(block)
+    return html(document), markdown(document), printed.getvalue()
+
+
+def test_an_engine_that_is_pit_pays_the_price_and_has_no_error_of_its_own(results: Results) -> None:
+    """An engine that equals PIT in every scene is told so, in every format: it pays, and nothing is its own."""
+    (toy,) = prices(build_grid(results))
+    assert (toy.column.engine, len(toy.equal), toy.different) == ("toy", 3, [])
+    said = of_toy(results)
+    own = said["velocity error of its own, median"]
+    assert (said["equals PIT"], own, said["worse than PIT"]) == ("3 of 3", "0", "0 of 3")
+    assert price_of(results).heading in {section.heading for section in cross_check_document(results).sections}
+    for text in in_every_medium(price_of(results)):
+        assert "error / PIT's, median" in unescape(text)
+        assert "velocity error of its own, median" in text
+
+
+def test_an_engine_that_beats_pit_pays_a_part_of_the_price(results: Results) -> None:
+    """Of one that is right to 1e-9 nobody is told that half of its error is sampling's, or that PIT's is its own."""
+    late = "paper/late"
+    rows = []
+    for row in results.rows:
+        if row.job.engine == "toy" and row.score is not None:
+            truth = results.references[row.job.scene.name]
+            right = replace(truth, method="toy", dt_s=row.job.dt_s)
+            rows.append(rescored(results, replace(row, trace=right), 1 + 1e-9))
+        else:
+            rows.append(row)
+    said = of_toy(replace(results, rows=tuple(rows)))
+    heads = ("error / PIT's, median", "velocity error of its own, median")
+    paid, own = (float(said[head].split()[0]) for head in heads)
+    assert 0 < paid < 1e-6
+    assert own < 2e-9
+    assert said["equals PIT"] == "0 of 3"
+    (score,) = (
+        row.score
+        for row in rows
+        if (row.job.engine, row.job.scene.name, row.job.refinement) == ("toy", late, 0) and row.score
+    )
+    assert sure(score.against_pit).velocity > 0.001  # far from PIT, for being right
+
+
+def test_the_marks_of_few_methods_stand_whole(results: Results) -> None:
+    """With one method in the chart its marks lie within the frame, by more than the radius of the larger."""
+    (toy,) = prices(build_grid(results))
+    svg = price_chart([toy], "chart")
+    frame = re.search(r'<clipPath[^>]*>\s*<rect x="([\d.]+)" y="([\d.]+)" width="([\d.]+)" height="([\d.]+)"', svg)
+    left, top, width, height = map(float, sure(frame).groups())
+    marks = re.findall(r'<g clip-path[^>]*>\s*<use [^>]*?x="([\d.]+)" y="([\d.]+)"', svg)
+    assert len(marks) == 2
+    for x, y in marks:
+        assert left + 4 < float(x) < left + width  # points: half of the larger mark's size
+        assert top + 4 < float(y) < top + height - 4
+
+
+def test_what_an_engine_adds_of_its_own_is_its_own(results: Results) -> None:
+    """One whose velocities are 10 % too fast in one scene has so much of its own there, and is not PIT there."""
+    late = "paper/late"
+    worse = with_toy(results, {late: 1.1})
+    (toy,) = prices(build_grid(worse))
+    score = toy.scores[late]
+    assert score.own_velocity == min(sure(score.against_pit).velocity, score.total.velocity) > 0.01
+    assert toy.different == [late]
+    assert of_toy(worse)["equals PIT"] == f"2 of 3 not {late}"
+
+
+def test_every_metric_is_in_the_table_and_in_the_json_lines(results: Results) -> None:
+    """Each field of `Errors` is a column of the table of every cell, and in each JSON line but for spins of none."""
+    columns, _ = table_of(next(cell_sections(results, build_grid(results)))).shown(Medium.PAGE)
+    head, *rows = (json.loads(line) for line in records(results).splitlines())
+    assert head["rows"] == len(rows)
+    for metric in fields(Errors):
+        assert metric.metadata["name"] in {column.head for column in columns}
+        assert all((metric.name in row["total"]) == (metric.name not in OF_SPINS) for row in rows if row["total"])
+        documented = Path("docs/theory/scoring.md").read_text(encoding="utf-8")
+        assert f"`{metric.name}`" in documented
+
+
+def test_a_column_is_one_line_and_shown_in_every_medium(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A column added to those of the prices stands in the page, the Markdown and on the terminal."""
+    column = Column("an added column", lambda entry: f"said of {entry.column.name}")
+    monkeypatch.setattr("carom.studies.cross_check.sampling_cost._COLUMNS", (*price._COLUMNS, column))  # noqa: SLF001 - as its source would be
+    for text in in_every_medium(price_of(results)):
+        assert "an added column" in text
+        assert "said of toy tuned" in text
+
+
+def test_the_spread_over_phases_is_shown(results: Results) -> None:
+    """A cell that was run at many phases shows median, worst and miss share in both documents."""
+    spread = PhaseSpread(12, 3, 3, 0.0123, 0.0456, 0.01, 0.02, 0.25)
+    rows = tuple(replace(row, spread=spread) if row.job.engine == "toy" else row for row in results.rows)
+    wide = replace(results, rows=rows, phases=12)
+    section = spread_section(wide, build_grid(wide))
+    assert {row[1].text for row in table_of(section).shown(Medium.PAGE)[1]} == {"toy tuned"}
+    assert section.heading in markdown(cross_check_document(wide))
+    page, text, _ = in_every_medium(section)
+    for shown in (page, text):
+        assert "0.012" in shown
+        assert "0.046" in shown
+        assert "25 %" in shown
+    assert section.heading not in markdown(cross_check_document(results))
+
+
+def test_a_horizon_is_told_and_called_an_estimate(results: Results) -> None:
+    """Where a reference is not believed to its end, the report says up to where, and that it is an estimate."""
+    name = next(iter(results.references))
+    short = replace(results, horizons={name: 0.5 * float(results.references[name].impacts["time_s"][0])})
+    text = markdown(cross_check_document(short))
+    assert "0 of 1 impacts" in text
+    assert "a horizon is an estimate" in text
+
+
+@pytest.mark.long
+def test_the_price_is_one_number_wherever_it_stands() -> None:
+    """The overview's median, the table of prices and the JSON lines leave out the same: scenes without one answer."""
+    scenes = [entry for name in ("paper", "classics/one-into-two", "classics/cradle*") for entry in find_scenes([name])]
+    found = cross_checked(scenes, ["pic", "pit"], profiles=["tuned"])
+    toy = [replace(row, job=replace(row.job, method=Method("toy", "tuned"))) for row in found.rows]
+    rows = (*found.rows, *(row for row, was in zip(toy, found.rows, strict=True) if was.job.engine == "pit"))
+    of_all = replace(found, rows=rows)
+    grid = build_grid(of_all)
+    tables = [block for block in next(iter(overview(of_all, grid, prices(grid)))).blocks if isinstance(block, Table)]
+    heads, lines = tables[-1].shown(Medium.MARKDOWN)
+    (line,) = (line for line in lines if line[0].line == "toy tuned")
+    shown = line[[head.line for head in heads].index("error / PIT's")].text
+    assert shown == of_toy(of_all)["error / PIT's, median"].split()[0]
+    written = [json.loads(text) for text in records(of_all).splitlines()[1:]]
+    own = [row["price_paid"] for row in written if row["engine"] == "toy" and row["refinement"] == 0]
+    assert shown == number(statistics.median(float(price) for price in own if price is not None))
+    assert own.count(None) == 2

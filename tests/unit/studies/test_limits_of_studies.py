@@ -1,0 +1,198 @@
+"""What holds of every study: its workers have its limits, and what its journal holds is not asked again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from inspect import signature
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any
+
+import pytest
+from tests.distribution import forget
+from tests.unit.studies.history.toy import toys
+
+import carom
+from carom import Scene, studies
+from carom.catalogue import all_scenes
+from carom.conformance.suite import make_suite
+from carom.conformance.violation import Setup
+from carom.execution import cache_key, engines
+from carom.execution.job import Answer, Task
+from carom.execution.options import Limited, Options
+from carom.execution.plan import plan_of
+from carom.execution.pool import LocalPool
+from carom.execution.scoring import score_journal
+from carom.execution.worker import answer
+from carom.studies.advise.options import AdviceOptions
+from carom.studies.advise.run import advise
+from carom.studies.bench.growth import growth, growth_journal
+from carom.studies.bench.options import BenchPlan, GrowthOptions
+from carom.studies.bench.run import work_precision
+from carom.studies.bench.timing_pass import timing_journal
+from carom.studies.cross_check.observed import observed_journal
+from carom.studies.cross_check.run import execute
+from carom.studies.diff.run import diff
+from carom.studies.history.cells import history_journal
+from carom.studies.history.options import HistoryOptions
+from carom.studies.history.overlay import Kept
+from carom.studies.history.run import history
+from carom.studies.stress.options import StressOptions
+from carom.studies.stress.run import stress
+from carom.studies.tune.evaluate import tune_journal
+from carom.studies.tune.options import TuneOptions
+from carom.studies.tune.run import tune
+
+#: What nobody has by default. The time is above that which an adapter has to declare what it can.
+MEMORY_MB, TIME_S = 1234.0, 43.0
+
+#: Tasks that ask an adapter what it declares, and those of `carom tune` that no journal holds: they time or describe.
+DECLARED = {"Describe", "SettingsAt", "Measure", "AskOrigin", "AskServed"}
+
+Asked = list[tuple[int, float, str]]
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
+    """The limits that each worker is given with each of its tasks; tasks are carried out in this process."""
+    found: Asked = []
+
+    class Worker:
+        def __init__(self, memory_bytes: int, *_how: object) -> None:
+            self._memory_bytes = memory_bytes
+
+        def ask_each(self, tasks: Sequence[Task[Any]], time_limit_s: float) -> Iterator[Answer[Any]]:
+            found.extend((self._memory_bytes, time_limit_s, type(task).__name__) for task in tasks)
+            return map(answer, tasks)
+
+        def stop(self) -> None:
+            pass
+
+        def close(self) -> None:
+            pass
+
+    monkeypatch.setattr("carom.execution.pool.Worker", Worker)
+    monkeypatch.setattr(engines, "_KNOWN", {})
+    cache_key.versions_of.cache_clear()
+    yield found
+    cache_key.versions_of.cache_clear()
+
+
+def scene() -> Scene:
+    return all_scenes()["paper/missed"].scene
+
+
+LIMITS: dict[str, Any] = {"time_limit_s": TIME_S, "memory_limit_mb": MEMORY_MB}
+
+#: What a study is given to open its journals with, ``resume`` say.
+How = dict[str, Any]
+
+
+def cross_check(folder: Path, how: How) -> None:
+    options = Options(["pic"], [1 / 60], ["tuned"], phases=1, timing=False, jobs=1, **LIMITS)
+    with LocalPool(1, TIME_S, MEMORY_MB) as pool, observed_journal(folder / "a", options.stamp, **how) as journal:
+        execute(plan_of([scene()], options, pool), pool, notes=journal)
+
+
+def bench(folder: Path, how: How) -> None:
+    plan = BenchPlan(engines=("pic",), dts=(1 / 60,), profiles=("tuned",), phases=1, rounds=3, **LIMITS)
+    with score_journal(folder / "a", **how) as notes, timing_journal(folder / "b", **how) as timings:
+        work_precision([scene()], plan, LocalPool(1, TIME_S, MEMORY_MB), notes=notes, timings=timings)
+
+
+def grow(folder: Path, how: How) -> None:
+    with growth_journal(folder / "a", **how) as journal:
+        growth(GrowthOptions(["pic"], sizes=[2], **LIMITS), notes=journal)
+
+
+def attack(folder: Path, how: How) -> None:
+    asked = StressOptions(["pit"], profiles=["tuned"], quick=True, jobs=1, **LIMITS)
+    stress(["tunnelling"], asked, out=folder / "out", **how)
+
+
+def search(folder: Path, how: How) -> None:
+    pytest.importorskip("optuna", reason="optuna, extra tune, is missing")
+    with tune_journal(folder / "a", **how) as journal:
+        tune("pymunk", [scene()], TuneOptions(trials=1, jobs=1, **LIMITS), notes=journal)
+
+
+def look_back(folder: Path, how: How) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        toys(folder / ("again" if how else "first"), patch)
+        asked = HistoryOptions(versions=["1.0", "1.1"], profiles=["default"], jobs=1, **LIMITS)
+        with history_journal(folder / "a", **how) as journal:
+            history("toy", [scene()], Kept(folder / "kept"), asked, notes=journal)
+    forget()
+
+
+def timed(_folder: Path, _how: How) -> None:
+    carom.cross_check([scene()], ["pic"], dts=[1 / 60], profiles=["tuned"], jobs=1, **LIMITS)
+
+
+def advice(_folder: Path, _how: How) -> None:
+    with LocalPool(1, TIME_S, MEMORY_MB) as pool:
+        advise(
+            scene(),
+            AdviceOptions(["pymunk"], direction_error_rad=0.1, profiles=["tuned"], phases=1, budget_steps=1000),
+            pool,
+        )
+
+
+def conform(_folder: Path, _how: How) -> None:
+    (plan,) = make_suite(["pit"], ["tuned"], None, [], Limited(**LIMITS)).engines
+    assert plan.subject is not None
+    with plan.subject as subject:
+        subject.watch(Setup(scene()))
+
+
+def compare(_folder: Path, _how: How) -> None:
+    kept = Path(__file__).parents[2] / "kept" / "results-2.jsonl"
+    diff(kept, kept)
+
+
+#: Each study, and what starts workers for it: a comparison reads two files, and starts none.
+ALL: dict[str, list[Any]] = {
+    "advise": [advice],
+    "bench": [bench, grow],
+    "cross_check": [cross_check, timed],
+    "diff": [],
+    "history": [pytest.param(look_back, marks=pytest.mark.long)],
+    "stress": [attack],
+    "tune": [search],
+}
+#: What keeps a journal, and so is told `how` to open it.
+KEPT = {
+    one
+    for one in (cross_check, bench, grow, attack, search, look_back, timed, advice)
+    if "how" in signature(one).parameters
+}
+
+
+def test_every_study_is_held_to_its_limits_here() -> None:
+    """A study that is added to the house is in the table, with what it starts."""
+    assert {one.name for one in iter_modules(studies.__path__)} == set(ALL), "each study needs a row in ALL"
+
+
+def test_a_comparison_starts_no_worker(asked: Asked, tmp_path: Path) -> None:
+    """What has no limits asks no adapter, and runs nothing."""
+    compare(tmp_path, {})
+    assert asked == []
+
+
+@pytest.mark.parametrize("study", [*(one for own in ALL.values() for one in own), conform])
+def test_each_worker_of_a_study_has_its_limits_and_what_is_written_down_is_not_asked_again(
+    study: Callable[[Path, How], None], asked: Asked, tmp_path: Path
+) -> None:
+    """Whatever a study starts, to ask adapters, to run or to time, has the memory and the time that were asked for.
+
+    The key of an ask is that of its entry, read back from the disk: a study that resumes asks for no run again.
+    """
+    study(tmp_path, {})
+    assert {name for _, _, name in asked} - {"Describe"}
+    others = [one for one in asked if one[:2] != (round(1e6 * MEMORY_MB), TIME_S)]
+    assert not others, "asked in a pool with limits of its own: see CONTRIBUTING.md, a new study"
+    if study in KEPT:
+        assert {name for _, _, name in asked} - DECLARED
+        asked.clear()
+        study(tmp_path, {"resume": True})
+        assert {name for _, _, name in asked} <= DECLARED

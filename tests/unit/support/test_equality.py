@@ -1,0 +1,81 @@
+"""Results that hold arrays are compared by value."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.lengths import each
+from tests.stage import disc_at, staged, sure
+
+from carom import certify, solve_pic, solve_pit
+from carom.model.trace import Flight, Samples, Trace, free_flights
+
+SCENE = staged("pair", disc_at(0, 0, 1, 0), disc_at(3, 0), duration_s=4)
+
+
+def trace() -> Trace:
+    return replace(solve_pic(SCENE, sample_times_s=[0.0, 1.0]), effective_time_s=np.array([np.nan]))
+
+
+def test_two_traces_of_one_run_are_equal() -> None:
+    """Arrays, states for drawing and a NaN in both: all are compared, none stands in the way."""
+    assert trace() == trace()
+
+
+def changed() -> list[Trace]:
+    one = trace()
+    moved, later = one.final_position_m.copy(), one.impacts.copy()
+    moved[1, 0] = np.nextafter(moved[1, 0], np.inf)
+    later["time_s"][0] = np.nextafter(later["time_s"][0], np.inf)
+    return [
+        replace(one, method="other"),
+        replace(one, impacts=later),
+        replace(one, impacts=one.impacts[:0]),
+        replace(one, final_position_m=moved),
+        replace(one, final_position_m=one.final_position_m.astype(np.float32)),
+        replace(one, final_position_m=one.final_position_m.reshape(1, -1)),
+        replace(one, final_velocity_m_s=-one.final_velocity_m_s),  # of which two are 0 and become -0
+        replace(one, effective_time_s=None),
+        replace(one, effective_time_s=np.array([2.0])),
+        replace(one, samples=None),
+        replace(one, samples=Samples(sure(one.samples).time_s, sure(one.samples).position_m + 1.0)),
+        replace(one, counts={**one.counts, "impacts": 7}),
+        replace(one, settings={"contact_duration_s": 1.0}),
+        replace(one, scene=SCENE.model_copy(update={"name": "other"})),
+        replace(one, notes=("a note",)),
+        replace(one, end_time_s=3.0),
+    ]
+
+
+@each("k", range(len(changed())))
+def test_traces_that_differ_in_one_field_are_not_equal(k: int) -> None:
+    """By a unit in the last place of one number, by type, by shape, by the sign of a 0, or by a field that is none."""
+    assert trace() != changed()[k]
+
+
+def test_a_trace_is_equal_to_a_trace_only() -> None:
+    """Something else is not equal, and does not fail."""
+    assert trace() != solve_pit(SCENE)
+    assert trace() != "trace"
+    assert trace() != None  # noqa: E711 - the operator is what is tried
+
+
+def test_certified_traces_are_compared_but_for_how_long_they_took() -> None:
+    """Two certified runs of a scene are equal; one to other digits is not."""
+    pytest.importorskip("flint")
+    one = certify(SCENE)
+    assert one == replace(certify(SCENE), elapsed_s=one.elapsed_s + 1.0)
+    assert one != certify(SCENE, digits=20)
+    assert one != replace(one, radii=one.radii[:0])
+
+
+@pytest.mark.parametrize("kind", [Trace, Samples, Flight])
+def test_what_holds_arrays_has_no_hash(kind: type) -> None:
+    """An array can be changed in its place, so the refusal is Python's own, which names the type."""
+    one = trace()
+    result: Any = next(each for each in (one, one.samples, *free_flights(one)) if isinstance(each, kind))
+    with pytest.raises(TypeError, match=f"unhashable type: '{kind.__name__}'"):
+        hash(result)

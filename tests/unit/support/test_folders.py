@@ -1,0 +1,204 @@
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.attacks.reports import kill_at
+from tests.lengths import each
+
+from carom.errors import InputError
+from carom.support import folders
+from carom.support.folders import MARKER, claim, claimed, file_name, write_file, write_files
+
+OLD: dict[str, str | bytes] = {"index.html": "old page", "results.jsonl": b"old rows"}
+NEW: dict[str, str | bytes] = {"index.html": "new page", "results.jsonl": b"new rows", "report.md": "new text"}
+
+
+def content(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != MARKER}
+
+
+def as_bytes(files: dict[str, str | bytes]) -> dict[str, bytes]:
+    return {name: text if isinstance(text, bytes) else text.encode() for name, text in files.items()}
+
+
+def test_a_folder_of_somebody_elses_files_is_refused_untouched(tmp_path: Path) -> None:
+    """Where anything lies that Carom did not write, nothing is written, and the message names file and option."""
+    (tmp_path / "index.html").write_text("mine")
+    with pytest.raises(InputError, match=r"did not write, such as index.html; name another folder by --report"):
+        claim(tmp_path, "cross-check", "--report")
+    with pytest.raises(InputError, match="did not write"):
+        write_files(tmp_path, "cross-check", NEW)
+    assert content(tmp_path) == {"index.html": b"mine"}
+    assert not (tmp_path / MARKER).exists()
+
+
+def test_a_folder_of_another_command_is_refused(tmp_path: Path) -> None:
+    """A bench does not write over a cross-check, whose files have the same names."""
+    write_files(tmp_path / "out", "cross-check", OLD)
+    with pytest.raises(InputError, match=r"another command's files \(cross-check, not bench\)"):
+        write_files(tmp_path / "out", "bench", NEW)
+    assert content(tmp_path / "out") == as_bytes(OLD)
+
+
+@pytest.mark.parametrize("torn", ["", "b", "bench", "bench\n", "bench\nCarom replaces the fi"])
+def test_a_marker_that_was_not_finished_is_made_anew(tmp_path: Path, torn: str) -> None:
+    """Where a full disk left the beginning of a marker and nothing else, the folder can be used; else it is refused."""
+    (tmp_path / MARKER).write_text(torn)
+    claim(tmp_path, "cross-check")
+    assert (tmp_path / MARKER).read_text().startswith("cross-check\n")
+    (tmp_path / MARKER).write_text(torn)
+    (tmp_path / "index.html").write_text("mine")
+    with pytest.raises(InputError, match="another command"):
+        claim(tmp_path, "cross-check")
+
+
+def test_files_of_ones_own_in_a_folder_of_caroms_stay(tmp_path: Path) -> None:
+    """Carom replaces its own files; what somebody put beside them stays."""
+    write_files(tmp_path / "out", "bench", OLD)
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    write_files(tmp_path / "out", "bench", NEW)
+    assert content(tmp_path / "out") == {**as_bytes(NEW), "notes.txt": b"mine"}
+
+
+def _file(path: Path) -> None:
+    path.write_text("mine")
+
+
+def _dangling(path: Path) -> None:
+    path.symlink_to(path.parent / "nowhere" / "else")
+    path.parent.joinpath("nowhere").write_text("mine")
+
+
+@pytest.mark.parametrize("made", [_file, _dangling])
+def test_what_is_no_folder_is_refused_before_the_work(tmp_path: Path, made: Callable[[Path], None]) -> None:
+    """A file, or a link to nothing that can be made, is found before anything is run, not after."""
+    made(tmp_path / "out")
+    with pytest.raises(InputError, match="name another folder by --out"), claimed(tmp_path / "out", "bench", "--out"):
+        pytest.fail("the work began")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_a_folder_without_permission_is_refused(tmp_path: Path) -> None:
+    """A folder that may not be written into is refused before the work."""
+    (tmp_path / "out").mkdir(mode=0o500)
+    with pytest.raises(InputError, match="ermission"):
+        claim(tmp_path / "out", "bench")
+
+
+def test_work_that_yields_nothing_leaves_nothing(tmp_path: Path) -> None:
+    """A folder that was made for results is gone when there are none; one that was there is as it was."""
+    with pytest.raises(KeyboardInterrupt), claimed(tmp_path / "new", "bench"):
+        raise KeyboardInterrupt
+    assert list(tmp_path.iterdir()) == []
+    with claimed(tmp_path / "new", "bench"), claimed(tmp_path / "new", "bench"):
+        pass
+    with claimed(tmp_path, "bench"):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+class _Killed(BaseException):
+    """Nothing catches it, as nothing catches a kill."""
+
+
+def _kill() -> None:
+    raise _Killed  # whatever would tidy up is dead as well
+
+
+def test_a_kill_at_any_moment_leaves_the_old_files_or_the_new_ones(tmp_path: Path) -> None:
+    """Killed before any call that changes the disk: the next command finds all the old files or all the new ones."""
+    found = []
+    for number in range(100):
+        folder = tmp_path / str(number)
+        write_files(folder, "bench", OLD)
+        with pytest.MonkeyPatch.context() as monkeypatch:
+            kill_at(number, _kill, monkeypatch.setattr)
+            try:
+                write_files(folder, "bench", NEW)
+            except _Killed:
+                pass
+            else:
+                break
+        claim(folder, "bench")
+        found.append(content(folder))
+        assert found[-1] in (as_bytes(OLD), as_bytes(NEW))
+    assert number > 12  # three files, two folders, a rename, three moves, and what tidies up
+    assert found[0] == as_bytes(OLD)
+    assert found[-1] == as_bytes(NEW)
+
+
+def test_a_full_disk_leaves_the_old_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a file can't be written whole, the older files stay, and no half file lies about."""
+    write_files(tmp_path / "out", "bench", OLD)
+    put = folders._put  # noqa: SLF001 - a disk that is full can't be made here
+
+    def full(path: Path, text: str | bytes) -> None:
+        put(path, text)
+        if path.name == "results.jsonl":
+            raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(folders, "_put", full)
+    with pytest.raises(OSError, match="No space"):
+        write_files(tmp_path / "out", "bench", NEW)
+    assert content(tmp_path / "out") == as_bytes(OLD)
+
+
+def test_one_file_is_replaced_whole(tmp_path: Path) -> None:
+    """A file that was asked for by name replaces an older one, and nothing else is left beside it."""
+    path = tmp_path / "new" / "page.html"
+    write_file(path, "old")
+    write_file(path, "new")
+    assert content(path.parent) == {"page.html": b"new"}
+
+
+def test_what_is_no_file_stays_what_it_is(tmp_path: Path) -> None:
+    """A link goes on to lead to its file, which is replaced; a pipe is written to; a folder is refused."""
+    link, target, pipe = tmp_path / "link.html", tmp_path / "page.html", tmp_path / "pipe"
+    target.write_text("old")
+    link.symlink_to(target.name)
+    write_file(link, "new")
+    assert (link.is_symlink(), target.read_text()) == (True, "new")
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    write_file(pipe, "new")
+    assert (pipe.is_fifo(), os.read(reader, 100)) == (True, b"new")
+    os.close(reader)
+    with pytest.raises(IsADirectoryError):
+        write_file(tmp_path, "new")
+
+
+NAMES = st.one_of(st.text(min_size=1, max_size=300), st.from_regex(r"[a-cA-C./@-]{1,6}", fullmatch=True))
+
+
+@given(st.lists(NAMES, min_size=2, max_size=30, unique=True))
+def test_no_two_names_share_a_file(names: list[str]) -> None:
+    """Whatever the names, the files differ, also where capitals count as small letters and a full stop ends a name."""
+    assert len({file_name(name).casefold().rstrip(".") for name in names}) == len(names)
+
+
+@given(NAMES)
+def test_a_file_name_is_safe_everywhere(name: str) -> None:
+    """No separator, no sign that a system or a shell takes for something else, not hidden, not too long."""
+    found = file_name(name)
+    assert set(found) <= set("abcdefghijklmnopqrstuvwxyz0123456789-_.@")
+    assert found[0].isalnum()
+    assert len(found) <= 100
+
+
+@pytest.mark.parametrize(
+    ("name", "file"), [("paper/missed", "paper.missed"), ("my-scene_2", "my-scene_2"), ("a/b", "a.b")]
+)
+def test_an_ordinary_name_stays_readable(name: str, file: str) -> None:
+    """The names of the catalogue, and what most people write, can be read off the file."""
+    assert file_name(name) == file
+
+
+@each("name", ["con", "nul/x", "com1", "a-b c", "A", "a.b", "..", "", "-x", "\ud800"])
+def test_a_name_that_some_system_does_not_take_gets_a_digest(name: str) -> None:
+    """Devices of Windows, capitals, full stops and what is empty are told apart by a digest."""
+    assert "@" in file_name(name)

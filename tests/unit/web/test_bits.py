@@ -1,0 +1,380 @@
+"""PIC and PIT of the page, by the core in WebAssembly, have the bits of Python's: in node, over all kinds of scenes."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import re
+import shutil
+import subprocess
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from tests.drawn import KINDS, TABLES, drawn, slowing, thrown
+from tests.lengths import long_after
+from tests.processes import ran
+from tests.stage import crushed_rows
+from tests.unit.solvers.test_finite_walls import pushed, slid, wide
+from tests.validation.test_contact import held_in_its_landing
+
+import carom
+from carom.catalogue import all_scenes
+from carom.model.trace import NO_EDGE, Trace
+from carom.model.walls import Leg
+from carom.web import page
+from carom.web.page import SOURCES
+
+HERE = Path(__file__).parent
+#: Enough of the impacts of the longest scenes.
+MOST = 2500
+
+Job = tuple[carom.Scene, str]
+
+
+def _node() -> str:
+    found = shutil.which("node")
+    if found is None:
+        pytest.skip("there is no node here to run the page's JavaScript in: install Debian's package nodejs")
+    return found
+
+
+def _bits(numbers: Any) -> str:
+    return np.asarray(numbers, dtype="<f8").tobytes().hex()
+
+
+_KNOWN = dict[tuple[str, str], dict[str, Any]]()
+
+
+def _of_carom(scene: carom.Scene, method: str) -> dict[str, Any]:
+    """What Carom makes of a scene, solved once: no two scenes of these tests have one name."""
+    if (scene.name, method) not in _KNOWN:
+        _KNOWN[scene.name, method] = _solved(scene, method)
+    return _KNOWN[scene.name, method]
+
+
+def _solved(scene: carom.Scene, method: str) -> dict[str, Any]:
+    """What Carom makes of a scene, in the words of `bits.mjs`."""
+    scene = carom.Scene.model_validate_json(
+        scene.model_dump_json()
+    )  # a file drops the sign of a zero that is a default
+    trace: Trace = carom.solve_pic(scene, max_impacts=MOST) if method == "pic" else carom.solve_pit(scene)
+    rows = trace.impacts
+    names = [name for name in rows.dtype.names or () if name not in ("first", "second")]
+    edges = [NO_EDGE] * len(rows) if trace.edges is None else trace.edges.tolist()
+    states = [trace.final_position_m, trace.final_velocity_m_s, trace.final_spin_rad_s]
+    return {
+        "outcome": trace.outcome.name.lower(),
+        "bodies": [[int(row["first"]), int(row["second"])] for row in rows],
+        "edges": [list(edge) for edge in edges],
+        "floats": [_bits(np.hstack([row[name] for name in names])) for row in rows],
+        "spins": None if trace.spins is None else [_bits(list(row)) for row in trace.spins.tolist()],
+        "ambiguous": list(trace.ambiguous),
+        "modes": [] if trace.modes is None else [_mode(row) for row in trace.modes],
+        "final": _bits(np.hstack([state.ravel() for state in states if state is not None])),
+    }
+
+
+def _mode(row: np.void) -> list[Any]:
+    numbers = [int(row[name]) for name in ("impacts", "disc", "wall", "before", "after")]
+    floats = ("time_s", "position", "velocity", "acceleration", "spin", "spin_rate")
+    return [numbers, _bits(np.hstack([row[name] for name in floats]))]
+
+
+def _of_javascript(jobs: Sequence[Job], folder: Path = SOURCES) -> list[dict[str, Any]]:
+    lines = [
+        json.dumps({"scene": json.loads(scene.model_dump_json()), "method": method, "most": MOST})
+        for scene, method in jobs
+    ]
+    done = ran([_node(), HERE / "bits.mjs", folder], input="\n".join(lines), check=False)
+    assert done.returncode == 0, done.stderr
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def _unlike(jobs: Sequence[Job], folder: Path = SOURCES) -> list[str]:
+    """Name the runs that differ in any bit."""
+    return _differ(jobs, _of_javascript(jobs, folder))
+
+
+def _differ(jobs: Sequence[Job], found: Sequence[dict[str, Any]]) -> list[str]:
+    return [
+        f"{scene.name} by {method}: {sorted(key for key in want if got.get(key) != want[key])}"
+        for (scene, method), got in zip(jobs, found, strict=True)
+        if "refused" not in got and got != (want := _of_carom(scene, method))
+    ]
+
+
+def _catalogue() -> list[Job]:
+    return [(entry.scene, method) for entry in all_scenes().values() for method in ("pic", "pit")]
+
+
+@pytest.mark.parametrize("one_in", long_after(1, [3, 1]))
+def test_the_catalogue_has_the_bits_of_python(one_in: int) -> None:
+    """Every time, normal, velocity, spin, mode and final state is the same float.
+
+    One scene in three; long, all of them.
+    """
+    assert _unlike([job for k, job in enumerate(_catalogue()) if k // 2 % one_in == 0]) == []
+
+
+def test_a_field_that_is_not_known_is_refused_by_name() -> None:
+    """No scene is run without what it has."""
+    scene = {"name": "s", "discs": [{"position_m": [0.0, 0.0], "radius_m": 1.0}], "duration_s": 1.0}
+    wall = {"point_m": [0.0, -3.0], "normal": [0.0, 1.0], "bounce": 2.0}
+    changes: dict[str, dict[str, Any]] = {"bounce": {"walls": [wall]}, "drag": {"drag": 0.1}}
+    lines = "\n".join(json.dumps({"scene": {**scene, **change}, "method": "pic"}) for change in changes.values())
+    done = ran([_node(), HERE / "bits.mjs", SOURCES], input=lines)
+    assert [json.loads(line) for line in done.stdout.splitlines()] == [{"refused": [name]} for name in changes]
+
+
+#: Faults in the rows that the core is given, and where they change a result.
+_FAULTS = [
+    ("rational.js", "ROOT_BITS = 160", "ROOT_BITS = 52"),
+    ("outline.js", "Math.sqrt(nearest(", "Math.fround(nearest("),
+    (
+        "features.js",
+        "nearestRoot(ex, length2)]",
+        "along[0][0] / Math.sqrt(along[0][0] ** 2 + along[1][0] ** 2)]",
+    ),
+    ("obstacles.js", "begin, end, ...moved", "begin, end, ...moved.map(Math.fround)"),
+    ("core.js", "core.damped(rate, time)", "-Math.log1p(-rate * time) / rate"),
+]
+
+
+@pytest.mark.parametrize(("module", "old", "new"), long_after(1, _FAULTS))
+def test_a_fault_in_a_row_is_found(module: str, old: str, new: str, tmp_path: Path) -> None:
+    """A number that is the same but for rounding does not pass as the same bits."""
+    for source in SOURCES.iterdir():
+        if source.suffix in {".js", ".wasm", ".json"}:
+            shutil.copy(source, tmp_path)
+    text = (tmp_path / module).read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / module).write_text(text.replace(old, new), encoding="utf-8")
+    places = ("tables/", "driven/", "contact/", "walls/")
+    jobs = [job for job in _catalogue() if job[0].name.startswith(places)]
+    assert _unlike([*jobs, *_tables(range(12)), *_random(range(4, 5))], tmp_path)
+
+
+def _drawn(kind: str, seed: int) -> carom.Scene:
+    """Draw a scene: of four, one is rough, one falls, and one is both; of eight, two are damped."""
+    rough, falls = seed % 2 == 1, seed % 4 > 1
+    scene = drawn(kind, seed, rough=rough, gravity=(0.5, -9.81) if falls else (0.0, 0.0))
+    fields = {"name": f"{scene.name} {rough} {falls}", "duration_s": min(scene.duration_s, 6.0)}
+    return scene.model_copy(update={**fields, "damping_per_s": 0.3 if seed % 8 in {1, 4} else 0.0})
+
+
+def _table(seed: int) -> carom.Scene | None:
+    """Draw discs among edges, arcs and circles; of four, one falls, one has driven bodies, and one both."""
+    rnd = random.Random(f"in the page {seed}")
+    try:
+        scene = TABLES["table"](rnd)
+        walls, discs = list(scene.walls), list(scene.discs)
+        if seed % 4 > 1:
+            k, way = rnd.randrange(len(walls)), (rnd.choice((0.25, -0.5)), rnd.uniform(-0.5, 0.5))
+            path: dict[str, Any] = {"legs": _legs(rnd)} if rnd.random() < 0.5 else {"velocity_m_s": way}
+            walls[k] = walls[k].model_copy(update={**path, "surface_speed_m_s": rnd.choice((0.0, -0.75))})
+            still = {"driven": True, "mass_kg": math.inf}
+            path = {"legs": _legs(rnd), "velocity_m_s": (0.0, 0.0)} if rnd.random() < 0.5 else {}
+            discs = [disc.model_copy(update={**still, **path} if i == 1 else {}) for i, disc in enumerate(discs)]
+        walls += [
+            carom.Chain(points_m=[(0, -0.5), (0, 0.5)], bulges=[rnd.choice((1.5, -2.5))]),  # more than half a circle
+            carom.Chain(points_m=[(5.5, -6), (6.5, -6)], bulges=[1.0, 1.0], closed=True),  # one circle
+        ]
+        falls = {"gravity_m_s2": (0.25, -2.0), **_resisting(rnd)} if seed % 2 else {}
+        falls |= {"damping_per_s": 0.25} if seed % 8 == 0 else {}
+        fields = {"name": f"table {seed}", "duration_s": 4.0, "walls": walls, "discs": discs, **falls}
+        return carom.Scene(**{**dict(scene), **fields})
+    except carom.SceneError:
+        return None
+
+
+def _legs(rnd: random.Random) -> tuple[Leg, ...]:
+    return tuple(
+        Leg(from_s=begin_s, velocity_m_s=(rnd.uniform(-0.5, 0.5), rnd.choice((0.0, 0.25))))
+        for begin_s in (0.0, 0.7, 1.9)
+    )
+
+
+def _resisting(rnd: random.Random) -> dict[str, float]:
+    return rnd.choice(({}, {"wall_rolling_resistance": 0.1, "wall_tangential_restitution": 0.0}))
+
+
+def _tables(seeds: range) -> list[Job]:
+    scenes = [_crushed(), _hooked(), *(scene for seed in seeds if (scene := _table(seed)) is not None)]
+    return [(scene, how) for scene in scenes for how in ("pic", "pit")]
+
+
+def _crushed() -> carom.Scene:
+    """A wall closes on a disc before another one, until it is crushed after impacts without end."""
+    walls = [
+        carom.Wall(point_m=(-1.0, 0.0), normal=(1.0, 0.0)),
+        carom.Wall(point_m=(1.0, 0.0), normal=(-1.0, 0.0), velocity_m_s=(-0.5, 0.0)),
+    ]
+    discs = [carom.Disc(position_m=(0.0, 0.0), velocity_m_s=(1.0, 0.0), radius_m=0.25)]
+    return carom.Scene(name="crushed", discs=discs, walls=walls, duration_s=5.0)
+
+
+def _hooked() -> carom.Scene:
+    """A disc falls onto an arc of more than half a circle, near its end."""
+    walls = [carom.Chain(points_m=[(0.5, -0.25), (0.5, 0.25)], bulges=[-2.0])]
+    discs = [carom.Disc(position_m=(0.3, 3.0), velocity_m_s=(0.0, -1.0), radius_m=0.25)]
+    return carom.Scene(name="hooked", discs=discs, walls=walls, duration_s=5.0)
+
+
+def _random(seeds: range) -> list[Job]:
+    return [(_drawn(kind, seed), how) for seed in seeds for kind in KINDS for how in ("pic", "pit")]
+
+
+def test_scenes_drawn_at_random_have_the_bits_of_python() -> None:
+    """No bit differs of scenes of every kind that is drawn, of tables, of extreme sizes, of what lands and glides.
+
+    The scenes have friction and spin, gravity, and both. Tables are edges, arcs, circles and their joints, with
+    materials of their own, driven and falling. What lands where friction gives back keeps none of its slip, or all of
+    it, turned round or not. A disc that friction slows to 1e-302 m/s reaches its far wall at no time that a float
+    holds: no impact.
+    """
+    tables = _tables(range(2, 4))  # driven, and driven and falling
+    assert len(tables) == 8
+    slips = [(thrown(seed, gives_back=True), "pic") for seed in range(8)]
+    slips += [(held_in_its_landing(regain, 1e19), "pic") for regain in (-1.0, 0.5)]
+    others = [*_slowing(range(3)), *_extreme(range(4)), *_gliding(), (_drawn("far out", 37), "pic")]
+    assert _unlike([*_random(range(1)), *tables, *slips, *others]) == []
+
+
+def _slowing(numbers: range) -> list[Job]:
+    """Discs that a table slows down."""
+    return [(slowing(number), how) for number in numbers for how in ("pic", "pit")]
+
+
+def _extreme(numbers: range) -> list[Job]:
+    """Scenes of every kind in sizes that are computed in other units."""
+    scenes = []
+    for number in numbers:
+        rnd = random.Random(f"extreme {number}")
+        length, time = rnd.choice((-300, -230, 210, 260)), rnd.choice((-100, 0, 100))
+        base = slowing(number) if number % 3 == 2 else drawn("anywhere", number, rough=number % 2 == 1)
+        scenes.append(_sized(base, length, time))
+    return [(scene, how) for scene in scenes for how in ("pic", "pit")]
+
+
+def _sized(scene: carom.Scene, length: int, time: int) -> carom.Scene:
+    """Return a scene in which lengths and times are larger by powers of two."""
+
+    def scaled(vector: Sequence[float], exponent: int) -> tuple[float, ...]:
+        return tuple(math.ldexp(x, exponent) for x in vector)
+
+    discs = [
+        disc.model_copy(
+            update={
+                "position_m": scaled(disc.position_m, length),
+                "velocity_m_s": scaled(disc.velocity_m_s, length - time),
+                "radius_m": math.ldexp(disc.radius_m, length),
+                "spin_rad_s": math.ldexp(disc.spin_rad_s, -time),
+            }
+        )
+        for disc in scene.discs
+    ]
+    walls = [
+        wall.model_copy(update={"point_m": scaled(wall.point_m, length)})
+        for wall in scene.walls
+        if isinstance(wall, carom.Wall)
+    ]
+    more = {
+        "name": f"{scene.name} {length} {time}",
+        "duration_s": math.ldexp(scene.duration_s, time),
+        "frame_rate_hz": math.ldexp(scene.frame_rate_hz, -time),
+        "table_deceleration_m_s2": math.ldexp(scene.table_deceleration_m_s2, length - 2 * time),
+    }
+    return carom.Scene(**{**dict(scene), **more, "discs": discs, "walls": walls})
+
+
+def _gliding() -> list[Job]:
+    """Discs that come to glide along an arc, or are as wide, beyond its circle by a rounding or not; some that fall."""
+    pulls = ((0.0, 0.0), (1e-9, 0.0))
+    drawn = [(form(random.Random(n)), form.__name__, n, g) for n in range(2) for form in (pushed, slid) for g in pulls]
+    wides = [wide(n).model_copy(update={"name": f"wide {n}"}) for n in (15, 18, 19, 28)]
+    return [(scene, "pic") for scene in wides] + [
+        (scene.model_copy(update={"name": f"{name} {n} {g}", "gravity_m_s2": g}), "pic")
+        for (scene, _), name, n, g in drawn
+        if name == "slid" or g == pulls[0]
+    ]
+
+
+@pytest.mark.long
+def test_rows_of_discs_that_are_crushed_have_the_bits_of_python() -> None:
+    """Between mallets and walls that close on them: every impact before the crush is named."""
+    assert _unlike([(scene, "pic") for scene, _ in crushed_rows()]) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_two_thousand_scenes_have_the_bits_of_python(first: int) -> None:
+    """Two thousand of them, two hundred of each kind."""
+    assert _unlike(_random(range(first, first + 20))) == []
+
+
+@pytest.mark.long
+def test_a_hundred_slowing_tables_and_extreme_sizes_have_the_bits_of_python() -> None:
+    """Discs that a table slows, and scenes that are computed in other units."""
+    assert _unlike([*_slowing(range(3, 103)), *_extreme(range(4, 104))]) == []
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("first", range(4, 404, 100))
+def test_hundreds_of_tables_have_the_bits_of_python(first: int) -> None:
+    """Four hundred draws of tables, a quarter of them driven and falling."""
+    assert _unlike(_tables(range(first, first + 100))) == []
+
+
+_IMPORT = re.compile(r'^import (?:\{([^}]*)\} from )?"\./(\w+)\.js";$', re.MULTILINE)
+_EXPORT = re.compile(r"^export (?:(?:async )?function\*?|class) (\w+)|^export \{([^}]*)\}", re.MULTILINE)
+_CONSTANTS = re.compile(r"^export const (.*?);(?: //[^\n]*)?$", re.MULTILINE | re.DOTALL)
+
+
+def _names(listed: str) -> set[str]:
+    return {name.split(" as ")[-1].strip() for name in listed.split(",") if name.strip()}
+
+
+def test_each_module_imports_what_there_is_from_a_module_before_it() -> None:
+    """A name that no module exports, or a circle of imports, is found here and not by who opens the page."""
+    exported: dict[str, set[str]] = {}
+    for module in page.MODULES:
+        text = (page.SOURCES / f"{module}.js").read_text(encoding="utf-8")
+        imports = _IMPORT.findall(text)
+        assert len(imports) == len(re.findall(r"^import\b", text, re.MULTILINE)), f"{module}: an import is not read"
+        for listed, source in imports:
+            assert source in exported, f"{module} imports {source}, which comes after it"
+            assert _names(listed) <= exported[source], f"{module} imports from {source} what that does not export"
+        single = {name for name, _ in _EXPORT.findall(text) if name}
+        listed_names = set().union(*(_names(listed) for _, listed in _EXPORT.findall(text)))
+        constants = set(re.findall(r"(?:^|,\n  )(\w+) =", "\n".join(_CONSTANTS.findall(text)), re.MULTILINE))
+        exported[module] = single | listed_names | constants
+
+
+def test_no_two_modules_give_one_name_to_different_things(tmp_path: Path) -> None:
+    """The modules are one script in the page, in which a name that is declared twice is an error."""
+    script = tmp_path / "page.mjs"
+    script.write_text(page.page_script(), encoding="utf-8")
+    node = shutil.which("node") or pytest.skip("there is no node here to read the script")
+    done = subprocess.run([node, "--check", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_every_module_is_in_the_page() -> None:
+    """What lies beside the others is loaded; the loader stands on its own, before them."""
+    assert {path.stem for path in page.SOURCES.glob("*.js")} == {*page.MODULES, "loader"}
+    assert all(first != second for first, second in pairwise(page.MODULES))
+
+
+def test_blocks_are_unpacked_to_what_was_packed() -> None:
+    """The page's own decoder of LZMA gives the bytes back: of text, of the core, of what repeats, and of noise."""
+    noise = random.Random("noise").randbytes(5000)
+    contents = [page.page_script().encode(), page.CORE.read_bytes(), b"ab" * 3000 + b"c", noise, noise[:7] * 99, b"<"]
+    lines = "\n".join(page.packed_block(content) for content in contents)
+    assert "<" not in lines
+    done = ran([_node(), HERE / "unpacks.mjs", SOURCES / "loader.js"], input=lines)
+    assert [bytes.fromhex(line) for line in done.stdout.splitlines()] == contents
