@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from carom.core.extension import require_extension
+from carom.model.scene_names import set_scene_finder
 from carom.support.display import shown_by
 
 if TYPE_CHECKING:
@@ -51,9 +52,6 @@ if TYPE_CHECKING:
     from carom.studies.cross_check.run import run as run
     from carom.studies.tune.ask import tune as tune
 
-    def scene(name: str) -> Scene:
-        """Return a scene of the catalogue; the module of this name is what is called."""
-
 
 _HOMES = {
     "carom.comparator": ("Score", "compare", "horizon"),
@@ -89,14 +87,26 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         globals()[name] = value = getattr(importlib.import_module(_HOME[name]), name)
         return value
-    if name == "scene":  # the module: calling it gives a scene of the catalogue
-        return importlib.import_module("carom.model.scene")
     message = f"module 'carom' has no attribute {name!r}"
     raise AttributeError(message)
 
 
 def __dir__() -> list[str]:
     return list(_HOME)
+
+
+def scene(name: str) -> Scene:
+    """Return the scene of the catalogue with this full name, such as ``paper/missed``."""
+    from carom.model.scene import as_scene
+
+    return as_scene(name)
+
+
+def _find_scene(name: str) -> Scene:
+    """Return a scene of the catalogue; the model, which takes names too, is below the catalogue."""
+    from carom.catalogue import scene_named
+
+    return scene_named(name)
 
 
 def _view(name: str) -> Callable[..., Any]:
@@ -125,4 +135,5 @@ class _Engines(ModuleType):
 
 require_extension()
 shown_by(_view)
+set_scene_finder(_find_scene)
 importlib.import_module("carom.engines").__class__ = _Engines  # before it shadows the function

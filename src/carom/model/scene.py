@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 import math
-import sys
 from collections.abc import Generator
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from types import ModuleType
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -19,6 +16,7 @@ from carom.errors import InputError, Problem, SceneError
 from carom.model.disc_arrays import DiscArrays, Material
 from carom.model.file_shorthand import with_shorthand, written_out
 from carom.model.prescribed_motion import Drive
+from carom.model.scene_names import find_scene
 from carom.model.sizes import span_problems
 from carom.model.walls import AnyWall, Chain, Leg, Ring, Wall, drive_of, edge_count, kind_of_wall, leg_problems
 from carom.support.checks import shown
@@ -372,23 +370,12 @@ def as_scene(scene: Scene | str) -> Scene:
     if isinstance(scene, Scene):
         return scene
     if isinstance(scene, str):
-        # The catalogue is made of scenes: it is found by name when it is asked for, so that nothing here imports it.
-        found: Scene = importlib.import_module("carom.catalogue").scene_named(scene)
+        found: Scene = find_scene(scene)
         return found
     raise InputError(
         f"scene must be a Scene or the name of one in the catalogue, got {shown(scene)}",
         hints=["carom.load_scene reads a file"],
     )
-
-
-class _Callable(ModuleType):
-    """This module, which has the name that people call for a scene by: ``carom.scene("paper/missed")``."""
-
-    def __call__(self, name: str) -> Scene:
-        return as_scene(name)
-
-
-sys.modules[__name__].__class__ = _Callable
 
 
 def steps_to_cover(duration_s: float, dt_s: float) -> int:

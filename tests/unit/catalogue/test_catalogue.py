@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import re
 from collections.abc import Callable
 
@@ -130,9 +129,7 @@ SCENE = all_scenes()[NAME].scene
 
 
 def test_a_scene_is_called_for_by_its_name() -> None:
-    """`carom.model.scene` gives the scene of a full name, and is still the module of scenes."""
-    assert carom.scene(NAME) == SCENE
-    assert importlib.import_module("carom.model.scene").Scene is carom.Scene
+    """`carom.scene` gives the scene of a full name."""
     assert carom.scene(NAME) == SCENE
 
 

@@ -29,8 +29,9 @@ def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project:
         "def test_own():\n"
         "    assert 'carom.conformance.plugin' in sys.modules\n"
         "    loaded = [name for name in sys.modules if name.startswith('carom') and sys.modules[name]]\n"
-        "    packages = ['carom', 'carom.conformance', 'carom.core', 'carom.engines', 'carom.support']\n"
-        "    own = ['carom.conformance.plugin', 'carom.support.display', 'carom.support.escaping']\n"
+        "    packages = ['carom', *(f'carom.{name}' for name in 'conformance core engines model support'.split())]\n"
+        "    own = ['carom.conformance.plugin', 'carom.model.scene_names', 'carom.support.display', "
+        "'carom.support.escaping']\n"
         "    extension = ['carom.core._cython', 'carom.core.built', 'carom.core.extension']\n"
         "    assert sorted(loaded) == sorted(packages + own + extension)\n"
     )

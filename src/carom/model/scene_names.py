@@ -1,0 +1,23 @@
+"""Scenes by name. The catalogue is above the model, so `carom` itself registers the function that finds them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+_find: Callable[[str], Any]
+
+
+def set_scene_finder(find: Callable[[str], Any]) -> None:
+    """Register the function that returns the scene of a full name."""
+    global _find  # noqa: PLW0603 - set once, by the package when it is imported
+    _find = find
+
+
+def find_scene(name: str) -> Any:
+    """Return the scene of a full name.
+
+    Raises:
+        UnknownNameError: The catalogue has no scene of the name; the message names the nearest one.
+    """
+    return _find(name)
