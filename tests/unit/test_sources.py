@@ -6,6 +6,7 @@ import ast
 import inspect
 import re
 import string
+import tomllib
 from collections import defaultdict
 from functools import cache
 from pathlib import Path
@@ -116,6 +117,19 @@ def test_the_core_includes_nothing_but_a_few_headers_of_c_and_allocates_nothing(
         if name != "binding_memory.h":  # of the bindings
             assert set(re.findall(r"#include <([^>]+)>", text)) <= allowed, name
             assert not calls.search(text), name
+
+
+def test_compiled_modules_import_what_is_below_them() -> None:
+    """The contracts of `pyproject.toml` hold of .pyx and .pxd files too, whose imports the linter does not see."""
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
+    layers = next(one["layers"] for one in settings["contracts"] if one.get("containers") == ["carom"])
+    level = {name: number for number, layer in enumerate(layers) for name in layer.split(" | ")}
+    seen = 0
+    for path in (*SOURCE.rglob("*.pyx"), *SOURCE.rglob("*.pxd")):
+        for package in re.findall(r"^\s*from carom\.(\w+)\S* c?import", path.read_text(encoding="utf-8"), re.MULTILINE):
+            seen += 1
+            assert level[path.relative_to(SOURCE).parts[0]] <= level[package], (path, package)
+    assert seen > 10
 
 
 def test_a_word_that_misleads_stands_nowhere() -> None:

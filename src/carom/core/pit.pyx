@@ -6,8 +6,8 @@ from libc.stdlib cimport free
 
 import numpy as np
 
-from carom.solvers.endings import too_far_out
 from carom.core.driven import driven_rows
+from carom.core.resolution import too_far_out
 
 from carom.core.carom_core cimport Index, Record, Turning
 from carom.core.record_rows cimport ambiguous_rows, free_record, release_rows

@@ -8,6 +8,9 @@ bodies is known to five such units of all sizes together (`size_of` each, root a
 
 from __future__ import annotations
 
+from carom.errors import InputError
+from carom.support.formatting import number
+
 #: A unit in the last place of 1: at least one of any number, in parts of it.
 ULP = 2.0**-52
 
@@ -29,3 +32,11 @@ def gap_resolution(sizes: float) -> float:
 def clock_resolution(time_s: float) -> float:
     """Return the resolution of a time since the start: the roundings of a root and of a sum with it."""
     return 2.0 * ULP * time_s
+
+
+def too_far_out() -> InputError:
+    """Return the error for an impact of two discs whose centres floats do not tell apart."""
+    return InputError(
+        f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats do not tell their "
+        "centres apart: end the run before that, or move the scene to the origin"
+    )

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from carom.core.resolution import FARTHEST
-from carom.errors import InputError
 from carom.model.trace import body_name
-from carom.support.formatting import number
 
 
 def standstill_impacts(bodies: int) -> int:
@@ -27,11 +24,3 @@ def crushing_note(disc: int, between: tuple[int, int], time_s: float) -> str:
     """Return the note of a run that ends because a disc is crushed between two bodies."""
     one, other = map(body_name, between)
     return f"disc {disc} is crushed between {one} and {other} at {time_s:.17g} s"
-
-
-def too_far_out() -> InputError:
-    """Return the error for an impact of two discs whose centres floats do not tell apart."""
-    return InputError(
-        f"two discs met more than {number(FARTHEST / 2, 3)} radii from the origin, where floats do not tell their "
-        "centres apart: end the run before that, or move the scene to the origin"
-    )
