@@ -7,6 +7,7 @@ It raises an ImportError where the compiled extension is missing.
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -78,6 +79,16 @@ _HOMES = {
     "carom.solvers.reference.algorithm_2": ("solve_pic_framewise",),
     "carom.model.trace": ("Mode", "Outcome", "Trace"),
 }
+#: Import paths that documents of earlier versions gave, and where their names are now. `carom.adapter` is a module.
+_MOVED = {
+    "carom.program": "carom.engines.protocol",
+    "carom.program.adapter": "carom.engines.protocol.adapter",
+    "carom.runs": "carom.execution",
+    "carom.runs.imported": "carom.execution.scene_import",
+    "carom.scene": "carom.model.scene",
+    "carom.scenes": "carom.catalogue",
+    "carom.trace": "carom.model.trace",
+}
 _HOME = dict(sorted((name, module) for module, names in _HOMES.items() for name in names))
 
 __all__ = list(_HOME)
@@ -87,6 +98,8 @@ def __getattr__(name: str) -> Any:
     if name in _HOME:
         globals()[name] = value = getattr(importlib.import_module(_HOME[name]), name)
         return value
+    if f"carom.{name}" in _MOVED:
+        return sys.modules[f"carom.{name}"]
     message = f"module 'carom' has no attribute {name!r}"
     raise AttributeError(message)
 
@@ -124,6 +137,17 @@ def _view(name: str) -> Callable[..., Any]:
     return notebook.html_of if name == "html_of" else notebook.plot
 
 
+class _Moved(ModuleType):
+    """An import path of an earlier version: imports the present module when a name is first asked of it."""
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # inspection asks every module for some of these
+            raise AttributeError(name)
+        if (path := f"{self.__name__}.{name}") in _MOVED:
+            return sys.modules[path]
+        return getattr(importlib.import_module(_MOVED[self.__name__]), name)
+
+
 class _Engines(ModuleType):
     """The package `carom.engines`, which is also the public function of that name."""
 
@@ -134,6 +158,7 @@ class _Engines(ModuleType):
 
 
 require_extension()
+sys.modules.update({name: _Moved(name) for name in _MOVED})
 shown_by(_view)
 set_scene_finder(_find_scene)
 importlib.import_module("carom.engines").__class__ = _Engines  # before it shadows the function

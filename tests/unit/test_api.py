@@ -33,6 +33,32 @@ def test_every_public_name_resolves_to_the_object_of_its_home_module() -> None:
     assert sorted(set(carom.__all__)) == carom.__all__
 
 
+@pytest.mark.parametrize(
+    ("path", "name", "home"),
+    [
+        ("carom.adapter", "Adapter", "carom.engines.api"),
+        ("carom.program.adapter", "program_adapter", "carom.engines.protocol.adapter"),
+        ("carom.runs.imported", "import_scene", "carom.execution.scene_import"),
+        ("carom.scene", "Scene", "carom.model.scene"),
+        ("carom.scenes", "find_scenes", "carom.catalogue"),
+        ("carom.trace", "SPIN_DTYPE", "carom.model.trace"),
+    ],
+)
+def test_an_import_path_of_an_earlier_version_has_the_same_objects(path: str, name: str, home: str) -> None:
+    """Adapters and programs of others import what documents told them to import, and get the very same."""
+    assert getattr(importlib.import_module(path), name) is getattr(importlib.import_module(home), name)
+    program = f"from {path} import {name}; import carom; carom.scene('paper/missed'); print(carom.{path[6:]}.__name__)"
+    named = program.replace("carom.scene.__name__", "'carom.scene'")  # the attribute is the function
+    done = subprocess.run([sys.executable, "-c", named], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == path
+
+
+def test_the_old_path_of_the_interface_has_all_its_names() -> None:
+    """`carom.adapter` offers what `carom.engines.api` does."""
+    old, new = (importlib.import_module(path) for path in ("carom.adapter", "carom.engines.api"))
+    assert old.__all__ == new.__all__
+
+
 def test_unknown_attribute_is_an_attribute_error_that_names_it() -> None:
     """A misspelt name fails the way it fails in any module."""
     with pytest.raises(AttributeError, match="module 'carom' has no attribute 'sovle_pic'"):

@@ -28,7 +28,7 @@ def test_without_its_option_the_plugin_imports_nothing_and_says_nothing(project:
         "import sys\n"
         "def test_own():\n"
         "    assert 'carom.conformance.plugin' in sys.modules\n"
-        "    loaded = [name for name in sys.modules if name.startswith('carom') and sys.modules[name]]\n"
+        "    loaded = [name for name, it in sys.modules.items() if name.startswith('carom') and it and it.__spec__]\n"
         "    packages = ['carom', *(f'carom.{name}' for name in 'conformance core engines model support'.split())]\n"
         "    own = ['carom.conformance.plugin', 'carom.model.scene_names', 'carom.support.display', "
         "'carom.support.escaping']\n"
