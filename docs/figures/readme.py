@@ -84,15 +84,19 @@ def bench_scene(path: Path = BENCH) -> tuple[SceneBench, ErrorKind]:
 
 
 def _point(found: dict[str, Any]) -> Point:
-    own = {name: math.nan if value is None and name.startswith("error") else value for name, value in found.items()}
+    own: dict[str, Any] = {
+        name: math.nan if value is None and name.startswith("error") else value for name, value in found.items()
+    }
     if (timing := found["timing"]) is not None:
-        clocks = {name: Spread(**value) if isinstance(value, dict) else value for name, value in timing.items()}
+        clocks: dict[str, Any] = {
+            name: Spread(**value) if isinstance(value, dict) else value for name, value in timing.items()
+        }
         own["timing"] = CellTiming(**clocks)
     return Point(**own)
 
 
 def _order(found: dict[str, Any]) -> ConvergenceOrder:
-    numbers = {name: math.nan if value is None else value for name, value in found.items()}
+    numbers: dict[str, Any] = {name: math.nan if value is None else value for name, value in found.items()}
     return ConvergenceOrder(**numbers | {"verdict": Convergence[found["verdict"].upper()]})
 
 
