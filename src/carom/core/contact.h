@@ -2,7 +2,7 @@
 
    In contact a disc moves on a parabola as well, with an acceleration along the wall, so all that predicts discs in flight
    predicts these. What the law makes 0 is set to 0 and not computed: the gap and the speed along the normal of a disc in
-   contact, and the slip of one that rolls. docs/contact.md derives the law. */
+   contact, and the slip of one that rolls. docs/theory/contact.md derives the law. */
 
 #pragma once
 
