@@ -83,7 +83,7 @@ ENTRIES = (
     Entry(
         "rapier2d",
         ">=0.18",
-        "0.20.0 changed nearly every cell, and ships a prediction distance of 20 mm, of 2 mm before, so that of `default` nothing is called better or "
+        "0.20.0 changed nearly every cell, and ships with a prediction distance of 20 mm instead of 2 mm, so `default` is called neither better nor "
         "worse. Bare, as each ships, over 32 phases: slow bounces that 0.12 and 0.13 had lost are whole again, and discs in a row "
         "exchange velocities at each phase, where up to .19 of the fastest was wrong, and up to .11 in `cradle-gaps`; in `perfectly-inelastic` the discs end "
         ".50 mm from their places at each phase in 0.19.3, and .03 mm at most since (`tests/engines/test_engine_releases.py`). With the settings of "

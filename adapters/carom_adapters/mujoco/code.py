@@ -19,7 +19,7 @@ def code(scene: Scene, settings: Mapping[str, Setting], heading: str) -> str:
     if has_legs(scene):
         raise AdapterError("MuJoCo: a body on legs is given its velocities between steps, which a model can't say")
     # The text is this adapter's own, and holds nothing but numbers and words of its settings' lists.
-    model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314
+    model = ElementTree.fromstring(mjcf(scene, settings))  # noqa: S314 - no text of others
     ElementTree.indent(_with_start(_with_defaults(model), scene, settings))
     said = [heading, f"{steps_of(scene, settings)} steps from the keyframe cover the scene."]
     if not float(settings["stiffness"]):
