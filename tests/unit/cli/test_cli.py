@@ -104,8 +104,15 @@ def test_a_crash_is_exit_code_4(scene_file: Path) -> None:
 
 
 def test_scenes_lists_shows_and_saves(tmp_path: Path) -> None:
-    """`carom scenes` has a line a scene, its discs and impacts, shows one as a file that loads, and saves files."""
-    lines = carom_command("scenes").output.splitlines()
+    """`carom scenes` counts groups, lists one group or all, prints a scene as a file that loads, and saves files."""
+    groups = carom_command("scenes").output.splitlines()
+    assert ["paper", "4"] in [line.split()[:2] for line in groups]
+    assert all(len(line) <= 80 for line in groups)
+    listed = {entry.group for entry in all_scenes().values()}
+    assert {line.split()[0] for line in groups[1:-2]} == listed
+    assert all(line.split()[2:] for line in groups[1:-2])
+    assert len(carom_command("scenes", "paper").output.splitlines()) == 4 + 1
+    lines = carom_command("scenes", "--all").output.splitlines()
     assert len(lines) == len(all_scenes()) + 1
     (missed,) = (line for line in lines if line.startswith("paper/missed"))
     assert missed.split()[1:3] == ["2", "1"]
@@ -288,7 +295,7 @@ def test_a_run_of_one_scene_ends_with_the_command_that_prints_the_settings() -> 
     """The best engine's settings at the step that was run, for the scene as asked; the command gives code."""
     asked = ["run", "paper/late", "-e", "pit", "-e", "pymunk", "-p", "default", "--no-timing", "--fail-on", "never"]
     *_, said, command = carom_command(*asked).output.splitlines()
-    assert said == "Settings of pymunk default, as code to paste:"
+    assert said == "To print the settings of pymunk default as code:"
     assert command == "carom engines pymunk --show default --dt 1/24 --scene paper/late"
     assert "space.step(dt)" in carom_command(*command.split()[1:]).output
     alone = carom_command("run", "paper/late", "-e", "pit", "-p", "tuned", "--no-timing").output
@@ -476,7 +483,7 @@ def test_a_scene_that_was_saved_and_edited_is_not_saved_over(tmp_path: Path) -> 
     (tmp_path / "paper.missed.toml").write_text("edited")
     result = carom_command(*arguments)
     assert result.exit_code == 2
-    assert "exists already, and may have been edited: name another folder by --out" in result.output
+    assert "already exists: name another folder with --out" in result.output
     assert (tmp_path / "paper.missed.toml").read_text() == "edited"
 
 
