@@ -46,12 +46,12 @@ def engine_names(*, stamped: bool = False) -> Any:
     return option(
         None,
         ValueKind("a name", "NAME", name().take, _engine, name().wrong),
-        "Engine, or the engine.toml of one that is a program; repeatable. Its adapter runs with your permissions.",
+        "Engine name, or path of an engine.toml; repeatable. Its code runs with your permissions.",
         "--engine",
         "-e",
         many=True,
         stamped=stamped,
-        said="all that are installed",
+        said="all installed",
     )
 
 
@@ -64,24 +64,24 @@ def profile_names(
 
 def step_lengths(said: str, *, stamped: bool = False) -> Any:
     """Return the option that takes steps; `said` is the default in words."""
-    what = "Step in seconds, such as 1/240; repeatable."
+    what = "Time step in seconds, such as 1/240; repeatable."
     return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
 
 
 def phase_seed(*, stamped: bool = False) -> Any:
     """Return the option that says where the sequence of phases begins."""
-    return option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed", stamped=stamped)
+    return option(0, whole(0, MOST_SEED), "Start of the sequence of phases.", "--seed", stamped=stamped)
 
 
 def time_limit(*, stamped: bool = False) -> Any:
     """Declare after what time a run is ended."""
-    what = "Seconds after which a run that gives no answer is ended."
+    what = "Time limit of a run in seconds."
     return option(DEFAULT_TIME_LIMIT_S, seconds(), what, "--time-limit", stamped=stamped)
 
 
 def memory_limit(*, stamped: bool = False) -> Any:
     """Declare how much memory a process may take."""
-    what, said = "Megabytes that an engine's process may take.", "the machine's, shared among --jobs and one more"
+    what, said = "Memory limit of an engine process in megabytes.", "total memory / (jobs + 1)"
     return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
 
 
@@ -97,7 +97,7 @@ class Limited(DeclaredOptions):
     """
 
     jobs: int | None = option(
-        None, whole(1, MOST_JOBS), "Runs at a time.", "--jobs", "-j", said="as many as there are cores"
+        None, whole(1, MOST_JOBS), "Number of parallel runs.", "--jobs", "-j", said="number of cores"
     )
     time_limit_s: float = time_limit()
     memory_limit_mb: float | None = memory_limit()
@@ -158,10 +158,10 @@ class Options(Limited):
     """
 
     engines: Sequence[str] | None = engine_names(stamped=True)
-    dts: Sequence[float] | None = step_lengths("each scene's own frame, a quarter and a sixteenth of it", stamped=True)
+    dts: Sequence[float] | None = step_lengths("1, 1/4 and 1/16 of a scene's frame", stamped=True)
     profiles: Sequence[str] | None = profile_names(
-        what="Settings profile, repeatable, or 'all' with every variant.",
-        said="'default', 'tuned' and 'located'",
+        what="Settings profile, repeatable, or 'all' for every variant.",
+        said="default, tuned, located",
         stamped=True,
     )
     settings: Mapping[str, Setting] = option(
@@ -173,15 +173,14 @@ class Options(Limited):
             wrong=("x", 5, ["x"], None),
             gather=asked_settings,
         ),
-        "Try a setting instead of the profiles' own, repeatable. Every engine asked for must have it; an "
-        "unknown one is refused with the names that there are.",
+        "Override a setting of the profiles, repeatable. Every chosen engine must have it.",
         "--set",
         stamped=True,
     )
     phases: int = option(
         0,
         whole(0, MOST_PHASES),
-        "Run each cell at this number of sub-step phases too, and show the spread of its errors.",
+        "Number of additional sub-step phases per cell, to show the spread of errors.",
         "--phases",
         stamped=True,
     )
@@ -189,17 +188,13 @@ class Options(Limited):
     certified: bool | None = option(
         None,
         flag(),
-        "Score against certified runs (needs python-flint), and say how far they reach. By default PIC is the "
-        "reference, certified as far as it is reliable for scenes of three discs or more.",
+        "Compare with certified runs, which need python-flint.",
         "--certify/--no-certify",
         stamped=True,
+        said="PIC, certified for three discs or more",
     )
-    certify_s: float = option(
-        CERTIFY_SECONDS, seconds(), "Seconds for the certified run of each scene.", "--certify-time", stamped=True
-    )
-    timing: bool = option(
-        True, flag(), "Whether to time each scene at its coarsest step too.", "--timing/--no-timing", stamped=True
-    )
+    certify_s: float = option(CERTIFY_SECONDS, seconds(), "Seconds per certified run.", "--certify-time", stamped=True)
+    timing: bool = option(True, flag(), "Time each scene at its coarsest step.", "--timing/--no-timing", stamped=True)
     samples: bool = option(True, flag(), "Whether to keep states for drawing.", stamped=True)
     _: KW_ONLY
     time_limit_s: float = time_limit(stamped=True)

@@ -29,28 +29,29 @@ def run(
     scenes: Annotated[
         list[str] | None,
         typer.Argument(
-            help="Scene files (.toml, .json), or scenes of the catalogue by name, group or pattern. "
-            "All of the catalogue by default."
+            help="Scene files (.toml, .json), or names, groups or patterns of catalogue scenes "
+            "(default: the whole catalogue)."
         ),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out", "-o", help="Folder to write the report into: index.html, report.md, results.jsonl, junit.xml."
+            "--out", "-o", help="Output folder for the report: index.html, report.md, results.jsonl, junit.xml."
         ),
     ] = None,
     report: Annotated[Path | None, typer.Option("--report", hidden=True)] = None,
     resume: common.Resume = False,
     retry: common.Retry = False,
     explain: Annotated[
-        bool, typer.Option("--explain", help="Print what would be run, what is skipped and why, and run nothing.")
+        bool, typer.Option("--explain", help="Print what would run and what is skipped, with the reason, and exit.")
     ] = False,
     verbose: common.Verbose = False,
     fail_on: Annotated[
-        FailOn, typer.Option("--fail-on", help="The best grade that counts as a violation (exit code 1).")
+        FailOn,
+        typer.Option("--fail-on", show_default=False, help="Best grade that gives exit code 1 (default: inaccurate)."),
     ] = FailOn.INACCURATE,
 ) -> None:
-    """Run scenes through engines, score each against PIC, and print a verdict table.
+    """Print how accurate engines are: a table of verdicts against the exact solution (PIC).
 
     Examples: `carom run`, `carom run paper classics/galperin-100 -e pymunk -e mujoco`,
     `carom run my-scene.toml --engine mujoco --dt 1/240 --out reports/mine`,
@@ -66,7 +67,7 @@ def run(
     options = replace(options, samples=out is not None)
     named = common.scenes_named(scenes or [])
     if out is None and (resume or retry):
-        raise InputError("--resume continues what lies in the folder of --out: name it")
+        raise InputError("--resume and --retry need the output folder: give --out")
     if out is None or explain:
         folder: AbstractContextManager[None] = nullcontext()
     else:
@@ -133,7 +134,7 @@ def _say_settings(results: Results, scene: str) -> None:
             continue
         words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", formatting.step_option(max(steps)), "--scene", scene))
-        common.say(f"Settings of {column.name}, as code to paste:\n{command}")
+        common.say(f"To print the settings of {column.name} as code:\n{command}")
         return
 
 
