@@ -49,5 +49,5 @@ def test_the_command_prints_it_writes_it_and_replaces_nothing(folder: Path) -> N
     assert "Every scene" in page.read_text(encoding="utf-8")
     again = run.invoke(app, ["report", str(folder), "--page", str(page)])
     assert again.exit_code == 2
-    assert "is there already" in again.output
+    assert "already exists" in again.output
     assert "Every method" in run.invoke(app, ["report", str(folder)]).output
