@@ -1,4 +1,4 @@
-"""What a terminal shows first: of one scene each run in physical units, of several how many have which grade."""
+"""Terminal summary: the errors of each run of one scene, or the number of scenes per grade."""
 
 from __future__ import annotations
 
@@ -25,24 +25,28 @@ _COUNTED = {
     "wrong": (Mark.WRONG,),
 }
 
-NOTE = "largest errors; time: + late; n/a: missed, or parted before; ×: times what checking once per step costs"  # noqa: RUF001 - the sign that stands in the table
+NOTE = "Largest errors; time: + is late; n/a: missed or parted; ×: error over PIT's error"  # noqa: RUF001 - the sign of the table
 
 
 def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
-    """Return a table a step of one scene, the coarsest first: what each run did in physical units, the best first."""
-    by_step = formatting.together((run.row.job.dt_s, run) for run in _scored(results, scene))
+    """Return one table of errors per step of a scene, the coarsest step and the best run first."""
+    scored = _scored(results, scene)
+    by_step = formatting.together((run.row.job.dt_s, run) for run in scored)
     columns = (
         Column("method", lambda run: _method(grid, run.row)),
         Column("impacts", lambda run: _impacts(run.score), number=True),
-        Column("time", lambda run: _time(run.score, run.row.job.dt_s), number=True),
-        Column("velocity", lambda run: _percent(run.score, run.score.total.velocity), number=True),
-        Column("angle", lambda run: _direction(run.score), number=True),
-        Column("energy", lambda run: _energy(run.score), number=True),
+        Column("time", lambda run: _time(run.score, run.row.job.dt_s), number=True, under="ms"),
+        Column("velocity", lambda run: _percent(run.score, run.score.total.velocity), number=True, under="%"),
+        Column("angle", lambda run: _direction(run.score), number=True, under="°"),
+        Column("energy", lambda run: _energy(run.score), number=True, under="%"),
         Column("grade", _grade),
     )
     titles = {dt_s: f"at {formatting.step(dt_s)}" if len(by_step) > 1 else "" for dt_s in by_step}
+    marks = {mark_of(run.row): None for run in scored}
+    words = {mark.symbol: "exact" if mark in _COUNTED["exact"] else mark.word for mark in marks}
+    note = f"{', '.join(f'{symbol} {word}' for symbol, word in words.items())}. {NOTE}"
     return tuple(
-        Table(columns, runs, title=titles[dt_s], note=NOTE if dt_s == min(by_step) else "", only=TERMINAL | DETAIL)
+        Table(columns, runs, title=titles[dt_s], note=note if dt_s == min(by_step) else "", only=TERMINAL | DETAIL)
         for dt_s, runs in by_step.items()
     )
 
@@ -72,9 +76,7 @@ def counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
         *(Column(name, partial(_count, grid, marks), number=True) for name, marks in _COUNTED.items()),
         Column("n/a", partial(_not_graded, grid), number=True),
     )
-    return Table(
-        columns, ranked(grid, methods), only=TERMINAL, note="n/a: not graded, or not run; -v says which and why"
-    )
+    return Table(columns, ranked(grid, methods), only=TERMINAL, note="n/a: not graded or not run; -v lists the reasons")
 
 
 def _count(grid: Grid, marks: Sequence[Mark], method: GridColumn) -> str:
@@ -106,7 +108,7 @@ def _scored(results: Results, scene: str) -> list[_Run]:
 
 def _impacts(score: Score) -> str:
     invented = f" +{len(score.spurious)}" if score.spurious else ""
-    return f"{score.expected - len(score.missed) - len(score.undecided)} of {score.expected}{invented}"
+    return f"{score.expected - len(score.missed) - len(score.undecided)}/{score.expected}{invented}"
 
 
 def _parted(score: Score) -> bool:
@@ -120,7 +122,7 @@ def _time(score: Score, dt_s: float) -> str:
         return formatting.ABSENT
     if abs(error_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return "0"
-    return f"{'+' if error_s > 0.0 else '-'}{formatting.number(abs(error_s) * 1e3, 3)} ms"
+    return f"{'+' if error_s > 0.0 else '-'}{formatting.number(abs(error_s) * 1e3, 3)}"
 
 
 def _energy(score: Score) -> str:
@@ -131,19 +133,19 @@ def _energy(score: Score) -> str:
 def _percent(score: Score, part: float) -> str:
     if _parted(score):
         return formatting.ABSENT
-    return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else formatting.percent(part)
+    return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else formatting.number(100.0 * part)
 
 
 def _direction(score: Score) -> str:
     turned = score.total.direction_rad
     if math.isnan(turned) or _parted(score):
         return formatting.ABSENT
-    return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else f"{formatting.number(math.degrees(turned))}°"
+    return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else formatting.number(math.degrees(turned))
 
 
 def _grade(run: _Run) -> str:
-    """Return the grade, and how many times as much as checking once per step costs is paid."""
+    """Return the symbol of the grade, and the error over that of PIT."""
     mark, paid = mark_of(run.row), run.score.price_paid
     if mark in _COUNTED["exact"] or math.isnan(paid) or not run.score.errors:
-        return mark.word
-    return f"{mark.word} {formatting.ratio(paid).replace(' ', '')}"
+        return f"{mark.symbol} float32" if mark is Mark.EXACT_32 else mark.symbol
+    return f"{mark.symbol} {formatting.ratio(paid).replace(' ', '')}"
