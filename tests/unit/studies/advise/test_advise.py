@@ -223,8 +223,8 @@ def test_with_friction_pit_is_tried() -> None:
         found, worst = direction_errors(rough, step, step * 0.999)
         assert (found == 1 and worst <= 5 * DEGREE) is right
     text = " ".join(" ".join(printed(advice_document(advice), 80)).split())
-    assert "were there no friction" in text
-    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} a second, by trying" in text
+    assert "(without friction)" in text
+    assert f"and {1 / sure(answer.passes).dt_s:.4g}-{1 / answer.down_to_s:.4g} per second, by search" in text
 
 
 @pytest.mark.long
@@ -274,7 +274,7 @@ def test_a_call_gives_an_answer_that_prints_itself(advice: ShownAdvice) -> None:
     """The first line is the answer, as on the command line; the numbers are those of its fields."""
     (answer,) = advice.answers
     assert answer.never_misses.passes is not None
-    first = f"paper/late: to miss no impact, {1.0 / answer.never_misses.passes.dt_s:.4g} steps a second "
+    first = f"paper/late: to miss no impact, {1.0 / answer.never_misses.passes.dt_s:.4g} steps per second "
     assert repr(advice).splitlines()[0].startswith(first)
     assert advice.code[answer.method] in repr(advice)
 
