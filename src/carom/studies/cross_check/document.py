@@ -194,9 +194,9 @@ def _lucky(grid: Grid) -> Iterator[str]:
         shares = sorted({share[0] for share in lucky if share})
         if shares:
             phases = next(share[1] for share in lucky if share)
-            owes = "its grade" if len(lucky) == 1 else f"{sum(map(bool, lucky))} of its {len(lucky)} grades"
+            owes = "its grade" if len(lucky) == 1 else f"the grade in {sum(map(bool, lucky))} of {len(lucky)} scenes"
             some = str(shares[0]) if len(shares) == 1 else f"{shares[0]} to {shares[-1]}"
-            right = f"checking once per step is as right at {some} of {phases} phases"
+            right = f"sampling alone is equally accurate at {some} of {phases} phases"
             yield Sentence.LUCKY(method=column.name, grades=owes, right=right)
 
 

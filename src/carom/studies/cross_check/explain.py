@@ -32,12 +32,12 @@ def explain(plan: Plan) -> Iterator[str]:
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.steps_of(scene)
-        yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, needs {_needs(scene)}"
+        yield f"{scene.name}: {_bodies(scene)}, {scene.duration_s:g} s, requires {_needs(scene)}"
         reference = reference_trace(scene)
         if isinstance(reference, str):
-            yield f"  nothing is run: {reference}"
+            yield f"  not run: {reference}"
             continue
-        plain = "an event-driven run" if in_closed_form(reference) else "predicting all pairs anew"
+        plain = "an event-driven run" if in_closed_form(reference) else "predicting all pairs again"
         saved = _saved(pic_saved(scene, reference), plain)
         yield f"  PIC: {pic_in_words(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
@@ -47,14 +47,14 @@ def explain(plan: Plan) -> Iterator[str]:
         yield f"  states: {_samples(scene, drawn=options.samples)}"
         if options.phases:
             kept = len(shifted_references(reference, steps[0], phase_values(options.phases, options.seed)))
-            why = "a shift that changes which impacts happen is left out"
+            why = "shifts that change which impacts happen are omitted"
             yield f"  phases: {kept} of {options.phases} at {instant(steps[0])}; {why}"
         for info in run:
             for profile in plan.profiles if info.profiles else plan.profiles[-1:]:
                 planned = [job for job in jobs if (job.engine, job.profile) == (info.name, profile)]
                 shown = planned[0].method.profile_shown if planned else profile
                 yield f"  {info.name} {shown}: {_fate(planned, plan, info, profile, len(steps))}"
-    yield from (f"{info.name} is not run: {info.unavailable}" for info in plan.engines if info not in run)
+    yield from (f"{info.name} is not available: {info.unavailable}" for info in plan.engines if info not in run)
 
 
 def _bodies(scene: Scene) -> str:
@@ -63,22 +63,22 @@ def _bodies(scene: Scene) -> str:
 
 
 def _needs(scene: Scene) -> str:
-    return ", ".join(sorted(need.value for need in scene.needs)) or "nothing special"
+    return ", ".join(sorted(need.value for need in scene.needs)) or "no special features"
 
 
 def pic_in_words(scene: Scene, trace: Trace) -> str:
     """Say in which form PIC runs a scene, and how much it predicts."""
     count, predicted = len(trace.impacts), trace.counts.get("predictions", 0)
     found = f"{count} impact{'s' * (count != 1)} in {predicted} prediction{'s' * (predicted != 1)}"
-    walls = "" if scene.walls else ", 0 wall tests as there is no wall"
+    walls = "" if scene.walls else ", no walls to test"
     if scene.damping_per_s:
         undamped = pic_in_words(scene.undamped, trace)
-        return f"in the time in which damped discs move in straight lines, {undamped}"
+        return f"in transformed time, where damped discs move in straight lines: {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
         return f"event-driven along parabolas, with cells{walls}: {found}"
     if not in_closed_form(trace):
         return f"event-driven, in the compiled kernel with cells{walls}: {found}"
-    return f"two discs, so the closed form, without queue or cells{walls}: {found}"
+    return f"closed form for two discs, without queue or cells{walls}: {found}"
 
 
 def pit_in_words(scene: Scene, dt_s: float) -> str:
@@ -88,10 +88,10 @@ def pit_in_words(scene: Scene, dt_s: float) -> str:
         return f"{frames} frames"
     counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
     plain = counts["frames"] * tests_a_frame(scene)
-    looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are looked at"
+    looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
-        looked_at += ", the others skipped, as no pair due can touch before"
-    return f"{looked_at}; {counts['pair_tests']} pair tests where the plain loop makes {plain}"
+        looked_at += ", the others skipped because no pair can touch earlier"
+    return f"{looked_at}; {counts['pair_tests']} pair tests instead of {plain} in the plain loop"
 
 
 def _saved(saved: SkippedTime | None, plain: str) -> str:
@@ -103,25 +103,25 @@ def _saved(saved: SkippedTime | None, plain: str) -> str:
 
 def _engines(scene: Scene, reference: Trace, dt_s: float) -> str:
     steps = scene.step_count(dt_s)
-    every = f"followed through all {steps} steps at {instant(dt_s)}"
+    every = f"run for all {steps} steps at {instant(dt_s)}"
     if any(scene.gravity_m_s2):
         ends = ""
         if reference.contact_s < math.inf:
             until = number(reference.contact_s, 4)
             ends = f", and PIC is compared up to {until} s, where a disc {reference.contact_of_disc}"
-        return f"{every}: under gravity no flight keeps its velocity{ends}"
+        return f"{every}: gravity changes velocities between impacts{ends}"
     if scene.damping_per_s or scene.table_deceleration_m_s2:
-        slows = "with damping" if scene.damping_per_s else "on a table"
-        return f"{every}: {slows} no flight keeps its velocity"
-    until = "their own state shows nothing but free flight"
+        slows = "damping" if scene.damping_per_s else "the table"
+        return f"{every}: {slows} changes velocities between impacts"
+    until = "the state shows only free flight"
     if not _nothing_follows(scene, reference):
-        return f"{every}, or until {until}: PIC's discs have impacts to come within twice the duration"
+        return f"{every}, or until {until}: PIC finds later impacts within twice the duration"
     if not len(reference.impacts):
-        return f"stopped once {until}: PIC's discs meet nothing from the start on"
+        return f"stopped once {until}: in PIC no discs meet"
     last_s = float(reference.impacts["time_s"][-1])
     needed = min(steps, math.ceil(last_s / dt_s) + 1)
     return (
-        f"stopped once {until}: PIC's does after its last impact at {number(last_s, 4)} s, step {needed} of {steps} at "
+        f"stopped once {until}: after the last impact of PIC at {number(last_s, 4)} s, step {needed} of {steps} at "
         f"{instant(dt_s)}"
     )
 
@@ -134,17 +134,17 @@ def _nothing_follows(scene: Scene, reference: Trace) -> bool:
 
 def _samples(scene: Scene, *, drawn: bool) -> str:
     if not drawn:
-        return "none are kept, as no report is written"
+        return "not kept, because no report is written"
     if len(scene.discs) > MOST_DISCS_DRAWN:
-        return f"none are kept, as no picture shows more than {MOST_DISCS_DRAWN} discs"
-    return "kept at the coarsest step, the only one that is drawn"
+        return f"not kept, because no picture shows more than {MOST_DISCS_DRAWN} discs"
+    return "kept at the coarsest step, the only one drawn"
 
 
 def _fate(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile: str, steps: int) -> str:
     """Return at which steps a profile is run, or why it is not."""
     if not planned:
         same = profile in info.profiles
-        return f"skipped: {'another profile has the very same settings' if same else 'it has no such profile'}"
+        return f"skipped: {'another profile has the same settings' if same else 'no such profile'}"
     refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.refusal(job)) is not None}
     if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"

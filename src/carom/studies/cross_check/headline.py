@@ -39,7 +39,7 @@ def _of_one(grid: Grid, columns: Sequence[GridColumn]) -> str:
     kinds = list(formatting.together((_does(cell), cell.column.name) for cell in cells).items())
     shown = kinds if len(kinds) <= MOST_NAMES else [kinds[0], kinds[-1]]
     parts = [f"{_names(names)}: {does}" for does, names in shown]
-    more = f"; {len(kinds) - len(shown)} other outcomes between" if len(shown) < len(kinds) else ""
+    more = f"; {len(kinds) - len(shown)} other outcomes in between" if len(shown) < len(kinds) else ""
     steps = {cell.row.job.dt_s for cell in grid.rows[0].cells if cell.row is not None}
     at = f" at {formatting.step(steps.pop())}" if len(steps) == 1 else ""
     return Sentence.ONE_SCENE(scene=grid.rows[0].scene.name, step=at, outcomes=f"{'; '.join(parts)}{more}")
@@ -51,7 +51,7 @@ def _does(cell: GridCell) -> str:
     if score is None:
         return cell.mark.word
     if Verdict.PARTED in score.verdicts:
-        return cell.mark.word if cell.mark is not Mark.WRONG else "wrong, and its trajectory has parted"
+        return cell.mark.word if cell.mark is not Mark.WRONG else "wrong and parted"
     lost = [f"{len(score.missed)} missed"] if score.missed else []
     lost += [f"{len(score.spurious)} invented"] if score.spurious else []
     if lost:
@@ -75,7 +75,7 @@ def _of_many(grid: Grid, columns: Sequence[GridColumn]) -> str:
     shipped = [column for column in columns if column.profile == SHIPPED]
     parts = []
     if shipped:
-        engines = "every engine as shipped that ran" if len(shipped) > 1 else f"{shipped[0].label} as shipped"
+        engines = "every engine" if len(shipped) > 1 else shipped[0].label
         missed = [row.scene.name for row in grid.rows if _all_miss([c for c in row.cells if c.column in shipped])]
         which = f": {_names(missed)}" if missed else ""
         parts.append(Sentence.MISSES(missed=len(missed), scenes=scenes, engines=engines, which=which))
