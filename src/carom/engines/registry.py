@@ -135,7 +135,7 @@ def adapter_points() -> Mapping[str, AdapterPoint]:
             raise AdapterError(f"{MANIFESTS} must hold absolute paths, got {word!r}")
         name = _manifest_name(path)
         if name in found:
-            raise AdapterError(f"{path} names its engine {name!r}, and so does {found[name].value}")
+            raise AdapterError(f"{path} names its engine {name!r}, like {found[name].value}")
         found[name] = AdapterPoint(name, str(path), manifest=True)
     return found
 
@@ -259,7 +259,7 @@ def load_adapter(name: str) -> Adapter:
                 getattr(adapter, part)
             except AttributeError as error:
                 raise AdapterError(f"{point.value}: its {part} failed: AttributeError: {error}") from error
-        raise AdapterError(f"{point.value} is no adapter: it has no {', '.join(missing) or 'prepare to call'}")
+        raise AdapterError(f"{point.value} is not an adapter: it lacks {', '.join(missing) or 'prepare to call'}")
     found: Adapter = adapter
     return found
 

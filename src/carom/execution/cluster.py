@@ -76,7 +76,7 @@ class ClusterPool(Pool):
             self._client: Any = distributed.Client(scheduler, timeout=CONNECT_S, set_as_default=False)
         except (OSError, ValueError, TypeError) as error:  # its TimeoutError is an OSError; a TypeError lacks TLS
             reason = str(error) or type(error).__name__
-            raise ClusterError(f"no Dask scheduler answers at {scheduler}: {reason}") from None
+            raise ClusterError(f"no Dask scheduler at {scheduler}: {reason}") from None
         try:
             self._require_same_versions(scheduler)
         except BaseException:
@@ -114,9 +114,7 @@ class ClusterPool(Pool):
                 except (distributed.CancelledError, distributed.comm.CommClosedError):
                     why = "".join(gone) or "the cluster's scheduler went away"
                     left = len(submitted) + 1
-                    raise ClusterError(
-                        f"{why}; {left} pieces of work are left, and --resume goes on with them"
-                    ) from None
+                    raise ClusterError(f"{why}; {left} tasks are left; --resume continues them") from None
                 else:
                     yield results
                 future.release()

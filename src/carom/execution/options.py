@@ -127,7 +127,7 @@ def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
         if not (name and sign):
             raise InputError(f"--set must be NAME=VALUE, such as iterations=20, got {word!r}")
         if name in found:
-            raise InputError(f"--set: {name} is asked for twice, as {found[name]} and as {value}")
+            raise InputError(f"--set: {name} is given twice, as {found[name]} and {value}")
         found[name] = value
     return found
 

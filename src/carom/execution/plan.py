@@ -75,7 +75,7 @@ def profiles_to_plan(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -
     for profile in asked or ():
         if profile not in (*offered, ALL_PROFILES) and all(info.profiles for info in infos):
             hints = named_hints(profile, offered, f"there are: {', '.join(offered)}")
-            raise UnknownNameError(f"no engine asked for has a profile {profile!r}", hints=hints)
+            raise UnknownNameError(f"no requested engine has a profile {profile!r}", hints=hints)
     if asked is None:
         asked = [name for name in DEFAULT_PROFILES if name in offered]
     # Where no adapter asked for can be loaded, its rows say why.
@@ -89,19 +89,19 @@ def sorted_out(scenes: Iterable[Scene | CatalogueScene | str]) -> tuple[tuple[Sc
         InputError: There is no scene, or two have one name.
     """
     if isinstance(scenes, Scene | CatalogueScene | str) or not isinstance(scenes, Iterable):
-        raise InputError(f"scenes must be a list, also where there is one of them, got {type(scenes).__name__}")
+        raise InputError(f"scenes must be a list, even of one item, got {type(scenes).__name__}")
     given = list(scenes)
     entries = [one for entry in given for one in (find_scenes([entry]) if isinstance(entry, str) else [entry])]
     for k, entry in enumerate(entries):
         if not isinstance(entry, Scene | CatalogueScene):
-            raise InputError(f"scenes[{k}] must be a Scene, or one of the catalogue or its name, got {shown(entry)}")
+            raise InputError(f"scenes[{k}] must be a Scene, a catalogue scene or its name, got {shown(entry)}")
     answers = {entry.name: entry.known for entry in entries if isinstance(entry, CatalogueScene)}
     plain = tuple(entry.scene if isinstance(entry, CatalogueScene) else entry for entry in entries)
     if not plain:
-        raise InputError("there is no scene to run")
+        raise InputError("no scene to run")
     names = [scene.name for scene in plain]
     if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise InputError(f"two scenes have the name {twice[0]!r}: a report could not tell them apart")
+        raise InputError(f"two scenes have the name {twice[0]!r}: names must be unique")
     return plain, answers
 
 

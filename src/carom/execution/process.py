@@ -59,7 +59,7 @@ class Worker:
 
     def __init__(self, memory_bytes: int, template: Template | None = None) -> None:
         if os.name != "posix":
-            raise AdapterError("engines run in worker processes, which need a POSIX system: Linux, or macOS")
+            raise AdapterError("engines run in worker processes, which need Linux or macOS")
         self._memory_bytes, self._template = memory_bytes, template
         self._process: _Process | None = None
         self._closed = False

@@ -46,7 +46,7 @@ class _Read(AdapterTask):
         if reason := why_unavailable(adapter):
             raise UnavailableError(reason)
         if not isinstance(adapter, ReadingAdapter):
-            raise AdapterError("its adapter reads no files")
+            raise AdapterError("its adapter cannot read files")
         found = adapter.read(self.content, self.name, self.duration_s)
         return Imported(found.scene, tuple(plain_text(one, "what was dropped") for one in found.dropped))
 
@@ -70,7 +70,7 @@ def import_scene(
     """
     path = Path(path)
     if (engine := READERS.get(path.suffix)) is None and path.suffix != DUMP:
-        raise InputError(f"{path} ends in none of {', '.join((*READERS, DUMP))}, the files of engines that can be read")
+        raise InputError(f"{path} has an unknown extension; known: {', '.join((*READERS, DUMP))}")
     number("duration_s", duration_s, positive=True)
     number("pixels_per_metre", pixels_per_metre, positive=True)
     try:

@@ -58,7 +58,7 @@ class _CodeOf(AdapterTask):
         if self.limited and (reason := unsupported_reason(self.scene, able, self.dt_s, located=False)):
             raise UnsupportedError(reason)
         if not isinstance(adapter, CodedAdapter):
-            raise AdapterError("it has no code() any more")
+            raise AdapterError("it no longer has code()")
         try:
             return plain_text(adapter.code(self.scene, settings, self.heading), "code()", MOST_CODE)
         except AdapterError:
@@ -88,11 +88,13 @@ def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: st
         require_profile(engine, profile, info.profiles)
         if not info.code:
             able = ", ".join(one.name for one in described(None, pool) if one.code)
-            raise AdapterError(f"the adapter {engine!r} writes no code of its engine; those that do: {able}")
+            raise AdapterError(f"the adapter {engine!r} cannot print settings as code; adapters that can: {able}")
         if profile in info.located:
             others = ", ".join(name for name in info.profiles if name not in info.located)
             cut = "its steps are cut by Carom, which no setting of the engine does"
-            raise AdapterError(f"profile {profile!r} of {engine} can't be pasted: {cut}; those that can: {others}")
+            raise AdapterError(
+                f"profile {profile!r} of {engine} cannot be printed as code: {cut}; profiles that can: {others}"
+            )
         version = f" {info.version}" if info.version else ""
         heading = (
             f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"

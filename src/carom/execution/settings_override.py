@@ -65,14 +65,14 @@ def tried_by(
         return ()
     answer = asker.ask(KnownSettings(info.name, tuple(profiles), dt_s))
     if answer.value is None:
-        raise InputError(f"{info.name} was asked which settings it has, and {answer.said}")
+        raise InputError(f"{info.name} could not list its settings: {answer.said}")
     known = {**{name: knob.example for name, knob in info.knobs.items()}, **answer.value}
     return tuple(sorted((name, _read(info.name, name, value, known)) for name, value in asked.items()))
 
 
 def _read(engine: str, name: str, value: Setting, known: Mapping[str, Setting]) -> Setting:
     if name == STEP:
-        raise InputError(f"{STEP} is the step, which is asked for as one: --dt, or dt in Python")
+        raise InputError(f"{STEP} is the time step: give it with --dt, or dt in Python")
     if name not in known:
         names = ", ".join(sorted(known.keys() - {STEP})) or "none"
         hints = named_hints(name, known, f"there are: {names}")

@@ -61,7 +61,7 @@ def explained(word: str) -> list[Meaning]:
     near += [entry.word for entry in entries if asked and asked in _plain(entry.sentence)][:3]
     hint = " or ".join(repr(one) for one in dict.fromkeys(near))
     hints = [f"did you mean {hint}?" if near else "`carom explain` lists the words"]
-    raise UnknownNameError(f"no report says {word!r}", hints=hints)
+    raise UnknownNameError(f"no report uses the word {word!r}", hints=hints)
 
 
 def _plain(word: str) -> str:

@@ -87,10 +87,10 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     """
     require_report_extra()
     if not traces or not all(isinstance(trace, Trace) for trace in traces):
-        raise InputError("plot_beside takes traces, one at least")
+        raise InputError("plot_beside needs at least one trace")
     for trace in traces:
         if trace.scene != traces[0].scene:
-            raise InputError(f"the traces are of two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
+            raise InputError(f"the traces belong to two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
         if broken := not_finite(trace):
             raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     from matplotlib import pyplot as plt

@@ -144,7 +144,7 @@ def _checked(one: Option, name: str, value: Any, optional: bool) -> Any:
     if not one.many:
         return taken(one.kind, name, value)
     if isinstance(value, str) or not isinstance(value, Iterable):
-        raise InputError(f"{name} must be a list, also where there is one of them, got {shown(value)}")
+        raise InputError(f"{name} must be a list, even of one item, got {shown(value)}")
     return tuple(taken(one.kind, f"{name}[{k}]", item) for k, item in enumerate(value))
 
 

@@ -16,7 +16,7 @@ REFUSED = [
     ("run no-such-file.toml", "can't be read"),
     ("run paper/mised", "did you mean 'paper/missed'"),
     ("run paper/missed -e pimunk", "no engine is named 'pimunk' hint: did you mean 'pymunk'?"),
-    ("run paper/missed -e pit -p best", "no engine asked for has a profile 'best'"),
+    ("run paper/missed -e pit -p best", "no requested engine has a profile 'best'"),
     ("run paper/missed -e pit -p tunde", "a profile 'tunde' hint: did you mean 'tuned'?"),
     (
         "run paper/missed -e pymunk --set iteration=3",
@@ -29,7 +29,7 @@ REFUSED = [
     ("engines pymunk --show best", "pymunk has no profile 'best' hint: it has: default, tuned, located"),
     ("stress grasing", "no stress test is named 'grasing'"),
     ("stress grazing -e bullet", "no engine is named 'bullet'"),
-    ("stress grazing -p best", "no engine asked for has a profile 'best'"),
+    ("stress grazing -p best", "no requested engine has a profile 'best'"),
     ("tune pimunk", "no engine is named 'pimunk'"),
     ("tune pymunk classics/miss -p best", "pymunk has no profile 'best' hint: it has: default, tuned, located"),
     ("play nowhere.toml", "nowhere.toml"),
@@ -49,8 +49,8 @@ REFUSED = [
     ("diff {kept}", "carom diff OLD NEW"),
     ("engines --show tuned", "--show needs exactly one engine"),
     ("engines pymunk --dt 1/60", "need --show"),
-    ("engines pit --show tuned", "the adapter 'pit' writes no code of its engine"),
-    ("engines pymunk --show located", "profile 'located' of pymunk can't be pasted"),
+    ("engines pit --show tuned", "the adapter 'pit' cannot print settings as code"),
+    ("engines pymunk --show located", "profile 'located' of pymunk cannot be printed as code"),
     ("engines pymunk --show tuned --scene paper", "--scene must name one scene"),
     ("run paper/missed -e pit --retry", "--resume and --retry need the output folder"),
     # what an option can't be

@@ -64,7 +64,7 @@ def require_sound(
     """
     for name, setting in settings.items():
         if name not in ("dt_s", *known):
-            raise AdapterError(f"{engine}: no setting {name!r}; there are: {', '.join(('dt_s', *known))}")
+            raise AdapterError(f"{engine}: no setting {name!r}; available: {', '.join(('dt_s', *known))}")
         if setting != setting:
             raise AdapterError(f"{engine}: {name} must be a number, got {setting}")
         if words and name in words and setting not in words[name]:
@@ -87,7 +87,7 @@ def require_sound(
             ("inertia_factor", disc.inertia_factor, disc.inertia_factor > 0),
         ):
             if not sound:
-                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which no disc has")
+                raise AdapterError(f"{engine}: discs[{i}].{field} is {value}, which is not possible for a disc")
     for field, value in (("restitution", scene.restitution), ("wall_restitution", scene.wall_restitution)):
         if not 0 <= value <= 1:
             raise AdapterError(f"{engine}: {field} must lie in 0 to 1, got {value}")

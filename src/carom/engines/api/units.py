@@ -94,5 +94,5 @@ def _speed(length: float, time: float) -> float:
     """Return how many of its speeds a metre a second is."""
     for name, unit in (("length", length), ("time", time)):
         if not (math.isfinite(unit) and math.frexp(unit)[0] == 0.5):
-            raise AdapterError(f"{name} must be a power of two, which rounds nothing, got {unit}")
+            raise AdapterError(f"{name} must be a power of two, to avoid rounding, got {unit}")
     return length / time

@@ -27,7 +27,7 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
         SceneError: What is left is no scene: no disc, or bodies that overlap.
     """
     if values_in(content) > MOST_VALUES[".json"]:
-        raise InputError(f"it holds more than {MOST_VALUES['.json']} values")
+        raise InputError(f"it has more than {MOST_VALUES['.json']} values")
     try:
         entries = json.loads(content)
         reading = _Reading(entries)
@@ -38,7 +38,7 @@ def scene_of_dump(content: bytes, name: str, duration_s: float) -> Imported:
         raise InputError("its JSON is nested too deeply") from None
     except (ValueError, TypeError, KeyError, IndexError, AttributeError, OverflowError) as error:
         told = f"{type(error).__name__}: {error}"
-        raise InputError(f"it is no dump of Planck's Serializer.toJson: {told}") from None
+        raise InputError(f"it is not a dump of Planck's Serializer.toJson: {told}") from None
     return reading.scene(name, duration_s)
 
 
@@ -171,7 +171,7 @@ def _of(entries: Any, reference: Any) -> Any:
     """Return what a reference stands for: its place in the list."""
     index = reference["refIndex"]
     if not isinstance(index, int) or not 0 < index < len(entries):
-        raise InputError(f"it is no dump of Planck's Serializer.toJson: a reference to {index!r}")
+        raise InputError(f"it is not a dump of Planck's Serializer.toJson: a reference to {index!r}")
     return entries[index]
 
 

@@ -75,7 +75,7 @@ class Program:
             AdapterError: The program refuses, fails, ends, or answers something else.
         """
         if self._requests.closed:
-            raise AdapterError(f"{self.name}: its program has ended, and was asked to {request.do!r}")
+            raise AdapterError(f"{self.name}: its program has ended and cannot answer {request.do!r}")
         self._words = b""
         line = self._exchange(request.model_dump_json().encode() + b"\n")
         if line is None:

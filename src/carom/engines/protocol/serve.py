@@ -161,7 +161,7 @@ def _seen(world: World) -> dict[str, Any]:
 
 def _told(contact: Contact) -> dict[str, Any]:
     if contact.velocities is not None:
-        raise AdapterError("its contacts come with velocities around them, for which the protocol has no field")
+        raise AdapterError("its contacts have velocities before and after, which the protocol does not support")
     impulses = {"impulse_n_s": contact.impulse_n_s, "tangential_impulse_n_s": contact.tangential_impulse_n_s}
     return {
         "first": int(contact.first),

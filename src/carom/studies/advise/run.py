@@ -215,9 +215,9 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     """Return the reference of a scene as far as it is reliable, and why it ends before the scene does."""
     reference = reference_trace(scene)
     if not isinstance(reference, Trace):
-        raise InputError(f"there is nothing to compare a step with: {reference}")
+        raise InputError(f"no reference to compare with: {reference}")
     if not len(reference.impacts):
-        raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s: any step will do")
+        raise InputError(f"{scene.name!r} has no impact in its {scene.duration_s:g} s, so any step passes")
     times, cut = reference.impacts["time_s"].tolist(), None
     if reference.ambiguous:
         cut, reliable = ReferenceCut.TIE, bisect_left(times, times[reference.ambiguous[0]])
@@ -226,11 +226,11 @@ def _reliable(scene: Scene) -> tuple[Trace, ReferenceCut | None]:
     if cut is None or reliable == len(times):
         return reference, None
     if reliable == 0:
-        raise InputError(f"no step can be advised for {scene.name!r}, from its first impact on: {cut.value}")
+        raise InputError(f"no step can be recommended for {scene.name!r}, because from its first impact on {cut.value}")
     # Half way to the next impact: no start's rounding moves one across.
     ended = reference_trace(Scene(**{**dict(scene), "duration_s": 0.5 * (times[reliable - 1] + times[reliable])}))
     if not isinstance(ended, Trace):
-        raise InputError(f"there is nothing to compare a step with: {ended}")
+        raise InputError(f"no reference to compare with: {ended}")
     return ended, cut
 
 

@@ -66,7 +66,7 @@ def demo(path: str | Path | None = None) -> Demo:
         OSError: The page can't be written.
     """
     if path is not None and Path(path).suffix != ".html":
-        raise InputError(f"the page of the demo ends in .html, got {str(path)!r}")
+        raise InputError(f"the demo page must end in .html, got {str(path)!r}")
     shown = _missed()
     html = page_html(with_gallery(all_scenes()[_SCENE].scene), page_engines(DEFAULT_ENGINES, required=False))
     page = write_file(temporary("demo.html") if path is None else Path(path), html)

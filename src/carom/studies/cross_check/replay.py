@@ -105,7 +105,9 @@ class Replay:
         if path.suffix == ".html":
             return write_file(path, self.html())
         if path.suffix not in {".gif", ".mp4"}:
-            raise InputError(f"a replay is saved as .html, .gif or .mp4, not as {path.suffix or 'nothing'!r}")
+            raise InputError(
+                f"a replay must be saved as .html, .gif or .mp4, got {repr(path.suffix) if path.suffix else 'no suffix'}"
+            )
         require_report_extra()
         from matplotlib.animation import FFMpegWriter, PillowWriter
 
@@ -146,7 +148,7 @@ def replay(
         scene = reference.scene if isinstance(reference, Trace) else as_scene(reference)
         observed = run(scene, observed, dt=dt, profile=profile)
     elif dt is not None:
-        raise InputError("dt is the step of an engine that is named; a run that is given has its own")
+        raise InputError("dt is allowed only with an engine name; a given run has its own step")
     if not isinstance(reference, Trace):
         reference = solve_pic(reference)
     if broken := not_finite(observed):

@@ -265,7 +265,7 @@ def _read(path: Path) -> tuple[Summary, list[_Cell]]:
             cells.append(_cell(summary, line))
     except (ArithmeticError, KeyError, TypeError, ValueError) as error:  # of the right types, and no cell all the same
         raise InputError(
-            f"{file}, line {number}: this is no cell of a cross-check ({error!r})", hints=["run the cross-check again"]
+            f"{file}, line {number}: not a cell of a cross-check ({error!r})", hints=["run the cross-check again"]
         ) from None
     return summary, cells
 

@@ -165,11 +165,9 @@ def _origin(engine: str, pool: Pool) -> Origin:
     described([engine], pool)  # there is one of this name
     answer = pool.ask(AskOrigin(engine))
     if answer.value is None:
-        raise AdapterError(f"{engine} was asked where it comes from: {answer.said}")
+        raise AdapterError(f"{engine} could not return its origin: {answer.said}")
     if not answer.value.registry:
-        raise InputError(
-            f"{engine} comes from no registry: its adapter names neither a distribution nor an npm package"
-        )
+        raise InputError(f"{engine} has no registry: its adapter names neither a distribution nor an npm package")
     return answer.value
 
 
@@ -300,7 +298,7 @@ def _columns(
             else:
                 answer = pool.ask(AskServed(study.engine, name, version, str(overlay)))
                 if answer.value is None:
-                    raise AdapterError(f"{study.engine} was asked for its manifest: {answer.said}")
+                    raise AdapterError(f"{study.engine} could not return its manifest: {answer.said}")
                 path = folder / "engine.toml"
                 path.write_text(answer.value, encoding="utf-8")
             manifests.append(path)

@@ -118,7 +118,9 @@ def tune(
         horizons, left_out = _references(scenes, info, asked)
         able = tuple(scene for scene in scenes if scene.name not in left_out)
         if not able:
-            raise InputError(f"{engine} can run none of these scenes: {next(iter(left_out.values()), 'there is none')}")
+            raise InputError(
+                f"{engine} cannot run any of these scenes: {next(iter(left_out.values()), 'there is none')}"
+            )
         steps = {scene: asked.step_of(scene) for scene in able}
         jury = Jury(steps, horizons, pool, notes, timed=asked.timing)
         space = Space({name: values_of(knob) for name, knob in info.knobs.items()})
@@ -190,7 +192,7 @@ def _settings(
     answer = pool.ask(SettingsAt(engine, profile, (dt_s, dt_s / 2), tried))
     here, finer = answer.value or (answer.said, "")
     if isinstance(here, str) or isinstance(finer, str):
-        raise AdapterError(f"{engine} was asked for the settings of {profile!r}: {here or finer}")
+        raise AdapterError(f"{engine} failed to return the settings of {profile!r}: {here or finer}")
     varying = frozenset(name for name, value in here.items() if finer.get(name) != value)
     return {name: value for name, value in here.items() if name != "dt_s"}, varying - {"dt_s"}
 

@@ -95,7 +95,7 @@ class KnobSearch:
         told: Callable[[Found], None] | None = None,
     ) -> None:
         if not space.values:
-            raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to turn")
+            raise InputError(f"the adapter of {first.engine} declares no knobs, so there is nothing to tune")
         self.method, self.space, self.scenes, self.jury = first, space, tuple(scenes), jury
         self.trials, self.given_up = 0, 0
         self._progress, self._told = progress, told

@@ -193,7 +193,9 @@ def test_a_scene_is_asked_as_far_as_rounding_leaves_it(monkeypatch: pytest.Monke
     assert advice.impacts == 2
     assert any("Asked up to" in line and "rounding" in line for line in printed(advice_document(advice), 200))
     monkeypatch.setattr(adviser, "estimate_horizon", lambda _: 0.0)
-    with pytest.raises(InputError, match="no step can be advised for 'walled', from its first impact on: rounding"):
+    with pytest.raises(
+        InputError, match="no step can be recommended for 'walled', because from its first impact on rounding"
+    ):
         advise(scene, asked(["pit"], DEGREE), InProcess())
 
 

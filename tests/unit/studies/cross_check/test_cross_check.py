@@ -181,13 +181,13 @@ def test_states_for_drawing_are_no_more_than_a_picture_can_show() -> None:
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ({"engine_names": "pit"}, "engines must be a list, also where there is one of them, got 'pit'"),
+        ({"engine_names": "pit"}, "engines must be a list, even of one item, got 'pit'"),
         ({"engine_names": [3]}, "engines[0] must be a name, got 3"),
-        ({"dts": 0.1}, "dts must be a list, also where there is one of them, got 0.1"),
-        ({"profiles": 3}, "profiles must be a list, also where there is one of them, got 3"),
+        ({"dts": 0.1}, "dts must be a list, even of one item, got 0.1"),
+        ({"profiles": 3}, "profiles must be a list, even of one item, got 3"),
         ({"jobs": 0}, "jobs must be a whole number from 1 to 1024, got 0"),
-        ({"scenes": 3}, "scenes must be a list, also where there is one of them, got int"),
-        ({"scenes": [7]}, "scenes[0] must be a Scene, or one of the catalogue or its name, got 7"),
+        ({"scenes": 3}, "scenes must be a list, even of one item, got int"),
+        ({"scenes": [7]}, "scenes[0] must be a Scene, a catalogue scene or its name, got 7"),
         ({"scenes": []}, "no scene"),
         ({"scenes": ["paper/late", "paper/late"]}, "two scenes have the name 'paper/late'"),
         ({"dts": [0.1, math.nan]}, "dts[1]"),
