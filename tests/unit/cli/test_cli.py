@@ -605,13 +605,13 @@ def test_what_lifts_a_threshold_is_found_and_can_be_pasted(slow: Path, tmp_path:
     done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", out, "-j", 1)
     assert done.exit_code == 0, done.output
     text = (out / "tune.md").read_text()
-    profile = eval(f"{{{blocks(text, 'To paste, in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
+    profile = eval(f"{{{blocks(text, 'As a profile in Python')}}}", {"Profile": Profile})["found"]  # noqa: S307 - our own
     settings = profile.settings(1 / 60)
     assert settings["velocity_scale"] > 1.0 / 0.4
     assert settings["positionIterations"] == 3  # as in `default`, since nothing is gained by another
-    pasted = tomllib.loads(blocks(text, "To paste, in engine.toml"))["profiles"]["found"]
+    pasted = tomllib.loads(blocks(text, "As a profile in engine.toml"))["profiles"]["found"]
     assert {**pasted["settings"], "dt_s": 1 / 60} == settings
-    command = blocks(text, "To run it").split()
+    command = blocks(text, "To run these settings").split()
     assert command[:2] == ["carom", "run"]
     assert f"velocity_scale={settings['velocity_scale']}" in command
     ran = carom_command(*command[1:], "--dt", "1/60", "--no-timing")
@@ -644,4 +644,4 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
     assert "continue from them by --resume" in refused.output
     assert carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1, "--resume").exit_code == 0
     whole, resumed = ((folder / "tune.md").read_text() for folder in (other, one))
-    assert blocks(resumed, "To paste, in Python") == blocks(whole, "To paste, in Python")
+    assert blocks(resumed, "As a profile in Python") == blocks(whole, "As a profile in Python")
