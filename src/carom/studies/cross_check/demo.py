@@ -40,7 +40,7 @@ class Demo:
 
     def __repr__(self) -> str:
         observed, missed = self.replay.observed, self.replay.score.missed
-        method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} as shipped"
+        method = observed.method if observed.method == PIT_METHOD.engine else f"{observed.method} with default settings"
         rate = f"{1 / observed.dt_s:g} steps a second"
         due = formatting.count(self.replay.score.expected, "impact")
         when = float(self.replay.reference.impacts["time_s"][missed[0]])

@@ -105,9 +105,8 @@ class Replay:
         if path.suffix == ".html":
             return write_file(path, self.html())
         if path.suffix not in {".gif", ".mp4"}:
-            raise InputError(
-                f"a replay must be saved as .html, .gif or .mp4, got {repr(path.suffix) if path.suffix else 'no suffix'}"
-            )
+            shown = repr(path.suffix) if path.suffix else "no suffix"
+            raise InputError(f"a replay must be saved as .html, .gif or .mp4, got {shown}")
         require_report_extra()
         from matplotlib.animation import FFMpegWriter, PillowWriter
 

@@ -92,7 +92,7 @@ def test_the_demo_opens_a_page_of_an_engine_that_misses(
     assert found.replay.observed.method == "pymunk"
     text = found.page.read_text()
     assert f'id="scenes" data-first="{found.replay.reference.scene.name}">' in text
-    assert "pymunk as shipped misses 1 of 1 impact at 24 steps a second" in repr(found)
+    assert "pymunk with default settings misses 1 of 1 impact at 24 steps a second" in repr(found)
 
 
 @pytest.mark.usefixtures("in_process")
@@ -125,5 +125,5 @@ def test_without_an_engine_carom_shows_its_own_pit(monkeypatch: pytest.MonkeyPat
 
 def test_a_page_of_another_kind_is_refused(tmp_path: Path) -> None:
     """The page ends in .html, and the message says so."""
-    with pytest.raises(carom.CaromError, match=r"ends in \.html"):
+    with pytest.raises(carom.CaromError, match=r"must end in \.html"):
         carom.demo(tmp_path / "demo.gif")
