@@ -216,16 +216,14 @@ def _up_to(most: float) -> str:
 
 def seconds() -> ValueKind:
     """Return the limits of time."""
-    return measure(
-        f"a positive number of seconds, {LONGEST_S:g} at most", "SECONDS", 0.0, LONGEST_S, span=_up_to(LONGEST_S)
-    )
+    said = f"a positive number of seconds, at most {format_bound(LONGEST_S)}"
+    return measure(said, "SECONDS", 0.0, LONGEST_S, span=_up_to(LONGEST_S))
 
 
 def megabytes() -> ValueKind:
     """Return the limits of memory."""
-    return measure(
-        f"a positive number of megabytes, {MOST_MB:g} at most", "MEGABYTES", 0.0, MOST_MB, span=_up_to(MOST_MB)
-    )
+    said = f"a positive number of megabytes, at most {format_bound(MOST_MB)}"
+    return measure(said, "MEGABYTES", 0.0, MOST_MB, span=_up_to(MOST_MB))
 
 
 def step(read: Callable[[str], Any] | None = None, also: str = "") -> ValueKind:
