@@ -130,8 +130,8 @@ def test_who_could_not_run_every_attack_is_not_ranked_last() -> None:
     }
     said = " ".join(stress_document(dataclasses.replace(found, spots=spots)).lead)
     assert (
-        "Not ranked, as not every stress test could be run: 1 method: pymunk (tuned) passed 0 of the 1 that it ran."
-        in said
+        "Not ranked, because not every stress test could be run: 1 method: "
+        "pymunk (tuned) passed 0 of the 1 that it ran." in said
     )
     assert "pymunk (tuned) fewest" not in said
 
