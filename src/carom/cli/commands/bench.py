@@ -24,12 +24,7 @@ def bench(
     scenes: Annotated[list[str] | None, common.SCENE_NAMES] = None,
     out: Annotated[
         Path,
-        typer.Option(
-            "--out",
-            "-o",
-            show_default=False,
-            help="Output folder for the page, diagrams, bench.json and journals (default: carom-bench).",
-        ),
+        typer.Option("--out", "-o", show_default=False, help="Output folder (default: carom-bench)."),
     ] = Path("carom-bench"),
     resume: common.Resume = False,
     retry: common.Retry = False,
@@ -37,10 +32,7 @@ def bench(
         list[Diagram] | None, typer.Option("--axes", help="Diagram to draw, repeatable (default: all).")
     ] = None,
     scheduler: Annotated[
-        str,
-        typer.Option(
-            "--scheduler", help="Address of a Dask scheduler (tcp:// or tls://host:port) to run the scoring on."
-        ),
+        str, typer.Option("--scheduler", help="Dask scheduler to run the scoring on: tcp:// or tls://host:port.")
     ] = "",
     baseline: Annotated[
         Path | None,
