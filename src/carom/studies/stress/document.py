@@ -58,7 +58,7 @@ NOTES = {
 #: With at most so many methods each has a sentence; with more they are ranked in one.
 SENTENCES = 4
 
-HEAT = "One sign per test, worst first. =: passed; 0 to 9: tenths of its axis passed; -: not run."
+HEAT = "One sign per test, worst first: = passed; 0 to 9: tenths of its axis; -: not run."
 
 #: More methods than this are counted in a sentence, not named.
 FEW = 3
@@ -337,7 +337,7 @@ def _complaints(results: StressResults, complaints: list[Line]) -> str:
             (still if SpotEnding.STILL_DOES in own else not_any_more).append(line.name)
     here, seen = len(still) + len(not_any_more), f": {formatting.listed(still)}" if 0 < len(still) <= FEW else ""
     of = f"Of {formatting.count(len(complaints), WORDS['complaint'])}, {here} concern an engine supported here"
-    return f"{of}; {len(still)} of these are still seen{seen}."
+    return f"{of}; {len(still)} are still seen{seen}."
 
 
 def _json(results: StressResults) -> str:
