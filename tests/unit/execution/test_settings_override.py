@@ -93,7 +93,7 @@ def test_a_value_is_read_as_the_kind_that_the_setting_is(scene: Scene) -> None:
         ({"iterations": True}, "'iterations' of pymunk must be a whole number, got 'true'"),
         ({"collision_bias": "nan"}, "'collision_bias' of pymunk must be a finite number, got 'nan'"),
         ({"collision_bias": "half"}, "'collision_bias' of pymunk must be a finite number, got 'half'"),
-        ({"dt_s": "0.1"}, "dt_s is the step"),
+        ({"dt_s": "0.1"}, "dt_s is the time step"),
     ],
 )
 def test_a_value_of_another_kind_is_refused(settings: dict[str, Setting], words: str) -> None:

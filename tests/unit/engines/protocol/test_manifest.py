@@ -194,7 +194,7 @@ def test_what_can_not_be_known_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     """A manifest that is not there, one with the name of another engine, and a relative path are each a sentence."""
     with pytest.raises(AdapterError, match=r"none\.toml"):
         engine_named(str(tmp_path / "none.toml"))
-    with pytest.raises(AdapterError, match="'pit', and so does"):
+    with pytest.raises(AdapterError, match="'pit', like"):
         engine_named(str(manifest_of(tmp_path, name="pit")))
     monkeypatch.setenv(MANIFESTS, "here/engine.toml")
     adapter_points.cache_clear()

@@ -31,14 +31,14 @@ def plan(name: str, **options: Any) -> str:
 
 
 SAID = [
-    ("paper/late", {}, "the closed form, without queue or cells"),
-    ("paper/late", {}, "pit default: skipped: another profile has the very same settings"),
-    ("paper/late", {"samples": False}, "none are kept, as no report is written"),
+    ("paper/late", {}, "closed form for two discs, without queue or cells"),
+    ("paper/late", {}, "pit default: skipped: another profile has the same settings"),
+    ("paper/late", {"samples": False}, "not kept, because no report is written"),
     # after the last impact of two discs an engine is stopped; in a box it is followed to the end
-    ("paper/late", {}, "stopped once their own state shows nothing but free flight"),
-    ("classics/gas", {"dts": [1 / 60]}, "followed through all 60 steps"),
+    ("paper/late", {}, "stopped once the state shows only free flight"),
+    ("classics/gas", {"dts": [1 / 60]}, "run for all 60 steps"),
     ("gravity/falling-pair", {"dts": [1 / 60]}, "PIC: event-driven along parabolas"),
-    ("gravity/falling-pair", {"dts": [1 / 60]}, " of 75 frames are looked at, the others skipped, "),
+    ("gravity/falling-pair", {"dts": [1 / 60]}, " of 75 frames are tested, the others skipped "),
     ("paper/late", {"phases": 5}, "phases: 5 of 5"),
 ]
 
@@ -52,10 +52,10 @@ def test_a_plan_says_what_is_done_and_what_is_left_out(name: str, options: dict[
 def test_two_discs_are_looked_at_in_few_frames() -> None:
     """A bound tells PIT which frames it may skip; with a report states are kept."""
     text = plan("paper/late", engines=["pit"])
-    looked_at = re.search(r"(\d+) of 24 frames are looked at", text)
+    looked_at = re.search(r"(\d+) of 24 frames are tested", text)
     assert looked_at is not None
     assert 0 < int(looked_at[1]) < 24
-    assert "none are kept, as no report is written" not in text
+    assert "not kept, because no report is written" not in text
 
 
 def test_what_skipping_saves_is_measured() -> None:
@@ -96,7 +96,7 @@ def test_an_engine_that_is_not_installed_is_told_once_and_planned_nowhere() -> N
     found = plan_of([catalogue()["paper/late"]], Options(profiles=["tuned"]), InProcess())
     gone = replace(found.engines[0], name="gone", unavailable="gone is not installed; pip install gone")
     text = "\n".join(explain(replace(found, engines=(*found.engines, gone))))
-    assert "gone is not run: gone is not installed; pip install gone" in text
+    assert "gone is not available: gone is not installed; pip install gone" in text
     assert "gone tuned" not in text
 
 
@@ -147,8 +147,8 @@ def test_what_is_explained_is_what_is_run(
         planned, pool = plan_of([entry], chosen, InProcess()), Noting()
         rows = execute(planned, pool).rows
         lines = dict(line.strip().split(": ", maxsplit=1) for line in explain(planned))
-        if "nothing is run" in lines:
-            assert {(row.status, row.reason) for row in rows} == {(Status.UNSUPPORTED, lines["nothing is run"])}
+        if "not run" in lines:
+            assert {(row.status, row.reason) for row in rows} == {(Status.UNSUPPORTED, lines["not run"])}
             assert pool.jobs == []
             continue
         told = {f"pit tuned at {line.removeprefix('PIT at ')}" for line in lines if line.startswith("PIT at ")}
@@ -172,7 +172,7 @@ def test_what_is_explained_is_what_is_run(
             for profile in info.profiles
             if profile in planned.profiles and f"{info.name} {profile}" not in there
         ]
-        assert set(others) <= {"skipped: another profile has the very same settings"}
+        assert set(others) <= {"skipped: another profile has the same settings"}
 
 
 def test_a_plan_of_no_jobs_says_so() -> None:
@@ -181,7 +181,7 @@ def test_a_plan_of_no_jobs_says_so() -> None:
         plan_of([catalogue()["paper/late"]], Options(["pymunk"]), InProcess()), jobs=(), profiles=("absent",)
     )
     lines = list(explain(without))
-    assert lines[-1] == "  pymunk absent: skipped: it has no such profile"
+    assert lines[-1] == "  pymunk absent: skipped: no such profile"
     assert not any(line.startswith("  PIT at") for line in lines)
 
 
@@ -190,4 +190,4 @@ def test_a_scene_without_a_reference_is_not_planned(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(reference, "MOST_IMPACTS", 3)
     row = cross_check([catalogue()["classics/gas"]], ["pit"], timing=False, samples=False, pool=InProcess()).rows[0]
     assert row.status is Status.UNSUPPORTED
-    assert f"nothing is run: {row.reason}" in plan("classics/gas", engines=["pit"])
+    assert f"not run: {row.reason}" in plan("classics/gas", engines=["pit"])
