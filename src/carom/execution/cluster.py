@@ -120,7 +120,7 @@ class ClusterPool(Pool):
                 future.release()
         if lost:
             raise ClusterError(
-                f"{len(lost)} pieces of work were lost with the cluster's workers, the first with {lost[0]}; --resume "
+                f"{len(lost)} tasks were lost with the cluster's workers, the first with {lost[0]}; --resume "
                 "tries them again"
             )
 

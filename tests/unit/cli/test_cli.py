@@ -636,7 +636,7 @@ def test_a_search_that_is_interrupted_says_what_it_has_and_goes_on(
         patched.setattr(KnobSearch, "tried", interrupted)
         done = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one, "-j", 1)
     assert done.exit_code == 130
-    assert "best so far, in trial" in done.output
+    assert "best so far (trial" in done.output
     assert "--set velocity_scale=" in done.output
     assert "--resume goes on from there" in done.output
     refused = carom_command("tune", "box2d", slow, "--trials", 12, "--out", one)
