@@ -10,7 +10,7 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from carom.comparator import Score
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.errors import InputError, MissingExtraError
 from carom.execution.engines import EngineList
 from carom.execution.results import Results
@@ -91,7 +91,7 @@ def plot_beside(*traces: Trace) -> list[Axes]:
     for trace in traces:
         if trace.scene != traces[0].scene:
             raise InputError(f"the traces are of two scenes, {traces[0].scene.name!r} and {trace.scene.name!r}")
-        if broken := not_finite(trace):
+        if broken := find_non_finite(trace):
             raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     from matplotlib import pyplot as plt
 
@@ -119,7 +119,7 @@ def _(thing: Scene, axes: Axes) -> None:
 
 @_draw.register(Trace)
 def _(thing: Trace, axes: Axes) -> None:
-    if broken := not_finite(thing):
+    if broken := find_non_finite(thing):
         raise InputError(f"{broken}: a trace with a number that is not finite can't be drawn")
     draw_trace(axes, thing)
     if not axes.get_xlabel():
@@ -160,7 +160,7 @@ def _has_picture(thing: object) -> bool:
     if isinstance(thing, CertifiedTrace):
         return _has_picture(thing.trace)
     if isinstance(thing, Trace):
-        return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not not_finite(thing)
+        return _has_picture(thing.scene) and len(thing.impacts) <= _MOST_IMPACTS_DRAWN and not find_non_finite(thing)
     if isinstance(thing, EngineList):
         return False
     return not isinstance(thing, Scene) or len(thing.discs) <= MOST_DISCS_DRAWN

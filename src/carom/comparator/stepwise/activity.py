@@ -16,7 +16,7 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.pairs import MARGIN_STEPS, NearPairs, disc_pairs, near_in, wall_pairs
 from carom.comparator.stepwise.rest import RESTING_STEPS, Rest, rests
-from carom.comparator.stepwise.room import has_room
+from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window_runs import MOST_IMPACTS
 
 Flags = NDArray[np.bool_]
@@ -49,7 +49,7 @@ class Activity:
     follows: set[tuple[int, Pair]] = field(default_factory=set)
 
 
-def activity_of(block: Block, rest: Rest) -> Activity:
+def find_activity(block: Block, rest: Rest) -> Activity:
     """Find the pairs that meet, push or rest in each step of a block, and enter how deep those that rest sink."""
     shape = block.turned.shape
     found = Activity(resting=np.zeros(shape, np.bool_), overlapping=np.zeros(shape, np.bool_))
@@ -106,7 +106,7 @@ def _take_consequences(block: Block, found: Activity, step: int, together: Seque
     if _all_active(active, due, near := near_in(block, together, step)):
         return
     struck = (body for _, pair in due for body in pair if body in near)
-    if not has_room(block, step, {pair for body in struck for pair in near[body]}):
+    if not is_geometrically_possible(block, step, {pair for body in struck for pair in near[body]}):
         return
     slow = (RESTING_STEPS + 0.5) * law.pull * float(block.step_s[step])
     for time_s, pair, closing in _impacts_of(block, step, due, near, slow):

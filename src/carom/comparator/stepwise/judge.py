@@ -20,7 +20,7 @@ from carom.comparator.stepwise.bodies import BodyStates
 from carom.comparator.stepwise.chains import StepChain
 from carom.comparator.stepwise.law import Pair
 from carom.comparator.stepwise.rest import RESTING_STEPS
-from carom.comparator.stepwise.room import has_room
+from carom.comparator.stepwise.room import is_geometrically_possible
 from carom.comparator.stepwise.window import Difference, Window, relative
 from carom.comparator.stepwise.window_runs import sampled_run
 from carom.comparator.thresholds import THRESHOLDS
@@ -90,19 +90,19 @@ def judge(
         ends: Whether the run ends with the block.
         speed_before: Of a chain that continues, the greatest speed of its discs before, metres a second.
     """
-    if not has_room(block, chain.begin, block.law.pairs_of(chain.discs)):
-        return _of_no_room(chain)
+    if not is_geometrically_possible(block, chain.begin, block.law.pairs_of(chain.discs)):
+        return _judge_impossible(chain)
     window = Window(block, chain, activity)
     judged = Comparison(speed=window.speed, rim=window.rim, place_known_m=window.touching)
     if not window.truth:
-        return _of_nothing_due(window, judged)
+        return _judge_nothing_due(window, judged)
     found = window.nearest(window.now, window.truth, window.lasts, window.resting)
     judged.velocity, judged.spin, judged.place_m = found.velocity, found.spin, found.place
     # Of a chain that was cut, what overlaps at the cut was due before.
     known = sum(met.time_s == 0.0 for met in window.truth[: found.impacts]) if chain.continues else 0
     judged.due = max(found.impacts, 1) - known if not chain.continues else found.impacts - known
     judged.entangled = _is_entangled(window, found)
-    judged.energy_j = _gained(window, found, entangled=judged.entangled)
+    judged.energy_j = _energy_gained(window, found, entangled=judged.entangled)
     rounding = block.agreement
     agrees = (
         found.velocity <= rounding * window.speed
@@ -113,15 +113,15 @@ def judge(
     missed = [] if agrees else [pair for pair in chain.pairs if _is_missed(window, pair, speed_before)]
     is_last = ends and chain.end == len(block)
     if is_last:
-        missed = [pair for pair in missed if not _awaits_its_look(window, pair)]
+        missed = [pair for pair in missed if not _awaits_next_frame(window, pair)]
     judged.missed = len(missed)
-    if is_last and not missed and _still_open(window):
+    if is_last and not missed and _ends_in_contact(window):
         judged.open = True
     if not judged.open:
-        _time(window, judged, found, agrees=agrees)
+        _measure_lateness(window, judged, found, agrees=agrees)
         judged.price_velocity = judged.price_spin = 0.0
         if not (agrees or judged.entangled or judged.missed):  # else nobody is asked what sampling pays
-            _price(window, judged, found)
+            _measure_sampling_cost(window, judged, found)
     also = {pair for pair in missed if not found_by_pit.get(pair, True)}
     also |= pairs_missed_by_pit(window.block, chain, [pair for pair in missed if pair not in found_by_pit])
     judged.pit_missed = len(also)
@@ -136,13 +136,13 @@ def judge(
     return judged
 
 
-def _of_no_room(chain: StepChain) -> Comparison:
+def _judge_impossible(chain: StepChain) -> Comparison:
     """Return what is said of a window whose first state no motion can follow: nothing is due, and nothing missed."""
     pairs = [WindowPair(pair, steps[0], steps[-1] + 1, math.nan, False, False) for pair, steps in chain.pairs.items()]
     return Comparison(entangled=True, price_velocity=0.0, price_spin=0.0, meetings=pairs)
 
 
-def _of_nothing_due(window: Window, judged: Comparison) -> Comparison:
+def _judge_nothing_due(window: Window, judged: Comparison) -> Comparison:
     """Judge a window in which PIC has no impact: bodies were turned for nothing, or one that rests was held."""
     velocity, spin, place = window.difference(window.now, window.free)
     law, chain = window.law, window.chain
@@ -173,7 +173,7 @@ def _is_entangled(window: Window, found: Difference) -> bool:
     return any(contact.gap < -window.touching and contact.closing > window.still for contact in starts)
 
 
-def _gained(window: Window, found: Difference, *, entangled: bool) -> float:
+def _energy_gained(window: Window, found: Difference, *, entangled: bool) -> float:
     """Return the energy gained against PIC; of an entangled window against free flight, lost too where none may be."""
     if window.law.pull > 0.0:
         return 0.0
@@ -238,13 +238,13 @@ def _is_idle(window: Window, pair: Pair, size: float) -> bool:
     return any(math.dist(end.velocity[body], window.free.velocity[body]) > PASSED * size for body in idle)
 
 
-def _awaits_its_look(window: Window, pair: Pair) -> bool:
+def _awaits_next_frame(window: Window, pair: Pair) -> bool:
     """Whether a pair was due in the run's last step, after the last look, and would be found by one more."""
     own = [step for step in window.chain.pairs[pair] if window.activity.due[step][pair] >= 0.0]
     return own == [window.chain.end - 1] and _closes(window, pair)
 
 
-def _still_open(window: Window) -> bool:
+def _ends_in_contact(window: Window) -> bool:
     """Whether the run ended in the middle of a contact."""
     if window.chain.end - window.chain.begin > 3:
         return False
@@ -257,7 +257,7 @@ def _closes(window: Window, pair: Pair) -> bool:
     return contact.gap <= 0.0 and contact.closing > window.still
 
 
-def _time(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
+def _measure_lateness(window: Window, judged: Comparison, found: Difference, *, agrees: bool) -> None:
     """Find by how many steps the paths turned late, and the restitution, where one impact was answered."""
     first, law, dt_s = window.truth[0], window.law, window.block.dt_s
     closing = max(first.contact.closing, 1e-300)
@@ -331,7 +331,7 @@ def _between(state: BodyStates, pair: Pair) -> tuple[Array, Array]:
     return np.subtract(q, p), np.subtract(v, u)
 
 
-def _price(window: Window, judged: Comparison, found: Difference) -> None:
+def _measure_sampling_cost(window: Window, judged: Comparison, found: Difference) -> None:
     """Find what PIT pays from the same state, at worst over the phases of the step and at the run's own lateness."""
     dt_s, truth = window.block.dt_s, window.truth
     need = max(found.impacts, 1)

@@ -24,7 +24,7 @@ _Bodies = tuple[int, int]
 
 
 @dataclass(frozen=True)
-class ReportsAndStates:
+class ReportComparison:
     """Where reports and states of a run part.
 
     Attributes:
@@ -45,7 +45,7 @@ class ReportsAndStates:
         return not self.unshown and not self.unreported
 
 
-def reports_and_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportsAndStates:
+def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
     """Return where the reports of a trace and its states part, up to a time.
 
     A report is shown by a window that holds its pair in its step, or in the two around it. A window of one impact shows
@@ -78,11 +78,11 @@ def reports_and_states(trace: Trace, truth: LocalTruth, until_s: float = math.in
         # each can be matched by itself, both can at once (Mendelsohn and Dulmage, 1958).
         bound = [time_s for time_s in sorted(times) if not any(begin <= time_s <= end for begin, end, _ in crowded)]
         bound = [time_s for time_s in bound if not _is_within(time_s, held.get(bodies, ()), away_s)]
-        left, _ = _matched(bound, lonely)
+        left, _ = _match(bound, lonely)
         unshown += [(time_s, bodies) for time_s in left]
-        _, open_spans = _matched(sorted(times), [span for span in lonely if asked[span[2]]])
+        _, open_spans = _match(sorted(times), [span for span in lonely if asked[span[2]]])
         unreported += [(float(windows["begin_s"][row]), bodies) for _, _, row in open_spans]
-    return ReportsAndStates(len(unshown), len(unreported), _first(unshown), _first(unreported))
+    return ReportComparison(len(unshown), len(unreported), _format_first(unshown), _format_first(unreported))
 
 
 def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: float) -> bool:
@@ -91,7 +91,7 @@ def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: floa
     return after > 0 and time_s <= spans[after - 1][1] + away_s
 
 
-def _matched(
+def _match(
     times: Sequence[float], spans: Sequence[tuple[float, float, int]]
 ) -> tuple[list[float], list[tuple[float, float, int]]]:
     """Return the times and the spans that are left where each span takes one time: the one that ends first, first."""
@@ -105,7 +105,7 @@ def _matched(
     return left, free
 
 
-def _first(found: Sequence[tuple[float, _Bodies]]) -> str:
+def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
     if not found:
         return ""
     time_s, bodies = min(found)
@@ -113,7 +113,7 @@ def _first(found: Sequence[tuple[float, _Bodies]]) -> str:
     return f"at {instant(time_s)} between {body_name(first)} and {body_name(second)}"
 
 
-def shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
+def find_shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
     """Return which impacts that a run does not report its states show, among others of the same steps.
 
     Of several impacts of a disc in one step, an engine may report the outcome alone.

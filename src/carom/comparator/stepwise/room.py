@@ -10,7 +10,7 @@ from carom.comparator.stepwise.block import Block
 from carom.comparator.stepwise.law import Pair
 
 
-def has_room(block: Block, step: int, pairs: Collection[Pair]) -> bool:
+def is_geometrically_possible(block: Block, step: int, pairs: Collection[Pair]) -> bool:
     """Whether at the start of a step no disc lies between two opposite bodies that are nearer than it is wide.
 
     Only what is driven comes to be so near. From such a state infinitely many impacts come at one instant, each at a

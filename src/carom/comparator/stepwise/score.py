@@ -135,8 +135,8 @@ class LocalScore:
         # Of windows that are all entangled nobody can say how near to PIC's they are.
         near = (
             self.judged > 0
-            and _number(self.ratio[1]) <= THRESHOLDS.close
-            and _number(self.late_steps[1]) <= THRESHOLDS.close
+            and _zero_if_nan(self.ratio[1]) <= THRESHOLDS.close
+            and _zero_if_nan(self.late_steps[1]) <= THRESHOLDS.close
         )
         return Grade.CLOSE if near and not sampled else Grade.SAMPLED
 
@@ -145,7 +145,7 @@ class LocalScore:
 _ENERGY_32 = 1e-7
 
 
-def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: float = math.inf) -> LocalScore:
+def score_steps(truth: LocalTruth, scales: Scales, float_bits: int, until_s: float = math.inf) -> LocalScore:
     """Return the score of the steps of a run.
 
     Args:
@@ -167,9 +167,9 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
     late = alone["late_steps"]
     known = alone["late_known"] + _LATE_KNOWN[float_bits >= 64]
     early = late < -known
-    missed = _once(truth.meetings[truth.meetings["missed"]])
+    missed = _drop_continuations(truth.meetings[truth.meetings["missed"]])
     due_s = np.where(np.isnan(missed["due_s"]), missed["begin_s"], missed["due_s"])
-    invented, (first_invented, first_invented_s), slipped = _inventions(truth)
+    invented, (first_invented, first_invented_s), slipped = _find_inventions(truth)
     restitution = scored["restitution"][single]
     # Places round at the start and at the end, and a velocity's rounding moves them for the length of the window.
     lasts_m = rounding * scored["speed"] * (scored["end_s"] - scored["begin_s"])
@@ -186,7 +186,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         missed_by_pit=int(missed["pit_missed"].sum()),
         # What is due at the horizon itself, as instants are known to rounding, lies beyond it.
         missed_within=int(np.sum(due_s < until_s * (1.0 - THRESHOLDS.rounding))),
-        first_missed=_where(missed[0]) if len(missed) else "",
+        first_missed=_format_place(missed[0]) if len(missed) else "",
         first_missed_s=float(due_s[0]) if len(missed) else math.nan,
         invented=invented,
         first_invented=first_invented,
@@ -203,7 +203,7 @@ def local_score(truth: LocalTruth, scales: Scales, float_bits: int, until_s: flo
         worse_than_pit=int(np.sum(ratio[single] > 1.0 + THRESHOLDS.ratio_known_of(float_bits))),
         judged=int(single.sum()),
         restitution=_median_and_worst(np.abs(restitution[~np.isnan(restitution)])),
-        energy=_unpaid_j(scored) / scales.energy_j if scales.energy_j else 0.0,
+        energy=_unexplained_energy_j(scored) / scales.energy_j if scales.energy_j else 0.0,
         slipped=slipped,
         drifts=truth.slip_counts[1],
         drift=float(np.max(truth.slips["moved_m"], initial=0.0)) / scales.length_m,
@@ -227,7 +227,7 @@ def _ratio(error: Array, price: Array, rounding: float) -> Array:
         return np.where(error <= rounding, 0.0, np.where(price <= rounding, math.inf, error / price))
 
 
-def _number(worst: float) -> float:
+def _zero_if_nan(worst: float) -> float:
     """Return the worst of some numbers, 0 where there was none."""
     return 0.0 if math.isnan(worst) else worst
 
@@ -238,7 +238,7 @@ def _median_and_worst(values: Array) -> tuple[float, float]:
     return (median(values), float(np.max(values)))
 
 
-def _once(meetings: NDArray[np.void]) -> NDArray[np.void]:
+def _drop_continuations(meetings: NDArray[np.void]) -> NDArray[np.void]:
     """Return meetings in order of time, without those that go on with one of the same pair."""
     ended: dict[tuple[int, int], float] = {}
     kept = []
@@ -251,11 +251,11 @@ def _once(meetings: NDArray[np.void]) -> NDArray[np.void]:
     return meetings[kept]
 
 
-def _where(meeting: np.void) -> str:
+def _format_place(meeting: np.void) -> str:
     return f"at {instant(float(meeting['begin_s']))} between {pair_name(meeting)}"
 
 
-def _inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
+def _find_inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float]:
     """Return how many discs' turns with nothing near are inventions, the first of them, and the largest of the rest."""
     found: list[tuple[float, str]] = []
     slipped = 0.0
@@ -276,7 +276,7 @@ def _inventions(truth: LocalTruth) -> tuple[int, tuple[str, float | None], float
     return len(found), (first, first_s), slipped
 
 
-def _unpaid_j(scored: NDArray[np.void]) -> float:
+def _unexplained_energy_j(scored: NDArray[np.void]) -> float:
     """Return the energy that PIT does not gain or lose from the same states, joules."""
     gained = np.abs(scored["energy_j"])
     passed = scored["missed"] > 0

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 
 from carom.comparator import Score, compare
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, Method, Status
 from carom.execution.results import Row
@@ -78,7 +78,7 @@ class Replay:
         """Return captions and pictures, SVG, of both sides for where no script runs; none of what can't be drawn."""
         trace, name = self.observed, f"{self.observed.method} {self.observed.profile_shown}".strip()
         many = len(trace.scene.discs) > MOST_DISCS_DRAWN or len(trace.impacts) > _MOST_IMPACTS_DRAWN
-        if many or not_finite(trace):
+        if many or find_non_finite(trace):
             return []
         labels = (f"Exact: {visible(trace.scene.name)}", f"What {name} makes of it")
         return list(zip(labels, draw_pair(self.reference, trace, self.score.missed, labels), strict=True))
@@ -149,6 +149,6 @@ def replay(
         raise InputError("dt is the step of an engine that is named; a run that is given has its own")
     if not isinstance(reference, Trace):
         reference = solve_pic(reference)
-    if broken := not_finite(observed):
+    if broken := find_non_finite(observed):
         raise InputError(f"{broken} in the run: what has no place can't be played")
     return Replay(reference, observed, compare(reference, observed) if score is None else score)
