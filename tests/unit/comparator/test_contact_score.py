@@ -22,7 +22,7 @@ from carom.comparator.align import ComparisonRange
 from carom.comparator.compare import Score
 from carom.comparator.contact import motion_at
 from carom.comparator.contact_intervals import measure_contact_quality
-from carom.comparator.step_findings import polygons
+from carom.comparator.step_findings import report_polygons
 from carom.comparator.zeno import clip_before_rest
 from carom.engines.registry import load_adapter
 from carom.execution.codec import CarriedTrace, Codec
@@ -392,5 +392,5 @@ def test_how_far_straight_steps_are_off_a_parabola_is_half_of_what_is_fallen_in_
     """At 2 m/s^2 and a step of a quarter of a second, half of an eighth of a metre."""
     evidence: Any = SimpleNamespace(local_truth=SimpleNamespace(polygon=True), observed=SimpleNamespace(dt_s=0.25))
     evidence.reference = solve_pic(staged("falls", disc_at(0.0, 0.0), gravity_m_s2=(0.0, -2.0), duration_s=1.0))
-    (finding,) = polygons(evidence)
+    (finding,) = report_polygons(evidence)
     assert ", 0.0625 m;" in finding.reason
