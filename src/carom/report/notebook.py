@@ -1,4 +1,4 @@
-"""What a notebook shows of a result, and what `plot` draws."""
+"""HTML of results for notebooks, and the drawings of `plot`."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _SIZE_IN = (5.0, 3.6)
-#: With more impacts than this, a picture in a cell is a tangle of megabytes; `plot` draws them all.
+#: Largest number of impacts for a picture in a notebook's cell; `plot` has no limit.
 _MOST_IMPACTS_DRAWN = 1000
-#: Of the bars: green, light blue, blue, ochre, plum, violet, red; all others grey.
+#: Colours of the bars: green, light blue, blue, ochre, plum, violet, red; all others grey.
 _COLOUR = {
     Mark.EXACT: SERIES[0],
     Mark.CLOSE: "#3f8fc4",
@@ -133,7 +133,7 @@ def _(thing: CertifiedTrace, axes: Axes) -> None:
 
 @_draw.register(Results)
 def _(thing: Results, axes: Axes) -> None:
-    """Draw a bar a method: how many of its runs were what, from the best on the left to the worst."""
+    """Draw one bar per method with its number of runs by mark, the best on the left."""
     marks = [mark_of(row) for row in thing.rows]
     methods = list(dict.fromkeys(row.job.method.name for row in thing.rows))
     ended = dict.fromkeys(methods, 0)
@@ -173,7 +173,7 @@ def _score_rows(score: Score) -> Iterator[str]:
         "missed": str(len(score.missed)),
         "invented": str(len(score.spurious)),
     }
-    if not math.isnan(score.price_paid):  # what was not measured has no row
+    if not math.isnan(score.price_paid):  # an unmeasured error has no row
         rows["error / PIT's"] = formatting.number(score.price_paid)
     for metric in dataclasses.fields(score.total):
         unit = {"s": " s", "rad": " rad"}.get(metric.name.rpartition("_")[2], "")
