@@ -1,4 +1,4 @@
-"""What a run reports in addition to what its states show: the same impacts, or others."""
+"""Comparison of the impacts that a run reports with those that its states show."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from carom.model.step_windows import LocalTruth
 from carom.model.trace import Trace, body_name
 from carom.support.formatting import instant
 
-#: How many steps a report may lie from its window: engines tell of a contact up to two before or after it acts, most at
-#: a step's boundary, and half a step more keeps rounding from deciding on those.
+#: Largest distance in steps of a report from its window. Engines report a contact up to two steps before or after it
+#: acts, most at a step's boundary; half a step more makes the limit independent of rounding.
 _AWAY_STEPS = 2.5
 
 #: Two bodies, the lower number first.
@@ -25,7 +25,7 @@ _Bodies = tuple[int, int]
 
 @dataclass(frozen=True)
 class ReportComparison:
-    """Where reports and states of a run part.
+    """Differences of the reports and the states of a run.
 
     Attributes:
         unshown: Impacts that are reported and that no state shows.
@@ -46,11 +46,11 @@ class ReportComparison:
 
 
 def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float = math.inf) -> ReportComparison:
-    """Return where the reports of a trace and its states part, up to a time.
+    """Compare the reports of a trace with its states, up to a time.
 
-    A report is shown by a window that holds its pair in its step, or in the two around it. A window of one impact shows
-    one report, and must have one unless the impact is missed or the window open; others show as many as come, and so
-    do steps in which the pair rests and a push shows. Of these none must be reported.
+    A report is shown by a window with its pair in its step, or in the two around it. A window of one impact shows one
+    report, and must have one unless the impact is missed or the window open. Other windows, and steps in which the pair
+    rests and is pushed, show any number of reports and need none.
     """
     windows = truth.windows[truth.meetings["window"]]
     alone = ~windows["entangled"] & (windows["due"] > 0)
@@ -86,7 +86,7 @@ def compare_reports_with_states(trace: Trace, truth: LocalTruth, until_s: float 
 
 
 def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: float) -> bool:
-    """Whether a time lies in one of some spans, in order and apart, or no further away from one than is said."""
+    """Whether a time is in one of some sorted, disjoint spans, or at most `away_s` away from one."""
     after = bisect_right(spans, time_s + away_s, key=lambda span: span[0])
     return after > 0 and time_s <= spans[after - 1][1] + away_s
 
@@ -94,7 +94,7 @@ def _is_within(time_s: float, spans: Sequence[tuple[float, float]], away_s: floa
 def _match(
     times: Sequence[float], spans: Sequence[tuple[float, float, int]]
 ) -> tuple[list[float], list[tuple[float, float, int]]]:
-    """Return the times and the spans that are left where each span takes one time: the one that ends first, first."""
+    """Match each time with one span, the one that ends first, and return the unmatched times and spans."""
     left, free = [], list(spans)
     for time_s in times:
         taken = min((span for span in free if span[0] <= time_s <= span[1]), key=lambda span: span[1], default=None)
@@ -114,9 +114,9 @@ def _format_first(found: Sequence[tuple[float, _Bodies]]) -> str:
 
 
 def find_shown_by_states(reference: Trace, missed: Sequence[int], truth: LocalTruth, dt_s: float) -> frozenset[int]:
-    """Return which impacts that a run does not report its states show, among others of the same steps.
+    """Find unreported impacts that the states show among others of the same steps.
 
-    Of several impacts of a disc in one step, an engine may report the outcome alone.
+    For several impacts of a disc in one step, an engine may report the outcome only.
     """
     windows = truth.windows[truth.meetings["window"]]
     kept = np.flatnonzero(windows["entangled"] & ~truth.meetings["missed"] & ~np.isnan(truth.meetings["due_s"]))
