@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 from carom.comparator import Horizon, horizon_of
-from carom.comparator.finite import not_finite
+from carom.comparator.finite import find_non_finite
 from carom.comparator.horizon import estimate_horizon
-from carom.comparator.shift import begun_earlier
+from carom.comparator.shift import shift_start
 from carom.errors import InputError, MissingExtraError
 from carom.execution.job import Job, UnsupportedError
 from carom.execution.options import CERTIFY_SECONDS
@@ -53,7 +53,7 @@ def reference_trace(scene: Scene) -> Trace | str:
     if trace.outcome is Outcome.MAX_IMPACTS:
         at = f"{MOST_IMPACTS} impacts come before {instant(trace.end_time_s)} of its {scene.duration_s:g} s"
         return f"{at}, more than a cross-check follows; shorten duration_s"
-    if broken := not_finite(trace):
+    if broken := find_non_finite(trace):
         return f"PIC's own answer is no number: {broken}"
     return trace
 
@@ -65,7 +65,7 @@ def begun_scene(job: Job) -> Scene:
         UnsupportedError: There is no such start.
     """
     try:
-        return begun_earlier(job.scene, job.phase * job.dt_s)
+        return shift_start(job.scene, job.phase * job.dt_s)
     except InputError as error:
         raise UnsupportedError(str(error)) from None
 

@@ -1,4 +1,4 @@
-"""What a word of a report means: a verdict's, a grade's, or a mark's."""
+"""Glossary of reports: meanings of verdicts, grades and marks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from carom.comparator.explanations import GRADED_WHEN, SAID_WHEN
 from carom.errors import UnknownNameError
 from carom.report.grid import GRADED, Mark
 
-#: Words of the field for what a report has another word for.
+#: Common terms of the field for which reports have another word.
 _ALSO = {"tunnelling": "missed", "tunneling": "missed", "invented": "spurious"}
 
 
@@ -47,7 +47,7 @@ def glossary() -> Iterator[Meaning]:
 
 
 def explained(word: str) -> list[Meaning]:
-    """Return what a word means: of every verdict, grade or mark that has it for its name or for its sentence.
+    """Return the meanings of a word: of every verdict, grade or mark that has it as its name or sentence.
 
     Raises:
         UnknownNameError: No report uses the word; the message names the nearest ones.

@@ -14,7 +14,7 @@ from carom.report.document import EVERYWHERE, Block, Cell, Column, Document, Fac
 
 
 def engine_lines(infos: Sequence[EngineInfo]) -> list[str]:
-    """Return a table of engines, a line each."""
+    """Return a table of engines, one line each."""
     known = [(info.name, info.capabilities, info) for info in infos if info.capabilities is not None]
     heading = ("name", "version", "swept in", "friction", "spin", "floats")
     lines = _aligned([heading, *(_engine_row(info, able) for _, able, info in known)])
@@ -84,7 +84,7 @@ def _aligned(rows: Sequence[tuple[str, ...]], numbers: tuple[int, ...] = ()) -> 
 
 
 def engine_page(info: EngineInfo) -> Document:
-    """Return all that an adapter declares of its engine, and what was reported of it."""
+    """Return everything that an adapter declares about its engine, and its reported bugs."""
     sections = [Section(info.name, (Facts(tuple(_facts(info)), only=EVERYWHERE),))]
     if info.profiles:
         table = Table(
@@ -171,7 +171,7 @@ _SAID = {
 
 
 def _capabilities(kinds: Mapping[str, Capabilities]) -> Section:
-    """Return what an engine can do, and next to it each profile that can do otherwise; limits at infinity are none."""
+    """Return the capabilities of an engine, and of each profile that differs; infinite limits are left out."""
     rows = []
     for name, (word, unit) in _SAID.items():
         values = [getattr(able, name) for able in kinds.values()]
@@ -205,7 +205,7 @@ def _range(knob: Knob) -> str:
 
 
 def _hazards(info: EngineInfo) -> Section:
-    """Return what was reported of an engine: each a scene, by which anybody sees whether it is so here."""
+    """Return the reported bugs of an engine, each with a scene that reproduces it."""
     found = [entry for entry in all_scenes().values() if isinstance(entry, Complaint) and entry.engine == info.name]
     blocks: list[Block] = []
     if found:

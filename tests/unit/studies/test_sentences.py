@@ -25,7 +25,7 @@ from carom.studies.bench.growth_document import growth_document
 from carom.studies.cross_check import sentences
 from carom.studies.cross_check.document import ABOUT, cross_check_document
 from carom.studies.cross_check.explain import explain
-from carom.studies.cross_check.sampling_cost import price_section, prices
+from carom.studies.cross_check.sampling_cost import measure_engine_costs, sampling_cost_section
 from carom.studies.cross_check.sentences import Sentence
 from carom.studies.cross_check.trend import trend_sections
 from carom.studies.stress.document import stress_document
@@ -56,7 +56,7 @@ def as_foreign(results: Results) -> Results:
 
 def price_said(results: Results) -> str:
     """Return what the section of prices says in sentences."""
-    section = price_section(prices(build_grid(results)))
+    section = sampling_cost_section(measure_engine_costs(build_grid(results)))
     return " ".join(block.text for block in section.blocks if isinstance(block, Text) and "Sampling" in block.text)
 
 
@@ -69,7 +69,7 @@ def test_sampling_is_the_whole_of_an_error_only_where_there_is_one() -> None:
 
 def section_text(results: Results) -> str:
     """Return all sentences of the section of prices."""
-    section = price_section(prices(build_grid(results)))
+    section = sampling_cost_section(measure_engine_costs(build_grid(results)))
     return " ".join(block.text for block in section.blocks if isinstance(block, Text))
 
 

@@ -25,10 +25,10 @@ def report(
     The rebuilt report has no replays or pictures. Examples: `carom report reports/latest`, `carom report before -v`.
     """
     from carom.report.records import read_records
-    from carom.studies.cross_check.rebuild import redrawn_document
+    from carom.studies.cross_check.rebuild import rebuild_document
 
     for option, path in (("--page", page), ("--markdown", markdown)):
         if path is not None and path.is_file():
             raise InputError(f"{option}: {path} already exists: name another file")
-    document = redrawn_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
+    document = rebuild_document(*read_records(folder / "results.jsonl" if folder.is_dir() else folder))
     common.hand_over(document, page, markdown, full=detail)

@@ -122,10 +122,10 @@ def _say_settings(results: Results, scene: str) -> None:
     from carom.engines.registry import asked_as
     from carom.report import formatting
     from carom.report.grid import build_grid
-    from carom.studies.cross_check.ranking import ranked
+    from carom.studies.cross_check.ranking import rank_methods
 
     grid, infos = build_grid(results), {info.name: info for info in results.engines}
-    for column in ranked(grid, grid.columns.values()):
+    for column in rank_methods(grid, grid.columns.values()):
         method, info = column.method, infos[column.engine]
         steps = [
             cell.row.job.dt_s for cell in grid.cells(column) if cell.row is not None and cell.row.score is not None

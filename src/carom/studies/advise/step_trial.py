@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from carom.comparator.align import LATEST_STAMP_STEPS
-from carom.comparator.horizon import reach_of
+from carom.comparator.horizon import comparison_range
 from carom.comparator.measure import measure
-from carom.comparator.scales import scales_of
+from carom.comparator.scales import compute_scales
 from carom.comparator.shift import even_phases
 from carom.execution.cache_key import JobKey, job_key
 from carom.execution.engine_run import able_adapter, observe_run
@@ -68,7 +68,9 @@ class StartTask(JobTask):
         scene = Scene(**{**dict(begun), "duration_s": begun.duration_s + BEYOND_STEPS * job.dt_s})
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried, watched=False)
-        measured = measure(reference, observed, scales_of(scene, reference), reach_of(reference, begun.duration_s))
+        measured = measure(
+            reference, observed, compute_scales(scene, reference), comparison_range(reference, begun.duration_s)
+        )
         aligned = measured.alignment
         return Started(
             # Past the extra steps nothing is undecided, unless the run broke off: then it was not found.

@@ -1,6 +1,6 @@
-"""What a cross-check asks: the traces of jobs, whole, so that one that was ended can be continued.
+"""Journal of a cross-check: complete traces of jobs, so that an interrupted cross-check can be resumed.
 
-Run times are not in its journal: those that are compared belong to one sitting.
+Run times are not in the journal, because only times measured in one session can be compared.
 """
 
 from __future__ import annotations
@@ -15,5 +15,5 @@ from carom.model.trace import Trace
 #: The form of a job whose states are kept for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
-#: Opens the journal of a cross-check; its stamp is that of its options.
+#: Opens the journal of a cross-check, stamped with its options.
 observed_journal = partial(Journal[JobKey, Trace], "traces", Entry[JobKey, CarriedTrace])

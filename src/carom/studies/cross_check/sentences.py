@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Sentence(Enum):
-    """A sentence; what stands in braces is filled in."""
+    """A sentence with named placeholders."""
 
     NOTHING = "Nothing could be scored: no requested method ran any of these scenes."
     ONE_SCENE = "{scene}{step}: {outcomes}."
@@ -26,5 +26,5 @@ class Sentence(Enum):
     LUCKY = "{method}: {grades} depends on the phase of the step; {right}."
 
     def __call__(self, **filled: object) -> str:
-        """Return the sentence with what is filled in."""
+        """Return the sentence with its placeholders filled in."""
         return self.value.format(**filled)

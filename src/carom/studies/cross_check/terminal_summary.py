@@ -13,7 +13,7 @@ from carom.execution.results import Results, Row
 from carom.report import formatting
 from carom.report.document import DETAIL, TERMINAL, Column, Table
 from carom.report.grid import Grid, GridColumn, Mark, mark_of
-from carom.studies.cross_check.ranking import ranked, standing
+from carom.studies.cross_check.ranking import compute_standing, rank_methods
 
 #: Grades that share a column of counts, by its heading.
 _COUNTED = {
@@ -30,7 +30,7 @@ NOTE = "Largest errors; time: + is late; n/a: missed or parted; ×: error over P
 
 def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
     """Return one table of errors per step of a scene, the coarsest step and the best run first."""
-    scored = _scored(results, scene)
+    scored = _find_scored_runs(results, scene)
     by_step = formatting.together((run.row.job.dt_s, run) for run in scored)
     columns = (
         Column("method", lambda run: _method(grid, run.row)),
@@ -52,11 +52,11 @@ def run_tables(results: Results, grid: Grid, scene: str) -> tuple[Table, ...]:
 
 
 def verdict_lines(results: Results, grid: Grid, scene: str, *, full: bool) -> tuple[str, ...]:
-    """Return a line a run of one scene that is not exact, the best first: what is wrong, in full with the numbers.
+    """Return one line per run of a scene that is not exact, the best first: its verdicts, in full with the numbers.
 
-    Where there are several steps, those of the coarsest alone stand in few words.
+    Where there are several steps, the short lines are of the coarsest step only.
     """
-    runs = _scored(results, scene)
+    runs = _find_scored_runs(results, scene)
     coarsest = max((run.row.job.dt_s for run in runs), default=0.0)
     several = full and any(run.row.job.dt_s != coarsest for run in runs)
     said: dict[str, str] = {}
@@ -65,18 +65,20 @@ def verdict_lines(results: Results, grid: Grid, scene: str, *, full: bool) -> tu
             continue
         found = (f"{one.verdict.value} ({one.reason})" if full else one.verdict.value for one in score.findings)
         name, step = _method(grid, row), f", {formatting.step(row.job.dt_s)}" if several else ""
-        said.setdefault(f"{name}: {'; '.join(found)}", f"{name}{step}")  # the same at each step is said once
+        said.setdefault(f"{name}: {'; '.join(found)}", f"{name}{step}")  # the same line at each step is shown once
     return tuple(line.replace(line.partition(":")[0], name, 1) for line, name in said.items())
 
 
 def counts_table(grid: Grid, methods: Sequence[GridColumn]) -> Table:
-    """Return a row a method, the best first: in how many scenes it has which grade."""
+    """Return one row per method, the best first: its number of scenes by grade."""
     columns = (
         Column("method", lambda method: method.name),
         *(Column(name, partial(_count, grid, marks), number=True) for name, marks in _COUNTED.items()),
         Column("n/a", partial(_not_graded, grid), number=True),
     )
-    return Table(columns, ranked(grid, methods), only=TERMINAL, note="n/a: not graded or not run; -v lists the reasons")
+    return Table(
+        columns, rank_methods(grid, methods), only=TERMINAL, note="n/a: not graded or not run; -v lists the reasons"
+    )
 
 
 def _count(grid: Grid, marks: Sequence[Mark], method: GridColumn) -> str:
@@ -99,11 +101,11 @@ class _Run(NamedTuple):
     score: Score
 
 
-def _scored(results: Results, scene: str) -> list[_Run]:
-    """Return the runs of a scene that have a score, PIC's only where there is nothing else; the best first."""
+def _find_scored_runs(results: Results, scene: str) -> list[_Run]:
+    """Find the scored runs of a scene, the best first; PIC's only where there is no other."""
     runs = [_Run(row, row.score) for row in results.rows if row.job.scene.name == scene and row.score is not None]
     runs = [run for run in runs if run.row.job.method.engine != "pic"] or runs
-    return sorted(runs, key=lambda run: (-run.row.job.dt_s, standing([run.row])))
+    return sorted(runs, key=lambda run: (-run.row.job.dt_s, compute_standing([run.row])))
 
 
 def _impacts(score: Score) -> str:
@@ -111,14 +113,14 @@ def _impacts(score: Score) -> str:
     return f"{score.expected - len(score.missed) - len(score.undecided)}/{score.expected}{invented}"
 
 
-def _parted(score: Score) -> bool:
-    """Whether its trajectory left the reference's, from where on errors of impacts are chance."""
+def _has_diverged(score: Score) -> bool:
+    """Whether the trajectory left the reference's, after which errors of impacts are chance."""
     return Verdict.PARTED in score.verdicts
 
 
 def _time(score: Score, dt_s: float) -> str:
     error_s = score.total.time_s
-    if math.isnan(error_s) or _parted(score):
+    if math.isnan(error_s) or _has_diverged(score):
         return formatting.ABSENT
     if abs(error_s) <= THRESHOLDS.time_rounding_of(score.float_bits, score.scales.time_s, dt_s):
         return "0"
@@ -131,14 +133,14 @@ def _energy(score: Score) -> str:
 
 
 def _percent(score: Score, part: float) -> str:
-    if _parted(score):
+    if _has_diverged(score):
         return formatting.ABSENT
     return "0" if abs(part) <= THRESHOLDS.rounding_of(score.float_bits) else formatting.number(100.0 * part)
 
 
 def _direction(score: Score) -> str:
     turned = score.total.direction_rad
-    if math.isnan(turned) or _parted(score):
+    if math.isnan(turned) or _has_diverged(score):
         return formatting.ABSENT
     return "0" if turned <= THRESHOLDS.rounding_of(score.float_bits) else formatting.number(math.degrees(turned))
 

@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.execution.environment import Environment
 from carom.execution.job import Method
 from carom.report import formatting
-from carom.report.grid import BROKEN, GRADED, Mark, mark_read
+from carom.report.grid import BROKEN, GRADED, Mark, parse_mark
 from carom.report.record import RowLine, SceneLine, Summary
 from carom.report.records import read_records
 from carom.studies.diff.options import DiffOptions
@@ -271,7 +271,7 @@ def _read(path: Path) -> tuple[Summary, list[_Cell]]:
 
 
 def _cell(summary: Summary, line: RowLine) -> _Cell:
-    mark = mark_read(line.status, line.grade, line.float_bits)
+    mark = parse_mark(line.status, line.grade, line.float_bits)
     found = {one.verdict: one.reason for one in line.verdicts}
     said = tuple(f"{summary.verdicts[name]} ({reason})" for name, reason in found.items())
     return _Cell(

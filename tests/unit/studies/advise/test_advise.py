@@ -15,7 +15,7 @@ from tests.unit.report.test_terminal import printed
 
 import carom
 from carom import Scene, resolve_impact, solve_pic, solve_pit
-from carom.comparator.shift import begun_earlier
+from carom.comparator.shift import shift_start
 from carom.errors import InputError
 from carom.execution.job import PIT_METHOD, Job, Method
 from carom.execution.pool import InProcess
@@ -46,7 +46,7 @@ def pair(miss: float = 0.3, speed: float = 1.0, radius: float = 0.5, mass: float
 def direction_errors(scene: Scene, dt_s: float, lateness: float) -> tuple[int, float]:
     """Impacts that PIT finds, and its worst direction error, where a look falls `lateness` after the contact."""
     at = float(solve_pic(scene).impacts["time_s"][0])
-    found = solve_pit(begun_earlier(scene, -(at + lateness) % dt_s), frame_rate_hz=1 / dt_s).impacts
+    found = solve_pit(shift_start(scene, -(at + lateness) % dt_s), frame_rate_hz=1 / dt_s).impacts
     expected = solve_pic(scene).impacts[0]
     worst = 0.0
     for impact in found[:1]:
