@@ -175,7 +175,7 @@ def _manifest_in(path: Path) -> Path:
     return path / MANIFEST if path.is_dir() else path
 
 
-def engine_named(word: str) -> str:
+def resolve_engine(word: str) -> str:
     """Return the name of an engine that is asked for by name or by its manifest, which is then known.
 
     Worker processes of this machine know it, too, since they inherit the environment.
@@ -200,7 +200,7 @@ def engine_named(word: str) -> str:
     return name
 
 
-def asked_as(name: str) -> str:
+def engine_argument(name: str) -> str:
     """Return the word by which anybody can ask for an engine: its manifest where it has one, else its name."""
     point = adapter_points().get(name)
     return point.value if point is not None and point.manifest else name

@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from importlib import metadata
 
 from carom.engines.registry import adapter_points
-from carom.execution.engines import engine_of
+from carom.execution.engines import find_engine
 from carom.execution.job import Job, Method
 from carom.model.scene import Scene
 
@@ -54,7 +54,7 @@ def versions_of(engine: str) -> tuple[tuple[str, str], ...]:
     ]
     if engine not in adapter_points():
         return ()
-    info = engine_of(engine)
+    info = find_engine(engine)
     return tuple(sorted(found if info.engine == "Carom" else [*found, (info.engine, info.version)]))
 
 

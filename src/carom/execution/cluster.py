@@ -20,7 +20,7 @@ from carom.errors import CaromError, InputError, MissingExtraError
 from carom.execution.cache_key import versions_of
 from carom.execution.engines import engines
 from carom.execution.job import Answer, Task
-from carom.execution.pool import Asker, Lane, Pool
+from carom.execution.pool import Lane, Pool, TaskRunner
 from carom.support.checks import shown
 from carom.support.limits import DEFAULT_TIME_LIMIT_S
 
@@ -87,11 +87,13 @@ class ClusterPool(Pool):
         """Let go of the cluster."""
         self._client.close()
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out by one of the cluster's workers."""
         return (one for found in self.each([("", tasks)], _ask_each) for one in found)
 
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
         """Work on items on the cluster; the results of an item come together.
 
         Raises:
@@ -175,12 +177,14 @@ def _shown(versions: tuple[tuple[str, str], ...] | None) -> str:
 _OF_THREAD = threading.local()
 
 
-def _carry_out(work: Callable[[Item, Asker], Iterable[T]], item: Item, limits: tuple[float, float | None]) -> list[T]:
+def _carry_out(
+    work: Callable[[Item, TaskRunner], Iterable[T]], item: Item, limits: tuple[float, float | None]
+) -> list[T]:
     """Work on one item in the cluster's worker; engines stay up from one item to the next."""
     if not hasattr(_OF_THREAD, "lane"):
         _OF_THREAD.lane = Lane(*limits)  # its processes end by themselves when this one is gone
     return list(work(item, _OF_THREAD.lane))
 
 
-def _ask_each(tasks: Sequence[Task[T]], asker: Asker) -> Iterator[Answer[T]]:
-    return asker.ask_each(tasks)
+def _ask_each(tasks: Sequence[Task[T]], runner: TaskRunner) -> Iterator[Answer[T]]:
+    return runner.run_each(tasks)

@@ -16,10 +16,10 @@ from carom.engines.api import Adapter, Capabilities, Observation, World, unsuppo
 from carom.engines.registry import has_part, load_adapter, require_profile, why_unavailable
 from carom.errors import AdapterError
 from carom.execution.codec import CarriedTrace
-from carom.execution.exception_text import raised
+from carom.execution.exception_text import describe_exception
 from carom.execution.free_flight import FreeFlight
 from carom.execution.impact_collector import ImpactCollector, gravity_of
-from carom.execution.job import PIT_METHOD, Job, JobTask, Method, Tried, UnavailableError, UnsupportedError
+from carom.execution.job import PIT_METHOD, Job, JobTask, Method, SettingOverrides, UnavailableError, UnsupportedError
 from carom.execution.locate import Cutter
 from carom.execution.phases import phase_values
 from carom.execution.validate import Validator, adapter_error, plain_counts, plain_settings, plain_text
@@ -36,7 +36,7 @@ MOST_SAMPLES = 4096
 
 
 @dataclass(frozen=True)
-class Observe(JobTask):
+class ObserveTask(JobTask):
     """Run a job, in a worker process, and return its trace."""
 
     samples: bool = False
@@ -45,11 +45,11 @@ class Observe(JobTask):
         """Return what happened."""
         job = self.job
         return observe_run(
-            able_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
+            load_supported_adapter(job), job.scene, job.profile, job.dt_s, tried=job.method.tried, samples=self.samples
         )
 
 
-def able_adapter(job: Job) -> Adapter:
+def load_supported_adapter(job: Job) -> Adapter:
     """Return the adapter of a job that it can run.
 
     Raises:
@@ -79,7 +79,9 @@ def _capabilities(adapter: Adapter, method: Method) -> Capabilities:
     return adapter.capabilities if method.tried else capabilities_of(adapter, method.profile)
 
 
-def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried = ()) -> Mapping[str, Setting]:
+def profile_settings(
+    adapter: Adapter, profile: str, dt_s: float, tried: SettingOverrides = ()
+) -> Mapping[str, Setting]:
     """Return the settings of a profile at a step, with those that are tried instead of its own.
 
     Raises:
@@ -90,7 +92,7 @@ def profile_settings(adapter: Adapter, profile: str, dt_s: float, tried: Tried =
     try:
         settings = dict(adapter.profiles[profile].settings(dt_s))
     except Exception as error:
-        message = f"profile {profile!r} of {adapter.name} fails: {raised(error)}"
+        message = f"profile {profile!r} of {adapter.name} fails: {describe_exception(error)}"
         raise AdapterError(message) from error
     plain = plain_settings(settings, f"of profile {profile!r} of {adapter.name}")
     if plain.get("dt_s") != dt_s:
@@ -105,7 +107,7 @@ def observe_run(
     profile: str,
     dt_s: float,
     *,
-    tried: Tried = (),
+    tried: SettingOverrides = (),
     samples: bool = False,
     watched: bool = True,
 ) -> Trace:
@@ -156,12 +158,12 @@ def observe_run(
     )
 
 
-def sampling_of(scene: Scene, dt_s: float) -> Trace:
+def run_pit(scene: Scene, dt_s: float) -> Trace:
     """Return PIT's run of a scene at a step: what sampling alone makes of it."""
     return observe_run(load_adapter(PIT_METHOD.engine), scene, PIT_METHOD.profile, dt_s)
 
 
-def look_steps(steps: int) -> frozenset[int]:
+def choose_look_steps(steps: int) -> frozenset[int]:
     """Return after which of the steps of a run states are kept: all, or one in each of as many equal stretches.
 
     Where in its stretch is quasi-random: what hops in two steps would be seen at rest every other step.
@@ -195,7 +197,7 @@ class _Run:
         self.stride = -(-self.steps // MOST_SAMPLES)
         may_rest = scene.gravity_m_s2 != (0.0, 0.0) and bool(scene.walls) and len(scene.discs) <= MOST_LOOKED_AT
         self.looks: list[tuple[float, Observation]] | None = [] if watched and may_rest else None
-        self.look_at = frozenset[int]() if self.looks is None else look_steps(self.steps)
+        self.look_at = frozenset[int]() if self.looks is None else choose_look_steps(self.steps)
 
     def drive(self, world: World, cutter: Cutter | None, flight: FreeFlight) -> None:
         """Take steps to the end, or to where nothing but free flight is left."""

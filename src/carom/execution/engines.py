@@ -25,16 +25,16 @@ from carom.engines.registry import (
 )
 from carom.errors import AdapterError
 from carom.execution.engine_run import profile_settings
-from carom.execution.exception_text import raised
-from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, Status, Tried
-from carom.execution.pool import Asker, LocalPool, Pool
-from carom.execution.validate import plain_text, sound_adapter
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import PIT_METHOD, AdapterTask, Answer, Job, Method, SettingOverrides, Status
+from carom.execution.pool import LocalPool, Pool, TaskRunner
+from carom.execution.validate import plain_text, validate_adapter
 from carom.model.trace import Setting
 from carom.support.display import Shown
 
 
 @dataclass(frozen=True)
-class Describe(AdapterTask):
+class DescribeTask(AdapterTask):
     """Ask an adapter what it declares, in the process of an engine; its own is looked for, and not imported."""
 
     name: str
@@ -47,13 +47,13 @@ class Describe(AdapterTask):
         """
         adapter, distribution = load_adapter(self.name), distribution_of(self.name)
         try:
-            declared = sound_adapter(adapter)
+            declared = validate_adapter(adapter)
             reason = plain_text(why_unavailable(adapter), "unavailable()")
             version = plain_text(version_of(adapter, distribution), "version()")
         except AdapterError:
             raise
         except Exception as error:
-            message = f"the adapter {self.name!r} can't describe itself: {raised(error)}"
+            message = f"the adapter {self.name!r} can't describe itself: {describe_exception(error)}"
             raise AdapterError(message) from error
         return EngineInfo(
             name=self.name,
@@ -90,10 +90,10 @@ def engines(names: Sequence[str] | None = None) -> EngineList:
         UnknownNameError: There is no such engine.
     """
     with LocalPool() as pool:
-        return described(names, pool)
+        return describe_engines(names, pool)
 
 
-def described(names: Sequence[str] | None, pool: Pool) -> EngineList:
+def describe_engines(names: Sequence[str] | None, pool: Pool) -> EngineList:
     """Return what is known of adapters, Carom's own two first, with why an engine is unavailable where it is.
 
     Args:
@@ -123,12 +123,12 @@ def described(names: Sequence[str] | None, pool: Pool) -> EngineList:
     return EngineList(sorted(infos, key=lambda info: (bool(info.engine != "Carom"), info.name)))
 
 
-def to_run(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
+def select_engines(infos: Sequence[EngineInfo], asked: Sequence[str] | None) -> list[EngineInfo]:
     """Return the engines to run: those asked for by name, or, where none is, all but those that are not installed."""
     return [info for info in infos if asked is not None or not info.missing]
 
 
-def engine_of(name: str) -> EngineInfo:
+def find_engine(name: str) -> EngineInfo:
     """Return what is known of an adapter, asked only where nobody has asked it yet."""
     known = _KNOWN.get((name, adapter_points()[name].value))
     return known or engines([name])[0]
@@ -139,12 +139,12 @@ def _brought_by(name: str) -> tuple[str, str]:
     return distribution, "" if distribution else name
 
 
-def _describe(names: Sequence[str], asker: Asker) -> Iterator[EngineInfo]:
-    answers = list(asker.ask_each([Describe(names[0], name) for name in names]))
+def _describe(names: Sequence[str], runner: TaskRunner) -> Iterator[EngineInfo]:
+    answers = list(runner.run_each([DescribeTask(names[0], name) for name in names]))
     for name, told in zip(names, answers, strict=True):
         # Where one fails that was not the first, those that were asked before it in that process may be the cause.
         failed = told.status in (Status.FAILED, Status.CRASHED) and name != names[0]
-        answer = asker.ask(Describe(name, name)) if failed else told
+        answer = runner.run(DescribeTask(name, name)) if failed else told
         if answer.value is not None and answer.value.name == name:
             yield answer.value
             continue
@@ -159,12 +159,12 @@ _Settings = tuple[Mapping[str, Setting] | str, ...]
 
 
 @dataclass(frozen=True)
-class SettingsAt(AdapterTask):
+class SettingsTask(AdapterTask):
     """Ask an adapter for the settings of a profile at several steps, with those that are tried instead of its own."""
 
     profile: str
     dts: tuple[float, ...]
-    tried: Tried = ()
+    tried: SettingOverrides = ()
 
     def carry_out(self) -> _Settings:
         """Return them in the order of the steps."""
@@ -192,17 +192,17 @@ class Methods:
     refused: Mapping[tuple[Method, float], Answer[Any]]
     infos: Mapping[str, EngineInfo]
 
-    def dead(self, method: Method, dt_s: float) -> Answer[Any] | None:
+    def find_refusal(self, method: Method, dt_s: float) -> Answer[Any] | None:
         """Return why a method can't be run at a step, whatever the scene; None where that is not known."""
         info = self.infos.get(method.engine)
         if info is not None and info.unavailable:
             return Answer(Status.UNAVAILABLE, info.unavailable)
         return self.refused.get((method, dt_s))
 
-    def refusal(self, job: Job) -> Answer[Any] | None:
+    def find_job_refusal(self, job: Job) -> Answer[Any] | None:
         """Return why a job can't be run, as far as that is known without asking its adapter; None where it is not."""
         info = self.infos.get(job.engine)
-        if (known := self.dead(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
+        if (known := self.find_refusal(job.method, job.dt_s)) is not None or info is None or info.capabilities is None:
             return known
         # What a profile declares of its own settings holds for no others.
         able = info.capabilities if job.method.tried else info.own.get(job.profile, info.capabilities)
@@ -210,12 +210,12 @@ class Methods:
         return Answer(Status.UNSUPPORTED, reason) if reason else None
 
 
-def methods_of(
+def list_methods(
     infos: Sequence[EngineInfo],
     profiles: Sequence[str],
     dts: Sequence[float],
     pool: Pool,
-    tried: Mapping[str, Tried] = MappingProxyType({}),
+    tried: Mapping[str, SettingOverrides] = MappingProxyType({}),
 ) -> Methods:
     """Return the methods to run of engines at each of some steps.
 
@@ -229,7 +229,7 @@ def methods_of(
     steps = tuple(dict.fromkeys(dts))
     tasks = {
         info.name: [
-            SettingsAt(info.name, profile, steps, tried.get(info.name, ()))
+            SettingsTask(info.name, profile, steps, tried.get(info.name, ()))
             for profile in profiles
             if profile in info.profiles
         ]
@@ -270,5 +270,5 @@ def _settings(info: EngineInfo, answer: Answer[_Settings] | None, step: int) -> 
     return Answer(Status.FAILED, str(answer.value[step]))
 
 
-def _ask_all(tasks: Sequence[SettingsAt], asker: Asker) -> Iterator[tuple[SettingsAt, Answer[_Settings]]]:
-    yield from zip(tasks, asker.ask_each(tasks), strict=True)
+def _ask_all(tasks: Sequence[SettingsTask], runner: TaskRunner) -> Iterator[tuple[SettingsTask, Answer[_Settings]]]:
+    yield from zip(tasks, runner.run_each(tasks), strict=True)

@@ -13,7 +13,7 @@ MOST_REASON = 2000
 _OWN = Path(__file__).resolve().parents[1]
 
 
-def raised(error: BaseException) -> str:
+def describe_exception(error: BaseException) -> str:
     """Return what an unexpected exception is told as: ``TypeError: its words (adapter.py, line 12)``.
 
     The place is the deepest one in the first file outside Carom, an adapter's as a rule, and not that in a library
@@ -23,10 +23,10 @@ def raised(error: BaseException) -> str:
     theirs = next((place.filename for place in places if not Path(place.filename).is_relative_to(_OWN)), None)
     deepest = [place for place in places if theirs in (None, place.filename)][-1:]
     where = "".join(f" ({Path(place.filename).name}, line {place.lineno})" for place in deepest)
-    return f"{visible(type(error).__name__)}: {words_of(error)}{visible(where)}"
+    return f"{visible(type(error).__name__)}: {exception_message(error)}{visible(where)}"
 
 
-def words_of(error: BaseException) -> str:
+def exception_message(error: BaseException) -> str:
     """Return what an exception says, as text that can be written anywhere: without control characters, and not long."""
     try:
         text = str(error)

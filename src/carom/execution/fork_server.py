@@ -40,13 +40,13 @@ _STREAMS = 4
 _allowed = False
 
 
-def allow() -> None:
+def allow_forking() -> None:
     """Let pools of this process fork their workers: it is the command `carom`, and starts all its threads itself."""
     global _allowed  # noqa: PLW0603 - a fact of the process
     _allowed = True
 
 
-class Forked:
+class ForkedProcess:
     """A keeper that the template has forked, with what `subprocess.Popen` offers of a process."""
 
     def __init__(self, pidfd: int, status: int, streams: tuple[FileIO, FileIO, FileIO]) -> None:
@@ -87,7 +87,7 @@ class Forked:
         self.send_signal(signal.SIGKILL)
 
 
-class Template:
+class ForkServer:
     """The parent's side of a template."""
 
     def __init__(self, ours: socket.socket, process: int) -> None:
@@ -96,7 +96,7 @@ class Template:
         self._lost = False
 
     @classmethod
-    def forked(cls) -> Template | None:
+    def forked(cls) -> ForkServer | None:
         """Fork one; None where none may be: workers are fresh interpreters then."""
         known = sys.platform == "linux" and hasattr(os, "pidfd_open")
         if not (known and _allowed and threading.active_count() == 1):
@@ -116,7 +116,7 @@ class Template:
         ours.settimeout(PATIENCE_S)
         return cls(ours, child)
 
-    def start(self, folder: str, path: str, memory_bytes: int) -> Forked | None:
+    def start(self, folder: str, path: str, memory_bytes: int) -> ForkedProcess | None:
         """Return a new keeper; None where the template is gone or gives no answer.
 
         Args:
@@ -148,7 +148,7 @@ class Template:
                 for file in (requests, answers, printed, status):
                     os.close(file)
                 return None
-        return Forked(pidfds[0], status, (FileIO(requests, "w"), FileIO(answers), FileIO(printed)))
+        return ForkedProcess(pidfds[0], status, (FileIO(requests, "w"), FileIO(answers), FileIO(printed)))
 
     def close(self) -> None:
         """End the template; keepers that still run end with it."""

@@ -110,7 +110,7 @@ class FreeFlight:
         nearest = min((self._reaches(wall, p, v) for wall in self._walls), default=math.inf)
         if nearest <= left_s or not len(apart):
             return nearest
-        return min(nearest, float(near_after(apart, v[self._second] - v[self._first], self._near).min()))
+        return min(nearest, float(time_until_near(apart, v[self._second] - v[self._first], self._near).min()))
 
     def _reaches(self, wall: tuple[Array, Array] | Outline, p: Array, v: Array) -> float:
         if not isinstance(wall, tuple):  # no disc is there before it has flown as far as that
@@ -129,7 +129,7 @@ class FreeFlight:
         return float((np.maximum(gap[closes], 0.0) / -along[closes]).min())
 
 
-def near_after(apart: Array, velocity: Array, reach: Array) -> Array:
+def time_until_near(apart: Array, velocity: Array, reach: Array) -> Array:
     """Return after how many seconds pairs come within reach of each other: infinity for never, or where they part.
 
     0 where they are and approach.

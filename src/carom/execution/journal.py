@@ -23,7 +23,7 @@ from pydantic import ValidationError
 from carom.errors import InputError
 from carom.execution.codec import Codec
 from carom.execution.job import Answer
-from carom.execution.pool import Closing
+from carom.execution.pool import Closeable
 from carom.support.escaping import shortened, visible
 from carom.support.limits import MOST_VALUES, values_in
 
@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 @runtime_checkable
-class Partial(Protocol):
+class PartialEntry(Protocol):
     """A value that several questions led to, and says whether an engine broke one of them off."""
 
     @property
@@ -51,11 +51,11 @@ class Partial(Protocol):
 
 
 @dataclass(frozen=True)
-class Entry(Generic[K, T]):
+class JournalEntry(Generic[K, T]):
     """What came of an ask: a line of a journal.
 
     Attributes:
-        key: What tells it from the others; see `carom.execution.scheduler.Ask`.
+        key: What tells it from the others; see `carom.execution.scheduler.TaskRequest`.
         answer: What was asked for, or why there is none.
     """
 
@@ -66,26 +66,26 @@ class Entry(Generic[K, T]):
     def cut_off(self) -> bool:
         """Whether an engine, or its adapter, broke it off: another time it may not."""
         value = self.answer.value
-        return self.answer.status.broken or (isinstance(value, Partial) and value.cut_off)
+        return self.answer.status.is_failure or (isinstance(value, PartialEntry) and value.cut_off)
 
 
-class Notes(Generic[K, T]):
+class MemoryJournal(Generic[K, T]):
     """Entries, kept while this process lasts."""
 
     def __init__(self) -> None:
-        self._entries: dict[K, Entry[K, T]] = {}
+        self._entries: dict[K, JournalEntry[K, T]] = {}
 
     @property
-    def entries(self) -> Mapping[K, Entry[K, T]]:
+    def entries(self) -> Mapping[K, JournalEntry[K, T]]:
         """Every entry that counts, by its key; where one stands there twice, the later one."""
         return MappingProxyType(self._entries)
 
-    def add(self, entries: Iterable[Entry[K, T]]) -> None:
+    def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
         """Keep entries."""
         self._entries.update((entry.key, entry) for entry in entries)
 
 
-class Journal(Notes[K, T], Closing):
+class Journal(MemoryJournal[K, T], Closeable):
     """Entries in a file that is open for appending, by one process at a time; used as a context manager.
 
     Args:
@@ -104,7 +104,7 @@ class Journal(Notes[K, T], Closing):
     def __init__(
         self,
         of: str,
-        kind: type[Entry[K, T]],
+        kind: type[JournalEntry[K, T]],
         path: Path,
         stamp: Mapping[str, Any] = MappingProxyType({}),
         *,
@@ -113,7 +113,7 @@ class Journal(Notes[K, T], Closing):
     ) -> None:
         super().__init__()
         self.path = path
-        self._codec = Codec[Entry[K, T]](kind)
+        self._codec = Codec[JournalEntry[K, T]](kind)
         self._file = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         try:
             _lock(self._file, path)  # first: what another process is writing now is no result to go on with
@@ -126,7 +126,7 @@ class Journal(Notes[K, T], Closing):
             raise
         super().add(entry for entry in found if not (retry and entry.cut_off))
 
-    def add(self, entries: Iterable[Entry[K, T]]) -> None:
+    def add(self, entries: Iterable[JournalEntry[K, T]]) -> None:
         """Write entries, all in one piece, and return when they are on the disk."""
         found = list(entries)
         lines = (visible(self._codec.dumps(entry).decode()).encode() for entry in found)
@@ -151,7 +151,7 @@ class Journal(Notes[K, T], Closing):
             raise OSError(errno.ENOSPC, "no space left for results", str(self.path))
         os.fsync(self._file)
 
-    def _read(self, stamp: Mapping[str, Any]) -> list[Entry[K, T]]:
+    def _read(self, stamp: Mapping[str, Any]) -> list[JournalEntry[K, T]]:
         """Return what the file holds; in an empty one, write down what it is to be of."""
         stamp = json.loads(json.dumps(stamp))
         whole, size = _whole(self._file), os.fstat(self._file).st_size

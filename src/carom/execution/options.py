@@ -36,9 +36,9 @@ def default_dts(scene: Scene) -> tuple[float, ...]:
 
 
 def _engine(text: str) -> str:
-    from carom.engines.registry import engine_named
+    from carom.engines.registry import resolve_engine
 
-    return engine_named(text)
+    return resolve_engine(text)
 
 
 def engine_names(*, stamped: bool = False) -> Any:
@@ -86,7 +86,7 @@ def memory_limit(*, stamped: bool = False) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limited(DeclaredOptions):
+class LimitOptions(DeclaredOptions):
     """What every study that starts engines is given.
 
     Attributes:
@@ -115,7 +115,7 @@ def _mapping(value: Any) -> dict[str, Any]:
     return dict(value)
 
 
-def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
+def parse_settings(words: Sequence[str]) -> dict[str, Setting]:
     """Return the settings that are asked for as ``name=value``, as texts.
 
     Raises:
@@ -133,7 +133,7 @@ def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
 
 
 @dataclass(frozen=True)
-class Options(Limited):
+class Options(LimitOptions):
     """What is asked of a cross-check, apart from its scenes.
 
     Attributes:
@@ -171,7 +171,7 @@ class Options(Limited):
             "NAME=VALUE",
             _mapping,
             wrong=("x", 5, ["x"], None),
-            gather=asked_settings,
+            gather=parse_settings,
         ),
         "Try a setting instead of the profiles' own, repeatable. Every engine asked for must have it; an "
         "unknown one is refused with the names that there are.",

@@ -85,7 +85,7 @@ def pit_miss_probability(scene: Scene, dt_s: float) -> float:
     return max(0.0, 1.0 - half_chord / (speed * dt_s))
 
 
-def spread_of(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
+def compute_spread(scores: Sequence[Score], scene: Scene, dt_s: float) -> PhaseSpread:
     """Return the distribution of scores of one cell over phases."""
     velocities = [s.total.velocity for s in scores if not math.isnan(s.total.velocity)]
     times = [abs(s.total.time_s) for s in scores if not math.isnan(s.total.time_s)]

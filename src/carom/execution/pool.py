@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from typing import Generic, Self, TypeVar
 
-from carom.execution.fork_server import Template
+from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Task
 from carom.execution.process import ClosedError, Worker
 from carom.execution.worker import answer
@@ -30,7 +30,7 @@ T = TypeVar("T")
 Item = TypeVar("Item")
 
 
-class Closing:
+class Closeable:
     """Something to be closed, as a context manager."""
 
     def close(self) -> None:
@@ -43,27 +43,29 @@ class Closing:
         self.close()
 
 
-class Asker(Closing, ABC):
+class TaskRunner(Closeable, ABC):
     """Answers one question at a time."""
 
-    def ask(self, task: Task[T]) -> Answer[T]:
+    def run(self, task: Task[T]) -> Answer[T]:
         """Have a task carried out, alone."""
-        (found,) = self.ask_each([task])
+        (found,) = self.run_each([task])
         return found
 
     @abstractmethod
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out, one after another and alone, and yield the answer to each in turn."""
 
 
-class Pool(Asker):
+class Pool(TaskRunner):
     """Answers several questions at a time; used as a context manager, it ends whatever it has started."""
 
     def renew(self) -> None:
         """Have what is asked next carried out in processes in which nothing has been, where there are processes."""
 
     @abstractmethod
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
         """Do some work on each item, several at a time, and yield what comes of it as it comes, in no order.
 
         Args:
@@ -72,19 +74,21 @@ class Pool(Asker):
         """
 
 
-class InProcess(Pool):
+class InProcessPool(Pool):
     """Carries everything out in this process, one after another: nothing to start, and nothing to be safe from."""
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Carry tasks out."""
         return map(answer, tasks)
 
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
         """Work on one item after another."""
         return ([result] for _, item in items for result in work(item, self))
 
 
-class Lane(Asker):
+class Lane(TaskRunner):
     """Worker processes of one thread, one an engine, so that each has its engine warm and no other's.
 
     Args:
@@ -97,7 +101,7 @@ class Lane(Asker):
         self,
         time_limit_s: float = DEFAULT_TIME_LIMIT_S,
         memory_limit_mb: float | None = None,
-        template: Template | None = None,
+        template: ForkServer | None = None,
     ) -> None:
         self._template = template
         self._time_limit_s = time_limit_s
@@ -122,12 +126,12 @@ class Lane(Asker):
                 self._workers[engine] = Worker(self._memory_bytes, self._template)
             return self._workers[engine]
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks of one engine carried out in its worker, by one message."""
         if not tasks:
             return iter(())
-        limit_s = max(self._time_limit_s, getattr(tasks[0], "least_limit_s", 0.0))
-        return self.of(tasks[0].engine).ask_each(tasks, limit_s)
+        limit_s = max(self._time_limit_s, getattr(tasks[0], "min_time_limit_s", 0.0))
+        return self.of(tasks[0].engine).run_each(tasks, limit_s)
 
     def renew(self) -> None:
         """End the processes; the next task starts anew."""
@@ -167,7 +171,7 @@ class LocalPool(Pool):
     ) -> None:
         lanes = jobs or available_cores()
         share_mb = memory_share(lanes) if memory_limit_mb is None else memory_limit_mb
-        self._template = Template.forked()
+        self._template = ForkServer.forked()
         self._lanes = [Lane(time_limit_s, share_mb, self._template) for _ in range(lanes)]
         self._threads: list[threading.Thread] = []
 
@@ -192,14 +196,16 @@ class LocalPool(Pool):
         for lane in self._lanes:
             lane.renew()
 
-    def ask_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
+    def run_each(self, tasks: Sequence[Task[T]]) -> Iterator[Answer[T]]:
         """Have tasks carried out in a lane that has their engine already, or else in the first."""
-        return self._lane_of(tasks[0].engine if tasks else "").ask_each(tasks)
+        return self._lane_of(tasks[0].engine if tasks else "").run_each(tasks)
 
     def _lane_of(self, engine: str) -> Lane:
         return next((lane for lane in self._lanes if engine in lane.engines), self._lanes[0])
 
-    def each(self, items: Iterable[tuple[str, Item]], work: Callable[[Item, Asker], Iterable[T]]) -> Iterator[list[T]]:
+    def each(
+        self, items: Iterable[tuple[str, Item]], work: Callable[[Item, TaskRunner], Iterable[T]]
+    ) -> Iterator[list[T]]:
         """Work on items in all lanes; what has come by now comes together, so that it can be written together."""
         todo = _Todo(items)
         found: queue.SimpleQueue[tuple[T] | BaseException | None] = queue.SimpleQueue()

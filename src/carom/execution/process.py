@@ -23,9 +23,9 @@ from pydantic import ValidationError
 from carom.errors import AdapterError
 from carom.execution.codec import Codec
 from carom.execution.folder import Folder
-from carom.execution.fork_server import Template
+from carom.execution.fork_server import ForkServer
 from carom.execution.job import Answer, Status, Task
-from carom.execution.worker import TASK_END, UNHEARD, codec_of
+from carom.execution.worker import ANSWERS_CLOSED, TASK_END, codec_of
 from carom.support.escaping import last_words
 
 #: Longer answers are refused. Half a million impacts with all that is known of them are shorter.
@@ -57,7 +57,7 @@ class Worker:
         template: What forks the process, where there is one.
     """
 
-    def __init__(self, memory_bytes: int, template: Template | None = None) -> None:
+    def __init__(self, memory_bytes: int, template: ForkServer | None = None) -> None:
         if os.name != "posix":
             raise AdapterError("engines run in worker processes, which need a POSIX system: Linux, or macOS")
         self._memory_bytes, self._template = memory_bytes, template
@@ -66,7 +66,7 @@ class Worker:
         self._lock = threading.Lock()  # of the process, between the thread that asks and the one that closes
         self._folder = Folder()
 
-    def ask_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
+    def run_each(self, tasks: Sequence[Task[T]], time_limit_s: float) -> Iterator[Answer[T]]:
         """Send several tasks in one message and yield the answer to each, in their order, as soon as it is there.
 
         A task that ends the process, gives no answer within `time_limit_s` of the one before, or answers something else
@@ -115,12 +115,12 @@ class Worker:
             process.exchange(wait_s)
             left_s -= min(time.monotonic() - began_s, wait_s)
         if line is None:
-            answer: Answer[T] = process.obituary()
+            answer: Answer[T] = process.describe_end()
         else:
             with suppress(ValidationError):
                 number, answer = codec.loads(line)
                 if number == process.answered and (answer.value is not None) is (answer.status is Status.RAN):
-                    said = process.last_said() if answer.status is Status.FAILED else ""
+                    said = process.last_printed() if answer.status is Status.FAILED else ""
                     process.answered += 1
                     return replace(answer, reason=f"{answer.reason}; {said}") if said else answer
             answer = Answer(Status.FAILED, f"answered nonsense: {_shown(line)}")
@@ -161,7 +161,7 @@ class _Process:
         ended: Whether no further answer can come: it has ended, or closed its end, or answered too much.
     """
 
-    def __init__(self, folder: str, memory_bytes: int, template: Template | None) -> None:
+    def __init__(self, folder: str, memory_bytes: int, template: ForkServer | None) -> None:
         # The child must find exactly the adapters that this process finds, wherever they were put on the path. It works
         # in a folder of its own, so that an engine's log file lands there and not beside the user's scenes.
         path = os.pathsep.join(os.path.abspath(entry or os.curdir) for entry in sys.path)
@@ -226,7 +226,7 @@ class _Process:
             self.exchange(0)
         return self._tail.replace(TASK_END, b"").decode(errors="replace")
 
-    def last_said(self) -> str:
+    def last_printed(self) -> str:
         """Return what the task that is not yet answered has last printed, in a phrase; empty where that is nothing."""
         self.printed()
         since = self._tasks_ended - self.answered  # of the tasks that have ended, how many print no more
@@ -235,7 +235,7 @@ class _Process:
         said = last_words(printed.decode(errors="replace"))
         return f"it last printed: {said}" if said else ""
 
-    def obituary(self) -> Answer[Any]:
+    def describe_end(self) -> Answer[Any]:
         """Return how it ended, and what it last printed; one that closed what it answers by has not crashed."""
         try:
             code = self._popen.wait(GRACE_S)
@@ -244,9 +244,9 @@ class _Process:
         status, how = Status.CRASHED, f"exit code {code}"
         if code < 0:
             how = f"the engine's process was ended by {_signal_name(-code)}"
-        elif code == UNHEARD:
+        elif code == ANSWERS_CLOSED:
             status, how = Status.FAILED, f"the engine closed what its process answers by, which then ended ({how})"
-        said = self.last_said()
+        said = self.last_printed()
         return Answer(status, f"{how}; {said}" if said else how)
 
     def end(self) -> None:

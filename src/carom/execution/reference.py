@@ -44,7 +44,7 @@ class Reference:
     pic: Trace | None = None
 
 
-def reference_trace(scene: Scene) -> Trace | str:
+def solve_reference(scene: Scene) -> Trace | str:
     """Return the PIC trace that everything is compared with, or why there is none, for every row to say."""
     try:
         trace = solve_pic(scene, max_impacts=MOST_IMPACTS)
@@ -58,7 +58,7 @@ def reference_trace(scene: Scene) -> Trace | str:
     return trace
 
 
-def begun_scene(job: Job) -> Scene:
+def scene_at_phase(job: Job) -> Scene:
     """Return the scene of a job, begun at its phase of the step.
 
     Raises:
@@ -71,7 +71,7 @@ def begun_scene(job: Job) -> Scene:
 
 
 def require_reference(found: Trace | str) -> Trace:
-    """Return what `reference_trace` found.
+    """Return what `solve_reference` found.
 
     Raises:
         UnsupportedError: There is none.
@@ -82,11 +82,11 @@ def require_reference(found: Trace | str) -> Trace:
 
 
 def will_certify(scene: Scene, asked: bool | None) -> bool:
-    """Whether a scene's reference is to be certified; see `reference_of`."""
+    """Whether a scene's reference is to be certified; see `build_reference`."""
     return bool(asked) or (asked is None and len(scene.discs) >= FEWEST_DISCS)
 
 
-def reference_of(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
+def build_reference(trace: Trace, asked: bool | None, time_budget_s: float = CERTIFY_SECONDS) -> Reference:
     """Return a scene's reference, certified as far as the time allows, or else with an estimate of its horizon.
 
     Args:

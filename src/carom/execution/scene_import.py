@@ -89,7 +89,7 @@ def import_scene(
             raise SceneError(error.problems, source=str(path), more=error.more) from None
         return Imported(_in_metres(found.scene, pixels_per_metre), found.dropped)
     with LocalPool(1) as pool:
-        answer = pool.ask(_Read(engine, content, name or path.stem, duration_s))
+        answer = pool.run(_Read(engine, content, name or path.stem, duration_s))
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{path}: {why}")

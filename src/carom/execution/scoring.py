@@ -12,12 +12,12 @@ from typing import Any
 
 from carom.comparator import Errors, compare
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import able_adapter, observe_run
-from carom.execution.job import Answer, Job, JobTask, Progress, unheard
-from carom.execution.journal import Entry, Journal, Notes
+from carom.execution.engine_run import load_supported_adapter, observe_run
+from carom.execution.job import Answer, Job, JobTask, Progress, no_progress
+from carom.execution.journal import Journal, JournalEntry, MemoryJournal
 from carom.execution.pool import Pool
-from carom.execution.reference import begun_scene, reference_trace, require_reference
-from carom.execution.scheduler import Ask, answers
+from carom.execution.reference import require_reference, scene_at_phase, solve_reference
+from carom.execution.scheduler import TaskRequest, run_tasks
 
 #: References kept by a worker: the jobs of a batch are in order of scene and phase, so that few are enough.
 REFERENCES_KEPT = 8
@@ -49,7 +49,7 @@ class Measures:
 
 
 @dataclass(frozen=True)
-class ScoreJob(JobTask):
+class ScoreTask(JobTask):
     """Run a job and score it, in a worker process."""
 
     def carry_out(self) -> Measures:
@@ -59,8 +59,8 @@ class ScoreJob(JobTask):
             UnsupportedError: There is no reference, or no such start.
         """
         job = self.job
-        adapter = able_adapter(job)
-        scene = begun_scene(job)
+        adapter = load_supported_adapter(job)
+        scene = scene_at_phase(job)
         reference = require_reference(_reference(scene))
         observed = observe_run(adapter, scene, job.profile, job.dt_s, tried=job.method.tried)
         score = compare(reference, observed)
@@ -76,18 +76,18 @@ class ScoreJob(JobTask):
         )
 
 
-_reference = lru_cache(maxsize=REFERENCES_KEPT)(reference_trace)
+_reference = lru_cache(maxsize=REFERENCES_KEPT)(solve_reference)
 
 
 #: Opens the journal of a sweep.
-score_journal = partial(Journal[JobKey, Measures], "scores", Entry[JobKey, Measures])
+score_journal = partial(Journal[JobKey, Measures], "scores", JournalEntry[JobKey, Measures])
 
 
 def sweep(
     jobs: Sequence[Job],
     pool: Pool,
-    notes: Notes[JobKey, Measures] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[JobKey, Measures] | None = None,
+    progress: Progress = no_progress,
     *,
     refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
 ) -> Mapping[JobKey, Answer[Measures]]:
@@ -101,14 +101,14 @@ def sweep(
         refusal: Why a job can't be run, as far as that is known; such a job is not sent.
     """
     found: dict[JobKey, Answer[Measures]] = {}
-    asks = [Ask(job, job_key(job), ScoreJob(job), refusal(job), steps_of(job)) for job in by_start(jobs)]
-    for job, answer in answers(asks, pool, Notes() if notes is None else notes):
+    asks = [TaskRequest(job, job_key(job), ScoreTask(job), refusal(job), steps_of(job)) for job in sort_by_start(jobs)]
+    for job, answer in run_tasks(asks, pool, MemoryJournal() if notes is None else notes):
         found[job_key(job)] = answer
         progress(len(found), len(asks), f"{job.scene.name} on {job.engine}")
     return found
 
 
-def by_start(jobs: Iterable[Job]) -> list[Job]:
+def sort_by_start(jobs: Iterable[Job]) -> list[Job]:
     """Return jobs with those of one start together, since a worker keeps the references of the last few."""
     return sorted(jobs, key=lambda job: (job.scene.name, job.phase * job.dt_s, job.dt_s))
 

@@ -8,9 +8,9 @@ from carom.engines.api import CodedAdapter, unsupported_reason
 from carom.engines.registry import load_adapter, require_profile
 from carom.errors import AdapterError
 from carom.execution.engine_run import capabilities_of, profile_settings
-from carom.execution.engines import described
-from carom.execution.exception_text import raised
-from carom.execution.job import AdapterTask, Status, Tried, UnsupportedError
+from carom.execution.engines import describe_engines
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import AdapterTask, SettingOverrides, Status, UnsupportedError
 from carom.execution.pool import LocalPool, Pool
 from carom.execution.step_code import changed_lines, step_lines
 from carom.execution.validate import plain_text
@@ -34,14 +34,14 @@ def example_scene() -> Scene:
 
 
 @dataclass(frozen=True)
-class _CodeOf(AdapterTask):
+class _CodeTask(AdapterTask):
     """Ask an adapter to write a scene with a profile's settings as code."""
 
     profile: str
     scene: Scene
     dt_s: float
     heading: str
-    tried: Tried = ()
+    tried: SettingOverrides = ()
     #: Settings that are searched may lift what a profile declares to be its limits.
     limited: bool = True
 
@@ -64,10 +64,10 @@ class _CodeOf(AdapterTask):
         except AdapterError:
             raise
         except Exception as error:
-            raise AdapterError(f"code() of {self.engine} fails: {raised(error)}") from error
+            raise AdapterError(f"code() of {self.engine} fails: {describe_exception(error)}") from error
 
 
-def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: str = "") -> str:
+def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command: str = "") -> str:
     """Return a scene with a profile's settings as code of the engine's own; the engine need not be installed.
 
     Args:
@@ -82,12 +82,12 @@ def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: st
         AdapterError: The adapter writes no code, the profile's steps are cut, or the scene is beyond the engine.
     """
     with LocalPool(1) as pool:
-        (info,) = described([engine], pool)
+        (info,) = describe_engines([engine], pool)
         if info.capabilities is None:
             raise AdapterError(info.unavailable)
         require_profile(engine, profile, info.profiles)
         if not info.code:
-            able = ", ".join(one.name for one in described(None, pool) if one.code)
+            able = ", ".join(one.name for one in describe_engines(None, pool) if one.code)
             raise AdapterError(f"the adapter {engine!r} writes no code of its engine; those that do: {able}")
         if profile in info.located:
             others = ", ".join(name for name in info.profiles if name not in info.located)
@@ -98,15 +98,15 @@ def code_of(engine: str, profile: str, scene: Scene, dt_s: float, *, command: st
             f"{info.engine}{version}, profile '{profile}' of Carom at steps of {dt_s!r} s: {info.profiles[profile]}"
         )
         made = f"\nMade by: {command}" if command else ""
-        task = _CodeOf(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}")
-        answer = pool.ask(task)
+        task = _CodeTask(engine, profile, scene, dt_s, f"{heading}\nScene: {scene.name}.{made}")
+        answer = pool.run(task)
     if answer.value is None:
         why = answer.reason if answer.status is Status.FAILED else answer.said
         raise AdapterError(f"{engine}: {why}")
     return answer.value
 
 
-def step_code_of(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
+def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
     """Return what of the code of `code_of` says how long a step is and how often a frame takes it.
 
     Args:
@@ -120,12 +120,12 @@ def step_code_of(engine: str, profile: str, scene: Scene, dt_s: float, pool: Poo
         The lines; empty where there are none, or the adapter writes no code of this.
     """
     frame = Scene(**{**dict(scene), "duration_s": 1.0 / scene.frame_rate_hz})
-    written = [pool.ask(_CodeOf(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
+    written = [pool.run(_CodeTask(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
     here, finer = written
     return "" if here is None or finer is None else step_lines(here, finer)
 
 
-def tried_code_of(engine: str, profile: str, tried: Tried, scene: Scene, dt_s: float, pool: Pool) -> str:
+def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene: Scene, dt_s: float, pool: Pool) -> str:
     """Return what of an engine's own code reads otherwise with settings instead of a profile's own.
 
     Args:
@@ -139,7 +139,7 @@ def tried_code_of(engine: str, profile: str, tried: Tried, scene: Scene, dt_s: f
     Returns:
         The lines; empty where there are none, or the adapter writes no code of this.
     """
-    asks = [_CodeOf(engine, profile, scene, dt_s, "Found.", some, limited=False) for some in (tried, ())]
-    written = [pool.ask(ask).value for ask in asks]
+    asks = [_CodeTask(engine, profile, scene, dt_s, "Found.", some, limited=False) for some in (tried, ())]
+    written = [pool.run(ask).value for ask in asks]
     found, before = written
     return "" if found is None or before is None else changed_lines(found, before)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from carom.engines.registry import EngineInfo, load_adapter
 from carom.errors import AdapterError, InputError, UnknownNameError
 from carom.execution.engine_run import profile_settings
-from carom.execution.job import AdapterTask, Tried
-from carom.execution.pool import Asker
+from carom.execution.job import AdapterTask, SettingOverrides
+from carom.execution.pool import TaskRunner
 from carom.model.trace import Setting, setting_text
 from carom.support.escaping import named_hints
 
@@ -22,7 +22,7 @@ _KINDS = {bool: "true or false", int: "a whole number", float: "a finite number"
 
 
 @dataclass(frozen=True)
-class KnownSettings(AdapterTask):
+class KnownSettingsTask(AdapterTask):
     """Ask an adapter for every setting that one of its profiles has, with a value of each.
 
     Attributes:
@@ -45,9 +45,9 @@ class KnownSettings(AdapterTask):
         return found
 
 
-def tried_by(
-    info: EngineInfo, asked: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, asker: Asker
-) -> Tried:
+def resolve_settings(
+    info: EngineInfo, asked: Mapping[str, Setting], profiles: Sequence[str], dt_s: float, runner: TaskRunner
+) -> SettingOverrides:
     """Return the settings that an engine is to try, each as the kind that it is, in order of name.
 
     Args:
@@ -55,7 +55,7 @@ def tried_by(
         asked: The settings, by name; a text is read as the kind that the setting is.
         profiles: The profiles instead of whose settings they are tried.
         dt_s: A step at which the profiles are asked for theirs, seconds.
-        asker: Where the adapter is asked.
+        runner: Where the adapter is asked.
 
     Raises:
         UnknownNameError: The engine has no such setting.
@@ -63,7 +63,7 @@ def tried_by(
     """
     if not asked or not info.profiles:  # of an adapter that declares nothing its rows say why
         return ()
-    answer = asker.ask(KnownSettings(info.name, tuple(profiles), dt_s))
+    answer = runner.run(KnownSettingsTask(info.name, tuple(profiles), dt_s))
     if answer.value is None:
         raise InputError(f"{info.name} was asked which settings it has, and {answer.said}")
     known = {**{name: knob.example for name, knob in info.knobs.items()}, **answer.value}

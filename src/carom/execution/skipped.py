@@ -37,34 +37,34 @@ class SceneSkips(NamedTuple):
     dt_s: float
 
 
-def scene_skips(reference: Trace, dt_s: float) -> SceneSkips:
+def measure_skips(reference: Trace, dt_s: float) -> SceneSkips:
     """Return what PIC and PIT at a step save in the scene of a reference."""
     scene = reference.scene
-    return SceneSkips(pic_saved(scene, reference), pit_saved(scene, dt_s), dt_s)
+    return SceneSkips(measure_pic_saving(scene, reference), measure_pit_saving(scene, dt_s), dt_s)
 
 
-def tests_a_frame(scene: Scene) -> int:
+def tests_per_frame(scene: Scene) -> int:
     """Return how many pairs, and discs at walls, there are to test."""
     discs = len(scene.discs)
     return discs * (discs - 1) // 2 + discs * len(scene.walls)
 
 
-def in_closed_form(reference: Trace) -> bool:
+def is_closed_form(reference: Trace) -> bool:
     """Whether PIC solved a scene by the closed form of two discs, which counts no crossings of cells."""
     scene = reference.scene
     straight = not (any(scene.gravity_m_s2) or scene.damping_per_s or scene.table_deceleration_m_s2)
     return straight and "crossings" not in reference.counts
 
 
-def pic_saved(scene: Scene, reference: Trace) -> SkippedTime | None:
+def measure_pic_saving(scene: Scene, reference: Trace) -> SkippedTime | None:
     """Return what PIC saves by the closed form, or else by predicting only the discs of an impact again.
 
     None where all pairs are too many.
     """
-    if len(reference.impacts) * tests_a_frame(scene) > MOST_TESTS:
+    if len(reference.impacts) * tests_per_frame(scene) > MOST_TESTS:
         return None
     until_s = min(scene.duration_s, reference.end_time_s)
-    closed = in_closed_form(reference)
+    closed = is_closed_form(reference)
 
     def prepare(skipping: bool) -> Callable[[], object]:
         if closed:  # both from the scene to the trace
@@ -79,9 +79,9 @@ def _event_driven(scene: Scene) -> Trace:
     return trace_of(run, "pic", scene, run.advance_to(scene.duration_s))
 
 
-def pit_saved(scene: Scene, dt_s: float) -> SkippedTime | None:
+def measure_pit_saving(scene: Scene, dt_s: float) -> SkippedTime | None:
     """Return what PIT saves by skipping frames and pairs that can't touch; None where the plain loop is too long."""
-    if scene.step_count(dt_s) * tests_a_frame(scene) > MOST_TESTS:
+    if scene.step_count(dt_s) * tests_per_frame(scene) > MOST_TESTS:
         return None
     clock = FrameClock(rate_hz=1.0 / dt_s)
     return _measured(lambda skipping: partial(pit_run(scene, clock, skipping=skipping).advance_to, scene.duration_s))

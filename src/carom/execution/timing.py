@@ -20,7 +20,7 @@ import numpy as np
 from carom.engines.api import Adapter, TimedWorld, World
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import profile_settings
-from carom.execution.job import JobTask, Tried, UnsupportedError
+from carom.execution.job import JobTask, SettingOverrides, UnsupportedError
 from carom.execution.locate import Cutter
 from carom.execution.validate import adapter_error
 from carom.model.scene import Scene
@@ -59,7 +59,7 @@ class Timing:
 
 
 @dataclass(frozen=True)
-class Measure(JobTask):
+class TimeTask(JobTask):
     """Time a job, in a worker process; the caller sees to it that nothing else is running."""
 
     def carry_out(self) -> Timing:
@@ -75,7 +75,7 @@ def time_run(
     profile: str,
     dt_s: float,
     *,
-    tried: Tried = (),
+    tried: SettingOverrides = (),
     steps: int | None = None,
     runs: int = TIMING_RUNS,
     enough_s: float = math.inf,

@@ -110,7 +110,7 @@ def plain_counts(counts: object) -> dict[str, int]:
     }
 
 
-class Declared(NamedTuple):
+class Declarations(NamedTuple):
     """What an adapter declares, held to the seam."""
 
     engine: Engine
@@ -119,7 +119,7 @@ class Declared(NamedTuple):
     knobs: Mapping[str, Knob]
 
 
-def sound_adapter(adapter: Adapter) -> Declared:
+def validate_adapter(adapter: Adapter) -> Declarations:
     """Return what an adapter declares.
 
     Raises:
@@ -154,7 +154,7 @@ def sound_adapter(adapter: Adapter) -> Declared:
             plain_text(reason, f"{where}.changed[{changed!r}]")
         if profile.capabilities is not None:
             _able(profile.capabilities, f"{where}.capabilities")
-    return Declared(engine, _able(adapter.capabilities, "capabilities"), profiles, _knobs(adapter))
+    return Declarations(engine, _able(adapter.capabilities, "capabilities"), profiles, _knobs(adapter))
 
 
 def _knobs(adapter: Adapter) -> Mapping[str, Knob]:

@@ -22,14 +22,14 @@ from typing import Any, BinaryIO, TypeVar, get_type_hints
 
 from carom.errors import CaromError
 from carom.execution.codec import Codec
-from carom.execution.exception_text import raised, words_of
+from carom.execution.exception_text import describe_exception, exception_message
 from carom.execution.job import Answer, Status, Task, UnavailableError, UnsupportedError
 
 #: Parts what one task has printed from what the next one does: ASCII's record separator.
 TASK_END = b"\x1e"
 
 #: Exit code of a worker that can't answer, since the engine has closed what it answers by: sysexits' EX_IOERR.
-UNHEARD = 74
+ANSWERS_CLOSED = 74
 
 #: How long a process may outlive its keeper where the system does not end it, seconds; looking costs microseconds.
 KEEPER_CHECK_S = 0.5
@@ -42,15 +42,15 @@ def answer(task: Task[T]) -> Answer[T]:
     try:
         return Answer(Status.RAN, value=task.carry_out())
     except UnavailableError as error:
-        return Answer(Status.UNAVAILABLE, words_of(error))
+        return Answer(Status.UNAVAILABLE, exception_message(error))
     except UnsupportedError as error:
-        return Answer(Status.UNSUPPORTED, words_of(error))
+        return Answer(Status.UNSUPPORTED, exception_message(error))
     except CaromError as error:
-        return Answer(Status.FAILED, words_of(error))
+        return Answer(Status.FAILED, exception_message(error))
     except MemoryError:
         return Answer(Status.FAILED, "MemoryError: it takes more than its process may; raise --memory-limit")
     except Exception as error:  # noqa: BLE001 - an engine can raise anything; it becomes this job's reason
-        return Answer(Status.FAILED, raised(error))
+        return Answer(Status.FAILED, describe_exception(error))
 
 
 @cache
@@ -98,7 +98,7 @@ def main() -> None:
                 answers.write(line)
                 answers.flush()
             except OSError:
-                os._exit(UNHEARD)
+                os._exit(ANSWERS_CLOSED)
             number += 1
 
 
@@ -107,5 +107,5 @@ def _line(number: int, task: Task[object]) -> bytes:
     try:
         return codec_of(type(task)).dumps((number, found)) + b"\n"
     except Exception as error:  # noqa: BLE001 - a value that an adapter made can fail at anything
-        reason = f"what it returned can't be told: {raised(error)}"
+        reason = f"what it returned can't be told: {describe_exception(error)}"
         return codec_of(type(task)).dumps((number, Answer(Status.FAILED, reason))) + b"\n"
