@@ -23,7 +23,7 @@ from carom.execution.options import LimitOptions, Options
 from carom.execution.plan import build_plan
 from carom.execution.pool import LocalPool
 from carom.execution.scoring import score_journal
-from carom.execution.worker import answer
+from carom.execution.worker import carry_out
 from carom.studies.advise.options import AdviceOptions
 from carom.studies.advise.run import advise
 from carom.studies.bench.growth import growth, growth_journal
@@ -63,7 +63,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> Iterator[Asked]:
 
         def run_each(self, tasks: Sequence[Task[Any]], time_limit_s: float) -> Iterator[Answer[Any]]:
             found.extend((self._memory_bytes, time_limit_s, type(task).__name__) for task in tasks)
-            return map(answer, tasks)
+            return map(carry_out, tasks)
 
         def stop(self) -> None:
             pass
