@@ -1,6 +1,6 @@
-"""Sweeps: many jobs, of each of which the numbers of its score are kept and not its trace.
+"""Sweeps: run many jobs and keep the numbers of each score, but no traces.
 
-A score is found in the worker that ran the job, and written to a journal as soon as it is there.
+The worker that runs a job also scores it. Each score is journalled as soon as it is available.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from carom.execution.pool import Pool
 from carom.execution.reference import require_reference, scene_at_phase, solve_reference
 from carom.execution.scheduler import TaskRequest, run_tasks
 
-#: References kept by a worker: the jobs of a batch are in order of scene and phase, so that few are enough.
+#: References that a worker keeps. A few are enough, since the jobs of a batch are sorted by scene and phase.
 REFERENCES_KEPT = 8
 
 
@@ -34,7 +34,7 @@ class Measures:
         missed: Impacts missed.
         spurious: Impacts invented.
         undecided: Impacts too close to the end of the run to have been reported.
-        duration_s: By which times are divided where they are to have no unit.
+        duration_s: Duration of the scene, the unit of dimensionless times.
         outcome: How the run ended, the name of a `carom.model.trace.Outcome`.
     """
 
@@ -50,13 +50,13 @@ class Measures:
 
 @dataclass(frozen=True)
 class ScoreTask(JobTask):
-    """Run a job and score it, in a worker process."""
+    """Run and score a job in a worker process."""
 
     def carry_out(self) -> Measures:
         """Return the numbers of the job's score.
 
         Raises:
-            UnsupportedError: There is no reference, or no such start.
+            UnsupportedError: There is no reference, or the scene can't begin earlier.
         """
         job = self.job
         adapter = load_supported_adapter(job)
@@ -91,28 +91,30 @@ def sweep(
     *,
     refusal: Callable[[Job], Answer[Any] | None] = lambda _: None,
 ) -> Mapping[JobKey, Answer[Measures]]:
-    """Score jobs, and return what came of each.
+    """Run and score jobs, and return the answers by key.
 
     Args:
-        jobs: What is to be run.
-        pool: Where; it stays open.
-        notes: What is known already, and where more of it goes.
-        progress: Called with (done, all, what) as jobs finish.
-        refusal: Why a job can't be run, as far as that is known; such a job is not sent.
+        jobs: The jobs.
+        pool: Where they are run; it stays open.
+        notes: Journal with the known scores, to which new ones are added.
+        progress: Called with (done, total, description) as jobs finish.
+        refusal: Returns why a job can't be run, if that is known. Such a job is not sent.
     """
-    found: dict[JobKey, Answer[Measures]] = {}
-    asks = [TaskRequest(job, job_key(job), ScoreTask(job), refusal(job), steps_of(job)) for job in sort_by_start(jobs)]
-    for job, answer in run_tasks(asks, pool, MemoryJournal() if notes is None else notes):
-        found[job_key(job)] = answer
-        progress(len(found), len(asks), f"{job.scene.name} on {job.engine}")
-    return found
+    answers: dict[JobKey, Answer[Measures]] = {}
+    requests = [
+        TaskRequest(job, job_key(job), ScoreTask(job), refusal(job), steps_of(job)) for job in sort_by_start(jobs)
+    ]
+    for job, answer in run_tasks(requests, pool, MemoryJournal() if notes is None else notes):
+        answers[job_key(job)] = answer
+        progress(len(answers), len(requests), f"{job.scene.name} on {job.engine}")
+    return answers
 
 
 def sort_by_start(jobs: Iterable[Job]) -> list[Job]:
-    """Return jobs with those of one start together, since a worker keeps the references of the last few."""
+    """Sort jobs so that those with the same start are adjacent, since a worker keeps only a few references."""
     return sorted(jobs, key=lambda job: (job.scene.name, job.phase * job.dt_s, job.dt_s))
 
 
 def steps_of(job: Job) -> float:
-    """Return about how many engine steps a job takes."""
+    """Return the approximate number of engine steps of a job."""
     return job.scene.duration_s / job.dt_s
