@@ -1,4 +1,4 @@
-"""Settings to paste: a profile of an engine as code of the engine's own, which its adapter writes in a worker."""
+"""Settings of a profile as code of the engine, ready to paste. The adapter writes it in a worker process."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from carom.execution.step_code import changed_lines, step_lines
 from carom.execution.validate import plain_text
 from carom.model.scene import Disc, Scene, Wall
 
-#: Characters of a program: a line of a hundred for each of a hundred thousand discs.
+#: Largest number of characters of a program: a line of 100 for each of 100,000 discs.
 MOST_CODE = 10_000_000
 
 
 def example_scene() -> Scene:
-    """Return a scene with a body of each kind, for who asks for settings and names none of their own."""
+    """Return a scene with a body of each kind, for users who want settings and name no scene."""
     return Scene(
         name="two discs and a floor",
         discs=[
@@ -35,14 +35,14 @@ def example_scene() -> Scene:
 
 @dataclass(frozen=True)
 class _CodeTask(AdapterTask):
-    """Ask an adapter to write a scene with a profile's settings as code."""
+    """Let an adapter write a scene with the settings of a profile as code."""
 
     profile: str
     scene: Scene
     dt_s: float
     heading: str
     tried: SettingOverrides = ()
-    #: Settings that are searched may lift what a profile declares to be its limits.
+    #: Whether the profile's limits apply. Settings found by a search may lift them.
     limited: bool = True
 
     def carry_out(self) -> str:
@@ -68,18 +68,18 @@ class _CodeTask(AdapterTask):
 
 
 def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command: str = "") -> str:
-    """Return a scene with a profile's settings as code of the engine's own; the engine need not be installed.
+    """Return a scene with a profile's settings as code of the engine, which need not be installed.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
         scene: The scene.
         dt_s: Step, seconds.
-        command: The command line that makes it again, for its heading.
+        command: The command line that repeats this, for the heading of the code.
 
     Raises:
         UnknownNameError: There is no such engine or profile.
-        AdapterError: The adapter writes no code, the profile's steps are cut, or the scene is beyond the engine.
+        AdapterError: The adapter writes no code, the profile's steps are cut, or the engine does not support the scene.
     """
     with LocalPool(1) as pool:
         (info,) = describe_engines([engine], pool)
@@ -107,39 +107,38 @@ def write_code(engine: str, profile: str, scene: Scene, dt_s: float, *, command:
 
 
 def find_step_code(engine: str, profile: str, scene: Scene, dt_s: float, pool: Pool) -> str:
-    """Return what of the code of `code_of` says how long a step is and how often a frame takes it.
+    """Return the lines of `write_code` that set the time step and the number of steps per frame.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
-        scene: The scene, with the rate of its frames.
+        scene: The scene, with its frame rate.
         dt_s: Step, seconds.
-        pool: Where the adapter is asked; it stays open.
+        pool: Where the adapter runs; it stays open.
 
     Returns:
-        The lines; empty where there are none, or the adapter writes no code of this.
+        The lines; empty if there are none, or the adapter writes no code for this scene.
     """
     frame = Scene(**{**dict(scene), "duration_s": 1.0 / scene.frame_rate_hz})
     written = [pool.run(_CodeTask(engine, profile, frame, step_s, "A frame.")).value for step_s in (dt_s, dt_s / 2)]
-    here, finer = written
-    return "" if here is None or finer is None else step_lines(here, finer)
+    code, finer_code = written
+    return "" if code is None or finer_code is None else step_lines(code, finer_code)
 
 
 def find_changed_code(engine: str, profile: str, tried: SettingOverrides, scene: Scene, dt_s: float, pool: Pool) -> str:
-    """Return what of an engine's own code reads otherwise with settings instead of a profile's own.
+    """Return the lines of an engine's code that change when settings of a profile are replaced.
 
     Args:
         engine: Name of the adapter.
         profile: Name of one of its profiles.
-        tried: The settings.
+        tried: The settings that replace those of the profile.
         scene: The scene.
         dt_s: Step, seconds.
-        pool: Where the adapter is asked; it stays open.
+        pool: Where the adapter runs; it stays open.
 
     Returns:
-        The lines; empty where there are none, or the adapter writes no code of this.
+        The lines; empty if there are none, or the adapter writes no code for this scene.
     """
-    asks = [_CodeTask(engine, profile, scene, dt_s, "Found.", some, limited=False) for some in (tried, ())]
-    written = [pool.run(ask).value for ask in asks]
-    found, before = written
-    return "" if found is None or before is None else changed_lines(found, before)
+    tasks = [_CodeTask(engine, profile, scene, dt_s, "Found.", settings, limited=False) for settings in (tried, ())]
+    code, profile_code = (pool.run(task).value for task in tasks)
+    return "" if code is None or profile_code is None else changed_lines(code, profile_code)
