@@ -1,4 +1,4 @@
-"""A world of Box2D: the bodies that a scene becomes, its steps, and what is seen of them."""
+"""World of Box2D: builds the bodies of a scene, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 

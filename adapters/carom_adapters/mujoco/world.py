@@ -1,4 +1,4 @@
-"""A world of MuJoCo: a scene's compiled model, its steps, and what is seen of them."""
+"""World of MuJoCo: compiles the model of a scene, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A world of Bullet: the client that a scene is built in, its steps, and what is seen of them."""
+"""World of Bullet: builds a scene in a client of its own, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 

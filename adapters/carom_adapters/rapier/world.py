@@ -1,4 +1,4 @@
-"""A world of Rapier: the bodies that a scene becomes, its steps, and what is seen of them."""
+"""World of Rapier: builds the bodies of a scene, takes steps, and reads states and contacts."""
 
 from __future__ import annotations
 
