@@ -1,4 +1,4 @@
-"""What every study may be asked, and what a cross-check is: see `carom.support.options`."""
+"""Options shared by all studies, and the options of a cross-check. They are declared by `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Setting
 
-#: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
+#: Seconds for the certified run of a scene, enough for a few thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 
 #: The best grade that counts as a violation.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
-#: NumPy's generators take no larger one.
+#: Largest seed of NumPy's generators.
 MOST_SEED = 2**63 - 1
 
-#: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
+#: Ratio of consecutive steps of a scene, large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 
 
 def default_dts(scene: Scene) -> tuple[float, ...]:
-    """Return the steps at which a scene is run unless others are asked for: its own frame, a quarter, a sixteenth."""
+    """Return the default steps of a scene: its own frame, a quarter and a sixteenth of it."""
     return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
 
 
@@ -42,7 +42,7 @@ def _engine(text: str) -> str:
 
 
 def engine_names(*, stamped: bool = False) -> Any:
-    """Declare which engines are asked for; a manifest becomes known, and is its engine's name."""
+    """Declare the option for engines, by name or manifest. A manifest is registered, and its engine's name returned."""
     return option(
         None,
         ValueKind("a name", "NAME", name().take, _engine, name().wrong),
@@ -58,42 +58,42 @@ def engine_names(*, stamped: bool = False) -> Any:
 def profile_names(
     *default: str, what: str = "Settings profile, repeatable.", said: str = "", stamped: bool = False
 ) -> Any:
-    """Declare which profiles are asked for; without a default, those that `said` names."""
+    """Declare the option for profiles; `said` describes the default if it is None."""
     return option(default or None, name(), what, "--profile", "-p", many=True, stamped=stamped, said=said)
 
 
 def step_lengths(said: str, *, stamped: bool = False) -> Any:
-    """Return the option that takes steps; `said` is the default in words."""
+    """Declare the option for steps; `said` describes the default."""
     what = "Step in seconds, such as 1/240; repeatable."
     return option(None, step(), what, "--dt", many=True, stamped=stamped, said=said)
 
 
 def phase_seed(*, stamped: bool = False) -> Any:
-    """Return the option that says where the sequence of phases begins."""
+    """Declare the option for the seed of the phases."""
     return option(0, whole(0, MOST_SEED), "Where the sequence of phases begins.", "--seed", stamped=stamped)
 
 
 def time_limit(*, stamped: bool = False) -> Any:
-    """Declare after what time a run is ended."""
+    """Declare the option for the time limit of a run."""
     what = "Seconds after which a run that gives no answer is ended."
     return option(DEFAULT_TIME_LIMIT_S, seconds(), what, "--time-limit", stamped=stamped)
 
 
 def memory_limit(*, stamped: bool = False) -> Any:
-    """Declare how much memory a process may take."""
+    """Declare the option for the memory limit of a process."""
     what, said = "Megabytes that an engine's process may take.", "the machine's, shared among --jobs and one more"
     return option(None, megabytes(), what, "--memory-limit", stamped=stamped, said=said)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LimitOptions(DeclaredOptions):
-    """What every study that starts engines is given.
+    """Options of every study that starts engines.
 
     Attributes:
-        jobs: How many jobs are run at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for this many seconds is ended.
-        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.execution.pool.LocalPool`
-            has it.
+        jobs: Number of parallel runs; by default the number of cores.
+        time_limit_s: Seconds after which an engine without an answer is ended.
+        memory_limit_mb: Memory limit of an engine's process, megabytes; by default that of
+            `carom.execution.pool.LocalPool`.
     """
 
     jobs: int | None = option(
@@ -103,23 +103,23 @@ class LimitOptions(DeclaredOptions):
     memory_limit_mb: float | None = memory_limit()
 
     def pool(self, jobs: int | None = None) -> LocalPool:
-        """Return processes of this machine with these limits, which are all that a study starts."""
+        """Return a pool of worker processes on this machine with these limits."""
         from carom.execution.pool import LocalPool
 
         return LocalPool(jobs or self.jobs, self.time_limit_s, self.memory_limit_mb)
 
 
 def _mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # a tuple of pairs is what the default is, of none
+    if not isinstance(value, Mapping | tuple):  # the default is an empty tuple of pairs
         raise TypeError
     return dict(value)
 
 
 def parse_settings(words: Sequence[str]) -> dict[str, Setting]:
-    """Return the settings that are asked for as ``name=value``, as texts.
+    """Parse settings in the form ``name=value``. The values stay texts.
 
     Raises:
-        InputError: A word has no ``=`` or no name, or a setting is asked for twice.
+        InputError: A word has no ``=`` or no name, or a setting occurs twice.
     """
     found: dict[str, Setting] = {}
     for word in words:
