@@ -41,10 +41,10 @@ SCENE_NAMES = typer.Argument(help="Scene files (.toml, .json), or names, groups 
 
 def engines_named(words: list[str] | None) -> list[str] | None:
     """Return names of engines; a manifest becomes known, and is its engine's name."""
-    from carom.engines.registry import engine_named
+    from carom.engines.registry import resolve_engine
 
     try:
-        return words and [engine_named(word) for word in words]
+        return words and [resolve_engine(word) for word in words]
     except AdapterError as error:
         raise typer.BadParameter(str(error)) from None
 

@@ -64,7 +64,7 @@ def pytest_configure(config: pytest.Config) -> None:
     from carom.conformance.known_failures import FILE_NAME
     from carom.conformance.suite import make_suite
     from carom.errors import CaromError
-    from carom.execution.options import Limited
+    from carom.execution.options import LimitOptions
 
     limits = {
         "time_limit_s": config.getoption("carom_time_limit"),
@@ -78,7 +78,7 @@ def pytest_configure(config: pytest.Config) -> None:
             config.getoption("carom_profile"),
             None if is_new else file,
             () if is_new else (config.rootpath, config.invocation_params.dir),
-            Limited.said(limits, before="--carom-"),
+            LimitOptions.said(limits, before="--carom-"),
         )
     except CaromError as error:
         raise pytest.UsageError(f"--carom-engine: {error}") from error

@@ -1,4 +1,4 @@
-"""What every study may be asked, and what a cross-check is: see `carom.support.options`."""
+"""Options shared by all studies, and the options of a cross-check. They are declared by `carom.support.options`."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ if TYPE_CHECKING:
     from carom.model.scene import Scene
     from carom.model.trace import Setting
 
-#: Seconds for the certified run of a scene: a few thousand impacts of some dozens of discs.
+#: Seconds for the certified run of a scene, enough for a few thousand impacts of dozens of discs.
 CERTIFY_SECONDS = 10.0
 
 #: The best grade that counts as a violation.
 FailOn = StrEnum("FailOn", "CLOSE SAMPLED INACCURATE WRONG NEVER")
 
-#: NumPy's generators take no larger one.
+#: Largest seed of NumPy's generators.
 MOST_SEED = 2**63 - 1
 
-#: Each step of a scene's series is this part of the one before: far enough apart to show an order of convergence.
+#: Ratio of consecutive steps of a scene, large enough to show an order of convergence.
 REFINEMENT = 4
 REFINEMENTS = 3
 
 
 def default_dts(scene: Scene) -> tuple[float, ...]:
-    """Return the steps at which a scene is run unless others are asked for: its own frame, a quarter, a sixteenth."""
+    """Return the default steps of a scene: its own frame, a quarter and a sixteenth of it."""
     return tuple(1.0 / (scene.frame_rate_hz * REFINEMENT**k) for k in range(REFINEMENTS))
 
 
 def _engine(text: str) -> str:
-    from carom.engines.registry import engine_named
+    from carom.engines.registry import resolve_engine
 
-    return engine_named(text)
+    return resolve_engine(text)
 
 
 def engine_names(*, stamped: bool = False) -> Any:
-    """Declare which engines are asked for; a manifest becomes known, and is its engine's name."""
+    """Declare the option for engines, by name or manifest. A manifest is registered, and its engine's name returned."""
     return option(
         None,
         ValueKind("a name", "NAME", name().take, _engine, name().wrong),
@@ -58,7 +58,7 @@ def engine_names(*, stamped: bool = False) -> Any:
 def profile_names(
     *default: str, what: str = "Settings profile, repeatable.", said: str = "", stamped: bool = False
 ) -> Any:
-    """Declare which profiles are asked for; without a default, those that `said` names."""
+    """Declare the option for profiles; `said` describes the default if it is None."""
     return option(default or None, name(), what, "--profile", "-p", many=True, stamped=stamped, said=said)
 
 
@@ -86,14 +86,14 @@ def memory_limit(*, stamped: bool = False) -> Any:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Limited(DeclaredOptions):
-    """What every study that starts engines is given.
+class LimitOptions(DeclaredOptions):
+    """Options of every study that starts engines.
 
     Attributes:
-        jobs: How many jobs are run at a time; as many as there are cores by default.
-        time_limit_s: An engine that gives no answer for this many seconds is ended.
-        memory_limit_mb: Megabytes that an engine's process may take; by default as a `carom.execution.pool.LocalPool`
-            has it.
+        jobs: Number of parallel runs; by default the number of cores.
+        time_limit_s: Seconds after which an engine without an answer is ended.
+        memory_limit_mb: Memory limit of an engine's process, megabytes; by default that of
+            `carom.execution.pool.LocalPool`.
     """
 
     jobs: int | None = option(
@@ -103,23 +103,23 @@ class Limited(DeclaredOptions):
     memory_limit_mb: float | None = memory_limit()
 
     def pool(self, jobs: int | None = None) -> LocalPool:
-        """Return processes of this machine with these limits, which are all that a study starts."""
+        """Return a pool of worker processes on this machine with these limits."""
         from carom.execution.pool import LocalPool
 
         return LocalPool(jobs or self.jobs, self.time_limit_s, self.memory_limit_mb)
 
 
 def _mapping(value: Any) -> dict[str, Any]:
-    if not isinstance(value, Mapping | tuple):  # a tuple of pairs is what the default is, of none
+    if not isinstance(value, Mapping | tuple):  # the default is an empty tuple of pairs
         raise TypeError
     return dict(value)
 
 
-def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
-    """Return the settings that are asked for as ``name=value``, as texts.
+def parse_settings(words: Sequence[str]) -> dict[str, Setting]:
+    """Parse settings in the form ``name=value``. The values stay texts.
 
     Raises:
-        InputError: A word has no ``=`` or no name, or a setting is asked for twice.
+        InputError: A word has no ``=`` or no name, or a setting occurs twice.
     """
     found: dict[str, Setting] = {}
     for word in words:
@@ -133,7 +133,7 @@ def asked_settings(words: Sequence[str]) -> dict[str, Setting]:
 
 
 @dataclass(frozen=True)
-class Options(Limited):
+class Options(LimitOptions):
     """What is asked of a cross-check, apart from its scenes.
 
     Attributes:
@@ -171,7 +171,7 @@ class Options(Limited):
             "NAME=VALUE",
             _mapping,
             wrong=("x", 5, ["x"], None),
-            gather=asked_settings,
+            gather=parse_settings,
         ),
         "Override a setting of the profiles, repeatable. Every chosen engine must have it.",
         "--set",

@@ -18,7 +18,7 @@ import tomli_w
 from carom.comparator import ImpactError, Score
 from carom.comparator.local import LocalErrors
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Job
 from carom.execution.results import Results
 from carom.model.scene import Chain, Need, Ring, Scene, Wall
@@ -89,7 +89,7 @@ def _key(job: Job) -> str:
 def run_command(scene: str, job: Job) -> str:
     """Return the command that runs a job again, on a scene by this name or in this file."""
     tried = (word for name, value in job.method.tried for word in ("--set", f"{name}={setting_text(value)}"))
-    asked = ("carom", "run", scene, "-e", asked_as(job.engine), "-p", job.profile)
+    asked = ("carom", "run", scene, "-e", engine_argument(job.engine), "-p", job.profile)
     return shlex.join((*asked, *tried, "--dt", repr(job.dt_s)))
 
 

@@ -19,7 +19,7 @@ from carom.comparator.scales import compute_scales
 from carom.core.features import Arc, Face, Feature, Mover
 from carom.engines.registry import load_adapter
 from carom.execution.engine_run import observe_run
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.model.chain_geometry import ExactCircle
 
 #: Rounding of positions of order 1 over relative speeds of order 0.1, at paths of a few lengths.
@@ -171,7 +171,9 @@ def test_what_pit_is_off_by_on_a_table_is_sampling(name: str) -> None:
     reference = carom.solve_pic(scene)
     scales = compute_scales(scene, reference)
     assert measure_local_errors(reference, scales).worst("velocity") < 1e-14
-    row = carom.cross_check([scene], ["pit"], dts=[1 / 60], profiles=["tuned"], timing=False, pool=InProcess()).rows[0]
+    row = carom.cross_check(
+        [scene], ["pit"], dts=[1 / 60], profiles=["tuned"], timing=False, pool=InProcessPool()
+    ).rows[0]
     assert row.trace is not None
     found = measure_local_errors(row.trace, scales)
     assert found.spurious == ()

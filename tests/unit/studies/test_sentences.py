@@ -16,8 +16,8 @@ from carom import Results, Scene, cross_check, solve_pic
 from carom.catalogue import CatalogueScene, find_scenes
 from carom.comparator import compare
 from carom.execution.options import Options
-from carom.execution.plan import plan_of
-from carom.execution.pool import InProcess
+from carom.execution.plan import build_plan
+from carom.execution.pool import InProcessPool
 from carom.report.document import Lines, Text
 from carom.report.grid import build_grid
 from carom.report.replay import impact_rows
@@ -41,7 +41,7 @@ THUD = staged(
 
 def checked(*scenes: Scene, engines: tuple[str, ...] = ("pic", "pit")) -> Results:
     """Return a cross-check of some scenes."""
-    return cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120], timing=False, pool=InProcess())
+    return cross_check(scenes, engines, profiles=["tuned"], dts=[1 / 60, 1 / 120], timing=False, pool=InProcessPool())
 
 
 def as_foreign(results: Results) -> Results:
@@ -80,7 +80,7 @@ def lead(results: Results) -> str:
 def test_a_certified_reference_is_not_without_a_proof() -> None:
     """Without a known answer PIC has no proof of its own, unless it is certified to the last impact."""
     three = staged("three", disc_at(0, 0, 4, 0), disc_at(3, 0), disc_at(7, 0.2), duration_s=2.0)
-    options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcess()}
+    options = {"profiles": ["tuned"], "dts": [1 / 60], "timing": False, "pool": InProcessPool()}
     without = cross_check([three], ["pit"], certified=False, **options)  # type: ignore[arg-type] # of several kinds
     assert "without independent proof" in lead(without)
     pytest.importorskip("flint")
@@ -176,7 +176,7 @@ def test_what_is_reported_twice_is_not_said_to_follow_from_errors(known: bool) -
 
 def plan_said(scene: Scene) -> str:
     """Return what the plan of a run says that engines do."""
-    plan = plan_of([scene], Options(engines=["pit"]), InProcess())
+    plan = build_plan([scene], Options(engines=["pit"]), InProcessPool())
     return next(line for line in explain(plan) if line.strip().startswith("engines: "))
 
 

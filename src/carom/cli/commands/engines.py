@@ -54,11 +54,11 @@ def engines(
     if show is not None:
         if names is None or len(names) != 1:
             raise InputError("--show needs exactly one engine: carom engines NAME --show PROFILE")
-        from carom.execution.settings_code import code_of
+        from carom.execution.settings_code import write_code
 
         shown = _scene(scene, restitution, friction)
         dt_s = 1.0 / shown.frame_rate_hz if dt is None else seconds(dt)
-        say(code_of(names[0], show, shown, dt_s, command=command_line()).rstrip("\n"))
+        say(write_code(names[0], show, shown, dt_s, command=command_line()).rstrip("\n"))
         return
     if any(option is not None for option in (dt, restitution, friction, scene)):
         raise InputError("--dt, --restitution, --friction and --scene need --show")

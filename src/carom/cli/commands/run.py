@@ -58,7 +58,7 @@ def run(
     `carom run classics -e pymunk -p tuned --set iterations=5`.
     """
     from carom.comparator import Grade
-    from carom.execution.plan import plan_of
+    from carom.execution.plan import build_plan
     from carom.report.files import require_report_extra
     from carom.studies.cross_check.document import PURPOSE
     from carom.support.folders import claimed
@@ -74,7 +74,7 @@ def run(
         require_report_extra()
         folder = claimed(out, PURPOSE, "--out")  # before engines are asked, which takes seconds
     with options.pool() as pool, folder:
-        plan = plan_of(named, options, pool)
+        plan = build_plan(named, options, pool)
         if explain:
             from carom.studies.cross_check.explain import explain as explained
 
@@ -119,7 +119,7 @@ def _carried_out(
 
 def _say_settings(results: Results, scene: str) -> None:
     """Say which command prints the settings of the best run of an engine, as code to paste; `scene` as it was asked."""
-    from carom.engines.registry import asked_as
+    from carom.engines.registry import engine_argument
     from carom.report import formatting
     from carom.report.grid import build_grid
     from carom.studies.cross_check.ranking import rank_methods
@@ -132,7 +132,7 @@ def _say_settings(results: Results, scene: str) -> None:
         ]
         if column.own or method.tried or not info.code or method.profile in info.located or not steps:
             continue
-        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
+        words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
         command = shlex.join((*words, "--dt", formatting.step_option(max(steps)), "--scene", scene))
         common.say(f"To print the settings of {column.name} as code:\n{command}")
         return
@@ -142,7 +142,7 @@ def _exit_code(results: Results, requested: set[str], fail_on: Grade | None) -> 
     from carom.execution.job import Status
     from carom.execution.results import violates
 
-    if any(row.status.broken for row in results.rows):
+    if any(row.status.is_failure for row in results.rows):
         return common.EXIT_CRASHED
     if any(row.status is Status.UNAVAILABLE and row.job.engine in requested for row in results.rows):
         return common.EXIT_UNAVAILABLE

@@ -1,7 +1,7 @@
-"""Scenes in an engine's own units, and what it shows of them in the scene's.
+"""Conversion of scenes to an engine's own units, and of its observations back.
 
-Engines hide lengths and speeds: a slop, a margin, a threshold below which nothing bounces. Where such a constant is
-compiled in, it is met in other units. Powers of two alone are units here: they round nothing, so that no run shows it.
+Engines have hidden lengths and speeds: a slop, a margin, a threshold below which nothing bounces. If such a constant is
+compiled in, other units avoid its effect. Units are powers of two, so that the conversion does not round.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Method
 from carom.model.trace import body_name
 from carom.report import formatting
@@ -195,7 +195,7 @@ def _pasted(advice: Advice, rows: Sequence[Advised], asked: str) -> Iterator[Blo
         yield Text(f"{_name(method)}, {kept}: {formatting.count(times, 'step')} per frame{alone}{of}", shown)
         if code:
             yield Code(code, shown)
-        words = ("carom", "engines", asked_as(method.engine), "--show", method.profile)
+        words = ("carom", "engines", engine_argument(method.engine), "--show", method.profile)
         at = ("--dt", formatting.step_option(trial.dt_s), "--scene", asked)
         yield Text(f"For all settings, run: {shlex.join((*words, *at))}", shown)
         shown = IN_FULL

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from carom.execution.options import Limited, engine_names, profile_names
+from carom.execution.options import LimitOptions, engine_names, profile_names
 from carom.support.limits import ADVICE_STEPS, MOST_PHASES, MOST_STEPS
 from carom.support.options import ValueKind, measure, option, whole
 
@@ -25,7 +25,7 @@ def _share(value: object) -> float:
 
 
 @dataclass(frozen=True)
-class AdviceOptions(Limited):
+class AdviceOptions(LimitOptions):
     """What is asked of the adviser, apart from the scene.
 
     Attributes:

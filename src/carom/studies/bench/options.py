@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from carom.execution.options import MOST_SEED, Limited, engine_names, profile_names
+from carom.execution.options import MOST_SEED, LimitOptions, engine_names, profile_names
 from carom.studies.bench.axes import ErrorKind
 from carom.studies.bench.series import STEPS, geometric_steps
 from carom.support.limits import LARGEST, MOST_DISCS, MOST_PHASES, MOST_ROUNDS, MOST_SERIES
@@ -41,7 +41,7 @@ def own_methods() -> Any:
 
 
 @dataclass(frozen=True)
-class BenchPlan(Limited):
+class BenchPlan(LimitOptions):
     """What a bench is to do.
 
     Attributes:
@@ -89,7 +89,7 @@ class BenchPlan(Limited):
 
 
 @dataclass(frozen=True)
-class GrowthOptions(Limited):
+class GrowthOptions(LimitOptions):
     """What is asked of a bench over numbers of discs.
 
     Attributes:

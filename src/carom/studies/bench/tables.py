@@ -12,7 +12,7 @@ from typing import NamedTuple
 from urllib.parse import quote
 
 from carom.comparator.thresholds import THRESHOLDS
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.report import formatting
 from carom.report.document import EVERYWHERE, IN_FULL, ON_PAPER, PAGE, Cell, Column, Media, Table
 from carom.studies.bench.axes import TARGETS, ErrorKind
@@ -275,7 +275,17 @@ def point_anchor(scene: str, point: Point) -> str:
 
 def _command(scene: str, plan: BenchPlan, point: Point) -> str:
     """Return the command that makes a point again: of the bench's own choices, those that are not the usual ones."""
-    words = ["carom", "bench", scene, "-e", asked_as(point.engine), "-p", point.profile, "--dt", repr(point.dt_s)]
+    words = [
+        "carom",
+        "bench",
+        scene,
+        "-e",
+        engine_argument(point.engine),
+        "-p",
+        point.profile,
+        "--dt",
+        repr(point.dt_s),
+    ]
     usual = {field.name: field.default for field in fields(BenchPlan)}
     for name in ("phases", "error", "rounds", "seed"):
         if (chosen := getattr(plan, name)) != usual[name]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from carom.comparator import Grade, Horizon
 from carom.comparator.thresholds import THRESHOLDS
 from carom.errors import CaromError
-from carom.execution.exception_text import raised
+from carom.execution.exception_text import describe_exception
 from carom.execution.job import Status
 from carom.execution.options import default_dts
 from carom.execution.results import Results, Row
@@ -144,7 +144,7 @@ def _replace_unreportable(results: Results) -> Results:
             if row.trace is not None and row.score is not None:
                 packed(replay_data(results.references[row.job.scene.name], [(row.trace, row.score, {})]))
         except Exception as error:  # noqa: BLE001 - whatever the numbers of a run do to us
-            return Row(row.job, Status.FAILED, f"what it returned can't be reported: {raised(error)}")
+            return Row(row.job, Status.FAILED, f"what it returned can't be reported: {describe_exception(error)}")
         return row
 
     return replace(results, rows=tuple(map(check, results.rows)))

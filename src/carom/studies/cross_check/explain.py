@@ -9,12 +9,12 @@ import numpy as np
 
 from carom.comparator.shift import shifted_references
 from carom.engines.registry import EngineInfo
-from carom.execution.engines import to_run
+from carom.execution.engines import select_engines
 from carom.execution.job import Job
 from carom.execution.phases import phase_values
 from carom.execution.plan import Plan
-from carom.execution.reference import reference_trace
-from carom.execution.skipped import SkippedTime, in_closed_form, pic_saved, pit_saved, tests_a_frame
+from carom.execution.reference import solve_reference
+from carom.execution.skipped import SkippedTime, is_closed_form, measure_pic_saving, measure_pit_saving, tests_per_frame
 from carom.model.scene import Scene
 from carom.model.trace import Trace
 from carom.solvers.pic import solve_pic
@@ -28,20 +28,20 @@ MOST_FRAMES = 1_000_000
 
 def explain(plan: Plan) -> Iterator[str]:
     """Yield the plan of a cross-check, line by line, from the same jobs that it would run."""
-    options, run = plan.options, to_run(plan.engines, plan.options.engines)
+    options, run = plan.options, select_engines(plan.engines, plan.options.engines)
     for scene in plan.scenes:
         jobs = [job for job in plan.jobs if job.scene is scene]
         steps = options.steps_of(scene)
         yield f"{scene.name}: {_describe_bodies(scene)}, {scene.duration_s:g} s, requires {_describe_needs(scene)}"
-        reference = reference_trace(scene)
+        reference = solve_reference(scene)
         if isinstance(reference, str):
             yield f"  not run: {reference}"
             continue
-        plain = "an event-driven run" if in_closed_form(reference) else "predicting all pairs again"
-        saved = _describe_saving(pic_saved(scene, reference), plain)
+        plain = "an event-driven run" if is_closed_form(reference) else "predicting all pairs again"
+        saved = _describe_saving(measure_pic_saving(scene, reference), plain)
         yield f"  PIC: {describe_pic(scene, reference)}{saved}"
         for dt_s in sorted({job.dt_s for job in jobs}, reverse=True):
-            saved = _describe_saving(pit_saved(scene, dt_s), "the plain loop")
+            saved = _describe_saving(measure_pit_saving(scene, dt_s), "the plain loop")
             yield f"  PIT at {instant(dt_s)}: {describe_pit(scene, dt_s)}{saved}"
         yield f"  engines: {_describe_engines(scene, reference, steps[0])}"
         yield f"  states: {_describe_samples(scene, drawn=options.samples)}"
@@ -76,7 +76,7 @@ def describe_pic(scene: Scene, trace: Trace) -> str:
         return f"in transformed time, where damped discs move in straight lines: {undamped}"
     if scene.gravity_m_s2 != (0.0, 0.0) or scene.table_deceleration_m_s2:
         return f"event-driven along parabolas, with cells{walls}: {found}"
-    if not in_closed_form(trace):
+    if not is_closed_form(trace):
         return f"event-driven, in the compiled kernel with cells{walls}: {found}"
     return f"closed form for two discs, without queue or cells{walls}: {found}"
 
@@ -87,7 +87,7 @@ def describe_pit(scene: Scene, dt_s: float) -> str:
     if frames > MOST_FRAMES:
         return f"{frames} frames"
     counts = solve_pit(scene, frame_rate_hz=1.0 / dt_s).counts
-    plain = counts["frames"] * tests_a_frame(scene)
+    plain = counts["frames"] * tests_per_frame(scene)
     looked_at = f"{counts['frames_looked_at']} of {counts['frames']} frames are tested"
     if counts["frames_looked_at"] < counts["frames"]:
         looked_at += ", the others skipped because no pair can touch earlier"
@@ -145,7 +145,7 @@ def _describe_runs(planned: Sequence[Job], plan: Plan, info: EngineInfo, profile
     if not planned:
         same = profile in info.profiles
         return f"skipped: {'another profile has the same settings' if same else 'no such profile'}"
-    refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.refusal(job)) is not None}
+    refused = {job.dt_s: answer.reason for job in planned if (answer := plan.methods.find_job_refusal(job)) is not None}
     if len(refused) == len(planned) and len(set(refused.values())) == 1:
         return f"skipped: {refused[planned[0].dt_s]}"
     left_out = [f"skipped at {instant(dt_s)}: {reason}" for dt_s, reason in refused.items()]

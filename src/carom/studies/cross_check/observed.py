@@ -9,11 +9,11 @@ from functools import partial
 
 from carom.execution.cache_key import JobKey
 from carom.execution.codec import CarriedTrace
-from carom.execution.journal import Entry, Journal
+from carom.execution.journal import Journal, JournalEntry
 from carom.model.trace import Trace
 
 #: The form of a job whose states are kept for drawing; see `carom.execution.cache_key.JobKey`.
 DRAWN = "drawn"
 
 #: Opens the journal of a cross-check, stamped with its options.
-observed_journal = partial(Journal[JobKey, Trace], "traces", Entry[JobKey, CarriedTrace])
+observed_journal = partial(Journal[JobKey, Trace], "traces", JournalEntry[JobKey, CarriedTrace])

@@ -13,26 +13,26 @@ from typing import Any, TypeVar
 from carom.catalogue import CatalogueScene, deviation
 from carom.comparator import Score, compare
 from carom.comparator.shift import shifted_references
-from carom.engines.registry import engine_named, require_named
+from carom.engines.registry import require_named, resolve_engine
 from carom.errors import AdapterError
 from carom.execution.cache_key import JobKey, job_key
-from carom.execution.engine_run import Observe
-from carom.execution.engines import described
+from carom.execution.engine_run import ObserveTask
+from carom.execution.engines import describe_engines
 from carom.execution.environment import environment
-from carom.execution.exception_text import raised
-from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, unheard
-from carom.execution.journal import Notes
-from carom.execution.options import Limited, Options
-from carom.execution.phases import phase_values, spread_of
-from carom.execution.plan import Plan, of_its_scene, plan_of, trace_of
+from carom.execution.exception_text import describe_exception
+from carom.execution.job import PIT_METHOD, Answer, Job, Method, Progress, Status, no_progress
+from carom.execution.journal import MemoryJournal
+from carom.execution.options import LimitOptions, Options
+from carom.execution.phases import compute_spread, phase_values
+from carom.execution.plan import Plan, build_plan, check_own_scene, observe_job
 from carom.execution.pool import Pool
-from carom.execution.reference import Reference, reference_of, reference_trace, will_certify
+from carom.execution.reference import Reference, build_reference, solve_reference, will_certify
 from carom.execution.results import Results, Row
-from carom.execution.scheduler import Ask, answers
+from carom.execution.scheduler import TaskRequest, run_tasks
 from carom.execution.scoring import steps_of
-from carom.execution.settings_override import tried_by
-from carom.execution.skipped import scene_skips
-from carom.execution.timing import Measure, Timing
+from carom.execution.settings_override import resolve_settings
+from carom.execution.skipped import measure_skips
+from carom.execution.timing import TimeTask, Timing
 from carom.model.scene import Scene, as_scene
 from carom.model.trace import Setting, Trace
 from carom.studies.cross_check.observed import DRAWN
@@ -71,13 +71,13 @@ def run(
     """
     scene = as_scene(scene)
     dt = 1.0 / scene.frame_rate_hz if dt is None else dt
-    limits = Limited(jobs=1, time_limit_s=time_limit_s)
+    limits = LimitOptions(jobs=1, time_limit_s=time_limit_s)
     taken(step(), "dt", dt)
-    require_named(engine := engine_named(engine))
+    require_named(engine := resolve_engine(engine))
     with limits.pool() as pool:
-        tried = tried_by(described([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
+        tried = resolve_settings(describe_engines([engine], pool)[0], settings, [profile], dt, pool) if settings else ()
         job = Job(scene, Method(engine, profile, tried), dt)
-        answer = trace_of(job, pool, samples=True)
+        answer = observe_job(job, pool, samples=True)
     if answer.value is None:
         raise AdapterError(f"{job}: {answer.said}")
     return answer.value
@@ -108,19 +108,19 @@ def cross_check(
         UnknownNameError: There is no such engine, no engine asked for has such a profile, or one has no such setting.
     """
     asked = Options(engine_names, **options)
-    asked = replace(asked, engines=asked.engines and [engine_named(word) for word in asked.engines])
+    asked = replace(asked, engines=asked.engines and [resolve_engine(word) for word in asked.engines])
     own: AbstractContextManager[Pool]
     own = asked.pool() if pool is None else nullcontext(pool)
     with own as opened:
-        return execute(plan_of(scenes, asked, opened), opened, progress=progress or unheard, command=command)
+        return execute(build_plan(scenes, asked, opened), opened, progress=progress or no_progress, command=command)
 
 
 def execute(
     plan: Plan,
     pool: Pool,
     *,
-    notes: Notes[JobKey, Trace] | None = None,
-    progress: Progress = unheard,
+    notes: MemoryJournal[JobKey, Trace] | None = None,
+    progress: Progress = no_progress,
     command: str = "",
 ) -> Results:
     """Execute the plan of a cross-check.
@@ -149,7 +149,7 @@ def execute(
             rows[_key(job)] = Row(job, Status.UNSUPPORTED, reason)
     skipped = {}
     if options.samples:  # only for a report
-        skipped = {job.scene.name: scene_skips(usable[job.scene.name].trace, job.dt_s) for job in timed}
+        skipped = {job.scene.name: measure_skips(usable[job.scene.name].trace, job.dt_s) for job in timed}
     found = _build_results(plan, [rows[_key(job)] for job in plan.jobs], usable, command, time.perf_counter() - started)
     return replace(found, skipped=skipped)
 
@@ -157,10 +157,15 @@ def execute(
 class _Observer:
     """Runs the jobs of a cross-check through the scheduler, and reports progress."""
 
-    def __init__(self, plan: Plan, pool: Pool, notes: Notes[JobKey, Trace] | None, progress: Progress) -> None:
+    def __init__(self, plan: Plan, pool: Pool, notes: MemoryJournal[JobKey, Trace] | None, progress: Progress) -> None:
         self.total = 0
-        self._refusal, self._samples = plan.methods.refusal, plan.options.samples
-        self._pool, self._notes, self._progress, self._done = pool, Notes() if notes is None else notes, progress, 0
+        self._refusal, self._samples = plan.methods.find_job_refusal, plan.options.samples
+        self._pool, self._notes, self._progress, self._done = (
+            pool,
+            MemoryJournal() if notes is None else notes,
+            progress,
+            0,
+        )
 
     def count(self, what: str, done: int = 1) -> None:
         self._done += done
@@ -175,14 +180,14 @@ class _Observer:
         for job in jobs:
             drawn = self._samples and not shifted and job.refinement == 0 and len(job.scene.discs) <= MOST_DISCS_DRAWN
             key = job_key(job, DRAWN if drawn else "")
-            asks.append(Ask(job, key, Observe(job, drawn), self._refusal(job), steps_of(job)))
-        for job, answer in self._told(answers(asks, self._pool, self._notes)):
-            yield job, of_its_scene(job, answer)
+            asks.append(TaskRequest(job, key, ObserveTask(job, drawn), self._refusal(job), steps_of(job)))
+        for job, answer in self._told(run_tasks(asks, self._pool, self._notes)):
+            yield job, check_own_scene(job, answer)
 
     def timings(self, jobs: Iterable[Job]) -> Iterator[tuple[Job, Answer[Timing]]]:
         """Yield the run time of each job, one after another with nothing else running."""
-        asks = [Ask(job, job_key(job), Measure(job)) for job in jobs]
-        return self._told(answers(asks, self._pool, Notes[JobKey, Timing](), alone=True))
+        asks = [TaskRequest(job, job_key(job), TimeTask(job)) for job in jobs]
+        return self._told(run_tasks(asks, self._pool, MemoryJournal[JobKey, Timing](), alone=True))
 
     def _told(self, found: Iterable[tuple[Job, Answer[T]]]) -> Iterator[tuple[Job, Answer[T]]]:
         for job, answer in found:
@@ -199,11 +204,11 @@ def _solve_references(plan: Plan, progress: Progress) -> dict[str, Reference | s
     options = plan.options
     found: dict[str, Reference | str] = {}
     for scene in plan.scenes:
-        trace = reference_trace(scene)
+        trace = solve_reference(scene)
         if isinstance(trace, Trace) and will_certify(scene, options.certified):
             progress(0, len(plan.jobs), f"certifying {scene.name}")
         found[scene.name] = (
-            trace if isinstance(trace, str) else reference_of(trace, options.certified, options.certify_s)
+            trace if isinstance(trace, str) else build_reference(trace, options.certified, options.certify_s)
         )
     return found
 
@@ -241,7 +246,7 @@ def _row(job: Job, answer: Answer[Trace], usable: Mapping[str, Reference], pit: 
 
 def _failed_row(job: Job, error: Exception) -> Row:
     """Return the row of a job whose run could not be scored."""
-    return Row(job, Status.FAILED, f"what it returned can't be scored: {raised(error)}")
+    return Row(job, Status.FAILED, f"what it returned can't be scored: {describe_exception(error)}")
 
 
 def _shift_references(
@@ -281,7 +286,7 @@ def _run_phases(
             except Exception as error:  # noqa: BLE001 - as in a row at the scene's own start
                 failed[key] = _failed_row(rows[key].job, error)
     return {
-        key: failed.get(key) or replace(rows[key], spread=spread_of(found, rows[key].job.scene, key[2]))
+        key: failed.get(key) or replace(rows[key], spread=compute_spread(found, rows[key].job.scene, key[2]))
         for key, found in scores.items()
     }
 

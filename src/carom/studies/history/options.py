@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.execution.options import Limited, phase_seed, profile_names, step_lengths
+from carom.execution.options import LimitOptions, phase_seed, profile_names, step_lengths
 from carom.support.limits import MOST_PHASES
 from carom.support.options import flag, megabytes, name, option, whole
 
@@ -18,7 +18,7 @@ FEWEST_PHASES = 8
 
 
 @dataclass(frozen=True)
-class HistoryOptions(Limited):
+class HistoryOptions(LimitOptions):
     """What is asked of a history, apart from its engine and its scenes.
 
     Attributes:

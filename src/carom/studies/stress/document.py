@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import quote
 
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Method, Status
 from carom.report import formatting
 from carom.report.document import (
@@ -251,7 +251,7 @@ def _number(value: float | None) -> str:
 def _command(method: Method, spot: Spot) -> str:
     if not spot.scenes or spot.ending is SpotEnding.NOT_RUN:
         return ""
-    return shlex.join(("carom", "run", *spot.scenes, "-e", asked_as(method.engine), "-p", method.profile))
+    return shlex.join(("carom", "run", *spot.scenes, "-e", engine_argument(method.engine), "-p", method.profile))
 
 
 def _spots(results: StressResults, line: Line) -> list[tuple[Method, Spot]]:

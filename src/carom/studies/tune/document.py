@@ -12,7 +12,7 @@ from typing import NamedTuple
 import tomli_w
 
 from carom.comparator import Grade
-from carom.engines.registry import asked_as
+from carom.engines.registry import engine_argument
 from carom.execution.job import Method
 from carom.model.trace import setting_text
 from carom.report import formatting
@@ -199,7 +199,7 @@ def _settings(found: Tuning) -> Section:
 def _paste(found: Tuning, asked: Sequence[str]) -> Iterator[Section]:
     """Yield the command that tries the settings, and the profile in Python and in a manifest."""
     step = () if found.options.dt_s is None else ("--dt", repr(found.options.dt_s))
-    words = ("carom", "run", *asked, "-e", asked_as(found.engine), "-p", found.options.profile, *step)
+    words = ("carom", "run", *asked, "-e", engine_argument(found.engine), "-p", found.options.profile, *step)
     if found.code:
         said = f"Code for {found.engine}, for {found.scenes[0].name}:"
         yield Section("As code for the engine", (Text(said), Code(found.code)))

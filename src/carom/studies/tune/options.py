@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from carom.execution.options import MOST_SEED, Limited
+from carom.execution.options import MOST_SEED, LimitOptions
 from carom.support.options import flag, name, option, step, whole
 
 if TYPE_CHECKING:
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class TuneOptions(Limited):
+class TuneOptions(LimitOptions):
     """What is asked of a search, apart from its engine and its scenes.
 
     Attributes:

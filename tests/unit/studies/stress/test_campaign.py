@@ -9,7 +9,7 @@ import pytest
 
 from carom import load_scene, run
 from carom.errors import InputError
-from carom.execution.pool import InProcess
+from carom.execution.pool import InProcessPool
 from carom.report.render.terminal import terminal
 from carom.studies.stress import run as campaign
 from carom.studies.stress.document import stress_document, write_stress
@@ -31,7 +31,7 @@ def results(folder: Path) -> StressResults:
     """A small campaign: one line of each kind, on our own two methods."""
     names = ["tunnelling", "reversal", "mujoco-441", "rapier-97"]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("carom.execution.pool.LocalPool", lambda *_: InProcess())
+        patch.setattr("carom.execution.pool.LocalPool", lambda *_: InProcessPool())
         return stress(names, replace(BOTH, jobs=1), out=folder, command="carom stress")
 
 
