@@ -67,12 +67,16 @@ class Gains(EventDrivenRun):
 
 
 @pytest.mark.parametrize(
-    ("factor", "rule"), long_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (2.0, "law"), (100.0, "row")])
+    ("factor", "rule"),
+    long_after(1, [(1e150, "row"), (1.0 + 1e-9, "law"), (1.25, "law"), (2.0, "row"), (100.0, "row")]),
 )
 def test_a_kernel_that_gains_energy_without_bound_is_found(
     factor: float, rule: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing."""
+    """A kernel whose speeds grow at every impact, to overflow, breaks a rule that is named, and raises nothing.
+
+    Where speeds overflow in the first stretch, its rows break the first rule, and no other is looked at.
+    """
     monkeypatch.setattr(Gains, "FACTOR", factor)
     monkeypatch.setattr(campaign_run, "EventDrivenRun", Gains)
     assert command.main(["--gas", "0", "--most-discs", "64"]) == 1
